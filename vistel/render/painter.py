@@ -33,8 +33,10 @@ from vistel.render.view.screens import Box, Sight
 from vistel.space.files.surfaces import Piece
 from vistel.space.things.tessellate import Surface3
 
-_DARK, _OPEN = (0.05, 0.05, 0.06, 1.0), (0.62, 0.68, 0.74, 1.0)
-"""What is seen where nothing is: beyond walls, and where there are none."""
+_DARK = (0.05, 0.05, 0.06, 1.0)
+"""Colour beyond the walls of a room."""
+_OPEN = (0.62, 0.68, 0.74, 1.0)
+"""Colour behind everything where there are no walls."""
 
 
 @dataclass(frozen=True)

@@ -11,12 +11,20 @@ STEPS = (1.0, 0.84, 0.71, 0.59, 0.5)
 FEWEST_LINES = 270
 """Fewer than these are not worth looking at; displays that are smaller are drawn whole."""
 
-_FULL, _ROOM = 0.95, 0.75
-"""A picture may take so much of its period; one of more pixels must be expected to take less than the second."""
+_FULL = 0.95
+"""A picture may take this share of its period."""
+_ROOM = 0.75
+"""More pixels are drawn only where the picture is expected to take less than this share."""
 _HELPS = 0.93
 """A step down must bring the time to this part of what it was."""
-_WINDOW_NS, _PICTURES = 500_000_000, 5
-_CALM_NS, _MOST_CALM_NS = 3_000_000_000, 96_000_000_000
+_WINDOW_NS = 500_000_000
+"""Times are averaged over at least so long ..."""
+_PICTURES = 5
+"""... and over at least so many pictures."""
+_CALM_NS = 3_000_000_000
+"""From one change to the next, at first."""
+_MOST_CALM_NS = 96_000_000_000
+"""The same after many changes that did not help."""
 
 
 class Resolution:

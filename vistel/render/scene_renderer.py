@@ -46,8 +46,10 @@ from vistel.space.room import meeting_room
 log = logging.getLogger("vistel.renderer")
 
 
-ARM, NEAREST = 0.25, 0.45
-"""How much nearer than the hips a person is taken to be for the level of detail, and the nearest it can be [m]."""
+ARM = 0.25
+"""For the level of detail, people are taken to be so much nearer than their hips [m]."""
+NEAREST = 0.45
+"""For the level of detail, nobody is taken to be nearer than this [m]."""
 _FINE = {"auto": None, "fast": False, "fine": True}
 LOST = ("GL_UNKNOWN_ERROR", "GL_OUT_OF_MEMORY")
 """Errors after which nothing is drawn any more; the first is what moderngl makes of a lost context."""

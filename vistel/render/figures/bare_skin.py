@@ -9,9 +9,17 @@ from numpy.typing import NDArray
 from vistel.figure.avatar.avatar import Avatar
 
 BARE = ("neck", "skull", "face", "palm", "knuckles", "thumb", "index", "middle", "ring", "little")
-PALER, REDDER, YELLOWER, DARKER, LIGHTER = 0.17, 0.45, 0.26, 0.8, 0.6
-"""How far bare skin strays from what the face mostly is, in logarithms: of red to green, either way (lips are redder, grey is
-paler), of green to blue, and of brightness (the corners that no light reaches; nails and the bridge of a nose)."""
+# How far bare skin strays from what the face mostly is, in logarithms.
+PALER = 0.17
+"""Of red to green, downwards: grey hair and cloth are paler than skin."""
+REDDER = 0.45
+"""Of red to green, upwards: lips are redder."""
+YELLOWER = 0.26
+"""Of green to blue, either way."""
+DARKER = 0.8
+"""Of brightness, downwards: corners that no light reaches."""
+LIGHTER = 0.6
+"""Of brightness, upwards: nails and the bridge of a nose."""
 
 
 def is_bare(limb: str) -> bool:

@@ -38,7 +38,10 @@ from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import LevelWrinkles, shown
 from vistel.wrinkle.wardrobe import WrinkleSet, charted
 
-CLOTH, SKIN, EYE = 0.0, 1.0, 2.0
+# Materials of vertices, as the shaders read them.
+CLOTH = 0.0
+SKIN = 1.0
+EYE = 2.0
 CASTER = 0.82
 """Share of a limb's radius that casts its shadow: a sculpted skin dips below its primitives in places."""
 COARSER_BELOW = (800.0, 260.0)

@@ -40,8 +40,14 @@ log = logging.getLogger("vistel.renderer")
 
 TABLE_WIDTH = 1024
 """Texels in a row of every table."""
-PLAN, OVERLAP, PLACED, NORMALS, FANS, TERMS, CHANNELS = range(7)
-"""Texture units."""
+# Texture units.
+PLAN = 0
+OVERLAP = 1
+PLACED = 2
+NORMALS = 3
+FANS = 4
+TERMS = 5
+CHANNELS = 6
 ENGINES = ("auto", "cpu", "gpu")
 _NO_BLOCK = (-1, 0)
 
@@ -250,6 +256,7 @@ class GpuDeformer:
         self._target.use()
 
     def release(self) -> None:
+        """Give everything back."""
         for part in (self.skin, self.solve, self.corner, self._target, self._displaced):
             if part is not None:
                 part.release()
@@ -371,6 +378,7 @@ class GpuSkin:
         return rows[:, :3].copy(), rows[:, 3].astype(np.int32)
 
     def release(self) -> None:
+        """Give everything back."""
         for part in (*self._parts, self._plan, *(self._displacement or ())):
             part.release()
 

@@ -17,7 +17,10 @@ from vistel.render.light.surroundings import SMOOTHEST
 _DEFINES = {"finish": "FINISH_MAP", "normal": "NORMAL_MAP", "glow_picture": "GLOW_MAP", "opacity": "HOLES"}
 _UNIFORMS = {"finish": "finish", "normal": "tangent_normal", "glow_picture": "glow_picture", "opacity": "opacity"}
 _UNITS = {"finish": 5, "normal": 6, "glow_picture": 7, "opacity": 8}
-_ALPHA_TO_COVERAGE, _ALPHA_TO_ONE = 0x809E, 0x809F
+_ALPHA_TO_COVERAGE = 0x809E
+"""GL_SAMPLE_ALPHA_TO_COVERAGE."""
+_ALPHA_TO_ONE = 0x809F
+"""GL_SAMPLE_ALPHA_TO_ONE."""
 
 
 @dataclass(frozen=True, eq=False)

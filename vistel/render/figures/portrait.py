@@ -42,6 +42,7 @@ class Portraits:
         self._program = self._surface.ctx.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
 
     def close(self) -> None:
+        """Give the context back."""
         self._surface.close()
 
     def picture(

@@ -16,8 +16,10 @@ THRESHOLD = 32
 """Least difference of brightness among neighbours that counts as an edge, of 255."""
 NOISE = 4.0
 """Slopes of brightness below this say nothing about where an edge runs [of 255]."""
-SPAN, MARGIN = 6.0, 5
-"""How far along an edge is looked, both ways together [pixels]; and so how near the border nothing is done."""
+SPAN = 6.0
+"""How far along an edge the filter looks, both ways together [pixels]."""
+MARGIN = 5
+"""So near the border nothing is filtered [pixels]."""
 
 
 def antialias(picture: U8) -> U8:

@@ -24,8 +24,10 @@ SMOOTHEST = 0.06
 SIDE = 64
 """Pixels along a side of each of the six pictures."""
 ROUGHNESSES = (0.0, 0.25, 0.5, 0.75, 1.0)
-WIDTH, HEIGHT = 128, 64
-"""Of a map of the sphere: longitude, and angle from the zenith."""
+WIDTH = 128
+"""Pixels of a map of the sphere along its longitude."""
+HEIGHT = 64
+"""Pixels of it from the zenith to the nadir."""
 MEAN = 0.53
 """Mean light of all directions together, the same as in the plainer light of common.glsl."""
 _COARSE = 32, 16

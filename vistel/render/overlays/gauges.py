@@ -14,7 +14,10 @@ from vistel.render.gl.textures import texture_of
 from vistel.render.overlays.overlays import TexturedRectangle, lay_over
 from vistel.render.stage.stage import Instant
 
-_INK, _OLD, _GROUND = (226, 232, 238, 255), (255, 168, 110, 255), (10, 12, 16, 205)
+_INK = (226, 232, 238, 255)
+_OLD = (255, 168, 110, 255)
+"""Colour of what is later than `_OLD_S`."""
+_GROUND = (10, 12, 16, 205)
 _OLD_S = 0.5
 _TURN_NS = 500_000_000
 _NAME = 14

@@ -9,14 +9,21 @@ import numpy as np
 
 from vistel.arrays import F64
 
-HALF_X, HALF_Z, HEIGHT = 4.05, 4.05, 2.9
-"""The meeting room's walls and ceiling [m]; things are kept within 4 m of its middle."""
+HALF_X = 4.05
+"""From the meeting room's middle to its walls at -X and +X [m]; things are kept within 4 m of the middle."""
+HALF_Z = 4.05
+"""The same to the walls at -Z and +Z [m]."""
+HEIGHT = 2.9
+"""Of the ceiling over the floor [m]."""
 WINDOW = (-2.0, 2.0, 0.85, 2.35)
 """Of the wall at -X: from z, to z, from y, to y [m]."""
 ROOF_LIGHT = 1.2
 """Half the side of the square light in the ceiling [m]."""
 
-_AMBIENT, _WINDOW_POWER, _ROOF_POWER = 0.30, 1.25, 1.15
+# Shares of the light that is baked in.
+_AMBIENT = 0.30
+_WINDOW_POWER = 1.25
+_ROOF_POWER = 1.15
 
 
 def _window_points() -> F64:

@@ -15,10 +15,15 @@ from vistel.space.things.things import Thing
 
 FURNITURE = ("table", "chair")
 """Shapes of fixed things that are drawn with the room, from its plan; all others come from the world."""
-KEY_SHADOWED, FINISHED = "KEY_SHADOWED", "FINISHED"
+KEY_SHADOWED = "KEY_SHADOWED"
+"""Define of the shader of surfaces on which the key light's shadow falls."""
+FINISHED = "FINISHED"
+"""Define of the shader of surfaces that shine."""
 SHADOWED = 2.1
 """Half the side of the floor's middle, in which shadows fall [m]."""
-X, Z, H = bake.HALF_X, bake.HALF_Z, bake.HEIGHT
+X = bake.HALF_X
+Z = bake.HALF_Z
+H = bake.HEIGHT
 
 
 @dataclass(frozen=True)

@@ -21,10 +21,12 @@ from vistel.space.people import HAND_JOINT, SIDES
 
 NO_OFFSET: tuple[F64, F64] = np.zeros(3), np.zeros(3)
 """No rotation, no shift."""
-SPEED, SPIN = 0.3, 3.0
-"""A thing that comes to lie in another way in a hand is drawn to do so no faster [m/s, rad/s]."""
+SPEED = 0.3
+"""A thing whose place in a hand changes is drawn to move there no faster [m/s]."""
+SPIN = 3.0
+"""The same for its orientation in the hand [rad/s]."""
 LEAST = 1e-4
-"""A hand that gives way by less is drawn where it is [m, rad]."""
+"""A hand whose offset is smaller is drawn where it is [m, rad]."""
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,10 @@ BLEND_NS = 200_000_000
 """Time in which the offset between prediction and the world's word fades."""
 BEHIND_NS = 300_000_000
 """How far the world's word may be behind."""
-AGREES, DIFFERS = 0.008, 0.020
-"""The world's place for a thing this near to the way of the prediction agrees with it; one this far off does not [m]."""
+AGREES = 0.008
+"""The world's place for a thing agrees with the prediction when it is this near to the predicted path [m]."""
+DIFFERS = 0.020
+"""It no longer agrees when it is this far off the path [m]."""
 AT_FIRST = 0.15
 """The same in the first moments of a grasp, when the world's places lie before the beginning of the way [m]."""
 FINGERS_S = 0.15

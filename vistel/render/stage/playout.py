@@ -12,8 +12,10 @@ from typing import Generic, TypeVar
 
 T = TypeVar("T")
 
-BLEND_NS, LEAST_BLEND_NS = 200_000_000, 10_000_000
-"""How long a picture takes to return from a held frame to the live ones, after a long hold and after a very short one."""
+BLEND_NS = 200_000_000
+"""Time in which a picture returns from a held frame to the live ones, after a long hold."""
+LEAST_BLEND_NS = 10_000_000
+"""The same after a very short hold."""
 KEPT_NS = 2_000_000_000
 """A frame older than the newest by this much is no stray: the sender began again with another clock."""
 MAX_SKEW_RATE = 0.05

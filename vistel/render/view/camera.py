@@ -14,7 +14,10 @@ from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
 
-NEAR, FAR = 0.05, 30.0
+NEAR = 0.05
+"""Nothing nearer to the eye is drawn [m]."""
+FAR = 30.0
+"""Nothing further from the eye is drawn [m]."""
 SEAT_FIELD_OF_VIEW = math.radians(56.0)
 ROOM_FIELD_OF_VIEW = math.radians(42.0)
 
@@ -75,6 +78,7 @@ class Camera(Pinhole):
     field_of_view: float
 
     def edges(self, aspect: float) -> tuple[float, float, float, float]:
+        """Left, right, bottom and top of the picture at distance one. aspect: width to height."""
         top = math.tan(0.5 * self.field_of_view)
         return -top * aspect, top * aspect, -top, top
 
@@ -92,10 +96,12 @@ class WindowCamera(Pinhole):
         return self.window
 
     def through(self, u: float, v: float, aspect: float) -> F64:
+        """As `Pinhole.through`, in the leaning window."""
         out = super().through(u, v, aspect)
         return out + self.lean * v * (self.window[3] - self.window[2]) * self.rotation[:, 0]
 
     def projection(self, aspect: float) -> F64:
+        """As `Pinhole.projection`, through the leaning window."""
         left, right, bottom, _ = self.window
         out = super().projection(aspect)
         slope = -2.0 * self.lean / (right - left)
@@ -103,6 +109,7 @@ class WindowCamera(Pinhole):
         return out
 
     def project(self, points: F64, width: int, height: int) -> F64:
+        """As `Pinhole.project`, through the leaning window."""
         left, right, bottom, top = self.window
         out = super().project(points, width, height)
         out[:, 0] -= width * self.lean * (1.0 - out[:, 1] / height) * (top - bottom) / (right - left)
@@ -151,11 +158,14 @@ class SeatCamera:
 
 FOLLOW = 0.55
 """How much of the head's turn the picture makes: a display stands still while one looks about in it."""
-SEAT_TILT, STAND_TILT = math.radians(-6.0), math.radians(-17.0)
-"""The picture's middle lies below where the head points, so that table and hands are in it; further below for who
-stands [rad]."""
-SITTING, STANDING = 0.60, 0.85
-"""Height of the hips of somebody who surely sits, and surely stands [m]."""
+SEAT_TILT = math.radians(-6.0)
+"""The picture's middle is so far below where the head of a sitting person points, so that table and hands are in it [rad]."""
+STAND_TILT = math.radians(-17.0)
+"""The same for a standing person [rad]."""
+SITTING = 0.60
+"""Somebody whose hips are no higher sits [m]."""
+STANDING = 0.85
+"""Somebody whose hips are no lower stands [m]."""
 
 
 def _tilt(hips: float) -> float:

@@ -19,14 +19,12 @@ from vistel.render.view.screens import Screen, Stereo, boxes, picture_size, sigh
 CELL = 0.1
 """Side of the grid's cells on the screen [m]."""
 SKY_STEP = math.radians(10.0)
-_DARK, _FAINT, _BOLD, _EDGE, _SKY, _LEVEL = (
-    (16, 18, 22),
-    (58, 64, 72),
-    (112, 120, 130),
-    (255, 255, 255),
-    (255, 196, 60),
-    (255, 110, 60),
-)
+_DARK = (16, 18, 22)
+_FAINT = (58, 64, 72)
+_BOLD = (112, 120, 130)
+_EDGE = (255, 255, 255)
+_SKY = (255, 196, 60)
+_LEVEL = (255, 110, 60)
 _STEPS = 11
 _FAR = 20.0
 

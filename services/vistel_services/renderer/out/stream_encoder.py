@@ -23,8 +23,10 @@ from vistel_services.renderer.out.stream_reader import StreamPicture
 log = logging.getLogger("vistel.renderer")
 
 
-PICTURE, KEY_PICTURE, SOUND = 0, 1, 2
-"""What a binary message holds: its first byte."""
+# The first byte of a binary message: what it holds.
+PICTURE = 0
+KEY_PICTURE = 1
+SOUND = 2
 _HEAD = struct.Struct("<B7xQ")
 """Kind; conference time [us]: when a picture was drawn, when the first sample of a sound is heard."""
 _QUEUE = 2

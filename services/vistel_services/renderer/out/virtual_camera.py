@@ -20,9 +20,13 @@ log = logging.getLogger("vistel.renderer")
 
 _DEVICES = Path("/sys/class/video4linux")
 # linux/videodev2.h
-_QUERYCAP, _S_FMT = 0x80685600, 0xC0D05605
-_CAP_VIDEO_OUTPUT, _CAP_DEVICE_CAPS = 0x00000002, 0x80000000
-_BUF_TYPE_VIDEO_OUTPUT, _FIELD_NONE, _COLORSPACE_SMPTE170M = 2, 1, 1
+_QUERYCAP = 0x80685600
+_S_FMT = 0xC0D05605
+_CAP_VIDEO_OUTPUT = 0x00000002
+_CAP_DEVICE_CAPS = 0x80000000
+_BUF_TYPE_VIDEO_OUTPUT = 2
+_FIELD_NONE = 1
+_COLORSPACE_SMPTE170M = 1
 _YUV420 = int.from_bytes(b"YU12", "little")
 _FORMAT = struct.Struct("<II 12I 152x")
 """struct v4l2_format of 64-bit systems with a v4l2_pix_format: type; width, height, pixelformat, field, bytesperline, sizeimage,

@@ -12,12 +12,22 @@ from typing import Any
 
 from vistel.render.view.screens import Box
 
-BACK, BACK_LEFT, BACK_RIGHT = 0x0405, 0x0402, 0x0403
-_FRAMEBUFFER, _READ, _DRAW = 0x8D40, 0x8CA8, 0x8CA9
-_COLOUR_0, _TEXTURE_2D = 0x8CE0, 0x0DE1
-_COLOUR_BIT, _LINEAR, _SCISSOR_TEST = 0x4000, 0x2601, 0x0C11
+# Names of OpenGL.
+BACK = 0x0405
+BACK_LEFT = 0x0402
+BACK_RIGHT = 0x0403
+_FRAMEBUFFER = 0x8D40
+_READ = 0x8CA8
+_COLOUR_0 = 0x8CE0
+_TEXTURE_2D = 0x0DE1
+_COLOUR_BIT = 0x4000
+_LINEAR = 0x2601
+_SCISSOR_TEST = 0x0C11
 
-_INT, _UINT, _FLOAT, _POINTER = ctypes.c_int, ctypes.c_uint, ctypes.c_float, ctypes.c_void_p
+_INT = ctypes.c_int
+_UINT = ctypes.c_uint
+_FLOAT = ctypes.c_float
+_POINTER = ctypes.c_void_p
 _ARGUMENTS: dict[str, tuple[Any, ...]] = {
     "glGenFramebuffers": (_INT, _POINTER),
     "glDeleteFramebuffers": (_INT, _POINTER),

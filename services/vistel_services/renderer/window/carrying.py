@@ -18,16 +18,26 @@ from vistel_services.renderer.window.wishes import Carry, LetGo
 
 NOTCH = 0.06
 """A notch of the wheel moves a thing by so much of its distance."""
-NEAREST, REACH, HIGHEST = 0.25, 4.5, 2.8
-"""A thing is led no nearer to the eye than this, no further from the table's middle, and no higher [m]."""
+NEAREST = 0.25
+"""A thing is led no nearer to the eye than this [m]."""
+REACH = 4.5
+"""A thing is led no further from the table's middle than this [m]."""
+HIGHEST = 2.8
+"""A thing is led no higher than this [m]."""
 TURN = 0.01
 """A pixel turns a thing by so much [rad]."""
 FASTEST = 6.0
 """Beyond this a thing is led there without being told a speed [m/s]."""
-THROW_NS, THROWN = 120_000_000, 4.0
-"""A thing that is let go of flies as it was led in the last moments, no faster than this [m/s]."""
-LOST_M, LOST_NS, REMEMBERED_NS = 0.2, 700_000_000, 1_500_000_000
-"""When the thing is this far from all places to which it was led lately, for so long, somebody else has it."""
+THROW_NS = 120_000_000
+"""A thing that is let go of flies on with its mean velocity over this time."""
+THROWN = 4.0
+"""... but no faster than this [m/s]."""
+LOST_M = 0.2
+"""A thing this far from all places to which it was led lately [m] ..."""
+LOST_NS = 700_000_000
+"""... for so long is in somebody else's hands."""
+REMEMBERED_NS = 1_500_000_000
+"""Places to which it was led are remembered for so long."""
 
 
 @dataclass

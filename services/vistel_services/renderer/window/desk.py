@@ -43,9 +43,10 @@ CLICK = 4.0
 """A mouse that moved no further than this while its button was down clicked [pixels]."""
 HOVER = (235, 235, 235)
 """Colour of the line round what the mouse is on."""
-AFTER_NS, CAME = 700_000_000, 0.01
-"""A thing that was let go of is shown where that was until the world's own has come there, as near as this [m], for no longer
-than this."""
+CAME = 0.01
+"""A thing that was let go of is shown at that place until the world's own place is as near to it as this [m] ..."""
+AFTER_NS = 700_000_000
+"""... but no longer than this."""
 _DEEDS: Mapping[str, Action] = MappingProxyType(
     {"take": ask.Grip(), "let go": ask.Release(), "undo": ask.Undo(), "redo": ask.Redo()}
 )

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-LEFT, RIGHT, MIDDLE = 0, 1, 2
+# Buttons of a mouse.
+LEFT = 0
+RIGHT = 1
+MIDDLE = 2
 
 
 @dataclass(frozen=True)

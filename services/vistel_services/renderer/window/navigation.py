@@ -11,19 +11,31 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.render.view.camera import ROOM_FIELD_OF_VIEW, Camera, look_at
 
-WALK, RUN = 1.4, 3.5
-"""How fast one goes, and with shift [m/s]."""
+WALK = 1.4
+"""Speed of walking [m/s]."""
+RUN = 3.5
+"""Speed with shift held down [m/s]."""
 TURN = 1.6
 """How fast arrow keys turn [rad/s]."""
 LOOK = 2.4
 """How far a mouse turns that is drawn over the picture's height [rad]."""
 STEEPEST = math.radians(85.0)
-ZOOM, NARROWEST, WIDEST = 0.9, math.radians(12.0), math.radians(95.0)
-"""What a notch of the wheel makes of the field of view, and between which it stays [rad]."""
-REACH, LOWEST, HIGHEST = 7.0, 0.15, 3.2
-"""How far one can walk from the table's middle, and how low and high the eyes can be [m]."""
-PUCK_SPEED, PUCK_TURN = 1.5, 1.8
-"""Of a 3D mouse pushed or turned as far as it goes [m/s], [rad/s]."""
+ZOOM = 0.9
+"""A notch of the wheel multiplies the field of view by this."""
+NARROWEST = math.radians(12.0)
+"""Smallest field of view [rad]."""
+WIDEST = math.radians(95.0)
+"""Largest field of view [rad]."""
+REACH = 7.0
+"""How far one can walk from the table's middle [m]."""
+LOWEST = 0.15
+"""The eyes are no lower than this [m]."""
+HIGHEST = 3.2
+"""The eyes are no higher than this [m]."""
+PUCK_SPEED = 1.5
+"""Speed with a 3D mouse pushed as far as it goes [m/s]."""
+PUCK_TURN = 1.8
+"""Turning with a 3D mouse turned as far as it goes [rad/s]."""
 MOST_S = 0.1
 """A picture that took longer than this moves one no further."""
 

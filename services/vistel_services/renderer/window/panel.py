@@ -28,8 +28,13 @@ WIDTH = 336.0
 SCALES = (("as there is time", 0.0), ("all", 1.0), ("71 %", 0.71), ("half", 0.5))
 """Words and parts of the width and height that are drawn; 0: as there is time for."""
 Colour = tuple[float, float, float, float]
-_LATE_S, _SKEWED_S = 0.5, 0.08
-_GOOD, _BAD, _DIM = (0.55, 0.90, 0.62, 1.0), (1.0, 0.66, 0.43, 1.0), (0.64, 0.68, 0.73, 1.0)
+_LATE_S = 0.5
+"""A picture later than this is shown as bad [s]."""
+_SKEWED_S = 0.08
+"""A voice this much off its picture is shown as bad [s]."""
+_GOOD = (0.55, 0.90, 0.62, 1.0)
+_BAD = (1.0, 0.66, 0.43, 1.0)
+_DIM = (0.64, 0.68, 0.73, 1.0)
 _RED = (0.86, 0.22, 0.20, 1.0)
 
 
