@@ -20,7 +20,11 @@ import numpy as np
 
 from vistel.arrays import F64, I32
 
-SPHERE, CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID, SUPERTOROID = range(5)
+SPHERE = 0
+CONE_SPHERE = 1
+ROUNDED_POLYGON = 2
+SUPERELLIPSOID = 3
+SUPERTOROID = 4
 KIND_CODES = {
     "sphere": SPHERE,
     "cone_sphere": CONE_SPHERE,

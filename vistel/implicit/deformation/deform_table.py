@@ -78,19 +78,47 @@ from __future__ import annotations
     TABLE_LENGTH,
 ) = range(64)
 
-WEIGHT, OFFSET, CONTACT, MU, ALPHA, INWARD, OUTWARD, CAL_ROWS = range(8)
-"""Rows of a patch's calibration."""
+# Rows of a patch's calibration.
+WEIGHT = 0
+OFFSET = 1
+CONTACT = 2
+MU = 3
+ALPHA = 4
+INWARD = 5
+OUTWARD = 6
+CAL_ROWS = 7
 
-PAIR_BLOCK, PAIR_GROUP, PAIR_OVERLAP, PAIR_RULE, PAIR_COUNTS, PAIR = range(6)
-"""Columns of a pair; PAIR_COUNTS: 1 where it takes part in its block's solve."""
-ACT_RULE, ACT_EFFECT, ACT_FROM, ACT_TO, ACT_OVERLAP, ACT_PARAMETER, ACT = range(7)
-"""Columns of what acts on a block: rule, effect; members from, to; overlap row; first parameter."""
-SHOWN, NEIGHBOUR, COLLIDES, FORCE = range(4)
-"""Rules of a pair: the group belongs to the same skin and only counts in what others see; it is a neighbour
-that pushes by its share; it collides like anyone; it is a force field."""
+# Columns of a pair; PAIR_COUNTS: 1 where it takes part in its block's solve.
+PAIR_BLOCK = 0
+PAIR_GROUP = 1
+PAIR_OVERLAP = 2
+PAIR_RULE = 3
+PAIR_COUNTS = 4
+PAIR = 5
+# Columns of what acts on a block: rule, effect; members from, to; overlap row; first parameter.
+ACT_RULE = 0
+ACT_EFFECT = 1
+ACT_FROM = 2
+ACT_TO = 3
+ACT_OVERLAP = 4
+ACT_PARAMETER = 5
+ACT = 6
+# Rules of a pair: the group belongs to the same skin and only counts in what others see; it is a neighbour
+# that pushes by its share; it collides like anyone; it is a force field.
+SHOWN = 0
+NEIGHBOUR = 1
+COLLIDES = 2
+FORCE = 3
 NO_OVERLAP = -2
 """Overlap row of a neighbour that shares all of a block's skin: it does not collide."""
 
-EVALUATIONS, MOVED_COUNT, LOST_COUNT, SOLVED, PAIR_NEED, REPEATS, LISTED, STAT_COUNT = range(8)
-"""Columns of STATS; REPEATS: evaluations after a block's first, by lanes that were still open; LISTED:
-rows of TODO."""
+# Columns of STATS; REPEATS: evaluations after a block's first, by lanes that were still open; LISTED:
+# rows of TODO.
+EVALUATIONS = 0
+MOVED_COUNT = 1
+LOST_COUNT = 2
+SOLVED = 3
+PAIR_NEED = 4
+REPEATS = 5
+LISTED = 6
+STAT_COUNT = 7

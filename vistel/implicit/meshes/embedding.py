@@ -27,7 +27,11 @@ from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, diff, quartic, union
 
 W_MAX = 3.0
-W_CAP, W_FLOOR = 4.0, 0.25
+"""Vertex weight that `bound_radius` keeps below by default."""
+W_CAP = 4.0
+"""Largest weight of a vertex."""
+W_FLOOR = 0.25
+"""Least weight of a vertex."""
 LANES = 64
 JOINT_REACH = 1.25
 """Influence radius of a joint's sphere / its surface radius."""

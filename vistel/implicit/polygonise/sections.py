@@ -13,9 +13,12 @@ import numpy as np
 from vistel.arrays import F64, I64
 from vistel.implicit.polygonise.cell_loops import edge_key, pack
 
-ON_MESH, ON_LATTICE, CORNER, MIDDLE = range(4)
-"""What a vertex is: on an edge of the polyhedron in a plane, on an edge of the lattice, the polyhedron's own, made in a
-cell. The lowest two bits of a vertex's number say so."""
+# What a vertex is: on an edge of the polyhedron in a plane, on an edge of the lattice, the polyhedron's own, made in a
+# cell. The lowest two bits of a vertex's number say so.
+ON_MESH = 0
+ON_LATTICE = 1
+CORNER = 2
+MIDDLE = 3
 
 
 @dataclass(frozen=True, eq=False)

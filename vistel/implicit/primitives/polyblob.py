@@ -100,7 +100,13 @@ class Polyblob(Primitive):
         return np.concatenate([head, core_rows.ravel(), hull_rows.ravel()])
 
 
-FACE, EDGE_AB, EDGE_BC, EDGE_CA, CORNER_A, CORNER_B, CORNER_C = range(7)
+FACE = 0
+EDGE_AB = 1
+EDGE_BC = 2
+EDGE_CA = 3
+CORNER_A = 4
+CORNER_B = 5
+CORNER_C = 6
 
 
 def closest_on_triangles(corners: F64, points: F64) -> tuple[F64, I64, I64]:

@@ -22,13 +22,33 @@ All lengths are relative to the program's origin.
 
 from __future__ import annotations
 
-KIND, VALUE, START, FRAME, FAMILY = range(5)
+KIND = 0
+VALUE = 1
+START = 2
+FRAME = 3
+FAMILY = 4
 LEAF_WORDS = 5
-OP, LEAF0, LEAF1, CHILD0, CHILD1, REGISTER = range(6)
+OP = 0
+LEAF0 = 1
+LEAF1 = 2
+CHILD0 = 3
+CHILD1 = 4
+REGISTER = 5
 NODE_WORDS = 6
 NUMBER_WORDS = 4
 FAR = 3
 """Column of `number`: the field out of reach."""
-SUM, MAX, MIN, UNION, INTERSECTION, COMPLEMENT, DIFF, RAISED, DEFICIT, PLATEAU, PRODUCT, GHOSTED = range(12)
+SUM = 0
+MAX = 1
+MIN = 2
+UNION = 3
+INTERSECTION = 4
+COMPLEMENT = 5
+DIFF = 6
+RAISED = 7
+DEFICIT = 8
+PLATEAU = 9
+PRODUCT = 10
+GHOSTED = 11
 LANES = 512
 """Points in a block."""

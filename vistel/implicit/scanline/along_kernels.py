@@ -36,8 +36,12 @@ from vistel.jit.numbers import HALF, ONE, TWO, ZERO
 from vistel.jit.pointers import at
 
 ROW = 24
-KIND, WEIGHT, NEAR, FRAMED, A = range(5)
-"""Columns of a row: A is the first of a place's three."""
+# Columns of a row: A is the first of a place's three.
+KIND = 0
+WEIGHT = 1
+NEAR = 2
+FRAMED = 3
+A = 4
 U = 7
 """First of three columns: the unit direction of the axis."""
 K = 10
@@ -46,8 +50,11 @@ M = 12
 FRAME = 13
 """First of the frame's columns."""
 HALF_SQUARE = L
-SPHERE, SPHYLINDER, CONE, POLYGON = range(4)
-"""Kinds, as in `kinds.KINDS`."""
+# Kinds, as in `kinds.KINDS`.
+SPHERE = 0
+SPHYLINDER = 1
+CONE = 2
+POLYGON = 3
 TERMS = 12 * WIDTH
 """Floats kept for one primitive: six lanes of the ray's numbers, then its summit and its q there; q and its slope at
 either end of the interval that is being searched."""

@@ -31,7 +31,17 @@ PLACE = 1
 """First of three columns."""
 AXIS = 4
 """First of three columns."""
-LENGTH, RADIUS, GROWTH, FIRST, COUNT, EDGES, EDGE_COUNT, DEPTH, FACES, FACE_COUNT, FORM_WORDS = range(7, 18)
+LENGTH = 7
+RADIUS = 8
+GROWTH = 9
+FIRST = 10
+COUNT = 11
+EDGES = 12
+EDGE_COUNT = 13
+DEPTH = 14
+FACES = 15
+FACE_COUNT = 16
+FORM_WORDS = 17
 TAPERED = 0.0
 """Form whose extent is known: sphere to cone-sphere."""
 ROUNDED = 1.0
@@ -41,8 +51,15 @@ MESH = 2.0
 SLACK = 1e-3
 """Extents are this part of a pixel wider, so that rounding to float32 cuts nothing off."""
 
-PERSPECTIVE, X0, DX, Y0, DY, OX, OY, OZ = range(8)
-"""View: 1 or 0; slope (or length) of column 0 and its step, of row 0 and its step; the program's origin in eye space."""
+# View: 1 or 0; slope (or length) of column 0 and its step, of row 0 and its step; the program's origin in eye space.
+PERSPECTIVE = 0
+X0 = 1
+DX = 2
+Y0 = 3
+DY = 4
+OX = 5
+OY = 6
+OZ = 7
 
 
 @inner

@@ -16,7 +16,10 @@ from vistel.jit.pointers import at, keep, pointer
 
 COLOUR = 0
 """First of three planes."""
-AMBIENT, DIFFUSE, SPECULAR, SHININESS = range(3, 7)
+AMBIENT = 3
+DIFFUSE = 4
+SPECULAR = 5
+SHININESS = 6
 LOOKS = 7
 """Planes of a look: colour, then the parts of `finish` that are used here."""
 LAMP_WORDS = 7

@@ -42,8 +42,9 @@ def kernel(function: Callable[..., Any]) -> Any:
     return compiled(nogil=True, error_model="numpy", fastmath={"contract"})(function)
 
 
-GROUPS, PAIRS = range(2)
-"""Counts of a sweep: groups with primitives, and z-spans: primitives in groups."""
+# Counts of a sweep: groups with primitives, and z-spans: primitives in groups.
+GROUPS = 0
+PAIRS = 1
 
 
 @kernel

@@ -19,8 +19,12 @@ Rgb = tuple[float, float, float]
 Texture = Callable[[F64], F64]
 """Points (n, 3) in the primitive's frame to colours (n, 3) in 0..1, or to heights (n,) in metres."""
 
-AMBIENT, DIFFUSE, SPECULAR, SHININESS, REFLECTION = range(5)
-"""Columns of the attribute `finish`."""
+# Columns of the attribute `finish`.
+AMBIENT = 0
+DIFFUSE = 1
+SPECULAR = 2
+SHININESS = 3
+REFLECTION = 4
 
 
 @dataclass(frozen=True)
