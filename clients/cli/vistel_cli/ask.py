@@ -1,4 +1,4 @@
-"""`vistel ask`: say in a line what a participant wants of the world."""
+"""`vistel ask`: send a participant's command to the world."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def ask(
     who: Annotated[str | None, typer.Option("--as", help="Participant who asks; default: the first of the file.")] = None,
     hub: Annotated[str | None, typer.Option(help="Router; default from the file.")] = None,
 ) -> None:
-    """Ask the world of a running conference for something: the same commands as speech and scripts give.
+    """Send a command to the world of a running conference. Speech and scripts give the same commands.
 
     [bold]Examples[/bold]
 

@@ -1,4 +1,4 @@
-"""`vistel bench`: our figures beside a named peer's, from one run."""
+"""`vistel bench`: VISTEL's figures beside those of a named peer, from one run."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _ROOT = Path(__file__).resolve().parents[3]
 
 
 def bench(
-    name: Annotated[str | None, typer.Argument(help="Which benchmark; without one, the list.")] = None,
+    name: Annotated[str | None, typer.Argument(help="Name of the benchmark; without one, the list.")] = None,
     every: Annotated[bool, typer.Option("--all", help="Run all of them.")] = False,
-    thorough: Annotated[bool, typer.Option(help="Take longer over it, where there is a short and a long form.")] = False,
+    thorough: Annotated[bool, typer.Option(help="Run the long form, if the benchmark has one.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per figure.")] = False,
 ) -> None:
-    """Measure, alternating with a peer in the same run; medians, ratios, targets.
+    """Measure VISTEL and a peer in turn, in one run. Shows medians, ratios and targets.
 
     [bold]Examples[/bold]
 

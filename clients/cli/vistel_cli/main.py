@@ -57,7 +57,7 @@ app.add_typer(world.app, name="world")
 
 
 def main() -> None:
-    """Entry point: exit code 0 fine, 1 failed, 2 wrong usage."""
+    """Entry point. Exit code 0: success, 1: failure, 2: wrong usage."""
     code: int | str | None = 0
     try:
         app()
@@ -73,7 +73,7 @@ def main() -> None:
     logging.shutdown()
     sys.stdout.flush()
     sys.stderr.flush()
-    # The bus's threads wait in native code; Python's own way of ending would tear them out of it and abort.
+    # The bus's threads wait in native code; Python's own exit would interrupt them there and abort.
     os._exit(code)
 
 

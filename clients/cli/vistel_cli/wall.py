@@ -1,4 +1,4 @@
-"""`vistel wall`: the picture by which a wall of screens is set up."""
+"""`vistel wall`: draws the calibration picture of a wall of screens."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 def wall(
     file: Annotated[Path, typer.Argument(help="A conference file (TOML) with \\[\\[sites.display.screens]].")],
-    site: Annotated[str | None, typer.Option(help="Whose wall; default: the first site that has one.")] = None,
-    output: Annotated[Path, typer.Option("--out", "-o", help="Where the picture goes.")] = Path("wall.png"),
-    show: Annotated[bool, typer.Option("--show", help="Show it in a window until that is closed.")] = False,
+    site: Annotated[str | None, typer.Option(help="Site of the wall; default: the first site that has one.")] = None,
+    output: Annotated[Path, typer.Option("--out", "-o", help="PNG to write.")] = Path("wall.png"),
+    show: Annotated[bool, typer.Option("--show", help="Show the picture in a window until the window is closed.")] = False,
 ) -> None:
     """Draw the calibration picture of a wall of screens, for eyes 1.2 m over the viewer's seat.
 
-    A decimetre grid and a ring on each screen show its size, steps of grey and colours its light; the lines that run over all
-    screens are straight across the seams only where the corners in the file are right.
+    Each screen shows a decimetre grid and a ring for its size, and steps of grey and colours for its light. Lines run over
+    all screens. They are straight across the seams only if the corners in the file are right.
 
     [bold]Examples[/bold]
 

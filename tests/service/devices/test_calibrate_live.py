@@ -101,4 +101,4 @@ def test_nothing_on_the_port_is_told_with_what_to_do(calibrate, tmp_path: Path) 
         done = CliRunner().invoke(app, ["calibrate", *words])
         assert done.exit_code == 1
         (line,) = done.stderr.strip().splitlines()
-        assert "no word from chest, head, left hand, right hand" in line and "plug the device in" in line
+        assert "no measurement from chest, head, left hand, right hand" in line and "plug the device in" in line

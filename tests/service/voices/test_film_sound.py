@@ -17,7 +17,7 @@ from vistel.v1 import audio_pb2, motion_pb2
 from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
-from vistel_cli.log.render import Look, render_log
+from vistel_cli.log.render import FilmSettings, render_log
 
 pytestmark = pytest.mark.gl
 
@@ -130,7 +130,7 @@ def test_the_clap_is_heard_at_the_picture_in_which_the_hands_meet(
 ) -> None:
     reader = LogReader(log)
     conference = Conference.model_validate(reader.conference)
-    look = Look((160, 90), rate, 1, False, view, "fast")
+    look = FilmSettings((160, 90), rate, 1, False, view, "fast")
     render_log(reader, conference, ["tokyo"], BEGIN + round(begin_s * S), BEGIN + 2 * S, look, tmp_path)
     at_s, sound = heard(tmp_path / "tokyo.mp4")
     picture_s, apart_s = seen_s(tmp_path / "tokyo.mp4")
@@ -148,7 +148,9 @@ def test_a_log_without_voices_gives_a_film_without_sound_and_pictures_have_none(
     reader = LogReader(tmp_path / "mute.mcap")
     conference = Conference.model_validate(reader.conference)
     for png in (False, True):
-        render_log(reader, conference, ["tokyo"], BEGIN, BEGIN + S // 5, Look((64, 36), 10.0, 1, png, None, "fast"), tmp_path)
+        render_log(
+            reader, conference, ["tokyo"], BEGIN, BEGIN + S // 5, FilmSettings((64, 36), 10.0, 1, png, None, "fast"), tmp_path
+        )
     with av.open(str(tmp_path / "tokyo.mp4")) as container:
         assert not container.streams.audio
     assert sorted(p.name for p in (tmp_path / "tokyo").iterdir()) == ["00000.png", "00001.png"]

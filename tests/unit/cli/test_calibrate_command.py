@@ -97,7 +97,7 @@ def test_a_glove_is_calibrated_from_a_recording(folder: Path, tmp_path: Path) ->
         (("tracker", "{}/conference.toml", "ada", "--from", "{}/moves.mcap", "--begin", "30"), 1, "repeat"),
         (("body", "{}/conference.toml", "ada", "--height", "9", "--from", "{}/moves.mcap"), 2, "--height"),
         (("body", "{}/conference.toml", "ada", "--forearm", "--from", "{}/moves.mcap"), 1, "left_forearm"),
-        (("glove", "{}/conference.toml", "ada", "right", "--from", "{}/moves.mcap"), 1, "nothing was heard"),
+        (("glove", "{}/conference.toml", "ada", "right", "--from", "{}/moves.mcap"), 1, "no data received"),
         (("glove", "{}/conference.toml", "ada", "middle", "--from", "{}/moves.mcap"), 2, "wears left and right"),
         (("distortion", "{}/conference.toml"), 1, "lacks the columns"),
         (("distortion", "{}/none.csv"), 1, "cannot be read"),

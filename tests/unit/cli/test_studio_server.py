@@ -109,7 +109,7 @@ def test_nothing_but_the_page_is_read_from_disk(server: Server, path: str) -> No
 
 def test_a_page_that_was_forgotten_is_told_so(server: Server) -> None:
     status, said, _ = server.post("/api/update", {"session": "nobody"})
-    assert (status, said["error"]) == (410, "this page was forgotten; open it anew")
+    assert (status, said["error"]) == (410, "this page's session has ended; open it again")
 
 
 def test_what_cannot_be_used_is_said_and_the_figure_stays_as_it_was(server: Server) -> None:

@@ -14,9 +14,9 @@ from vistel_cli.terminal import USAGE, fail, out
 
 
 def assemble(
-    file: Annotated[Path, typer.Argument(help="What the parts are and how they lie (.toml).")],
+    file: Annotated[Path, typer.Argument(help="File that lists the parts and their positions (.toml).")],
     output: Annotated[Path, typer.Option("--output", "-o", help="Avatar to write: .usda, .usdc, .usd or .usdz.")],
-    name: Annotated[str, typer.Option(help="Of the person; else what the file says.")] = "",
+    name: Annotated[str, typer.Option(help="Name of the person; default from the file.")] = "",
     primitives: Annotated[int, typer.Option(help="Cone-spheres in the body: 23 (hands whole), 55, or up to 200.")] = 55,
     as_json: Json = False,
 ) -> None:

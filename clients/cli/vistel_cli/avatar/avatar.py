@@ -1,4 +1,4 @@
-"""`vistel avatar`: people generated, imported from meshes, looked at and exported."""
+"""`vistel avatar`: generates, imports, inspects and exports avatars."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vistel.figure.avatar.avatar import Avatar
 
 app = typer.Typer(
-    help="Make, look at and export avatars: the people of a conference.", no_args_is_help=True, rich_markup_mode="rich"
+    help="Make, inspect and export avatars: the people of a conference.", no_args_is_help=True, rich_markup_mode="rich"
 )
 
 app.command()(assemble)
@@ -38,15 +38,16 @@ Primitives = Annotated[
 @app.command("generate")
 def generate(
     output: Output,
-    name: Annotated[str, typer.Option(help="Of the person; also draws what is not said.")] = "",
+    name: Annotated[str, typer.Option(help="Name of the person; it also chooses every property that --look omits.")] = "",
     height: Annotated[float, typer.Option(min=0.5, max=2.6, help="Standing height \\[m].")] = 1.75,
     look: Annotated[
         str, typer.Option(help="key=value,...: seed, build (0.8 to 1.35), female (0 to 1), skin, hair, hair_style, top, ...")
     ] = "",
     as_json: Json = False,
 ) -> None:
-    """A built-in person as an avatar file. Not there: age (there is no old or young look), other clothes than top,
-    trousers and shoes in the built-in cuts.
+    """Write a built-in person as an avatar file.
+
+    A person wears a top, trousers and shoes in the built-in cuts. Age cannot be chosen.
 
     [bold]Examples[/bold]
 
@@ -77,10 +78,10 @@ def import_(
         float | None, typer.Option(min=0.5, max=2.6, help="Of the person \\[m]; measured on the mesh by default.")
     ] = None,
     unit: Annotated[float | None, typer.Option(min=1e-6, max=1e3, help="Metres of one unit of the file.")] = None,
-    up: Annotated[str | None, typer.Option(help="Axis that is up, Y or Z; found from the shape otherwise.")] = None,
-    texture: Annotated[Path | None, typer.Option(help="Picture of the skin, where the file names none.")] = None,
+    up: Annotated[str | None, typer.Option(help="Upward axis, Y or Z; measured on the shape by default.")] = None,
+    texture: Annotated[Path | None, typer.Option(help="Picture of the skin, for a file that names none.")] = None,
     clothes: Annotated[
-        list[Path] | None, typer.Option(help="Another mesh in the same frame that is worn (.obj, MakeHuman .mhclo); repeatable.")
+        list[Path] | None, typer.Option(help="Clothing: another mesh in the same frame (.obj, MakeHuman .mhclo); repeatable.")
     ] = None,
     rig: Annotated[Path | None, typer.Option(help="Rig of MakeHuman (MPFB's rig.*.json) for its base mesh.")] = None,
     weights: Annotated[Path | None, typer.Option(help="The rig's weights (weights.*.json, .gz).")] = None,
@@ -88,14 +89,14 @@ def import_(
         list[str] | None, typer.Option(help="MakeHuman morph target, FILE or FILE=SHARE; may be given more than once.")
     ] = None,
     expressions: Annotated[
-        Path | None, typer.Option(help="Folder of MakeHuman targets that its face makes, or one of them.")
+        Path | None, typer.Option(help="Folder of MakeHuman targets for expressions, or one such target.")
     ] = None,
     primitives: Primitives = 55,
     as_json: Json = False,
 ) -> None:
-    """An avatar of the person in a mesh: unit and axes found, skeleton and primitives fitted, bent to the T-pose.
+    """Make an avatar from a mesh of a person. Finds unit and axes, fits skeleton and primitives, and bends the mesh to the T-pose.
 
-    Joints come from the file's rig where it has one, else from the shape of a mesh in T- or A-pose.
+    Joints come from the file's rig. Without a rig they come from the shape, which must stand in T- or A-pose.
 
     [bold]Examples[/bold]
 
@@ -113,12 +114,12 @@ def import_(
     if up is not None and up.upper() not in ("Y", "Z"):
         fail(f"--up: expected Y or Z, got {up!r}", USAGE)
     if weights is not None and rig is None:
-        fail("--weights: are of a rig; give --rig too", USAGE)
+        fail("--weights: belongs to a rig; give --rig too", USAGE)
     began = time.perf_counter()
     if (avatar := own(file)) is not None:
         avatar = avatar if not name else replace(avatar, name=name)
         save(avatar, output, not as_json)
-        out.print("  an avatar of VISTEL: taken as it is", soft_wrap=True) if not as_json else None
+        out.print("  the file is an avatar of VISTEL already; used unchanged", soft_wrap=True) if not as_json else None
         report(as_json, {"output": str(output), **facts(avatar), "seconds": round(time.perf_counter() - began, 2)})
         return
     try:
@@ -160,18 +161,18 @@ def import_(
             out.print(f"  {escape(note)}", soft_wrap=True)
         if made.unknown:
             unknown = escape(", ".join(made.unknown))
-            out.print(f"  joints without a name of ours go with the one above them: {unknown}", soft_wrap=True)
+            out.print(f"  joints with unknown names follow their parent joint: {unknown}", soft_wrap=True)
     report(as_json, said)
 
 
 @app.command("fit")
 def fit(
     file: Annotated[Path, typer.Argument(help="An avatar file.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Where to write; the file itself otherwise.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Where to write; default: the file itself.")] = None,
     primitives: Primitives = 60,
     as_json: Json = False,
 ) -> None:
-    """Fit another set of primitives to an avatar's mesh; more of them follow it more closely and cost more time.
+    """Fit another set of primitives to an avatar's mesh. More primitives follow it more closely and cost more time.
 
     [bold]Examples[/bold]
 
@@ -182,7 +183,7 @@ def fit(
     avatar = load(file)
     target = output or file
     if target.suffix.lower() == ".npz":
-        fail(f"{target}: is a cached person; write it elsewhere with -o NAME.usda", USAGE)
+        fail(f"{target}: is a cached person; write to another file with -o NAME.usda", USAGE)
     check_output(target)
     began = time.perf_counter()
     try:
@@ -201,7 +202,7 @@ def inspect(
     sheet: Annotated[Path | None, typer.Option(help="PNG to write: the face and a dozen postures.")] = None,
     as_json: Json = False,
 ) -> None:
-    """What an avatar is made of, how well its primitives hold its mesh, and a sheet of pictures.
+    """Show an avatar's parts, how closely its primitives fit its mesh, and optionally a sheet of pictures.
 
     [bold]Examples[/bold]
 
@@ -212,7 +213,7 @@ def inspect(
     avatar = load_or_make(file)
     if sheet is not None and not sheet.parent.is_dir():
         fail(f"{sheet}: there is no directory {sheet.parent}", USAGE)
-    with busy("looking at the avatar", not as_json):
+    with busy("inspecting the avatar", not as_json):
         said, lines = inspect_avatar(avatar)
     if sheet is not None:
         _draw(avatar, sheet, not as_json)
@@ -226,12 +227,14 @@ def inspect(
 @app.command("export")
 def export(
     file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
-    output: Annotated[Path, typer.Option("--output", "-o", help="What to write: .usda, .usdc, .usdz, .glb, .vrm or .obj.")],
-    author: Annotated[str, typer.Option(help="Whom a VRM file names as its author; the avatar's name otherwise.")] = "",
+    output: Annotated[Path, typer.Option("--output", "-o", help="File to write: .usda, .usdc, .usdz, .glb, .vrm or .obj.")],
+    author: Annotated[str, typer.Option(help="Author named in a VRM file; default: the avatar's name.")] = "",
     as_json: Json = False,
 ) -> None:
-    """Write an avatar in another format: USD keeps everything, glTF and VRM 1.0 all but the coarser levels of detail (which
-    come again when read), OBJ the shape and its texture.
+    """Write an avatar in another format.
+
+    USD keeps everything. glTF and VRM 1.0 omit the coarser levels of detail, which reading makes anew. OBJ keeps the shape
+    and its texture.
 
     [bold]Examples[/bold]
 

@@ -1,4 +1,4 @@
-"""What the commands of `vistel avatar` share: reading, writing and reporting avatars."""
+"""Reading, writing and reporting avatars, for the commands of `vistel avatar`."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")
 
 
 def busy(text: str, show: bool) -> Any:
-    """A spinner that says what is being done, where somebody looks."""
+    """A spinner with the step that runs now, shown on a terminal only."""
     return err.status(escape(text)) if show and err.is_terminal else nullcontext()
 
 
 def load(file: Path) -> Avatar:
-    """The avatar in a file; leaves with one line where there is none."""
+    """The avatar in a file. Ends the command with one line when there is none."""
     from vistel.figure.avatar.check import AvatarFileError
     from vistel.figure.formats.load import load_any
 
@@ -37,7 +37,7 @@ def load(file: Path) -> Avatar:
 
 
 def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Avatar:
-    """The avatar in a file, or the built-in one that "builtin:…" describes; leaves with one line where there is none."""
+    """The avatar in a file, or the built-in one that "builtin:…" describes. Ends the command with one line when there is none."""
     if not spec.startswith("builtin"):
         return load(Path(spec))
     from vistel.figure.people.builtin import builtin_avatar
@@ -49,7 +49,7 @@ def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Ava
 
 
 def own(file: Path) -> Avatar | None:
-    """The avatar where the file is one already."""
+    """The avatar of a file that VISTEL wrote; None for any other file."""
     from vistel.figure.avatar.check import AvatarFileError
     from vistel.figure.formats.load import load_any
 
@@ -62,7 +62,7 @@ def own(file: Path) -> Avatar | None:
 
 
 def check_output(output: Path) -> None:
-    """Leaves with one line where an avatar cannot be written there."""
+    """Ends the command with one line when no avatar can be written there."""
     from vistel.figure.making.source import USD_ENDINGS
 
     if output.suffix.lower() not in USD_ENDINGS:
@@ -72,7 +72,7 @@ def check_output(output: Path) -> None:
 
 
 def save(avatar: Avatar, output: Path, show: bool) -> None:
-    """Writes the avatar as USD; leaves with one line where that fails."""
+    """Writes the avatar as USD. Ends the command with one line when that fails."""
     from vistel.figure.formats.usd import save_usd
 
     try:
@@ -83,7 +83,7 @@ def save(avatar: Avatar, output: Path, show: bool) -> None:
 
 
 def facts(avatar: Avatar) -> dict[str, Any]:
-    """What an avatar consists of."""
+    """The figures of an avatar: its meshes, joints and textures."""
     return {
         "name": avatar.name,
         "height_m": round(avatar.skeleton.height, 3),

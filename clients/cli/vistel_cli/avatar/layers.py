@@ -1,4 +1,4 @@
-"""`vistel avatar layers`: what lies under an avatar's skin in a posture, as a scene file to trace."""
+"""`vistel avatar layers`: an avatar's bones, muscles and veins in a posture, as a scene file."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from vistel_cli.avatar.files import Json, busy, load_or_make, report
 from vistel_cli.terminal import FAILED, USAGE, fail
 
 _FROM = (0.45, 0.25, 1.6)
-"""From the middle of the figure to the camera, in parts of the figure's size."""
+"""Distance from the figure's middle to the camera, in units of the figure's size."""
 
 
-class Shown(StrEnum):
-    """Which layers."""
+class VisibleLayers(StrEnum):
+    """The layers that the scene shows."""
 
     skin = "skin"
     muscles = "muscles"
@@ -27,11 +27,13 @@ def layers(
     file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
     output: Annotated[Path, typer.Option("-o", "--output", help="The scene file to write, .toml.")],
     posture: Annotated[str, typer.Option(help="One of the standard postures, such as t-pose, elbow or squat.")] = "elbow",
-    show: Annotated[Shown, typer.Option(help="All layers blended, or muscles and bones, or bones uncovered.")] = Shown.skin,
-    physical: Annotated[bool, typer.Option(help="Bellies swell by their blend functions instead of by their size.")] = False,
+    show: Annotated[
+        VisibleLayers, typer.Option(help="All layers blended, or muscles and bones, or bones uncovered.")
+    ] = VisibleLayers.skin,
+    physical: Annotated[bool, typer.Option(help="Muscles swell by their blend functions instead of by their size.")] = False,
     as_json: Json = False,
 ) -> None:
-    """An avatar as one layered implicit model of bones, muscles, veins and skin, in a scene file for `vistel trace`.
+    """Write an avatar's layers (bones, muscles, veins, skin) as one implicit model, in a scene file for `vistel trace`.
 
     [bold]Examples[/bold]
 
@@ -50,10 +52,10 @@ def layers(
     if posture not in postures:
         fail(f"--posture: is {posture!r}, expected one of {', '.join(postures)}", USAGE)
     avatar = load_or_make(file)
-    kinds: dict[Shown, tuple[Layer, ...]] = {
-        Shown.skin: ("skin", "joints", "muscles", "bones", "veins"),
-        Shown.muscles: ("bones", "muscles", "tendons"),
-        Shown.bones: ("bones",),
+    kinds: dict[VisibleLayers, tuple[Layer, ...]] = {
+        VisibleLayers.skin: ("skin", "joints", "muscles", "bones", "veins"),
+        VisibleLayers.muscles: ("bones", "muscles", "tendons"),
+        VisibleLayers.bones: ("bones",),
     }
     with busy("building the layers", not as_json):
         joints = pose_joints(avatar.skeleton, postures[posture])
@@ -61,7 +63,9 @@ def layers(
         low, high = joints.position.min(axis=0), joints.position.max(axis=0)
         middle = 0.5 * (low + high)
         away = 1.05 * float(max((high - low).max(), avatar.skeleton.height))
-        text = scene_text(model, kinds[show], blended=show is Shown.skin, eye=middle + away * np.array(_FROM), target=middle)
+        text = scene_text(
+            model, kinds[show], blended=show is VisibleLayers.skin, eye=middle + away * np.array(_FROM), target=middle
+        )
     try:
         output.write_text(text)
     except OSError as fault:

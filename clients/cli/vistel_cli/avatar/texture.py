@@ -1,4 +1,4 @@
-"""`vistel avatar islands` and `register`: how the texture lies on each part of an avatar's surface."""
+"""`vistel avatar islands` and `register`: registration of the texture on each part of an avatar's surface."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def islands(
     most: Annotated[int, typer.Option(min=1, help="How many to list, largest first.")] = 20,
     as_json: Json = False,
 ) -> None:
-    """The islands of an avatar's texture coordinates: parts of the surface on which the texture is registered.
+    """List the islands of an avatar's texture: parts of the surface that are registered one by one.
 
     [bold]Examples[/bold]
 
@@ -57,16 +57,19 @@ def islands(
 def register(
     file: Annotated[Path, typer.Argument(help="An avatar file.")],
     island: Annotated[int, typer.Option(min=0, help="Its number, as `vistel avatar islands` lists them.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Where to write; the file itself otherwise.")] = None,
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Where to write; default: the file itself.")] = None,
     move: Annotated[str, typer.Option(help="U,V: right and up, in widths and heights of the whole texture.")] = "0,0",
     turn: Annotated[float, typer.Option(help="Counter-clockwise \\[degrees].")] = 0.0,
-    scale: Annotated[float, typer.Option(min=0.001, max=1000.0, help="2: the picture on it twice as large.")] = 1.0,
-    picture: Annotated[Path | None, typer.Option(help="Another picture for this island, which it spans at first.")] = None,
-    reset: Annotated[bool, typer.Option("--reset", help="Take the transform of this island back.")] = False,
+    scale: Annotated[float, typer.Option(min=0.001, max=1000.0, help="Factor of size; 2 doubles the picture on the island.")] = 1.0,
+    picture: Annotated[
+        Path | None, typer.Option(help="Another picture for this island; it covers the whole island at first.")
+    ] = None,
+    reset: Annotated[bool, typer.Option("--reset", help="Remove the registration of this island.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Lay the texture right on one island: turn, scale and move it about the island's middle. What is said replaces what
-    was said before of that island, and is kept in the file.
+    """Register the texture on one island: turn, scale and move it about the island's middle.
+
+    The file keeps the registration. A new one replaces the old one of that island.
 
     [bold]Examples[/bold]
 

@@ -1,4 +1,4 @@
-"""How a calibration asks a person for moves: says what to do, counts down, shows how long it lasts."""
+"""Guides a person through the moves of a calibration: instruction, countdown, remaining time."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ Now = Callable[[], float]
 
 
 class Asker:
-    """Asks on the terminal; aloud too, where `speak` and a speech program is installed."""
+    """Asks on the terminal. With `speak` it also asks aloud, if a speech program is installed."""
 
     def __init__(self, speak: bool) -> None:
         self._voice = next((v for v in _VOICES if shutil.which(v)), None) if speak else None
         if speak and self._voice is None:
-            err.print(f"no voice here: install one of {', '.join(_VOICES)}")
+            err.print(f"no speech program found; install one of {', '.join(_VOICES)}")
         self._speaking: set[asyncio.Task[None]] = set()
 
     def tell(self, text: str) -> None:
-        """Say something, without waiting for the end of it."""
+        """Print and speak a text. Does not wait until it is spoken."""
         out.print(text, soft_wrap=True)
         if self._voice is not None:
             self._speaking = {t for t in self._speaking if not t.done()}

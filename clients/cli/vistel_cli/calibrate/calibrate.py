@@ -1,4 +1,4 @@
-"""`vistel calibrate`: measure people and devices once, so that everything afterwards fits them. A module a command."""
+"""`vistel calibrate`: measures people and devices once. One module for each command."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from vistel_cli.calibrate import gaze as calibrate_gaze
 from vistel_cli.calibrate import glove as calibrate_glove
 from vistel_cli.calibrate import person as calibrate_person
 
-app = typer.Typer(help="Measure people and devices: what is found is kept in files that a conference uses.", no_args_is_help=True)
+app = typer.Typer(help="Measure people and devices. The results are files that a conference uses.", no_args_is_help=True)
 app.command("tracker")(calibrate_person.tracker)
 app.command("body")(calibrate_person.body)
 app.command("glove")(calibrate_glove.glove)

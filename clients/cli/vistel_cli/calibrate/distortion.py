@@ -1,4 +1,4 @@
-"""`vistel calibrate distortion`: what metal in the room does to a magnetic tracker."""
+"""`vistel calibrate distortion`: corrects the distortion of a magnetic tracker by metal in the room."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ def distortion(
     station: Annotated[int, typer.Option(help="With --from: which of its receivers was held.")] = 1,
     output: Annotated[Path, typer.Option("--out", help="The grid.")] = Path("distortion.json"),
     step: Annotated[float, typer.Option(help="Metres between the grid's corners.")] = 0.1,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Make a correction grid from points whose true place is known.
+    """Make a correction grid from points with known positions.
 
     The file has a line of headings and one line per point, transmitter frame: true_x, true_y, true_z and read_x, read_y,
-    read_z in metres; where orientations are known too, true_qx ... true_qw and read_qx ... read_qw. With --from what was read is
-    taken from a recording: the receiver held still for two seconds or more on each point, in the order of the file.
+    read_z in metres; where orientations are known too, true_qx ... true_qw and read_qx ... read_qw. With --from the
+    readings come from a recording in which the receiver is held still on each point for two seconds or more, in the file's order.
 
     [bold]Examples[/bold]
 
@@ -85,8 +85,8 @@ def distortion(
 
 
 def read_points(path: Path, which: str) -> tuple[F64, F64]:
-    """Positions (n, 3) and quaternions (n, 4) of the columns `which`, "true" or "read"; the end of the command with one line
-    where they cannot be."""
+    """Positions (n, 3) and quaternions (n, 4) of the columns `which`, "true" or "read". Ends the command with one line when
+    they cannot be read."""
     rows = _rows(path)
     missing = [f"{which}_{a}" for a in POSITION if f"{which}_{a}" not in (rows[0] if rows else {})]
     if missing:
@@ -106,7 +106,7 @@ def read_points(path: Path, which: str) -> tuple[F64, F64]:
 
 
 def has_rotations(path: Path) -> bool:
-    """Whether a file of points tells true orientations."""
+    """Whether a file of points holds true orientations."""
     rows = _rows(path)
     return bool(rows) and all(f"true_{a}" in rows[0] for a in ROTATION)
 
@@ -120,7 +120,8 @@ def _rows(path: Path) -> list[dict[str, str]]:
 
 
 def recorded_points(log: Path, device: str, station: int, count: int) -> tuple[F64, F64]:
-    """Where a receiver was held still in a log, `count` times: positions (n, 3), quaternions (n, 4); or the end of the command."""
+    """Poses at which a receiver was held still in a log, `count` times: positions (n, 3), quaternions (n, 4). Ends the command
+    with one line when there are fewer or more."""
     from vistel.figure.calibration.moves import MoveError, find_rests
     from vistel_cli.calibrate.gather import recorded
 

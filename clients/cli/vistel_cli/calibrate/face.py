@@ -21,11 +21,11 @@ def face(
     output: Annotated[Path | None, typer.Option("--out", help="Default: NAME-face.json.")] = None,
     clip: Annotated[Path | None, typer.Option(help="A video of the neutral face, instead of the camera.")] = None,
     seconds: Annotated[float, typer.Option(help="How long to look.")] = 2.0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Learn where the 13 marks of a neutral face are, and their colour.
+    """Measure positions and colour of the 13 marks on a neutral face.
 
-    The person looks ahead, mouth closed, nothing raised, for two seconds. Name the file as `calibration` of the
+    The person looks ahead for two seconds, with the mouth closed and the face relaxed. Name the file as `calibration` of the
     participant's face in the conference file.
 
     [bold]Examples[/bold]

@@ -33,7 +33,7 @@ from vistel_services import tracker
 from vistel_services.posture.capture import USABLE, receiver_pose
 
 START_S = 20.0
-"""How long a tracker may take until all of its receivers speak."""
+"""Longest wait for the first values of all receivers."""
 TRIES = 3
 """Of each move, live."""
 _AFTER_S = 0.3
@@ -41,7 +41,7 @@ _AFTER_S = 0.3
 
 
 class Collected:
-    """What each receiver said, times in seconds from `origin_ns`. stations: number to name."""
+    """Measurements of each receiver. Times are in seconds from `origin_ns`. stations: number to name."""
 
     def __init__(self, stations: Mapping[int, str], origin_ns: int) -> None:
         self._stations = stations
@@ -62,7 +62,7 @@ class Collected:
 
     @property
     def silent(self) -> list[str]:
-        """Receivers that have said nothing so far."""
+        """Names of the receivers without any measurement so far."""
         return [name for name, rows in self._rows.items() if not rows]
 
     def samples(self) -> Samples:
@@ -71,15 +71,15 @@ class Collected:
 
 
 def tracker_of(person: Participant) -> TrackerConfig:
-    """Their tracker, or the end of the command."""
+    """The participant's tracker. Ends the command with one line when there is none."""
     if person.tracker is None:
         fail(f"{person.name}: has no tracker in the conference file", USAGE)
     return person.tracker
 
 
 def recorded(path: Path, device: str, stations: Mapping[int, str]) -> Samples:
-    """What the receivers of a tracker, and of a second one synchronised with it, measured in a log; or the end of the command.
-    Raises MoveError where there is nothing of it."""
+    """Measurements of a tracker's receivers in a log, with those of a second tracker synchronised with it.
+    Raises MoveError when the log holds none."""
     try:
         reader = LogReader(path)
     except LogError as e:
@@ -90,7 +90,7 @@ def recorded(path: Path, device: str, stations: Mapping[int, str]) -> Samples:
             collected.take(record.message)
     samples = collected.samples()
     if len(collected.silent) == len(samples):
-        raise MoveError(f"{path}: nothing of {device} is in it")
+        raise MoveError(f"{path}: it holds no measurement of {device}")
     return samples
 
 
@@ -102,7 +102,7 @@ def from_log(path: Path, conference: Conference, name: str, steps: Sequence[Step
 
 
 def live(conference: Conference, name: str, steps: Sequence[Step], speak: bool) -> Moves:
-    """Ask for the moves, one after the other, and listen. Raises MoveError."""
+    """Ask for the moves one after the other, and record them. Raises MoveError."""
     return asyncio.run(_live(conference, name, steps, Asker(speak)))
 
 
@@ -119,7 +119,9 @@ async def _live(conference: Conference, name: str, steps: Sequence[Step], asker:
         session.listen("tracker", collected.take)
         if not await session.until(lambda: not collected.silent, START_S):
             missing = ", ".join(name.replace("_", " ") for name in collected.silent)
-            raise MoveError(f"no word from {missing} ({session.details.get(tracker_name(name), 'the tracker does not answer')})")
+            raise MoveError(
+                f"no measurement from {missing} ({session.details.get(tracker_name(name), 'the tracker does not answer')})"
+            )
         simulated = config.port == "sim"
         return await _ask(steps, collected, session.now_s, 0.0 if simulated else session.now_s(), asker, 1 if simulated else TRIES)
 

@@ -1,4 +1,4 @@
-"""`vistel calibrate gaze`: where a person looks, from where the pupil is in their eye camera's picture."""
+"""`vistel calibrate gaze`: maps the pupil's position in an eye camera's picture to the direction of gaze."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vistel_cli.calibrate.pictures import SIMULATED_HZ, participant, shown
 from vistel_cli.terminal import USAGE, err, fail, out
 
 _USED = (0.4, 0.95)
-"""Share of a point's time in which the eye is on it."""
+"""Share of each point's time that is evaluated: the eye needs the rest to arrive."""
 _GOOD_DEG = 1.5
 
 
@@ -25,13 +25,13 @@ def gaze(
     per_point: Annotated[float, typer.Option(help="Seconds for each of the nine points.")] = 2.0,
     yaw: Annotated[float, typer.Option(help="Degrees of the outer points to the left and right.")] = 18.0,
     pitch: Annotated[float, typer.Option(help="Degrees of the outer points up and down.")] = 12.0,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Learn where an eye looks, from nine points looked at in turn.
+    """Measure how an eye camera sees the eye look at nine points in turn.
 
     Put nine marks on a wall: three rows of three, the middle one straight ahead at eye height, the outer ones 18 degrees to
-    each side and 12 up and down (at 2 m: 65 cm and 43 cm). Keep the head still and look at each in turn as told, from the
-    left above to the right below. Name the file as `calibration` of the participant's eye in the conference file.
+    each side and 12 up and down (at 2 m: 65 cm and 43 cm). Keep the head still and look at each mark when
+    asked, from upper left to lower right. Name the file as `calibration` of the participant's eye in the conference file.
 
     [bold]Examples[/bold]
 
@@ -98,7 +98,9 @@ def gaze(
         return
     out.print(f"residual on the points {found.residual_deg:.2f} degrees; on points left out {found.left_out_deg:.2f}")
     if found.left_out_deg > _GOOD_DEG:
-        out.print("[yellow]that is much: keep the head still, look at each point until the next is told, and do it again[/yellow]")
+        out.print(
+            "[yellow]that is much: keep the head still, look at each point until the next is announced, and do it again[/yellow]"
+        )
     out.print(f"wrote {path}")
 
 

@@ -1,4 +1,4 @@
-"""`vistel calibrate glove`: four hands held still make a glove fit its user."""
+"""`vistel calibrate glove`: fits a glove to its user from four hand shapes held still."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ START_S = 20.0
 
 
 class Collected(NamedTuple):
-    """When a glove was read [s], and the bytes of its sensors."""
+    """Time of a glove's reading [s], and the bytes of its sensors."""
 
     times: list[float]
     raw: list[bytes]
 
 
 def glove(
-    file: Annotated[Path, typer.Argument(help="Conference file: whose glove, on which port.")],
+    file: Annotated[Path, typer.Argument(help="Conference file, with the glove's participant and port.")],
     participant: Annotated[str, typer.Argument(help="Participant.")],
     side: Annotated[str, typer.Argument(help="left or right.")],
     output: Annotated[Path | None, typer.Option("--out", help="Default: PARTICIPANT-SIDE.json.")] = None,
     log: Annotated[Path | None, typer.Option("--from", help="Take the hands from this log instead of asking for them.")] = None,
     speak: Annotated[bool, typer.Option(help="Say the hands aloud, where a speech program is installed.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Fit a CyberGlove or 5DT Data Glove to its user: open hand, fist, spread hand, pinch.
 
@@ -63,7 +63,7 @@ def glove(
     else:
         why = asyncio.run(_live(conference, glove, take, Asker(speak)))
     if not collected.raw:
-        fail(f"{device}: nothing was heard of it; {why}")
+        fail(f"{device}: no data received; {why}")
     try:
         found = load(glove.kind.fit)(glove, *collected)
         found.save(target)
@@ -111,7 +111,7 @@ def _from_log(path: Path, device: str, take: Callable[[Any], None]) -> None:
 
 
 async def _live(conference: Conference, glove: Device, take: Callable[[Any], None], asker: Asker) -> str:
-    """Ask for the hands, one after the other, and listen. Returns why nothing was heard, where nothing was."""
+    """Ask for the hand shapes one after the other, and record them. Returns the reason when no data was received, else ""."""
     from vistel.figure.calibration.moves import PAUSE_S
     from vistel.protocol.glove_fit import HANDS, HOLD_S
     from vistel_cli.devices.session import alone, running

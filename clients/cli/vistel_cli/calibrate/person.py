@@ -1,4 +1,4 @@
-"""`vistel calibrate tracker` and `vistel calibrate body`: six moves tell bones, receivers' places and the transmitter's."""
+"""`vistel calibrate tracker` and `vistel calibrate body`: bone lengths, receivers' and transmitter's positions from six moves."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from vistel.conference.device_names import tracker_name
 from vistel_cli.people import person_of
 from vistel_cli.terminal import FAILED, fail, load_conference, out
 
-File = Annotated[Path, typer.Argument(help="Conference file: whose tracker, on which port.")]
+File = Annotated[Path, typer.Argument(help="Conference file, with the tracker's participant and port.")]
 Who = Annotated[str, typer.Argument(help="Participant.")]
 Log = Annotated[Path | None, typer.Option("--from", help="Take the moves from this log instead of asking for them.")]
 Begin = Annotated[float | None, typer.Option(help="Seconds into the log at which the first move was announced.")]
 Speak = Annotated[bool, typer.Option(help="Say the moves aloud, where a speech program is installed.")]
 Anyway = Annotated[bool, typer.Option(help="Keep the result even where a move was poor.")]
 _COLOURS = {"good": "green", "fair": "yellow", "poor": "red"}
-Json = Annotated[bool, typer.Option("--json", help="Print what was found as JSON.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
 def tracker(
@@ -36,7 +36,7 @@ def tracker(
 ) -> None:
     """Find where a tracker's transmitter stands and how its receivers sit on the participant.
 
-    Six moves of some seconds each, asked for one by one. Name the file in the conference file:
+    The command asks for six moves of some seconds each. Name the file in the conference file:
     calibration = "aiko-tracker.json" in the participant's tracker.
 
     [bold]Examples[/bold]
@@ -71,7 +71,7 @@ def body(
     output: Annotated[Path | None, typer.Option("--out", help="Default: PARTICIPANT-body.json.")] = None,
     height: Annotated[float | None, typer.Option(help="Standing, metres; default: the conference file's.")] = None,
     forearm: Annotated[
-        bool, typer.Option(help="Learn too how the arms are carried: two more moves, a receiver on the forearm.")
+        bool, typer.Option(help="Measure the usual height of the elbows too: two more moves, a receiver on the forearm.")
     ] = False,
     log: Log = None,
     begin: Begin = None,
@@ -112,7 +112,7 @@ def body(
     for name, key in (("upper arm", "upper_arm_cm"), ("forearm", "forearm_cm")):
         rows.add_row(name, *(f"{v:.1f} cm" for v in measures[key]))
     text = f"Shoulders {measures['shoulders_cm']} cm apart, spine {measures['spine_cm']} cm." + (
-        " How the arms are carried is learnt." if comfort else ""
+        " The usual height of the elbows is measured." if comfort else ""
     )
     _show(found, table, as_json, [rows, text], target if written else None)
 
@@ -128,7 +128,7 @@ def _calibrated(
     forearm: bool,
     height: float | None = None,
 ) -> tuple[Any, dict[str, Any]]:
-    """Gather and fit; the end of the command with one line where the moves cannot be used."""
+    """Record and fit. Ends the command with one line when the moves cannot be used."""
     from vistel.figure.calibration.arms import fit_comfort, samples_of
     from vistel.figure.calibration.files import CalibrationFileError, load_body
     from vistel.figure.calibration.fit import calibrate

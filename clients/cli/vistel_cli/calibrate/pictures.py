@@ -1,4 +1,4 @@
-"""Pictures for calibrating: of a participant's camera, of a clip of it, or of the simulated one."""
+"""Pictures for calibration, from a participant's camera, a clip or a simulated camera."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ SIMULATED_HZ = 30
 
 
 def participant(file: Path, name: str) -> tuple[Participant, int]:
-    """Who is meant, and the conference's seed; or the end of the command."""
+    """The participant of that name, and the conference's seed. Ends the command with one line when there is none."""
     conference = load_conference(file)
     return person_of(conference, name)[1], conference.seed
 
@@ -32,8 +32,8 @@ def participant(file: Path, name: str) -> tuple[Participant, int]:
 def shown(
     camera: FaceConfig | EyeConfig, clip: Path | None, seconds: float, simulated: Callable[[int], U8]
 ) -> Iterator[tuple[float, U8]]:
-    """Time [s] and picture: of the clip if there is one, else of the camera for so many seconds; `simulated` draws the n-th
-    picture of a simulated one."""
+    """Time [s] and picture, from the clip if there is one, else from the camera for `seconds`. `simulated` draws the n-th
+    picture of a simulated camera."""
     if clip is None and camera.simulated:
         for k in track(range(round(seconds * SIMULATED_HZ)), "looking", console=err, transient=True):
             yield k / SIMULATED_HZ, simulated(k)

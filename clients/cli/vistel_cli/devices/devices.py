@@ -1,4 +1,4 @@
-"""`vistel devices`: the ports of this machine and what hangs on them."""
+"""`vistel devices`: the ports of this machine and the devices on them."""
 
 from __future__ import annotations
 
@@ -18,16 +18,17 @@ def devices(
     as_json: Annotated[bool, typer.Option("--json", help="Print the list as JSON.")] = False,
     probe: Annotated[
         list[str] | None,
-        typer.Option(help="Ask this serial port what hangs on it; may be given often. No conference may be using it."),
+        typer.Option(help="Identify the device on this serial port; repeatable. No conference may be using the port."),
     ] = None,
     watch: Annotated[
         Path | None,
-        typer.Option(help="Show live what the trackers and gloves of this conference file say. No conference may be using them."),
+        typer.Option(help="Show live values of the trackers and gloves of this conference file. No conference may be using them."),
     ] = None,
     seconds: Annotated[float, typer.Option(help="Watch for so long; 0: until Ctrl-C.")] = 0.0,
 ) -> None:
-    """List serial ports and HID devices a tracker or glove can be on, and cameras; with --probe or --watch what hangs on them,
-    with firmware and rates.
+    """List cameras, and the serial ports and HID devices that may be trackers or gloves.
+
+    --probe and --watch also show each device's firmware and rate.
 
     [bold]Example[/bold]
 
@@ -62,7 +63,7 @@ def _show(found: list[dict[str, Any]], as_json: bool) -> None:
 
 
 async def _probed(ports: list[str]) -> list[dict[str, Any]]:
-    """What answers on each port, tried at the speeds that trackers and gloves have."""
+    """The device that answers on each port, tried at the baud rates of trackers and gloves."""
     return [{"port": port, "kind": "serial"} | await _answer(port) for port in ports]
 
 
@@ -90,7 +91,7 @@ async def _answer(port: str) -> dict[str, str]:
         return {"description": str(e)}
     finally:
         transport.close()
-    return {"description": "nothing known answers"}
+    return {"description": "no known device answers"}
 
 
 def _serial() -> list[dict[str, Any]]:

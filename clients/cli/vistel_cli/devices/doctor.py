@@ -1,4 +1,4 @@
-"""`vistel doctor`: what this machine has, and what is used where something is missing."""
+"""`vistel doctor`: the equipment of this machine, and the substitute for each missing part."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from vistel_cli.terminal import FAILED, out
 
 
 def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False) -> None:
-    """Say what this machine has and what will be used instead of what it lacks.
+    """List the equipment of this machine, and the substitute for each missing part.
 
     [bold]Example[/bold]
 
@@ -99,7 +99,7 @@ def _sound() -> Finding:
     if platform.system() == "Linux":
         text = cards.read_text() if cards.exists() else ""
         if not text or "no soundcards" in text:
-            return Finding("Sound card", "absent", "none", "simulated talkers, sound files; what is heard goes into the videos")
+            return Finding("Sound card", "absent", "none", "simulated talkers and sound files; the videos hold the sound")
         return Finding("Sound card", "found", text.split("]:")[-1].splitlines()[0].strip())
     return Finding("Sound card", "found", "by the system")
 
@@ -124,7 +124,7 @@ def _encoder() -> Finding:
 
 
 def _devices() -> list[Finding]:
-    """What the kinds of devices need, each once, and the kinds that other packages bring."""
+    """Findings on the requirements of each device kind, and the kinds from other packages."""
     found: list[Finding] = [load(check)() for check in dict.fromkeys(k.doctor for k in kinds() if k.doctor)]
     packaged, faults = packaged_kinds()
     if packaged:

@@ -1,4 +1,4 @@
-"""Devices of a conference file run by the command itself, without a conference: to calibrate them, or to look at them."""
+"""Runs the devices of a conference file without a conference, to calibrate or watch them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _LOOK_S = 0.1
 
 @dataclass(frozen=True)
 class DeviceSession:
-    """begin_ns: when simulated people began to move. details: the newest word about each device."""
+    """begin_ns: when simulated people began to move. details: the newest status text of each device."""
 
     bus: MemoryBus
     clock: Clock
@@ -65,14 +65,14 @@ class DeviceSession:
 
 
 def alone(conference: Conference, site: Site, person: Participant) -> Conference:
-    """The conference with nobody but `person`, who does the moves of a calibration where their devices are simulated."""
+    """The conference with `person` alone. Simulated devices of that person perform the moves of a calibration."""
     there = site.model_copy(update={"participants": [person.model_copy(update={"motion": CALIBRATION})], "props": []})
     return conference.model_copy(update={"sites": [there]})
 
 
 @contextmanager
 def _quietly() -> Iterator[None]:
-    """What services log is told on the person's screen instead."""
+    """Suppresses the log of services; the command prints the facts itself."""
     ours = logging.getLogger("vistel")
     before = ours.level
     ours.setLevel(logging.ERROR)
@@ -84,7 +84,7 @@ def _quietly() -> Iterator[None]:
 
 @asynccontextmanager
 async def running(conference: Conference, services: Sequence[ModuleType]) -> AsyncIterator[DeviceSession]:
-    """The services of every site, and what is simulated, for as long as the block lasts."""
+    """Runs the services of every site and the simulated devices, for as long as the block lasts."""
     clock = SystemClock()
     network = MemoryNetwork()
     with tempfile.TemporaryDirectory(prefix="vistel-") as folder, _quietly():

@@ -20,7 +20,7 @@ _STATES = {DeviceStatus.STATE_STREAMING: "green", DeviceStatus.STATE_FAULT: "red
 
 
 class Board:
-    """The newest of every device."""
+    """The newest status and values of every device."""
 
     def __init__(self) -> None:
         self.status: dict[str, DeviceStatus] = {}
@@ -76,7 +76,7 @@ def _receiver(r: TrackerReceiver) -> str:
 
 
 async def watch_devices(conference: Conference, seconds: float, *, as_json: bool) -> None:
-    """Until `seconds` have passed, or Ctrl-C when they are 0. as_json: what was seen last, once, at the end."""
+    """Watch for `seconds`, or until Ctrl-C when it is 0. as_json: print the last values once, at the end."""
     board = Board()
     async with running(conference, (tracker, glove)) as session:
         session.listen("device_status", board.take_status)

@@ -1,4 +1,4 @@
-"""Avatars that a log holds, put where the services look for them: a replay needs none of the files they were made of."""
+"""Copies the avatars of a log to the avatar folder, so that a replay needs none of their source files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Puts a log's messages back on the bus when their time comes."""
+"""Publishes a log's messages on the bus at their recorded times."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ LIVE_SERVICES: dict[str, tuple[str, ...]] = {
 """What runs on what is fed."""
 
 VERBATIM = ("motion", "world_state", "world_key", "world_detail")
-"""Numbered by their sender; others refer to the numbers."""
+"""Topics whose messages their sender numbers; other messages refer to the numbers."""
 GATHERED_NS = 1_300_000_000
 """Raw bytes are logged at most so long after they were read (`vistel.wire.raw_bytes`; a second when a device falls
 silent)."""
@@ -42,7 +42,7 @@ EARLY_NS = 500_000_000
 
 
 class Feeder:
-    """Feeds one log to one bus; `fed` counts the messages put."""
+    """Publishes one log on one bus; `fed` counts the published messages."""
 
     def __init__(self, reader: LogReader, conference: Conference, bus: Bus, clock: Clock, source: str) -> None:
         self._reader, self._bus, self._clock = reader, bus, clock
@@ -56,9 +56,9 @@ class Feeder:
         self.fed = 0
 
     async def feed(self, preroll_ns: int, begin_ns: int, end_ns: int) -> None:
-        """What lies between `preroll_ns` and `begin_ns` at once, then the rest at its time.
+        """Publish the messages between `preroll_ns` and `begin_ns` at once, then the rest at their times.
 
-        Who takes part is fed from the log's beginning on.
+        Messages about participants are published from the log's beginning on.
         """
         for record in self._reader.records(topics=("participant",), end_ns=begin_ns):
             if record.topic.name in self._topics:
@@ -72,7 +72,7 @@ class Feeder:
             self._put(topic, names, message)
 
     def _in_time(self, begin_ns: int, end_ns: int) -> Iterator[tuple[int, Topic, dict[str, str], object]]:
-        """What to feed and when, in order: a message of raw bytes is logged some time after its first bytes came."""
+        """Messages with their times, in order. Raw bytes carry an earlier time than their log entry."""
         waiting: list[tuple[int, int, Topic, dict[str, str], object]] = []
         number = 0
         for record in self._reader.records(topics=self._topics, begin_ns=begin_ns, end_ns=end_ns + GATHERED_NS):
@@ -89,7 +89,7 @@ class Feeder:
 
     def _messages(self, record: LogRecord) -> Iterator[tuple[int, Topic, object]]:
         if record.topic.name == "face" and self._has_raw(record.names["device"]):
-            return  # its raw bytes say the same
+            return  # its raw bytes hold the same values
         if record.topic.name != "device_raw":
             yield record.log_ns, record.topic, record.message
             return
@@ -105,7 +105,7 @@ class Feeder:
                 yield when_ns, driver.topic, message
 
     def _has_raw(self, name: str) -> bool:
-        """Whether the log holds the bytes of this device, of the pictures of a camera only where the file says so."""
+        """Whether the log holds the raw bytes of this device. Cameras' pictures are recorded only on request."""
         device = self._devices.get(name)
         return device is None or "camera" not in device.kind.connections or device.config_as(Camera).keep_pictures
 

@@ -1,4 +1,4 @@
-"""`vistel log`: look into a log, mend it, cut a piece out."""
+"""`vistel log`: inspects, repairs, cuts and exports logs."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from rich.table import Table
 from vistel.wire.log import LogError, LogReader, LogWriter
 from vistel_cli.terminal import USAGE, err, fail, out, print_warning
 
-app = typer.Typer(help="Look into a log, mend it, cut a piece out.", no_args_is_help=True)
+app = typer.Typer(help="Inspect, repair, cut and export logs.", no_args_is_help=True)
 
 
 @dataclass
@@ -33,7 +33,7 @@ class _Channel:
 
     @property
     def kbit_s(self) -> float:
-        """Of the messages alone, without what the network puts round them."""
+        """Rate of the messages alone, without the network's own bytes."""
         span = (self.last_ns - self.first_ns) * 1e-9
         return self.bytes * 8e-3 / span if span > 0 else 0.0
 
@@ -53,7 +53,7 @@ def info(
     log: Annotated[Path, typer.Argument(help="An MCAP log.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
-    """Channels, messages, rates, longest gaps, and what is damaged.
+    """Show channels, messages, rates, longest gaps and damage.
 
     [bold]Example[/bold]
 
@@ -99,10 +99,10 @@ def info(
 
 @app.command()
 def repair(
-    log: Annotated[Path, typer.Argument(help="A log that was cut off.")],
-    output: Annotated[Path, typer.Option("--out", help="Where the whole part goes.")],
+    log: Annotated[Path, typer.Argument(help="A damaged log.")],
+    output: Annotated[Path, typer.Option("--out", help="File for the undamaged part.")],
 ) -> None:
-    """Write the whole part of a damaged log as a complete file.
+    """Write the undamaged part of a log as a complete file.
 
     [bold]Example[/bold]
 
@@ -114,7 +114,7 @@ def repair(
 @app.command()
 def cut(
     log: Annotated[Path, typer.Argument(help="A log.")],
-    output: Annotated[Path, typer.Option("--out", help="Where the piece goes.")],
+    output: Annotated[Path, typer.Option("--out", help="File for the piece.")],
     begin: Annotated[float, typer.Option("--from", help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
 ) -> None:
@@ -132,7 +132,7 @@ def cut(
 @app.command()
 def export(
     log: Annotated[Path, typer.Argument(help="An MCAP log.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The USD to write; what it is made of goes beside it.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="USD file to write; its parts go into a folder beside it.")],
     begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
     fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Samples per second.")] = 30.0,

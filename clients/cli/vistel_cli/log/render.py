@@ -1,4 +1,4 @@
-"""`vistel replay --render`: a log as films, picture by picture, whatever each takes."""
+"""`vistel replay --render`: draws a log as films, picture by picture, however long each takes."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ PREROLL_NS = 2_500_000_000
 
 
 @dataclass(frozen=True)
-class Look:
-    """size: pixels, None as the site has them; rate: pictures per second; finer: pixels drawn for one, each way; png: a file
-    for each picture instead of a film; view: "seat", "room", None as the site has it; light: "fast" or "fine"."""
+class FilmSettings:
+    """size: pixels, None: the site's; rate: pictures per second; finer: samples per pixel in each direction; png: one file
+    for each picture instead of a film; view: "seat" or "room", None: the site's; light: "fast" or "fine"."""
 
     size: tuple[int, int] | None
     rate: float
@@ -35,7 +35,7 @@ class Look:
 
 
 def size_of(text: str | None) -> tuple[int, int] | None:
-    """Pixels of "1280x720"; leaves with one line for what is no size."""
+    """Pixels of "1280x720"; ends the command with one line for any other text."""
     if text is None:
         return None
     found = re.fullmatch(r"(\d{2,5})x(\d{2,5})", text)
@@ -45,7 +45,7 @@ def size_of(text: str | None) -> tuple[int, int] | None:
 
 
 def render_log(
-    reader: LogReader, conference: Conference, sites: list[str], begin_ns: int, end_ns: int, look: Look, folder: Path
+    reader: LogReader, conference: Conference, sites: list[str], begin_ns: int, end_ns: int, look: FilmSettings, folder: Path
 ) -> None:
     """Write SITE.mp4 (or SITE/00000.png ...) for each of `sites` into `folder`."""
     from vistel.render import NoOpenGlError  # loads the mathematics
@@ -60,7 +60,7 @@ def render_log(
         fail(f"{e.filename or folder}: cannot be written: {e.strerror}", FAILED)
 
 
-def _shown(conference: Conference, name: str, look: Look) -> Conference:
+def _shown(conference: Conference, name: str, look: FilmSettings) -> Conference:
     """The conference with the site's display as asked."""
     data = conference.model_dump(mode="json", exclude_none=True)
     display = next(s["display"] for s in data["sites"] if s["name"] == name)
@@ -75,7 +75,7 @@ def _shown(conference: Conference, name: str, look: Look) -> Conference:
 
 
 def _render_site(
-    reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: Look, folder: Path
+    reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: FilmSettings, folder: Path
 ) -> None:
     from vistel.render.config import render_config
     from vistel.render.film.film import count_of, film
@@ -90,7 +90,7 @@ def _render_site(
         seated = config.view.kind == "seat" or bool(config.view.screens)
         spatial = site.audio is None or site.audio.spatial != "off"
         voices = FilmSound(begin_ns, config.delay_s, config.view.eyes if seated else None, spatial)
-    pictures = film(config, told(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer, voices)
+    pictures = film(config, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer, voices)
     columns = (TextColumn("{task.description}"), BarColumn(bar_width=30), TextColumn("{task.completed:.0f} of {task.total:.0f}"))
     with Progress(*columns, TimeRemainingColumn(), console=out, transient=True) as bar:
         task = bar.add_task(name, total=count)
@@ -116,8 +116,8 @@ def _render_site(
     out.print(f"  {target}  {count} pictures at {look.rate:g}/s, {config.view.width}x{config.view.height}", soft_wrap=True)
 
 
-def told(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
-    """What a film is made of: who takes part from the log's beginning on, all else from a little before the asked time."""
+def records_of(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
+    """Records for a film: participants from the log's beginning on, all others from a little before the start of the film."""
     from vistel.render.film.film import TOPICS
 
     first_ns = max(reader.begin_ns, begin_ns - PREROLL_NS)

@@ -1,4 +1,4 @@
-"""`vistel replay`: a recorded conference again, from any time and at any speed, through the same services."""
+"""`vistel replay`: plays a recorded conference through the same services, from any time and at any speed."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from vistel.wire.log import LogError, LogReader
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_cli.log.feed import LIVE_SERVICES, Feeder
-from vistel_cli.log.render import Look, render_log, size_of
+from vistel_cli.log.render import FilmSettings, render_log, size_of
 from vistel_cli.log.verify import verify_log
 from vistel_cli.run.launch import host_spec, open_fork_server, until_loaded
 from vistel_cli.run.prepared import prepare
@@ -34,15 +34,15 @@ from vistel_services.process.supervisor import Supervisor
 PREROLL_S = 2.5
 """Before the asked time, fed at once: key frames of motion and the world come at least so often."""
 LEAD_S = 8.0
-"""Time that processes have to start from nothing before the log's time begins to run [s]."""
+"""Time for processes to start before the log's time begins to run [s]."""
 LEAD_FORKED_S = 4.0
 """The same for processes that are forked with everything loaded [s]."""
 WORLD_EARLY_NS = 200_000_000
-"""How much earlier than the rest the world's messages are fed, so that a room is known when the first posture comes [ns]."""
+"""The world's messages are published this much earlier than the rest, so that the room is known before the first posture [ns]."""
 
 
 class Source(StrEnum):
-    """What of the log is fed; the rest is computed again."""
+    """Kind of messages that are published from the log; the rest is computed again."""
 
     DEVICES = "devices"
     MOTION = "motion"
@@ -50,14 +50,14 @@ class Source(StrEnum):
 
 
 class View(StrEnum):
-    """What a picture is of."""
+    """Viewpoint of a picture."""
 
     SEAT = "seat"
     ROOM = "room"
 
 
 class Light(StrEnum):
-    """How a picture is lit."""
+    """Lighting of a picture."""
 
     FINE = "fine"
     FAST = "fast"
@@ -75,14 +75,14 @@ def replay(
     output: Annotated[Path, typer.Option("--out", help="Folder for videos.")] = Path("out/replay"),
     verify: Annotated[bool, typer.Option("--verify", help="Re-run the world and compare every state bit for bit.")] = False,
     render: Annotated[
-        bool, typer.Option("--render", help="Draw the recorded conference picture by picture, whatever each takes.")
+        bool, typer.Option("--render", help="Draw the recorded conference picture by picture, however long each takes.")
     ] = False,
     fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="With --render: pictures per second.")] = 30.0,
     size: Annotated[str | None, typer.Option(help="With --render: pixels, such as 1920x1080.")] = None,
-    finer: Annotated[int, typer.Option(min=1, max=4, help="With --render: pixels drawn for one, each way.")] = 1,
-    view: Annotated[View | None, typer.Option(help="With --render: through whose eyes, instead of the site's own.")] = None,
+    finer: Annotated[int, typer.Option(min=1, max=4, help="With --render: samples per pixel in each direction.")] = 1,
+    view: Annotated[View | None, typer.Option(help="With --render: viewpoint instead of the site's own.")] = None,
     light: Annotated[Light, typer.Option(help="With --render: soft shadows and mirrors, or as live.")] = Light.FINE,
-    png: Annotated[bool, typer.Option("--png", help="With --render: a file for each picture instead of films.")] = False,
+    png: Annotated[bool, typer.Option("--png", help="With --render: one file for each picture instead of films.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Play a recorded conference again through the same services.
@@ -110,7 +110,7 @@ def replay(
     if begin >= length:
         fail(f"--from {begin:g}: the log is {length:.1f} s long", USAGE)
     if render:
-        looks = Look(size_of(size), fps, finer, png, view.value if view else None, light.value)
+        looks = FilmSettings(size_of(size), fps, finer, png, view.value if view else None, light.value)
         sites = [s.name for s in conference.sites if not site or s.name in site]
         begin_ns, end_ns = (reader.begin_ns + round(t * 1e9) for t in (begin, min(end or length, length)))
         render_log(reader, conference, sites, begin_ns, end_ns, looks, output)
@@ -122,7 +122,7 @@ def replay(
 def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Conference:
     """The conference of the log, with the processes a replay needs."""
     if reader.conference is None:
-        fail(f"{log}: holds no conference file; it was not written by VISTEL", USAGE)
+        fail(f"{log}: holds no conference file; VISTEL did not write it", USAGE)
     data = Conference.model_validate(reader.conference).model_dump(mode="json", exclude_none=True)
     known = [s["name"] for s in data["sites"]]
     unknown = sorted(set(sites or []) - set(known))
@@ -131,7 +131,7 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
     for s in data["sites"]:
         s["processes"] = [["posture"], ["renderer"]] if not sites or s["name"] in sites else [["posture"]]
         if "audio" in s and ["renderer"] in s["processes"]:
-            # Nobody speaks into a replay; what was said is fed.
+            # No microphone is open during a replay; recorded voices are published.
             s["audio"] |= {"microphone": "none", "microphones": {}, "equipment": []}
             s["processes"].append(["audio"])
     data["bus"] = {"mode": "embedded"}
@@ -213,7 +213,7 @@ async def _play(
 async def _world(
     reader: LogReader, conference: Conference, endpoint: str, paths: RunPaths, clock: ReplayClock, begin_ns: int
 ) -> None:
-    """The world, in this process, begun when the log's time does and from the state the log holds for that time."""
+    """Runs the world in this process. It starts with the log's time, from the state in the log at that time."""
     from vistel_services.world import service as world  # its kernels take a second to load
 
     config = world.configure(conference, None, paths)

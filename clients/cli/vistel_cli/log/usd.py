@@ -16,14 +16,14 @@ from vistel.render.film.film import count_of, instants
 from vistel.render.film.usd import write_usd
 from vistel.wire.log import LogReader
 from vistel_cli.log.avatars import with_recorded_avatars
-from vistel_cli.log.render import told
+from vistel_cli.log.render import records_of
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 
 ENDINGS = (".usda", ".usdc", ".usd")
 
 
 def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s: float | None, rate: float) -> None:
-    """Write `output`; leaves with one line where that cannot be done."""
+    """Write `output`. Ends the command with one line when that fails."""
     from vistel.conference.rooms import RoomFileError, interior_of
 
     if output.suffix.lower() not in ENDINGS:
@@ -31,7 +31,7 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
     if not output.parent.is_dir():
         fail(f"{output}: there is no directory {output.parent}", USAGE)
     if reader.conference is None:
-        fail(f"{log}: holds no conference file; it was not written by VISTEL", USAGE)
+        fail(f"{log}: holds no conference file; VISTEL did not write it", USAGE)
     length = (reader.end_ns - reader.begin_ns) * 1e-9
     if begin_s >= length:
         fail(f"--from {begin_s:g}: the log is {length:.1f} s long", USAGE)
@@ -51,11 +51,11 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
         fail(str(e), FAILED)
     except OSError as e:
         fail(f"{output}: cannot be written: {e.strerror or e}", FAILED)
-    out.print(f"{output}: {count} frames at {rate:g}/s; what it is made of in {output.stem}_parts", soft_wrap=True)
+    out.print(f"{output}: {count} frames at {rate:g}/s; its parts are in {output.stem}_parts", soft_wrap=True)
 
 
 def _shown(reader: LogReader, conference: Conference, begin_ns: int, end_ns: int, rate: float) -> Iterator[Instant]:
-    shown = instants(conference.playout.delay, told(reader, begin_ns, end_ns), begin_ns, end_ns, rate)
+    shown = instants(conference.playout.delay, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, rate)
     return iter(track(shown, "reading the log", total=count_of(begin_ns, end_ns, rate), console=err, transient=True))
 
 

@@ -1,4 +1,4 @@
-"""`vistel replay --verify`: the world once more, compared bit for bit."""
+"""`vistel replay --verify`: runs the world again on a log and compares every state bit for bit."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_st
 
 
 def verify_log(reader: LogReader, as_json: bool) -> int:
-    """Re-run the world on the log; the exit code."""
+    """Run the world again on the log. Returns the exit code."""
     from vistel_services.world.verify import verify  # its kernels take a second to load
 
     report = verify((r.topic.name, r.names, r.message, r.log_ns) for r in reader.records(topics=VERIFIED_TOPICS))

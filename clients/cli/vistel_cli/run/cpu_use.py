@@ -1,4 +1,4 @@
-"""What each process of a conference costs."""
+"""Processor time of each process of a conference."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class CpuUse:
                 self._percent[name] = round(100 * (seconds - self._begin[name][1]) / span_s, 1)
 
     def percent(self, name: str) -> float | None:
-        """Of one core; None for a process that did not live through the whole time."""
+        """Percent of one core; None for a process that did not run the whole time."""
         return self._percent.get(name)
 
     def _seconds(self) -> dict[str, tuple[int, float]]:

@@ -1,4 +1,4 @@
-"""Running some processes of a conference against a bus that is there already (`site join`, `record`)."""
+"""Runs some processes of a conference on an existing bus (`site join`, `record`)."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from vistel_services.process.forking import ForkServer, ForkServerSpec
 from vistel_services.process.plan import ProcessPlan
 from vistel_services.process.supervisor import ProcessSpec
 
-# Devices first stop feeding, then services end, the recorder last so that it hears everything.
+# Devices first stop feeding, then services end, the recorder last so that it receives everything.
 _STOP_RANK = {"sim": 4, "renderer": 3, "world": 2, "recorder": 0}
 
 
@@ -36,14 +36,14 @@ def open_fork_server(
     conference: Conference, plans: Sequence[ProcessPlan], file: Path, logs: Path, *, simulators: bool = False
 ) -> ForkServer | None:
     """A process that loads what any of `plans`, and `simulators`, need; None if the conference wants none or this
-    system cannot. `logs`: folder for its words."""
+    system cannot. `logs`: folder for its log."""
     if not conference.standby:
         return None
     return ForkServer.open(fork_server_spec(plans, file, simulators=simulators), logs / "fork-server.log")
 
 
 async def until_loaded(server: ForkServer | None, stop: asyncio.Event) -> None:
-    """Wait until `server` has loaded, or will not, or `stop` is set."""
+    """Wait until `server` has loaded or failed, or `stop` is set."""
     if server is None:
         return
     waiting = [background.start(server.settled(), "loaded"), background.start(stop.wait(), "stop")]
@@ -67,6 +67,6 @@ def _spec(name: str, module: str, arguments: tuple[str, ...], rank: int, paths: 
 
 
 def _environment() -> dict[str, str]:
-    """One figure, one thread: teams of threads cost more than they bring for sub-millisecond kernels."""
+    """One thread for each figure: kernels that take less than a millisecond gain nothing from several threads."""
     alone = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "OPENCV_FOR_THREADS_NUM")
     return dict.fromkeys(alone, "1") | dict(os.environ)

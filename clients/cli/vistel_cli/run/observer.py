@@ -1,4 +1,4 @@
-"""Watches a running conference from the bus: who is ready, how fast, how late; and sums it up in the report."""
+"""Observes a running conference on the bus: readiness, frame rates, delays; and writes the report."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Observer:
         self._world = _World()
 
     def poll(self) -> None:
-        """Take in what has arrived."""
+        """Process the messages received since the last call."""
         self._sound.poll()
         for sample in self._delays.take():
             message: ImageDelay = sample.message
@@ -80,7 +80,7 @@ class Observer:
         return [device.name for device in devices_of(self._conference)]
 
     def missing(self) -> list[str]:
-        """What is not running yet, in words."""
+        """Names of the parts that do not run yet."""
         out = [
             f"device {d}"
             for d in self.expected_devices

@@ -1,11 +1,11 @@
-"""What a conference needs made once: compiled kernels and built-in people, both kept on disk.
+"""Compiles kernels and makes built-in people once, and keeps both on disk.
 
 Without this, every process of the first conference would compile the same kernels at the same time. Runs as
 
     python -m vistel_cli.run.prepare CONFERENCE.toml
 
 in a process of its own (its memory goes back), which prints a line per step for the progress bar of `vistel_cli.run.prepared`:
-how many are done, of how many, and what it does now.
+the steps done, the number of steps, and the name of the next one.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ Step = tuple[str, Callable[[], object]]
 
 
 def _by_the_meeting(conference: Conference) -> Conference:
-    """Everybody moved by the built-in choreography: a recording may lie on another site's machine."""
+    """Everybody is moved by the built-in choreography: a recording may be on another site's machine."""
     data = conference.model_dump(mode="json", exclude_none=True)
     for site in data["sites"]:
         for p in site["participants"]:
@@ -72,10 +72,10 @@ def _compile_posture(conference: Conference) -> None:
 
 
 def _compile_world(conference: Conference) -> None:
-    """Two steps with everybody at the table, from what the motion source says."""
+    """Two steps with everybody at the table, moved by the motion source."""
     motion = open_motion(conference)
     keys = conference.room
-    if keys.from_files:  # what is made of files of others is kept from now on
+    if keys.from_files:  # rooms made from foreign files are kept from now on
         from vistel.conference.rooms import interior_of
 
         room = interior_of(keys).room
@@ -93,7 +93,7 @@ def _compile_world(conference: Conference) -> None:
 
 def _compile_figures(conference: Conference) -> None:
     """Somebody next to somebody else and to a thing of every kind."""
-    # An avatar file has the kernels of a built-in person, whom one without a file gets.
+    # An avatar file needs the same kernels as a built-in person.
     spec, name, height = people_of(conference)[0]
     spec = spec if spec.startswith("builtin") else "builtin:seed=0"
     avatar = builtin_avatar(spec, name=name, height=height)

@@ -1,6 +1,6 @@
-"""Sees to it that what a conference needs made once is there: compiled kernels and built-in people (`vistel_cli.run.prepare`).
+"""Makes sure that kernels are compiled and built-in people are made (`vistel_cli.run.prepare`).
 
-Loads nothing that takes long: mostly all is there.
+Imports nothing that loads slowly, because mostly all is there.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ INTERRUPTED = 130
 
 
 async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, silent: bool = False) -> bool:
-    """Make what is missing, with progress; at once when all is there. False when `stop` was set meanwhile.
+    """Make the missing parts and show the progress. Returns at once when all is there; False when `stop` was set meanwhile.
 
     Exits with one line when it fails.
     """

@@ -1,4 +1,4 @@
-"""`vistel record`: write down a conference that is running."""
+"""`vistel record`: records a running conference."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def record(
     output: Annotated[Path, typer.Option("--out", help="Folder for conference.mcap.")] = Path("out"),
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
     raw: Annotated[
-        bool | None, typer.Option(help="Keep the devices' bytes too; default from the file. Its devices must publish them.")
+        bool | None, typer.Option(help="Record the devices' raw bytes too; default from the file. The devices must publish them.")
     ] = None,
 ) -> None:
     """Record every topic of a running conference into an MCAP log.

@@ -1,4 +1,4 @@
-"""A room whose files are not at this site: seats and walls are asked of its world, what is drawn comes while it runs."""
+"""A room without files at this site: its world sends seats and walls first, and meshes while the conference runs."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ from vistel.wire.zenoh.config import TlsFiles
 from vistel_cli.terminal import FAILED, err, fail, out
 
 WAIT_S = 60.0
-"""For a world that does not run yet."""
+"""Longest wait for a world that does not run yet [s]."""
 MOST_SEATS = 64
 
 
 def with_room(conference: Conference, site: str, hub: str, wait_s: float = WAIT_S) -> Conference:
-    """The conference as this site can use it: without files that are not here, whose things come from the world; in place of the
-    room's file one with its seats and walls alone, kept on this machine."""
+    """The conference without files that are missing at this site; their things come from the world. A file with seats and
+    walls alone, kept on this machine, takes the place of the room's file."""
     room = conference.room
     missing = [t for t in room.things if t.file is not None and not t.file.is_file()]
     if missing:
@@ -39,7 +39,10 @@ def with_room(conference: Conference, site: str, hub: str, wait_s: float = WAIT_
     except BusError as e:
         fail(str(e), FAILED)
     if plan is None:
-        fail(f"room.file: {room.file} is not here, and no world answers at {hub} that has it; start the world, or copy it", FAILED)
+        fail(
+            f"room.file: {room.file} is not here, and no world that has it answers at {hub}; start the world, or copy the file",
+            FAILED,
+        )
     try:
         return with_seats(conference.model_copy(update={"room": room.model_copy(update={"file": _kept(plan)})}))
     except (ConferenceError, ValueError) as e:
@@ -71,7 +74,7 @@ def _kept(plan: RoomPlan) -> Path:
     if len(plan.seats) > MOST_SEATS or not all(
         math.isfinite(v) for s in plan.seats for v in (s.position.x, s.position.y, s.position.z, s.heading)
     ):
-        raise ValueError("the world tells of seats that cannot be")
+        raise ValueError("the world sent invalid seats")
     seats = tuple(Seat(np.array([s.position.x, s.position.y, s.position.z]), s.heading) for s in plan.seats)
     name = hashlib.sha256(repr([(s.position.tolist(), s.heading) for s in seats]).encode() + bytes([plan.shell])).hexdigest()[:32]
     path = default_cache().parent / "rooms" / f"plan-{name}.usda"
@@ -81,5 +84,5 @@ def _kept(plan: RoomPlan) -> Path:
             save_usd(Interior(Room(seats, (), shell=plan.shell)), path)
         except OSError as e:
             fail(f"{path}: cannot be written: {e.strerror or e}", FAILED)
-    err.print(f"room: {len(seats)} seats and walls as the world says; what is drawn comes from there", soft_wrap=True)
+    err.print(f"room: {len(seats)} seats, and walls from the world; meshes follow from there", soft_wrap=True)
     return path

@@ -1,4 +1,4 @@
-"""`vistel sim`: simulated devices alone, for whoever tests an integration against them."""
+"""`vistel sim`: runs simulated devices alone, to test other programs against them."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def sim(
     fault: Annotated[
         list[str] | None,
         typer.Option(
-            help="DEVICE:KIND:AT_S:FOR_S, often; garbage, cut, unplug, stall, drift, saturation, baud; cameras: freeze, black."
+            help="DEVICE:KIND:AT_S:FOR_S, repeatable; garbage, cut, unplug, stall, drift, saturation, baud; cameras: freeze, black."
         ),
     ] = None,
 ) -> None:

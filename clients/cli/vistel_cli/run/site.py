@@ -1,4 +1,4 @@
-"""`vistel site`: one site of a conference whose other sites are elsewhere."""
+"""`vistel site`: runs one site of a conference across machines."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ app = typer.Typer(help="Take part in a conference across machines.", no_args_is_
 @app.command()
 def join(
     file: Annotated[Path, typer.Argument(help="Conference file, the same at every site.")],
-    site: Annotated[str, typer.Argument(help="Which of its sites this machine is.")],
+    site: Annotated[str, typer.Argument(help="Name of this machine's site.")],
     hub: Annotated[str | None, typer.Option(help="Router, e.g. tls/hub.example.org:7447; default from the file.")] = None,
     output: Annotated[Path, typer.Option("--out", help="Folder for video and logs.")] = Path("out"),
     seconds: Annotated[float, typer.Option(help="Leave after so long; 0: on Ctrl-C.")] = 0.0,
@@ -70,10 +70,10 @@ def router(
     listen: Annotated[str, typer.Option(help="Where to listen; tls/ needs \\[bus.tls] in the file.")] = "tcp/127.0.0.1:7447",
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
-    """Be the router of a conference and keep its time; nothing else needs to be installed.
+    """Run the router of a conference, which also keeps its time. No other router is needed.
 
-    With tls/ only members with a certificate of the conference's authority get in, and each may publish only what
-    the topics table allows it.
+    With tls/ the router admits only members with a certificate of the conference's authority. Each may publish only
+    on the topics that the topics table allows.
 
     [bold]Example[/bold]
 

@@ -1,4 +1,4 @@
-"""What the sites of a running conference hear, from the bus: who speaks, how late, how far from the picture."""
+"""Sound at the sites of a running conference, from the bus: speakers, delays, and skew to the picture."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _MARKS = {
 
 
 def caption(message: Utterance) -> str:
-    """What somebody said to the room and what came of it, in a line."""
+    """A spoken command and its outcome, in one line."""
     answer = "" if message.state in (Utterance.STATE_SENT, Utterance.STATE_DONE) or not message.reply else f" {message.reply}"
     said = f"“{message.text}” " if message.text else ""
     return f"{message.participant}: {said}{_MARKS.get(message.state, '')}{answer}"
@@ -50,7 +50,7 @@ class SoundWatch:
         self._devices: dict[tuple[str, str], EquipmentStatus] = {}
 
     def poll(self) -> None:
-        """Take in what has arrived."""
+        """Process the messages received since the last call."""
         for sample in self._status.take():
             message: SoundStatus = sample.message
             self._newest[message.site] = message
@@ -70,7 +70,7 @@ class SoundWatch:
             self._devices[sample.names["site"], sample.message.equipment] = sample.message
 
     def line(self, site: str) -> str:
-        """In a few words what is heard at a site now; "" where it has no sound."""
+        """Short summary of the sound at a site now; "" for a site without sound."""
         status = self._newest.get(site)
         if status is None:
             return ""
@@ -106,7 +106,7 @@ class SoundWatch:
 
 
 def _heard(s: SoundStatus.Stream) -> str:
-    """How late somebody is heard, how late they should be where that differs, and how far from their picture."""
+    """Delay of a voice, its target when that differs, and its skew to the picture."""
     wanted = f" (wanted {s.target_s * 1e3:.0f})" if abs(s.target_s - s.actual_s) >= 0.005 else ""
     skew = f" {s.skew_s * 1e3:+.0f}" if s.HasField("skew_s") else ""
     return f"{s.participant} {s.actual_s * 1e3:.0f}{wanted}{skew} ms"

@@ -1,4 +1,4 @@
-"""`vistel up`: a whole conference on this machine."""
+"""`vistel up`: runs a whole conference on this machine."""
 
 from __future__ import annotations
 
@@ -36,10 +36,10 @@ START_LIMIT_S = 120.0
 
 def up(
     file: Annotated[Path | None, typer.Argument(help="Conference file; without one, a three-site demo.")] = None,
-    seconds: Annotated[float, typer.Option(help="How long, counted from when all see each other; 0: until Ctrl-C.")] = 0.0,
+    seconds: Annotated[float, typer.Option(help="Duration from the moment that all sites see each other; 0: until Ctrl-C.")] = 0.0,
     output: Annotated[Path, typer.Option("--out", help="Folder for videos, log and report.")] = Path("out"),
     motion: Annotated[
-        str | None, typer.Option(help="What the simulated devices feel: a .bvh file or a folder of 6-DOF recordings.")
+        str | None, typer.Option(help="Motion for the simulated devices: a .bvh file or a folder of 6-DOF recordings.")
     ] = None,
     plan: Annotated[bool, typer.Option("--plan", help="Only show which processes would run.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
@@ -88,7 +88,7 @@ def with_motion(conference: Conference, motion: str) -> Conference:
 
 
 def write_conference(conference: Conference, folder: Path) -> Path:
-    """The conference as a file the processes can load."""
+    """Writes the conference as a file for its processes. Returns its path."""
     path = folder / "conference.toml"
     path.write_text(tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True)), "utf-8")
     return path
@@ -176,7 +176,7 @@ class _Run:
         return self._finish(observer, supervisor, codes, cpu, paths, ready_s)
 
     async def _until_ready(self, observer: Observer, supervisor: Supervisor, started: float) -> float | None:
-        """Start everything; seconds until everyone saw everyone, None when stopped before."""
+        """Start everything. Returns the seconds until all sites saw all participants; None when stopped before."""
         with _progress(self.as_json) as bar:
             everything = len(observer.missing())
             task = bar.add_task("loading", total=everything)
@@ -225,7 +225,7 @@ class _Run:
         faults = [f"{f.name} is missing" for f in files if not f.exists()]
         faults += [f"{n} ended with {c}; see its log" for n, c in codes.items() if c not in (0, -signal.SIGTERM)]
         if ready_s is None and not self.stop.is_set():
-            faults.append("the conference did not come together")
+            faults.append("not all sites saw all participants")
         if self.as_json:
             out.print_json(data=report)
         else:

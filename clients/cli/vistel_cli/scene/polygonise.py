@@ -1,4 +1,4 @@
-"""`vistel polygonise`: the surface of a scene's shapes as a mesh on file."""
+"""`vistel polygonise`: writes the surface of a scene's shapes as a mesh file."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ def polygonise(
         float | None, typer.Option("--tolerance", min=0.0, help="Largest distance from mesh to surface \\[m]; sets the cell size.")
     ] = None,
     keep_polygons: Annotated[
-        bool, typer.Option("--keep-polygons", help="Keep polyhedral primitives' own polygons where they act alone.")
+        bool, typer.Option("--keep-polygons", help="Keep the polygons of polyhedral primitives that blend with no other.")
     ] = False,
     residual: Annotated[float, typer.Option("--residual", min=1e-6, help="Largest |F - T| at a vertex.")] = 1e-4,
-    as_json: Annotated[bool, typer.Option("--json", help="What was made, as one JSON object.")] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False,
     stats: Annotated[bool, typer.Option("--stats", help="Also area, volume, whether it is closed, and times.")] = False,
 ) -> None:
     """Turn the shapes of a scene into one closed mesh with normals, colours and texture coordinates.
@@ -111,7 +111,7 @@ def _made(read: Any, resolution: int | None, tolerance: float | None, keep_polyg
 
 
 class _Bar:
-    """A progress bar on the terminal, once there is something to wait for."""
+    """A progress bar on the terminal, shown for slow scenes only."""
 
     def __init__(self, show: bool) -> None:
         self.begin, self.show = time.perf_counter(), show and sys.stderr.isatty()

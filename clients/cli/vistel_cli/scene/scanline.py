@@ -1,4 +1,4 @@
-"""`vistel scanline`: a scene file to a picture, row by row, in milliseconds."""
+"""`vistel scanline`: draws a scene file row by row, in milliseconds."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 import typer
 from rich.markup import escape
 
-from vistel_cli.scene.trace import opened, picture_size, scene_errors_told
+from vistel_cli.scene.trace import opened, picture_size, scene_errors_printed
 from vistel_cli.terminal import err, out
 
 
@@ -36,7 +36,7 @@ def scanline(
     from vistel.implicit.trace.report import report
 
     pixels = picture_size(size)
-    with scene_errors_told():
+    with scene_errors_printed():
         read = opened(scene, output)
         width, height = pixels or read.size
         if max(width, height) * smooth > 16384:

@@ -1,4 +1,4 @@
-"""`vistel trace`: a scene file to a picture."""
+"""`vistel trace`: ray traces a scene file into a picture."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ def trace(
     output: Annotated[Path, typer.Option("-o", "--output", help="The PNG to write.")] = Path("out.png"),
     size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in pixels instead of the scene's.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Tiles at once; by default one for each core.")] = None,
-    depth: Annotated[int, typer.Option(min=0, max=16, help="How often a ray is mirrored.")] = 3,
+    depth: Annotated[int, typer.Option(min=0, max=16, help="Most reflections of a ray.")] = 3,
     antialias: Annotated[
         float, typer.Option(min=0, max=1, help="More rays where neighbours differ by more than this; 0: none.")
     ] = 0.1,
-    shadows: Annotated[bool, typer.Option(help="Whether lamps cast them.")] = True,
+    shadows: Annotated[bool, typer.Option(help="Whether lamps cast shadows.")] = True,
     method: Annotated[str, typer.Option(help="How surfaces are found: auto, march, analytic, numeric.")] = "auto",
     samples: Annotated[
         int, typer.Option(min=1, max=1000, help="Guess points across the smallest primitive: more is safer, fewer faster.")
@@ -50,7 +50,7 @@ def trace(
     from vistel.implicit.trace.report import report
 
     pixels = picture_size(size)
-    with scene_errors_told():
+    with scene_errors_printed():
         read = opened(scene, output)
         facts: dict[str, Any] = report(read) if stats or as_json else {}
         began, cpu = time.perf_counter(), time.process_time()
@@ -90,8 +90,8 @@ def trace(
 
 
 @contextmanager
-def scene_errors_told() -> Iterator[None]:
-    """What is wrong with a scene or its shapes ends the command with a line for each fault."""
+def scene_errors_printed() -> Iterator[None]:
+    """Turns the errors of a scene or its shapes into one line each, and ends the command."""
     from vistel.implicit.checks import ShapeError
     from vistel.implicit.scene import SceneError
 
@@ -104,7 +104,7 @@ def scene_errors_told() -> Iterator[None]:
 
 
 def opened(scene: Path, output: Path) -> Scene:
-    """The scene of a file, with its warnings told, once it is known that `output` can be written."""
+    """The scene of a file. Prints its warnings. Ends the command when `output` cannot be written."""
     from vistel.implicit.scene import check_writable, load
     from vistel.implicit.trace.report import warnings
 
@@ -116,7 +116,7 @@ def opened(scene: Path, output: Path) -> Scene:
 
 
 def picture_size(text: str | None) -> tuple[int, int] | None:
-    """Pixels of an option such as 800x600; ends the command where it is none."""
+    """Pixels of an option such as 800x600. Ends the command for any other text."""
     if text is None:
         return None
     try:
@@ -129,6 +129,6 @@ def picture_size(text: str | None) -> tuple[int, int] | None:
 
 
 def _bar() -> Progress:
-    """A bar on standard error, where somebody watches."""
+    """A progress bar on standard error, shown on a terminal only."""
     columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     return Progress(*columns, console=err, transient=True, disable=not err.is_terminal)

@@ -1,4 +1,4 @@
-"""`vistel speech`: try, score and check spoken commands, and let the room learn a voice."""
+"""`vistel speech`: tests and scores spoken commands, checks grammars and trains on a voice."""
 
 from __future__ import annotations
 
@@ -27,27 +27,27 @@ if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --
 app = typer.Typer(help="Spoken commands: try them, score recordings, check grammars.", no_args_is_help=True)
 
 _LOADING_S = 60.0
-"""A recogniser that is new here may take so long over its first sentence; nothing of what is said meanwhile is lost."""
+"""Longest time of a new recogniser for its first sentence. Sound that arrives meanwhile is kept."""
 
 SOUNDS = (".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a")
 
 Extra = Annotated[list[Path] | None, typer.Option("--grammar", help="File of further words and sentences; may be repeated.")]
 Tongue = Annotated[str, typer.Option(help="ja or en.")]
-Voice = Annotated[Path | None, typer.Option(help="What `vistel speech enrol` learnt.")]
+Voice = Annotated[Path | None, typer.Option(help="Voice file that `vistel speech enrol` wrote.")]
 Engine = Annotated[str, typer.Option(help="own, vosk, sherpa, whisper or julius; all but own need --model.")]
-Model = Annotated[Path | None, typer.Option(help="Where the engine's model lies.")]
-Accept = Annotated[float, typer.Option(help="Confidence from which a sentence is done.", min=0.0, max=1.0)]
+Model = Annotated[Path | None, typer.Option(help="Folder or file of the engine's model.")]
+Accept = Annotated[float, typer.Option(help="Least confidence of an accepted sentence.", min=0.0, max=1.0)]
 
 
 @app.command()
 def grammar(
     files: Annotated[list[Path] | None, typer.Argument(help="Files of further words and sentences.")] = None,
     language: Tongue = "",
-    read: Annotated[str | None, typer.Option(help="Show what a sentence means.")] = None,
+    read: Annotated[str | None, typer.Option(help="Show the meaning of this sentence.")] = None,
     jsgf: Annotated[bool, typer.Option("--jsgf", help="Print it in Java Speech Grammar Format.")] = False,
-    examples: Annotated[int, typer.Option(help="Print so many sentences.", min=0)] = 0,
+    examples: Annotated[int, typer.Option(help="Print this many example sentences.", min=0)] = 0,
 ) -> None:
-    """Print and check what can be said; what is wrong in a file is named, with exit code 1.
+    """Print and check the grammar. Faults of a file are listed, with exit code 1.
 
     [bold]Examples[/bold]
 
@@ -112,7 +112,7 @@ def try_(
     model: Model = None,
     seconds: Annotated[float, typer.Option(help="How long to listen to a microphone; 0: until Ctrl-C.", min=0.0)] = 0.0,
 ) -> None:
-    """Listen, and show what was understood.
+    """Listen, and show the recognised sentences.
 
     [bold]Examples[/bold]
 
@@ -131,7 +131,7 @@ def try_(
             count += 1
             _show(known, tongue, heard, accept)
     if not count:
-        out.print("nothing was heard that could be speech")
+        out.print("no speech was heard")
 
 
 def _show(known: Grammar, tongue: Language, heard: tuple[Heard, ...], accept: float) -> None:
@@ -194,7 +194,7 @@ def _understood(path: Path, hears: Recogniser) -> list[tuple[Heard, ...]]:
 
 @dataclass(frozen=True)
 class Score:
-    """A recording: what was said, what was understood, whether it asks for the same and is believed."""
+    """Result for one recording: its text, the recognised text, whether both mean the same, and whether it is accepted."""
 
     file: str
     said: str
@@ -206,7 +206,7 @@ class Score:
 
 @app.command("test")
 def test_(
-    folder: Annotated[Path, typer.Argument(help="Recordings; NAME.txt says what NAME.wav says, or the name itself does.")],
+    folder: Annotated[Path, typer.Argument(help="Recordings; the text of NAME.wav is in NAME.txt, else it is the name itself.")],
     language: Tongue = "ja",
     extra: Extra = None,
     voice: Voice = None,
@@ -215,8 +215,9 @@ def test_(
     model: Model = None,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per recording, and one for all.")] = False,
 ) -> None:
-    """Score a folder of recordings: right, and right and accepted. A text that is no sentence of the grammar is other talk:
-    right is to accept nothing of it.
+    """Score a folder of recordings: right, and right and accepted.
+
+    A text outside the grammar counts as other talk. It is right when nothing of it is accepted.
 
     [bold]Example[/bold]
 
@@ -269,14 +270,14 @@ def _scored(path: Path, known: Grammar, hears: Recogniser, tongue: Language, acc
 
 @app.command()
 def enrol(
-    result: Annotated[Path, typer.Argument(help="Where to write what was learnt: voices/NAME.npz.")],
+    result: Annotated[Path, typer.Argument(help="Voice file to write: voices/NAME.npz.")],
     recordings: Annotated[
         Path | None, typer.Option("--from", help="Folder of recordings, each with its text as for `test`, instead of reading.")
     ] = None,
     microphone: Annotated[str, typer.Option(help='"default", or a part of its name.')] = "default",
     sentences: Annotated[int, typer.Option(help="How many to read; 60 take five minutes.", min=5)] = 60,
 ) -> None:
-    """Let the room learn a voice (Japanese): some minutes of reading sentences that are shown.
+    """Train the recogniser on a voice (Japanese). The speaker reads sentences aloud for some minutes.
 
     [bold]Examples[/bold]
 
@@ -302,7 +303,7 @@ def enrol(
 
 
 def _recorded(folder: Path, known: Grammar) -> list[tuple[F32, str]]:
-    """Sounds at 16 kHz, and what they say in kana. Those with another text are named and left out."""
+    """Sounds at 16 kHz with their texts in kana. Recordings with another text are listed and left out."""
     said: list[tuple[F32, str]] = []
     for path in sorted(p for p in folder.glob("*") if p.suffix.lower() in SOUNDS) if folder.is_dir() else []:
         text = _text_of(path)
@@ -338,20 +339,20 @@ def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, 
 
 
 def _recorded_for(card: CardInput, seconds: float) -> F32:
-    """(n,) at 16 kHz: what is said from now on. Raises InputError."""
+    """(n,) sound at 16 kHz from now on. Raises InputError."""
     import numpy as np
 
     from vistel.speech.features import Resampler
     from vistel_services.audio.cards import InputError
 
-    card.take()  # what was said before
+    card.take()  # drop earlier sound
     parts: list[F32] = []
     until = time.monotonic() + seconds
     while time.monotonic() < until:
         parts += [samples for samples, _ in card.take()]
         time.sleep(0.02)
     if not parts:
-        raise InputError(f"{card.about}: no samples come")
+        raise InputError(f"{card.about}: no samples arrive")
     return Resampler(card.rate_hz).feed(np.concatenate(parts))
 
 

@@ -47,7 +47,7 @@ def mute(file: File, who: Who = None, hub: Hub = None) -> None:
 
 @app.command()
 def unmute(file: File, who: Who = None, hub: Hub = None) -> None:
-    """Open it again, for good; push to talk ends with it.
+    """Open a participant's microphone again. This ends push to talk.
 
     [bold]Example[/bold]
 
@@ -95,7 +95,7 @@ def equipment(
     settings: Annotated[list[str], typer.Argument(help="REGISTER=VALUE, in the register's unit.")],
     hub: Hub = None,
 ) -> None:
-    """Ask a device of a room to hold values: a delay unit, an amplifier, a projector.
+    """Set registers of a room's device: a delay unit, an amplifier, a projector.
 
     [bold]Example[/bold]
 
@@ -135,7 +135,7 @@ def equipment(
 
 @app.command()
 def watch(file: File, hub: Hub = None, seconds: Annotated[float, typer.Option(help="How long; 0: until Ctrl-C.")] = 0.0) -> None:
-    """Levels, delays, skew and faults of all sites' sound, live.
+    """Show levels, delays, skew and faults of all sites' sound, live.
 
     [bold]Example[/bold]
 
@@ -198,7 +198,7 @@ def _set(file: Path, who: str | None, hub: str | None, wish: VoiceControl, done:
 
 
 async def _agreed(bus: Bus, participant: str, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]) -> None:
-    """Ask, and wait until the site says that it is so."""
+    """Send the request, and wait until the site confirms it."""
     statuses = bus.subscribe(BY_NAME["sound_status"], site=bus.site)
     wish.participant = participant
     bus.publish(BY_NAME["voice_control"], participant=participant).put(wish)
@@ -206,11 +206,11 @@ async def _agreed(bus: Bus, participant: str, wish: VoiceControl, done: Callable
         if any(m.participant == participant and done(m) for m in sample.message.microphones):
             statuses.close()
             return
-    fail(f"{participant}: no microphone that does so; is the site running, with [sites.audio]?", FAILED)
+    fail(f"{participant}: no microphone answers; is the site running, with [sites.audio]?", FAILED)
 
 
 async def _patiently(subscription: Subscription) -> AsyncIterator[Sample]:
-    """What comes within the time that is waited for an answer."""
+    """Messages that arrive while the command waits for an answer."""
     with contextlib.suppress(TimeoutError):
         async with asyncio.timeout(_PATIENCE_S):
             async for sample in subscription:

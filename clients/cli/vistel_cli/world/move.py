@@ -1,4 +1,4 @@
-"""`vistel world where|move`: which of its worlds leads a room, and to have another one lead it."""
+"""`vistel world where|move`: shows which world leads a room, and moves the room to another world."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ from vistel_cli.run.hub import endpoint_of
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 LOOK_S = 0.5
-"""How long presence is gathered."""
+"""Time to collect the presence of worlds."""
 MOVE_S = 20.0
-"""A room is given up for moved after so long."""
+"""Longest wait until a room has moved."""
 
 T = TypeVar("T")
 File = Annotated[Path, typer.Argument(help="Conference file.")]
@@ -35,7 +35,7 @@ Hub = Annotated[str | None, typer.Option(help="Router; default from the file.")]
 def where(
     file: File, hub: Hub = None, as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False
 ) -> None:
-    """Where the worlds of a running conference are, and which of them leads.
+    """Show the places of a running conference's worlds, and which world leads.
 
     [bold]Example[/bold]
 
@@ -56,15 +56,15 @@ def move(
     file: File,
     to: Annotated[str, typer.Option(help="Place whose world shall lead: a site under \\[world] of the file, or an --at.")],
     hub: Hub = None,
-    force: Annotated[bool, typer.Option("--force", help="Also when the newest steps lie elsewhere and would be lost.")] = False,
+    force: Annotated[bool, typer.Option("--force", help="Move even if the newest steps are elsewhere and would be lost.")] = False,
 ) -> None:
-    """Move the room of a running conference to the world at another place. Nothing that anybody was told is lost.
+    """Move the room of a running conference to the world at another place. No published state is lost.
 
     [bold]Examples[/bold]
 
       vistel world move conference.toml --to osaka --hub tcp/127.0.0.1:7447
 
-      vistel world move conference.toml --to hub --force     its place has burnt down; go on from what is known here
+      vistel world move conference.toml --to hub --force     its place is gone; go on from the state known here
     """
     check_place(to)
     conference = load_conference(file)
@@ -81,13 +81,13 @@ def move(
 
 
 def check_place(place: str) -> None:
-    """Leave where a name cannot be one of a place."""
+    """Ends the command with one line when a name cannot name a place."""
     if not re.fullmatch(r"[a-z0-9][a-z0-9_\-]*", place):
         fail(f"{place}: expected lower-case letters, digits, '-' or '_' as the name of a place", USAGE)
 
 
 async def _moved(bus: Bus, to: str, force: bool) -> str:
-    """Have the world at a place lead; why not, or nothing."""
+    """Make the world at a place the leader. Returns the reason when that fails, else ""."""
     watch = _Watch(bus)
     await asyncio.sleep(LOOK_S)
     reply: WorldMoveReply | None = await bus.query(BY_NAME["world_move"], WorldMoveRequest(place=to, force=force))
@@ -97,7 +97,7 @@ async def _moved(bus: Bus, to: str, force: bool) -> str:
     if reply.outcome == WorldMoveReply.OUTCOME_LEADS:
         return ""
     if reply.outcome == WorldMoveReply.OUTCOME_BEHIND:
-        return f"not moved: {reply.reason}. With --force it goes on from the newest state heard there; what came later is lost"
+        return f"not moved: {reply.reason}. With --force it goes on from the newest state received there; later steps are lost"
     for _ in range(int(MOVE_S / 0.05)):
         await asyncio.sleep(0.05)
         if any(w.leads and w.place == to for w in watch.worlds()):
@@ -113,7 +113,7 @@ class _Watch:
         bus.watch_presence(self._seen)
 
     def worlds(self) -> list[WorldAt]:
-        """Who leads comes first."""
+        """The worlds by place, the leader first."""
         return worlds_of(self._tokens)
 
     def _seen(self, site: str, token: str, alive: bool) -> None:

@@ -1,4 +1,4 @@
-"""The things of a running conference, or of a log at a time, as a room that can be written."""
+"""The room of a running conference, or of a log at a time, ready to be written."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def running(conference: Conference, hub: str) -> tuple[Interior, str]:
-    """The room of a running conference by way of its router, and when that was."""
+    """The room of a running conference, asked over its router, and a text with its step."""
     from vistel.space.world import World  # loads the mathematics
 
     try:
@@ -66,13 +66,13 @@ def of_log(log: Path, at: float | None) -> tuple[Interior, str]:
     if not state:
         fail(f"{log}: no state of the world by then; they are recorded once a second, as world_inputs", FAILED)
     conference = None
-    with contextlib.suppress(ValidationError):  # of another version: what things look like stays unknown
+    with contextlib.suppress(ValidationError):  # of another version: the looks of things stay unknown
         conference = Conference.model_validate(reader.conference) if reader.conference else None
     return _interior(World.restore(state), conference), f"as they were {(when_ns - reader.begin_ns) * 1e-9:.1f} s after it began"
 
 
 def _interior(world: World, conference: Conference | None) -> Interior:
-    """The things where they are; those whose polymeshes are in files that are not here are written as their primitives."""
+    """The things where they are. Things whose polymesh files are missing here are written as their primitives."""
     from vistel.conference.rooms import RoomFileError, interior_of
     from vistel.space.commands.reshape import unveiled
     from vistel.space.files import Interior
@@ -83,6 +83,6 @@ def _interior(world: World, conference: Conference | None) -> Interior:
         if conference is not None and conference.room.from_files:
             models = dict(interior_of(conference.room).models)
     except RoomFileError as e:
-        print_warning(f"{e}; written as what is felt of them")
+        print_warning(f"{e}; written as their primitives")
     things = [t if all(k.model in models for k in looks_of(t)) else unveiled(t) for t in world.things_now]
     return Interior(replace(world.room, things=())).with_things(tuple(things), models)

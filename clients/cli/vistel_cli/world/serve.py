@@ -33,11 +33,11 @@ def serve(
     files: Annotated[list[Path], typer.Argument(help="Conference files, one for each room.")],
     hub: Annotated[str | None, typer.Option(help="Router of all of them; default from each file.")] = None,
     keep: Annotated[Path, typer.Option(help="Folder for snapshots and journals.")] = Path("out/rooms"),
-    at: Annotated[str, typer.Option(help="What this place is called, for `vistel world move`.")] = "hub",
-    wait: Annotated[bool, typer.Option("--wait", help="Take no room over before it is moved here.")] = False,
+    at: Annotated[str, typer.Option(help="Name of this place, for `vistel world move`.")] = "hub",
+    wait: Annotated[bool, typer.Option("--wait", help="Wait until a room is moved here.")] = False,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
-    """Run the worlds of conferences here. A room that another world leads is taken over from it while it runs.
+    """Run the worlds of conferences here. A world takes over a room that another world leads, while it runs.
 
     When this ends, rooms go back to worlds that wait for them.
 
@@ -84,7 +84,7 @@ async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds:
 
 
 def _room(conference: Conference, endpoint: str, keep: Path, at: str, wait: bool) -> tuple[Config, Clock, Open, Beside]:
-    """What one room needs."""
+    """The configuration, clock, bus and background task of one room."""
     from vistel_services import world
 
     files = conference.bus.tls if conference.bus.mode == "routed" else None

@@ -1,4 +1,4 @@
-"""`vistel world`: rooms and things on file: look at them, change them, write out what a conference has made of them."""
+"""`vistel world`: shows, changes and exports rooms and things."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ ENDINGS = (".usda", ".usdc", ".usd", ".usdz", ".glb")
 @app.command()
 def show(
     file: Annotated[Path, typer.Argument(help="A room or thing (USD, glTF, OBJ) or a conference file (TOML).")],
-    picture: Annotated[Path | None, typer.Option("--picture", help="Draw it into this PNG.")] = None,
+    picture: Annotated[Path | None, typer.Option("--picture", help="PNG to draw.")] = None,
     size: Annotated[str, typer.Option(help="WIDTHxHEIGHT of the picture.")] = "960x540",
     as_json: Json = False,
 ) -> None:
-    """What is in a room: things with what they are made of, seats, and what was remarkable when it was read.
+    """Show a room's things with their materials, its seats, and notes from reading the file.
 
     [bold]Examples[/bold]
 
@@ -56,13 +56,13 @@ def show(
 def edit(
     file: Annotated[Path, typer.Argument(help="The room to change.")],
     changes: Annotated[list[str], typer.Argument(help="What to change, such as: set baton mass=0.2 rigidity=0.8")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Where the changed room goes; default: its file.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="File for the changed room; default: its own file.")] = None,
 ) -> None:
-    """Change a room on file, whole or not at all.
+    """Change a room file. If one change fails, none is made.
 
     set THING|all KEY=VALUE ...  with mass, density, rigidity, elasticity, recovery, sticky, bears, colour, shape, name, id;
     move THING to=X,Y,Z by=X,Y,Z turn=DEGREES;  add ID shape=ball|lump|bar or file=PATH, at=X,Z ...;  remove THING ...;
-    seat N|new at=X,Z heading=DEGREES.  `then` stands between several.
+    seat N|new at=X,Z heading=DEGREES.  `then` separates several changes.
 
     [bold]Examples[/bold]
 
@@ -91,10 +91,12 @@ def edit(
 def export(
     source: Annotated[Path, typer.Argument(help="A conference file, a log (MCAP), or a room file.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The USD or GLB to write.")],
-    hub: Annotated[str | None, typer.Option(help="Router of the running conference of that file; without: as it begins.")] = None,
-    at: Annotated[float | None, typer.Option(help="Of a log: seconds after its beginning; default: its end.")] = None,
+    hub: Annotated[
+        str | None, typer.Option(help="Router of the running conference of that file; without it: the room at its beginning.")
+    ] = None,
+    at: Annotated[float | None, typer.Option(help="For a log: seconds after its beginning; default: its end.")] = None,
 ) -> None:
-    """Write the things of a room as they are: of a file, of a conference as it begins or runs, of a log at a time.
+    """Write a room with its things: from a file, from a conference at its beginning or now, or from a log at a time.
 
     [bold]Examples[/bold]
 
@@ -122,7 +124,7 @@ def export(
 
 
 def opened(file: Path, show: bool) -> Interior:
-    """The room of a file; leaves with one line where there is none."""
+    """The room of a file. Ends the command with one line when there is none."""
     from vistel.conference.rooms import interior_of
     from vistel.space.files import RoomFileError, load_room
 

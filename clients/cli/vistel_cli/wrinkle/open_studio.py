@@ -1,4 +1,4 @@
-"""`vistel wrinkle studio`: a page on which wrinkles are drawn and seen on the figure."""
+"""`vistel wrinkle studio`: opens a page to draw wrinkles on a figure."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 
 def studio(
     avatar: Annotated[str, typer.Argument(help='An avatar file (USD), or "builtin:…".')] = "builtin",
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Where to save; default the file itself.")] = None,
-    sets: Annotated[Path | None, typer.Option(help="Begin with this file of sets in place of what the avatar wears.")] = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="0: one that is free.")] = 8765,
-    host: Annotated[str, typer.Option(help="Address to listen at. Who reaches it can edit the avatar.")] = "127.0.0.1",
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Where to save; default: the file itself.")] = None,
+    sets: Annotated[Path | None, typer.Option(help="File of sets to begin with, instead of the avatar's own.")] = None,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any free port.")] = 8765,
+    host: Annotated[str, typer.Option(help="Address to listen at. Everybody who can reach it can edit the avatar.")] = "127.0.0.1",
     show: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
 ) -> None:
     """Draw and edit wrinkles on a page in the browser, and see them on the figure at once. Saves into the avatar's USD.
@@ -40,7 +40,7 @@ def studio(
     try:
         asyncio.run(_serve(opened, host, port, show))
     except OSError as fault:
-        fail(f"port {port} at {host} cannot be listened at: {fault.strerror or fault}; choose another --port", FAILED)
+        fail(f"port {port} at {host} cannot be opened: {fault.strerror or fault}; choose another --port", FAILED)
 
 
 def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
@@ -52,10 +52,10 @@ def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
         made = spec.startswith("builtin")
         path = output or Path("avatar.usda" if made else spec)
         if path.suffix.lower() == ".npz" or not path.suffix:
-            fail(f"{path}: cannot be saved to; say where with -o NAME.usda", USAGE)
+            fail(f"{path}: cannot be saved to; name a file with -o NAME.usda", USAGE)
         check_output(path)
         if made and path.exists():
-            fail(f"{path}: is there already; open it, or say another with -o", USAGE)
+            fail(f"{path}: exists already; open it, or name another with -o", USAGE)
         found = load_or_make(spec, path.stem)
         try:
             return Opened(found, path, spec, load_sets(sets) if sets else worn_by(found, spec))

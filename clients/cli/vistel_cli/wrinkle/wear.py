@@ -1,4 +1,4 @@
-"""`vistel wrinkle wear`: what an avatar's file wears."""
+"""`vistel wrinkle wear`: puts sets of wrinkles into an avatar's file."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 def wear(
     avatar: Annotated[Path, typer.Argument(help="The avatar file: USD, or GLB or VRM that VISTEL wrote.")],
     sets: Annotated[list[str] | None, typer.Argument(help="shirt, trousers, face, hands, or files of sets (.toml).")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="The avatar file to write; the same without.")] = None,
-    off: Annotated[bool, typer.Option("--off", help="Wear none.")] = False,
+    output: Annotated[Path | None, typer.Option("-o", "--output", help="Avatar file to write; default: the same file.")] = None,
+    off: Annotated[bool, typer.Option("--off", help="Remove all sets.")] = False,
     as_json: Json = False,
 ) -> None:
-    """Let an avatar from a file crease: its file keeps what it wears. Without sets: what it wears now, and where.
+    """Put sets of wrinkles into an avatar's file. Without sets, show its present ones and their regions.
 
     [bold]Examples[/bold]
 
@@ -57,7 +57,7 @@ def wear(
 
 
 def _said(who: Avatar, path: Path, names: list[str], off: bool) -> tuple[str, list[WrinkleSet]]:
-    """The text to keep and its sets; leaves with one line where they cannot be read."""
+    """The text to keep and its sets. Ends the command with one line when they cannot be read."""
     from vistel.wrinkle.errors import WrinkleError  # - the mathematics take long to load
     from vistel.wrinkle.wardrobe import sets_in, wardrobe
     from vistel.wrinkle.wardrobe_text import wardrobe_text
@@ -72,7 +72,7 @@ def _said(who: Avatar, path: Path, names: list[str], off: bool) -> tuple[str, li
 
 
 def _fitted(who: Avatar, worn: list[WrinkleSet]) -> dict[str, Any]:
-    """Regions that wear something, and why others do not."""
+    """Regions with sets, and the reason for each region without."""
     from vistel.wrinkle.dressing import dressed
     from vistel.wrinkle.wardrobe import charted
     from vistel.wrinkle.worn import Worn

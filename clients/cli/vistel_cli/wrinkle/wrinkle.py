@@ -28,14 +28,16 @@ app.command("wear")(wear)
 
 @app.command("show")
 def show(
-    shapes: Annotated[list[str] | None, typer.Argument(help="Names of built-in shapes or files (.toml); all without.")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG: each shape's curves beside what comes out.")] = None,
-    wrinkledness: Annotated[float, typer.Option(min=0.0, max=1.0, help="How far from the shape, at random.")] = 0.0,
-    seed: Annotated[int, typer.Option(help="Of what is at random.")] = 0,
+    shapes: Annotated[list[str] | None, typer.Argument(help="Names of built-in shapes, or files (.toml); default: all.")] = None,
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="PNG: each shape's curves beside the resulting wrinkles.")
+    ] = None,
+    wrinkledness: Annotated[float, typer.Option(min=0.0, max=1.0, help="Random deviation from the shape.")] = 0.0,
+    seed: Annotated[int, typer.Option(help="Seed of the random deviation.")] = 0,
     size: Annotated[int, typer.Option(min=32, max=2048, help="Pixels across a shape.")] = 300,
     as_json: Json = False,
 ) -> None:
-    """The characteristic shapes: what there is, or a picture of them. Checks files.
+    """List the characteristic shapes, or draw them. Checks files.
 
     [bold]Examples[/bold]
 
@@ -74,7 +76,7 @@ def draw(
     limit: Annotated[float, typer.Option(min=0.0, help="How far the texture may move \\[mm].")] = 3.0,
     as_json: Json = False,
 ) -> None:
-    """Wrinkle a flat texture: displacement map, light, and what correspondence is lost.
+    """Wrinkle a flat texture: displacement map, light, and the loss of correspondence.
 
     [bold]Examples[/bold]
 
@@ -120,14 +122,14 @@ def draw(
 def trace(
     photograph: Annotated[Path, typer.Argument(help="A picture of wrinkled cloth or skin, lit from one side.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The shape file to write, .toml.")],
-    light: Annotated[str, typer.Option(help="Where the lamp is: degrees counter-clockwise from the right, or unknown.")] = "90",
+    light: Annotated[str, typer.Option(help="Direction of the lamp: degrees counter-clockwise from the right, or unknown.")] = "90",
     blur: Annotated[float, typer.Option(min=0.5, max=50.0, help="Pixels; about a third of a wrinkle's radius.")] = 3.0,
-    strong: Annotated[float, typer.Option(min=0.01, max=1.0, help="Least strength, in parts of the strongest wrinkle's.")] = 0.35,
+    strong: Annotated[float, typer.Option(min=0.01, max=1.0, help="Least strength, as a share of the strongest wrinkle's.")] = 0.35,
     shortest: Annotated[float, typer.Option(min=2.0, help="Shorter ends are pruned \\[pixels].")] = 16.0,
     skin: Annotated[bool, typer.Option("--skin", help="Skin, not cloth.")] = False,
     as_json: Json = False,
 ) -> None:
-    """A wrinkle shape from a photograph: its edges, thinned, as curves whose weights are the edges' strengths.
+    """Make a wrinkle shape from a photograph: thinned edges become curves, their strengths the weights.
 
     [bold]Examples[/bold]
 
@@ -164,7 +166,7 @@ def trace(
 
 
 def read_picture(path: Path) -> Any:
-    """(H, W, 3) of a picture file; leaves with one line where there is none."""
+    """(H, W, 3) pixels of a picture file. Ends the command with one line when there are none."""
     from vistel.figure.making.pictures import decode
     from vistel.figure.making.source import MakingError
 

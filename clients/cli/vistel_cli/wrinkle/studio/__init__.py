@@ -1,1 +1,1 @@
-"""The wrinkle studio: a page on this machine on which wrinkles are drawn and seen on a figure; all mathematics is Python's."""
+"""The wrinkle studio: a page on this machine to draw wrinkles on a figure. Python computes all the mathematics."""

@@ -1,4 +1,4 @@
-"""What the page's sliders bend: few numbers that make a posture and an expression, each one that wrinkles are driven by."""
+"""The page's sliders: a few numbers that make a posture and an expression. Each of them drives wrinkles."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix,
 from vistel.wrinkle.drive import Drive
 
 STEPS = 24
-"""Places along a slider at which the strongest wrinkles are looked for."""
+"""Positions of a slider at which the strongest wrinkles are searched."""
 _FIST = np.radians((30, 25, 45, 40) + 4 * (80, 0, 95, 60))
 _ACTIONS = {
     "AU1": "Inner brows up",
@@ -40,12 +40,12 @@ _ACTIONS = {
     "AU26": "Jaw dropped",
 }
 _DRIVEN = {"AU25": "AU26"}
-"""Parted lips are what a dropped jaw does."""
+"""A dropped jaw parts the lips."""
 
 
 @dataclass(frozen=True)
 class Bend:
-    """A slider. unit: degrees, or "" from 0 to 1; joints: those that it turns; action: the unit it is."""
+    """A slider. unit: degrees, or "" from 0 to 1; joints: the joints that it turns; action: its action unit."""
 
     name: str
     label: str
@@ -85,14 +85,14 @@ def driving_joints() -> list[str]:
 
 
 def driving_actions() -> list[str]:
-    """Action units that can, of both sides together and of one."""
+    """Action units that can drive a set, for both sides together and for one side."""
     units = builtin_rules().units
     names = dict.fromkeys(unit.unit.name for unit in units)
     return [*names, *_DRIVEN, *(unit.name for unit in units if unit.name not in names)]
 
 
 def values_of(said: Mapping[str, object]) -> dict[str, float]:
-    """Every slider's value, within its range, where something else or nothing is said."""
+    """Every slider's value, limited to its range; the default for a missing or invalid value."""
     out: dict[str, float] = {}
     for bend in BENDS:
         value = said.get(bend.name, bend.start)
@@ -127,13 +127,13 @@ def actions_of(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def expression_of(rules: FaceRules, actions: Mapping[str, float]) -> Expression:
-    """The face those make, on both sides."""
+    """The expression that these action units make, on both sides."""
     return Expression(np.array([actions.get(unit.unit.name, 0.0) for unit in rules.units]))
 
 
 def strongest(drive: Drive, side: str, skeleton: Skeleton, values: Mapping[str, float]) -> dict[str, float]:
-    """The slider, and its value, at which a set is strongest while the others stay; nothing where none drives it. Of several
-    values the least bent."""
+    """The slider, with its value, at which a set is strongest while the others stay; empty if no slider drives it. Of several
+    such values the smallest."""
     best, found = drive.weight(_joints(skeleton, values), actions_of(values), side), dict[str, float]()
     for bend in _drivers(drive, side):
         for value in np.linspace(bend.low, bend.high, STEPS + 1).tolist():

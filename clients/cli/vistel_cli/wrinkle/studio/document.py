@@ -1,4 +1,5 @@
-"""What is edited: the sets of wrinkles of an avatar, as the page holds them; checked set by set, so faults find their place."""
+"""The edited document: an avatar's sets of wrinkles as the page holds them. Each set is checked by itself, so that a fault
+names its set."""
 
 from __future__ import annotations
 
@@ -18,7 +19,7 @@ MOST_SETS = 64
 
 @dataclass(frozen=True)
 class Fault:
-    """What cannot be used. set: its number, None where it is of no set; shape: name of one of the page's own."""
+    """A part that cannot be used. set: number of its set, None outside of a set; shape: name of one of the page's own shapes."""
 
     text: str
     set: int | None = None
@@ -27,7 +28,7 @@ class Fault:
 
 @dataclass(frozen=True, eq=False)
 class Checked:
-    """sets: those that can be used, by their number; faults: what is said of the others."""
+    """sets: the usable sets by their number; faults: the faults of the others."""
 
     sets: dict[int, WrinkleSet]
     faults: tuple[Fault, ...]
@@ -41,13 +42,13 @@ class Checked:
 
 
 def page_form(sets: Sequence[WrinkleSet]) -> dict[str, Any]:
-    """Sets as the page edits them: `shapes` of their own and `sets`, every key said."""
+    """Sets as the page edits them: their own `shapes`, and `sets` with every key."""
     file = checked(SetsFile, tomllib.loads(wardrobe_text(sets)), "wrinkles")
     return file.model_dump(mode="json")
 
 
 def check(form: Any, before: Checked | None = None) -> Checked:
-    """What of a page's form can be used. before: of the form it came of; sets that are the same stay the same objects."""
+    """Checks a page's form. before: result for the previous form; unchanged sets stay the same objects."""
     if not isinstance(form, dict) or not isinstance(form.get("sets"), list) or not isinstance(form.get("shapes", []), list):
         return Checked({}, (Fault("expected shapes and sets"),))
     if len(form["sets"]) > MOST_SETS:
@@ -86,7 +87,7 @@ def check(form: Any, before: Checked | None = None) -> Checked:
             made = sets_of({"sets": [data]}, name, look)[0]
         except WrinkleError as fault:
             for line in str(fault).splitlines():
-                # A fault of a shape is said once, and is the set's as well.
+                # A shape's fault is reported once, and stands for the set's too.
                 of_shape = next((text for text in bad.values() if line.endswith(text)), None)
                 faults.append(Fault(of_shape or line.replace(": sets[0].", ": "), k))
             continue

@@ -1,7 +1,7 @@
-"""Answers that hold numbers: a JSON head, then arrays one after the other, as `clients/web/studio/api.ts` reads them.
+"""Binary answers: a JSON head, then arrays one after the other, as `clients/web/studio/api.ts` reads them.
 
-The first four bytes are the length of the head, little-endian. Its `arrays` say name, kind (f4, u4 or u1) and shape; each begins
-at a multiple of four bytes after the head, which is filled up with spaces to such a length.
+The first four bytes are the length of the head, little-endian. Its `arrays` give name, kind (f4, u4 or u1) and shape. Each
+array begins at a multiple of four bytes after the head. Spaces fill the head up to such a length.
 """
 
 from __future__ import annotations

@@ -27,15 +27,15 @@ from vistel.wrinkle.worn import FINEST, LIGHT, TEXELS, Worn, WornSet
 from vistel_cli.wrinkle.studio.bends import actions_of, expression_of, posture_of
 
 PLAIN = 128
-"""A texel of the light that is as bright as without wrinkles."""
+"""Value of a texel whose light is unchanged by wrinkles."""
 BLEED = 4
 """Texels round the islands of the texture that are lit like their edge, so that seams do not show."""
 
 
 @dataclass(frozen=True, eq=False)
 class Seen:
-    """A figure as drawn, room frame: positions and normals (R, 3) of the drawn vertices, uv (R, 2) with cloth where it has moved
-    to; weights (S,) and driven (S,), what drives each set: degrees, or an action unit's intensity."""
+    """A figure as drawn, room frame: positions and normals (R, 3) of the drawn vertices; uv (R, 2), with moved cloth;
+    weights (S,); driven (S,): value that drives each set, in degrees or as an action unit's intensity."""
 
     positions: F32
     normals: F32
@@ -45,7 +45,7 @@ class Seen:
 
 
 class FigureScene:
-    """say: is told what is being done. like: the same person with another texture, or with the texture lying otherwise."""
+    """say: receives the name of each step. like: a scene of the same person with another texture or registration."""
 
     def __init__(self, avatar: Avatar, say: Callable[[str], None], like: FigureScene | None = None) -> None:
         self.avatar = avatar
@@ -79,7 +79,7 @@ class FigureScene:
         return self._made.avatar.albedo
 
     def seen(self, worn: Worn, values: Mapping[str, float], held: frozenset[str]) -> Seen:
-        """The figure with the sliders at `values`; held: names of sets that are shown wholly, whatever drives them."""
+        """The figure with the sliders at `values`; held: names of sets that are shown at full weight."""
         posture, actions = posture_of(values), actions_of(values)
         joints = pose_joints(self._made.avatar.skeleton, posture)
         driven = [s.what.entry.drive.value(joints, actions, s.side) for s in worn.sets]
@@ -130,7 +130,7 @@ class FigureScene:
         return out
 
     def focus(self, worn: Worn, of: WornSet, seen: Seen) -> dict[str, Any]:
-        """Where a set is on the figure as it is seen: middle, the way it faces, and radius [m]."""
+        """Position of a set on the drawn figure: middle, facing direction, and radius [m]."""
         count, corner = len(self._corners[0]), self._corners[0]
         share = np.zeros(len(self._made.avatar.mesh.vertices))
         share[of.vertex] = np.abs(of.height)

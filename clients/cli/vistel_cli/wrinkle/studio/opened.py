@@ -1,4 +1,4 @@
-"""The avatar that a studio was opened with, on disk: read, written, and whether somebody else wrote it meanwhile."""
+"""The studio's avatar on disk: reading, writing, and detection of changes by others."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from vistel.wrinkle.wardrobe_text import wardrobe_text
 
 
 class ConflictError(Exception):
-    """The file is not what it was when the page read it."""
+    """The file has changed since the page read it."""
 
 
 @dataclass(eq=False)
 class Opened:
-    """avatar: as it is on file, or as a built-in one is made; path: where it is saved; source: what the user called it."""
+    """avatar: from the file, or built-in; path: where it is saved; source: the user's name for it."""
 
     avatar: Avatar
     path: Path
@@ -33,15 +33,15 @@ class Opened:
         return self.path.with_name(f"{self.path.stem}_wrinkles.toml")
 
     def revision(self) -> str:
-        """Of what is on disk now; "" where there is nothing yet. Raises OSError."""
+        """Revision of the file on disk; "" when there is none yet. Raises OSError."""
         try:
             return hashlib.sha256(self.path.read_bytes()).hexdigest()[:16]
         except FileNotFoundError:
             return ""
 
     def save(self, avatar: Avatar, sets: Sequence[WrinkleSet], revision: str) -> str:
-        """Writes the avatar with what it wears, and the readable file; returns the new revision. Raises ConflictError where the
-        file on disk is not of `revision`, WrinkleError, OSError."""
+        """Writes the avatar with its sets, and the readable file. Returns the new revision. Raises ConflictError when the file
+        on disk is not of `revision`; WrinkleError; OSError."""
         if self.revision() != revision:
             raise ConflictError(f"{self.path.name} was saved by somebody else after this page read it")
         text = wardrobe_text(sets)
@@ -53,7 +53,7 @@ class Opened:
 
 
 def worn_by(avatar: Avatar, source: str) -> list[WrinkleSet]:
-    """What an avatar wears: what its file says, else the built-in sets. Raises WrinkleError."""
+    """The sets of an avatar: those of its file, else the built-in ones. Raises WrinkleError."""
     return sets_in(avatar.wrinkles, source) if avatar.wrinkles else wardrobe()
 
 

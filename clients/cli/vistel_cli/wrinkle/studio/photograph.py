@@ -1,4 +1,4 @@
-"""How a photographed texture lies on an avatar: its islands with nothing done to them, and registrations that pins came to."""
+"""Registration of a photographed texture on an avatar: the unregistered islands, and registrations from pins."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vistel.figure.making.pictures import decode
 from vistel.figure.making.source import MakingError
 
 MOST_ISLANDS = 40
-"""That are offered, largest first."""
+"""Most islands that are offered, largest first."""
 
 
 class PictureError(ValueError):
@@ -22,7 +22,7 @@ class PictureError(ValueError):
 
 
 def plain(avatar: Avatar) -> Avatar:
-    """The avatar with its texture where the mesh's own coordinates have it."""
+    """The avatar with its texture at the mesh's own coordinates."""
     for each in avatar.registration:
         avatar = unregistered(avatar, each.island)
     return avatar
@@ -48,7 +48,7 @@ def texture_of(avatar: Avatar) -> list[dict[str, Any]]:
 
 
 def lying(avatar: Avatar, texture: Sequence[Any]) -> Avatar:
-    """The avatar with its texture lying as the page says. Raises PictureError."""
+    """The avatar with its texture registered as on the page. Raises PictureError."""
     out = plain(avatar)
     for said in texture:
         try:
@@ -60,7 +60,7 @@ def lying(avatar: Avatar, texture: Sequence[Any]) -> Avatar:
 
 
 def photographed(avatar: Avatar, island: int, data: bytes) -> tuple[Avatar, list[str]]:
-    """The avatar with a photograph on an island, which spans it at first; and what was done to the picture. Raises PictureError."""
+    """The avatar with a photograph that covers an island at first, and notes on the picture. Raises PictureError."""
     notes: list[str] = []
     try:
         return with_picture(avatar, island, decode(data, notes=notes, name="photograph")), notes

@@ -1,5 +1,5 @@
-"""The studio's web server: the page, and the mathematics behind it. On this machine only, unless told otherwise; whoever may reach
-the port may edit the avatar, so requests of other pages (Origin) and under other names (Host) are refused."""
+"""The studio's web server: the page, and the mathematics behind it. It listens on this machine only, by default. Everybody who
+reaches the port may edit the avatar, so it refuses requests of other pages (Origin) and under other names (Host)."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ PAGE = Path(__file__).with_name("page")
 FILES = {"/": "index.html", "/studio.css": "studio.css", "/studio.js": "studio.js"}
 _TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
 MOST_PAGES = 8
-"""Open at once; the one longest unused is forgotten, and is told to open anew."""
+"""Most sessions at once. The one longest unused is dropped; its page must be opened again."""
 MOST_BYTES = 64 << 20
 """Of a request: photographs come in one."""
 _SAFE = {
@@ -47,7 +47,7 @@ _SAFE = {
 
 
 class RefusedError(Exception):
-    """A request that cannot be done; one line for the page."""
+    """A request that cannot be fulfilled; one line for the page."""
 
     def __init__(self, text: str, status: int = 400) -> None:
         super().__init__(text)
@@ -67,7 +67,7 @@ class Studio:
         self._hosts: Set[str] = frozenset()
 
     def app(self, hosts: Set[str]) -> web.Application:
-        """hosts: names and ports under which the page may be asked for."""
+        """hosts: names and ports under which the page is served."""
         self._hosts = hosts
         app = web.Application(middlewares=[self._guard], client_max_size=MOST_BYTES)
         for path in FILES:
@@ -211,7 +211,7 @@ class Studio:
         return web.Response(body=await self._do("", png), content_type="image/png")
 
     async def _now(self, request: web.Request) -> web.StreamResponse:
-        """What is being done for a page, "" where nothing is."""
+        """Name of the step that runs for a page; "" when none runs."""
         return web.json_response({"doing": self._doing.get(request.query.get("page", ""), "")})
 
     def _say(self, page: str) -> Callable[[str], None]:
@@ -221,7 +221,7 @@ class Studio:
         return say
 
     async def _do(self, page: str, work: Callable[[], T]) -> T:
-        """The work, after what is being done, in the one thread of the mathematics."""
+        """Runs the work in the one thread of the mathematics, after the work before it."""
         try:
             return await asyncio.get_running_loop().run_in_executor(self._maths, work)
         finally:
@@ -230,7 +230,7 @@ class Studio:
     def _session(self, asked: Any) -> Session:
         key = str(asked.get("session", ""))
         if key not in self._sessions:
-            raise RefusedError("this page was forgotten; open it anew", 410)
+            raise RefusedError("this page's session has ended; open it again", 410)
         self._sessions.move_to_end(key)
         return self._sessions[key]
 

@@ -1,4 +1,4 @@
-"""What one page works on: its own copy of the avatar's wrinkles and of how its texture lies. All computation is in one thread."""
+"""The session of one page: its own copy of the avatar's wrinkles and registrations. One thread computes for all."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from vistel_cli.wrinkle.studio.figure_scene import FigureScene, Seen
 from vistel_cli.wrinkle.studio.photograph import PictureError, laid_out, lying, photographed, texture_of
 
 BATCH = 4
-"""Sets that are laid without a word."""
+"""Number of sets up to which no progress is shown."""
 
 Answer = tuple[dict[str, Any], dict[str, NDArray[Any]]]
 
 
 @dataclass
 class Session:
-    """scene: the avatar, perhaps with its texture lying otherwise; checked, worn: of the last form that came. version: of the
-    light that the page has, counted from 1."""
+    """scene: the avatar with the page's registrations; checked, worn: from the last form; version: number of the light that
+    the page has, from 1."""
 
     scene: FigureScene
     checked: Checked
@@ -48,7 +48,7 @@ class Session:
         self.bases = [self.scene.avatar]
 
     def lay(self) -> None:
-        """Wear what is checked; sets that leave the region of this avatar are left out, with a fault."""
+        """Wear the checked sets. Sets that leave the region of this avatar are left out, with a fault."""
         whole = [self.checked.sets[k] for k in sorted(self.checked.sets)]
         known = {id(s.what) for s in self.worn.sets}
         usable, new = [s for s in whole if id(s) in known], [s for s in whole if id(s) not in known]
@@ -61,7 +61,7 @@ class Session:
         self.worn = self.worn.wearing([s for s in whole if id(s) in kept])
 
     def wear(self, form: Mapping[str, Any]) -> list[Fault]:
-        """Wears the sets of a form, or stays as it is and says what is wrong with it."""
+        """Wears the sets of a form, or changes nothing and returns its faults."""
         before = self.checked, self.worn, self.left_out
         known = {fault.set for fault in self.left_out}
         checked = check(form, self.checked)
@@ -88,7 +88,7 @@ class Session:
         return [*usable, *new]
 
     def update(self, asked: Mapping[str, Any]) -> Answer:
-        """What changed on the page by a request: `form` (or none: as before), `bends`, `held`, `plane`, `seek`, `have`. A form with
+        """The page's changes after a request: `form` (or none: as before), `bends`, `held`, `plane`, `seek`, `have`. A form with
         faults changes nothing."""
         anew, faults = bool(asked.get("whole")), list[Fault]()
         if asked.get("form") is not None:
@@ -122,7 +122,7 @@ class Session:
         return head, arrays
 
     def photograph(self, asked: Mapping[str, Any]) -> Answer:
-        """What the page needs to lay the texture: the figure as it stands, and its islands."""
+        """Data to register the texture: the figure in its posture, and its islands."""
         made = self._lying(_table(asked.get("form")))
         if self._laid_out is None or self._laid_out[0] is not made:
             self._laid_out = made, laid_out(made)
@@ -162,7 +162,7 @@ class Session:
         return self.scene.avatar.albedo is of.albedo and texture_of(self.scene.avatar) == said
 
     def retexture(self, form: Mapping[str, Any]) -> bool:
-        """Lays the texture as the form says; whether that is otherwise than before. Takes some seconds then."""
+        """Registers the texture as in the form. Returns whether it changed; a change takes some seconds."""
         made = self._lying(form)
         if texture_of(made) == texture_of(self.scene.avatar) and made.albedo is self.scene.avatar.albedo:
             return False
@@ -173,7 +173,7 @@ class Session:
         return True
 
     def _lit(self, seen: Seen, have: int, head: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> None:
-        """Only the part of the light that changed, where the page has what was before."""
+        """Adds the changed part of the light, or all of it if the page does not have the previous one."""
         light = self.scene.light(self.worn, seen.weights)
         row, column, rows, columns = 0, 0, *light.shape
         if self.light is not None and self.light.shape == light.shape and have == self.version:
@@ -207,7 +207,7 @@ class Session:
         return [Fault(f"{name}: {reason}") for name, reason in self.worn.left_out.items()]
 
     def _jitters(self) -> list[dict[str, Any]]:
-        """Where wrinkledness puts control points, in the shape's unit, of each wrinkle that has any."""
+        """Control points moved by wrinkledness, in the shape's unit, for each wrinkle with wrinkledness."""
         out: list[dict[str, Any]] = []
         for k, each in self.checked.sets.items():
             for n, w in enumerate(each.entry.wrinkles):
