@@ -41,11 +41,11 @@ def preload(conference: Conference) -> None:
     if conference.room.file is None:
         _rooms[seats] = build_room(meeting_room(seats))
     if conference.room.from_files:
-        with contextlib.suppress(ValueError):  # told by who draws it
+        with contextlib.suppress(ValueError):  # logged where it is drawn
             decor_of(conference.room)
     for p in (p for site in conference.sites for p in site.participants):
         about = ParticipantInfo(p.name, p.display_name or p.name, public_avatar(p.avatar), p.height)
-        with contextlib.suppress(ValueError, OSError):  # told when they come
+        with contextlib.suppress(ValueError, OSError):  # logged when it is drawn
             file = avatar_file(p)
             parcel = read_parcel(file)[1] if file else b""
             about = replace(about, parcel=digest_of(parcel) if file else "")

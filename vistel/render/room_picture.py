@@ -29,14 +29,14 @@ def room_picture(interior: Interior, width: int, height: int) -> U8:
     things = interior.room.things
     furnished = bool(interior.room.seats) or any(t.fixed for t in things)
     still = Room((), (), shell=interior.room.shell and furnished)
-    studio = SceneRenderer(View(width, height, "room", ""), len(interior.room.seats), decor=replace(interior, room=still))
+    renderer = SceneRenderer(View(width, height, "room", ""), len(interior.room.seats), decor=replace(interior, room=still))
     try:
-        studio.camera = _camera(interior, width / height)
+        renderer.camera = _camera(interior, width / height)
         poses = {t.id: Pose(t.position, t.rotation) for t in things}
-        picture = studio.render_complete(Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in things})))
+        picture = renderer.render_complete(Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in things})))
         return np.ascontiguousarray(picture[::-1, :, :3])
     finally:
-        studio.close()
+        renderer.close()
 
 
 def _camera(interior: Interior, aspect: float) -> Camera:

@@ -71,10 +71,10 @@ class DrawingThread:
         self.puck = Puck()
         """How the 3D mouse is pushed."""
         self.facts = Facts()
-        """What the window tells beside its picture."""
+        """What the window shows beside its picture."""
 
     def wishes(self) -> list[Wish]:
-        """What somebody at the window wants since the last call."""
+        """What somebody at the window has asked for since the last call."""
         out, self._wishes = self._wishes, []
         return out
 
@@ -105,26 +105,26 @@ class DrawingThread:
 
     async def close(self) -> None:
         if self._renderer is not None:
-            studio, self._renderer = self._renderer, None
-            await self._call(studio.close)
+            renderer, self._renderer = self._renderer, None
+            await self._call(renderer.close)
 
     def _give_up(self) -> None:
         """Leave what cannot draw any more: its windows go, what was set at them stays."""
-        studio, self._renderer = self._renderer, None
-        if studio is None:
+        renderer, self._renderer = self._renderer, None
+        if renderer is None:
             return
-        if (desk := _desk(studio)) is not None:
+        if (desk := _desk(renderer)) is not None:
             desk.leave()
             self._wishes += [wish for wish in desk.wishes() if not isinstance(wish, Draw)]
             self._set = desk
         with contextlib.suppress(Exception):  # of a context that is gone, nothing can be given back
-            studio.close()
+            renderer.close()
 
     async def _call(self, function: Any, *args: Any) -> Any:
         return await asyncio.get_running_loop().run_in_executor(self._thread, function, *args)
 
     def _decor(self) -> Interior | None:
-        """The room where it is from files; those that cannot be used are told, and the built-in one is drawn."""
+        """The room where it is from files; those that cannot be used are logged, and the built-in one is drawn."""
         if self._room is None:
             return None
         try:
@@ -163,7 +163,7 @@ class DrawingThread:
         if self._resolution is not None and self._renderer.complete:
             self._follow(self._renderer, self._resolution, time.perf_counter_ns(), began_ns)
         if desk is not None:
-            self._listen(self._renderer, desk)
+            self._fulfil(self._renderer, desk)
         if self._renderer is None:
             return picture
         if self._renderer.closed_by_user:
@@ -172,41 +172,41 @@ class DrawingThread:
             self._panes = ()
         return picture
 
-    def _listen(self, studio: SceneRenderer, desk: Desk) -> None:
-        """Do what somebody at the window wants of the picture; the rest is for the others."""
+    def _fulfil(self, renderer: SceneRenderer, desk: Desk) -> None:
+        """Do what somebody at the window wants of the picture; keep the other requests."""
         for wish in desk.wishes():
             if not isinstance(wish, Draw):
                 self._wishes.append(wish)
                 continue
             if wish.scale is not None:
                 self._resolution = None if wish.scale else Resolution(self._rate, self._view.height)
-                studio.draw_at(wish.scale or 1.0)
+                renderer.draw_at(wish.scale or 1.0)
             if wish.light is not None:
-                self._light(studio, desk, wish.light)
+                self._light(renderer, desk, wish.light)
 
-    def _light(self, studio: SceneRenderer, desk: Desk, light: str) -> None:
+    def _light(self, renderer: SceneRenderer, desk: Desk, light: str) -> None:
         """Draw in another light; where that cannot be set up, as before."""
         began = time.perf_counter()
         try:
-            studio.relight(light)
+            renderer.relight(light)
         except Exception as e:
-            now = "fine" if studio.painter.fine else "fast"
+            now = "fine" if renderer.painter.fine else "fast"
             log.warning("event=light_not_changed wanted=%s reason=%r using=%s", light, str(e), now)
             desk.choices = replace(desk.choices, light=now)
             return
         self._view = replace(self._view, light=light)
         log.info("event=light now=%s setup_ms=%.0f", light, (time.perf_counter() - began) * 1e3)
 
-    def _follow(self, studio: SceneRenderer, resolution: Resolution, now_ns: int, began_ns: int) -> None:
+    def _follow(self, renderer: SceneRenderer, resolution: Resolution, now_ns: int, began_ns: int) -> None:
         """As many pixels as there is time for."""
         before = resolution.scale
         scale = resolution.drew(now_ns, now_ns - began_ns)
         if scale != before:
-            studio.draw_at(scale)
+            renderer.draw_at(scale)
             _SCALE.labels(self._site).set(scale)
             log.info("event=resolution scale=%.2f took_ms=%.0f", scale, (now_ns - began_ns) * 1e-6)
 
 
-def _desk(studio: SceneRenderer) -> Desk | None:
+def _desk(renderer: SceneRenderer) -> Desk | None:
     """What somebody does at the windows (`DesktopWindows.interaction` makes nothing else); None without any."""
-    return studio.interaction if isinstance(studio.interaction, Desk) else None
+    return renderer.interaction if isinstance(renderer.interaction, Desk) else None

@@ -22,7 +22,7 @@ class FirstPicture:
         self._age_s = process_age_s()
         self._began = self._since = time.perf_counter()
         self._parts = [("loading", self._age_s)]
-        self.told = False
+        self.logged = False
 
     def done(self, part: str) -> None:
         """What took the time since the last part was done."""
@@ -31,10 +31,10 @@ class FirstPicture:
         self._since = now
 
     def shown(self, people: int, stand_ins: int) -> None:
-        """There is a picture, of so many people; tells of the first one."""
-        if self.told:
+        """There is a picture, of so many people; the first one is logged."""
+        if self.logged:
             return
-        self.told = True
+        self.logged = True
         self.done("drawing")
         seconds = self._age_s + self._since - self._began
         _FIRST_PICTURE.labels(self._site).set(seconds)

@@ -1,4 +1,4 @@
-"""The renderer as a service: takes motion and world from the bus, draws at its rate, writes the site's video."""
+"""The renderer as a service: receives motion and world, draws at its rate, writes the site's video."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ def _panes(site: Site, view: View) -> tuple[Pane, ...]:
 
 
 class Reporter:
-    """Tells the others how late this site's pictures are: twice a second, and at once, in the log as well, when the first one
+    """Publishes how late this site's pictures are: twice a second, and at once, in the log as well, when the first one
     is there, somebody more or less is in it, or somebody is no stand-in any more."""
 
     def __init__(self, site: str, publication: Publication) -> None:
@@ -195,7 +195,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
                 drawing.facts = wire.facts.now(instant.now_ns, outputs.film)
             furnished = drawing.furnished
             picture = await drawing.draw(instant)
-            if drawing.furnished and not furnished and not first.told:
+            if drawing.furnished and not furnished and not first.logged:
                 first.done("setting_up")
             if wire is not None:
                 _grant(drawing.wishes(), wire, outputs, instant.now_ns)
@@ -240,7 +240,7 @@ async def _wind_up(drawing: DrawingThread, outputs: Outputs, thread: ThreadPoolE
 
 
 class _Inputs:
-    """What the stage listens to."""
+    """The subscriptions of the stage."""
 
     def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str, people: Sequence[str]) -> None:
         self._stage = stage
@@ -265,7 +265,7 @@ class _Inputs:
             self._stage.captions.receive(sample.message, sample.received_ns)
 
     def sounds(self) -> list[audio_pb2.Sound]:
-        """What has been heard here since the last call."""
+        """The sound that was played here since the last call."""
         return [sample.message for sample in self._sound.take()]
 
     def close(self) -> None:

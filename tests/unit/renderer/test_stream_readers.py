@@ -61,7 +61,7 @@ def test_whatever_comes_and_whoever_reads_little_waits_and_every_picture_follows
                 reader.play(b"sound")
             elif kind == "w":
                 number -= 1
-                reader.tell("words")
+                reader.put_text("words")
             else:
                 reader.lose()
             waiting = len(reader._pictures), len(reader._sounds), len(reader._words)

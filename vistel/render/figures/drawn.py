@@ -191,7 +191,7 @@ class DrawnFigures:
             weights = np.zeros(MOST_SETS + 1, np.float32)
             weights[1 : len(view.folds) + 1] = view.folds[:MOST_SETS]
             put(self._creased, wrinkle=weights.tobytes())
-            self._patches.tell(wrinkle=weights.tobytes())
+            self._patches.set(wrinkle=weights.tobytes())
         for part in drawn[int(view.own)]:
             if part.patch is None:
                 part.vao.render()

@@ -55,12 +55,12 @@ class Patches:
         return self._programs[key]
 
     def share(self, **shared: object) -> None:
-        """Tell all programs what all shaders share."""
+        """Set the uniforms that all shaders share."""
         for each in self._programs.values():
             put(each, albedo=0, **{_UNIFORMS[name]: unit for name, unit in _UNITS.items()}, **shared)
 
-    def tell(self, **uniforms: object) -> None:
-        """Tell all programs something of the figure that is drawn next."""
+    def set(self, **uniforms: object) -> None:
+        """Set uniforms of all programs for the figure that is drawn next."""
         for each in self._programs.values():
             put(each, **uniforms)
 

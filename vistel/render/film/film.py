@@ -1,4 +1,4 @@
-"""Draws a log picture by picture, as long as each takes: the same stage and studio as live, with the log's time for a clock.
+"""Draws a log picture by picture, however long each takes, with the stage and the renderer of live pictures and the log's time.
 
 What is drawn depends on the log, the view and the rate alone, so that the same film comes out on every machine with the same
 OpenGL.
@@ -51,7 +51,7 @@ def film(
     voices: FilmSound | None = None,
 ) -> Iterator[FilmPicture]:
     """`rate` pictures a second from `begin_ns` to `end_ns`, in order. records: of TOPICS, from some time before `begin_ns` on,
-    in the order of their arrival. finer: every pixel is the mean of so many by so many. voices: who hears them.
+    in the order of their arrival. finer: every pixel is the mean of so many by so many. voices: collects the sound.
     There is time: where the view leaves the light open, it is fine.
 
     Raises NoOpenGlError; RoomFileError for a room whose files are not here; ValueError for a finer wall of screens.
@@ -62,18 +62,18 @@ def film(
     light = "fine" if view.light == "auto" else view.light
     large = replace(view, width=finer * view.width, height=finer * view.height, light=light)
     decor: Interior | None = decor_of(config.room) if config.room is not None else None
-    studio = SceneRenderer(large, config.seats, lambda about: load_figure(about, files=config.avatars), decor)
-    studio.painter.saves_shadows = False
+    renderer = SceneRenderer(large, config.seats, lambda about: load_figure(about, files=config.avatars), decor)
+    renderer.painter.saves_shadows = False
     try:
         # One instant ahead of what is drawn: what is heard until then belongs to the picture.
         ahead = instants(config.delay_s, records, begin_ns, end_ns + math.ceil(1e9 / rate), rate, voices)
         for instant, following in pairwise(ahead):
-            picture = studio.render_complete(instant)
+            picture = renderer.render_complete(instant)
             if finer > 1:
                 picture = np.asarray(cv2.resize(picture, (view.width, view.height), interpolation=cv2.INTER_AREA), np.uint8)
             yield FilmPicture(instant.now_ns, picture, voices.until(following) if voices is not None else ())
     finally:
-        studio.close()
+        renderer.close()
 
 
 def count_of(begin_ns: int, end_ns: int, rate: float) -> int:
@@ -84,17 +84,17 @@ def count_of(begin_ns: int, end_ns: int, rate: float) -> int:
 def instants(
     delay_s: float, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float, voices: FilmSound | None = None
 ) -> Iterator[Instant]:
-    """What is shown, `rate` times a second from `begin_ns` to `end_ns`, of what `records` say (see `film`); `voices` hears it."""
+    """What is shown, `rate` times a second from `begin_ns` to `end_ns`, of `records` (see `film`); `voices` collects the sound."""
     stage = Stage(round(delay_s * 1e9))
-    told = _LogPlayback(stage, iter(records), voices)
+    playback = _LogPlayback(stage, iter(records), voices)
     for n in range(count_of(begin_ns, end_ns, rate)):
         now_ns = begin_ns + round(n * 1e9 / rate)
-        told.until(now_ns)
+        playback.until(now_ns)
         yield stage.instant(now_ns)
 
 
 class _LogPlayback:
-    """Tells the stage, and who hears voices, what the log says, up to a time."""
+    """Hands the records of a log to the stage and to the film's sound, up to a time."""
 
     def __init__(self, stage: Stage, records: Iterator[LogRecord], voices: FilmSound | None) -> None:
         self._stage, self._records, self._voices = stage, records, voices
@@ -103,10 +103,10 @@ class _LogPlayback:
 
     def until(self, t_ns: int) -> None:
         while self._next is not None and self._next.log_ns <= t_ns:
-            self._tell(self._next)
+            self._take(self._next)
             self._next = next(self._records, None)
 
-    def _tell(self, record: LogRecord) -> None:
+    def _take(self, record: LogRecord) -> None:
         message = record.message
         if record.topic.name == "participant":
             self._stage.receive_participant(message)

@@ -131,7 +131,7 @@ class _Stage:
             Usd.ModelAPI(UsdGeom.Xform.Define(self._stage, f"/Conference/{group}").GetPrim()).SetKind("group")
 
     def room(self, file: str, moving: dict[str, _Kept]) -> None:
-        """The room, and its things that were ever told of."""
+        """The room, and its things that the log ever describes."""
         from pxr import Gf, UsdGeom  # noqa: PLC0415
 
         self._stage.DefinePrim("/Conference/Room").GetReferences().AddReference(file)
@@ -191,7 +191,7 @@ class _Stage:
         part.replace(self._path)
 
     def _seen(self, image: Any, kept: _Kept) -> None:
-        """Visible in the frames in which it was told of."""
+        """Visible in the frames in which the log has it."""
         there = set(kept.frames)
         if len(there) == self._count:
             return

@@ -21,7 +21,7 @@ _LAID_OVER = moderngl.SRC_ALPHA, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, mo
 
 def lay_over(ctx: moderngl.Context) -> None:
     """Blend what is drawn next as text: what is behind it shows through, and a pixel's alpha becomes the share of it that does.
-    So the filter of edges (`antialias`) tells letters, which have smooth edges already, from what was drawn."""
+    So the filter of edges (`antialias`) distinguishes letters, whose edges are smooth already, from what was drawn."""
     ctx.blend_func = _LAID_OVER  # pyright: ignore[reportAttributeAccessIssue]  of moderngl's two forms its types know one
 
 

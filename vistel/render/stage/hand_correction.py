@@ -1,4 +1,4 @@
-"""A hand drawn where what it holds is, not where the real one is, and the arm that follows it.
+"""Draws a hand at the thing it holds where that is not at the real hand, and lets the arm follow.
 
 A hand cannot move what others hold as well, what stands against furniture and what its own tracker leads. It is drawn with the
 thing in it as the world laid it there, so that the two touch and do not go through each other.

@@ -6,7 +6,7 @@ the way the prediction took; where they do not, because the thing is pushed, pul
 one to the other the picture goes by an offset that fades, never by a jump.
 
 A hand whose thing is not where it would have it, because others hold it too, furniture stops it or it has a tracker of its
-own, is drawn at the thing all the same, and its arm follows: it gives way rather than go through.
+own, is drawn at the thing all the same, and its arm follows: so it does not go through the thing.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ FORGOTTEN_NS = 400_000_000
 @dataclass
 class _Hand:
     """A hand that holds, or did a moment ago. share: how far it has come, 0 to 1; fingers: (20,) on the thing; lies: where
-    that lies in it as it is drawn; off: by which it gives way, rotation vector (3,) and (3,) [m], room."""
+    that lies in it as it is drawn; off: by which it is drawn off its place, rotation vector (3,) and (3,) [m], room."""
 
     share: float
     fingers: F64

@@ -28,7 +28,7 @@ log = logging.getLogger("vistel.renderer")
 MOST_WAIT_S = 0.6
 """A picture waits no longer for its voice."""
 GONE_NS = 20_000_000_000
-"""A participant silent this long is no longer drawn."""
+"""A participant from whom nothing is received for so long is no longer drawn."""
 
 
 @dataclass(frozen=True)
@@ -80,13 +80,13 @@ class _Person:
 
 
 class Stage:
-    """Takes messages in, gives instants out."""
+    """Receives messages and gives the instants that are shown."""
 
     def __init__(self, delay_ns: int) -> None:
         self._delay_ns = delay_ns
         self._people: dict[str, _Person] = {}
         self._things: Mapping[str, Thing] = MappingProxyType({})
-        self._told: Mapping[str, world_pb2.Thing] = MappingProxyType({})
+        self._described: Mapping[str, world_pb2.Thing] = MappingProxyType({})
         self._looks: frozenset[str] = frozenset()
         self._touches: tuple[Touch, ...] = ()
         self._ghosts: tuple[Ghost, ...] = ()
@@ -98,7 +98,7 @@ class Stage:
         self.captions = Captions()
 
     def receive_participant(self, message: motion_pb2.Participant) -> None:
-        """Who somebody is."""
+        """The description of a participant."""
         parcel = message.parcel if is_digest(message.parcel) else ""
         about = ParticipantInfo(
             message.participant,
@@ -139,24 +139,24 @@ class Stage:
         return self._looks
 
     def receive_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
-        """What somebody did; before we heard who they are, they are shown under their key's name."""
+        """The motion of a participant; before their description is received, they are shown under the name in the bus key."""
         person = self._people.get(name)
         if person is None:
             person = self._people[name] = _Person(ParticipantInfo(name, name), self._delay_ns)
-        for t_ns, heard in person.reader.read(message):
-            person.playout.push(t_ns, heard, received_ns)
+        for t_ns, received in person.reader.read(message):
+            person.playout.push(t_ns, received, received_ns)
 
     def receive_world(self, now: RoomState, received_ns: int) -> None:
         """A step of the room."""
-        if now.things is not self._told:
+        if now.things is not self._described:
             self._describe(now.things)
-        if now.touches is not self._touches or now.things is not self._told:
+        if now.touches is not self._touches or now.things is not self._described:
             self._touches, self._ghosts = now.touches, ghosts_from(now.touches, now.things)
-        self._told = now.things
+        self._described = now.things
         self._world.push(now.t_ns, view_of(now, self._ghosts), received_ns)
 
     def receive_sound_status(self, message: audio_pb2.SoundStatus) -> None:
-        """How this site's voices are doing: who is heard, and whose picture must wait because the voice comes later."""
+        """The state of this site's voices: who is heard, and whose picture must wait because the voice comes later."""
         self._talking = frozenset(s.participant for s in message.streams if s.talking)
         self._loudness = {s.participant: s.level_db for s in message.streams if s.talking}
         for stream in message.streams:
@@ -193,10 +193,10 @@ class Stage:
         postures = self._held.fingers(now_ns, world, {p.about.name: p.posture for p in people})
         return tuple(replace(p, posture=postures[p.about.name]) for p in people), world
 
-    def _describe(self, told: Mapping[str, world_pb2.Thing]) -> None:
+    def _describe(self, described: Mapping[str, world_pb2.Thing]) -> None:
         things: dict[str, Thing] = {}
-        for name, t in told.items():
-            known = self._told.get(name)
+        for name, t in described.items():
+            known = self._described.get(name)
             if name in self._things and (known is t or known == t):
                 things[name] = self._things[name]
                 continue

@@ -41,7 +41,7 @@ class Out:
 
 
 class Outputs:
-    """Takes pictures; those that cannot be opened are told in one line, and left."""
+    """Takes pictures. An output that cannot be opened is logged in one line and left out."""
 
     def __init__(self, site: str, out: Out) -> None:
         self._site, self._out = site, out

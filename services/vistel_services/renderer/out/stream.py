@@ -61,7 +61,7 @@ class Stream:
         self._readers: set[Reader] = set()
         self._connections: set[web.WebSocketResponse] = set()
         self._runner: web.AppRunner | None = None
-        self._telling: asyncio.Task[None] | None = None
+        self._stating: asyncio.Task[None] | None = None
         self._background = background.current()
         self._drawn = self._told_drawn = 0
         self._age_ns = 0
@@ -80,7 +80,7 @@ class Stream:
         await web.TCPSite(runner, self.address.host, self.address.port).start()
         host, port = runner.addresses[0][:2]
         self.address = StreamAddress(str(host), int(port))
-        self._telling = background.start(self._tell(), "stream state")
+        self._stating = background.start(self._state(), "stream state")
         log.info("event=streaming address=http://%s/ reach=%s", self.address, "this_machine" if self.address.local else "network")
 
     def put(self, t_ns: int, rgba: U8, age_ns: int) -> None:
@@ -98,9 +98,9 @@ class Stream:
                 reader.play(message(SOUND, t_ns, opus))
 
     async def close(self) -> None:
-        """Stop serving; readers are told."""
-        if self._telling is not None:
-            self._telling.cancel()
+        """Stop serving, and say so to readers."""
+        if self._stating is not None:
+            self._stating.cancel()
         ending = [background.start(c.close(code=_ENDED), "stream end") for c in self._connections]
         if ending:
             await asyncio.wait(ending, timeout=_CLOSING_S)
@@ -121,7 +121,7 @@ class Stream:
                 if reader.left_out > before:
                     _LEFT_OUT.labels(self._site).inc(reader.left_out - before)
 
-    async def _tell(self) -> None:
+    async def _state(self) -> None:
         while True:
             await asyncio.sleep(_STATE_S)
             drawn = self._drawn - self._told_drawn
@@ -133,7 +133,7 @@ class Stream:
                 "readers": len(self._readers),
             }
             for reader in self._readers:
-                reader.tell(json.dumps(state | {"left_out": reader.left_out}))
+                reader.put_text(json.dumps(state | {"left_out": reader.left_out}))
 
     async def _page(self, request: web.Request) -> web.Response:
         from aiohttp import web  # noqa: PLC0415
@@ -160,7 +160,7 @@ class Stream:
         reader = Reader("jpeg" if request.query.get("form") == "jpeg" else "h264")
         width, height = self._encoder.size
         hello = {"kind": "hello", "site": self._site, "width": width, "height": height, "sound": self._sound}
-        reader.tell(json.dumps(hello))
+        reader.put_text(json.dumps(hello))
         self._readers.add(reader)
         self._connections.add(connection)
         _READERS.labels(self._site).set(len(self._readers))
@@ -188,7 +188,7 @@ class Stream:
         if said.get("lost") is True:
             reader.lose()
         if isinstance(ping, int | float):
-            reader.tell(json.dumps({"kind": "pong", "ping": ping, "t_ms": self._clock.now_ns() * 1e-6}))
+            reader.put_text(json.dumps({"kind": "pong", "ping": ping, "t_ms": self._clock.now_ns() * 1e-6}))
 
 
 async def _send(connection: web.WebSocketResponse, reader: Reader) -> None:

@@ -64,7 +64,7 @@ class Reader:
         self._sounds.append(data)
         self._something.set()
 
-    def tell(self, text: str) -> None:
+    def put_text(self, text: str) -> None:
         """Something to read, JSON."""
         self._words.append(text)
         self._something.set()

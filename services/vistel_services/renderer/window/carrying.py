@@ -27,7 +27,7 @@ HIGHEST = 2.8
 TURN = 0.01
 """A pixel turns a thing by so much [rad]."""
 FASTEST = 6.0
-"""Beyond this a thing is led there without being told a speed [m/s]."""
+"""Beyond this speed a thing is led there without a velocity in the message [m/s]."""
 THROW_NS = 120_000_000
 """A thing that is let go of flies on with its mean velocity over this time."""
 THROWN = 4.0

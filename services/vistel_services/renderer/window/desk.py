@@ -1,6 +1,6 @@
 """What somebody does at a window with mouse, keyboard and 3D mouse: looks about, walks, points, selects, moves things.
 
-It takes the window's events and makes wishes of them; the world hears of those on the bus (`window_wire`). The thread that draws
+It turns the window's events into wishes, which the service publishes (`window.wire`). The thread that draws
 owns it.
 """
 
@@ -162,9 +162,9 @@ class Desk:
         """What is written over the picture where there is no panel."""
         if self._panel is not None:
             return ()
-        told = ((self.facts.notice, self.facts.amiss),) if self.facts.notice else ()
+        notices = ((self.facts.notice, self.facts.amiss),) if self.facts.notice else ()
         keys = tuple((f"{key:<20} {does}", False) for key, does in KEYS) if self._help else ()
-        return (*told, *keys)
+        return (*notices, *keys)
 
     def draw(self, instant: Instant, hertz: float, drawn: float) -> None:
         """The panel, into the window's framebuffer, which is bound."""

@@ -55,7 +55,7 @@ class Text:
 
 @dataclass(frozen=True)
 class Lost:
-    """The window is no longer listened to: what is let go of from now on is not heard."""
+    """The window has lost the keyboard: no event says what is released from now on."""
 
 
 Event = Key | Button | Pointer | Wheel | Text | Lost

@@ -1,4 +1,4 @@
-"""What a window tells about the conference beside its picture: sites and how they are, voices, what was answered."""
+"""What a window shows about the conference beside its picture: sites and how they are, voices, what was answered."""
 
 from __future__ import annotations
 

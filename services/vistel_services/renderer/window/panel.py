@@ -40,7 +40,7 @@ _RED = (0.86, 0.22, 0.20, 1.0)
 
 @dataclass(frozen=True)
 class PanelState:
-    """What the panel tells. drawn: part of the width and height that is; stereo: both eyes' pictures are shown; walled: on
+    """What the panel shows. drawn: part of the width and height that is; stereo: both eyes' pictures are shown; walled: on
     screens of a wall; pointed, selected: things, in words."""
 
     facts: Facts = field(default_factory=Facts)
@@ -67,7 +67,7 @@ KEYS = (
     ("F1", "this panel"),
     ("F9", "record, or no longer"),
 )
-"""What keys and buttons do, in the order in which it is told."""
+"""What keys and buttons do, in the order in which the help lists it."""
 
 _IMGUI_KEYS = {
     "tab": "tab",

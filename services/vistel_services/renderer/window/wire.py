@@ -1,4 +1,4 @@
-"""A window on the bus: hears the facts it shows, and tells the world what is done at it, as speech and trackers do."""
+"""The bus connection of a window: receives the facts it shows, publishes commands and the places of things that are led."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from vistel_services.renderer.window.facts import FactsCollector
 from vistel_services.renderer.window.wishes import Ask, Carry, LetGo
 
 AGAIN_NS = 60_000_000
-"""The world is told of a thing that is led at least this often, ..."""
+"""The place of a thing that is led is published at least this often."""
 LAST_WORDS = 4
-"""... and so many times that it was let go of, for messages may be lost."""
+"""That it was let go of is published so many times, because messages may be lost."""
 
 
 class WindowWire:
@@ -44,7 +44,7 @@ class WindowWire:
         self._asked: set[str] = set()
 
     def take(self) -> None:
-        """Hear what has arrived."""
+        """Take in what has been received."""
         for s in self._heartbeat.take():
             self.facts.heartbeat(s.names["site"], s.received_ns)
         for s in self._delay.take():
@@ -68,15 +68,15 @@ class WindowWire:
         self._commands.put(command)
 
     def carry(self, wish: Carry) -> None:
-        """A thing is where the mouse leads it: told as a tracker on it would, and again until it is let go of, for pictures may
+        """A thing is where the mouse leads it: published as a tracker would, and again until it is let go of, because pictures may
         come slower than the world expects news of a tracker."""
         message = self._where(wish)
         self._let_go.pop(wish.thing, None)
         self._led[wish.thing] = wish, message.header.t_ns
-        self._tell(message)
+        self._publish(message)
 
     def let_go(self, wish: LetGo) -> None:
-        """A thing is led no longer, which is told at once and some times more."""
+        """A thing is led no longer: published at once and some times more."""
         before = self._led.pop(wish.thing, None)
         if before is None:
             return
@@ -84,7 +84,7 @@ class WindowWire:
         message.let_go = True
         message.header.t_ns = max(message.header.t_ns, before[1] + 1)  # it comes after whatever was said before
         self._let_go[wish.thing] = message, LAST_WORDS - 1
-        self._tell(message)
+        self._publish(message)
 
     def _where(self, wish: Carry | LetGo) -> Prop:
         message = Prop(thing=wish.thing, health=TrackerReceiver.HEALTH_GOOD, led_by=self._participant)
@@ -95,7 +95,7 @@ class WindowWire:
         v.x, v.y, v.z = wish.velocity.tolist()
         return message
 
-    def _tell(self, message: Prop) -> None:
+    def _publish(self, message: Prop) -> None:
         if message.thing not in self._carried:
             self._carried[message.thing] = self._bus.publish(BY_NAME["prop"], thing=message.thing)
         self._carried[message.thing].put(message)
@@ -107,13 +107,13 @@ class WindowWire:
                 if self._clock.now_ns() - told_ns > AGAIN_NS:
                     self.carry(replace(carry, velocity=np.zeros(3)))
             for thing, (message, left) in list(self._let_go.items()):
-                self._tell(message)
+                self._publish(message)
                 self._let_go[thing] = message, left - 1
                 if left <= 1:
                     del self._let_go[thing]
 
     def close(self) -> None:
-        """Hear and tell no more; what is on the mouse is let go of."""
+        """End the subscriptions; what is on the mouse is let go of."""
         for carry, _ in list(self._led.values()):
             self.let_go(LetGo(carry.thing, carry.position, carry.rotation, np.zeros(3)))
         self._steadily.cancel()
