@@ -302,7 +302,7 @@ def test_a_plastic_body_keeps_several_dents() -> None:
     assert len(dents) == 2
     assert all(d.left is not None for d in dents)
     for start in ((0.0, 1.6, 0.0), (1.6, 0.0, 0.0)):  # each where the stamp was deepest
-        assert min(math.dist(d.position, 0.58 * np.array(start)) for d in dents) < 1e-12
+        assert min(math.dist(d.pose.position, 0.58 * np.array(start)) for d in dents) < 1e-12
     shape = deformed([clay], memory.ghosts(9.0))["clay"]
     spots = np.array([(0.0, EDGE - 0.01, 0.0), (EDGE - 0.01, 0.0, 0.0), (-EDGE + 0.01, 0.0, 0.0)])
     assert clay.placed.inside(spots).all()
@@ -337,7 +337,7 @@ def test_a_viscoelastic_ghost_recovers_with_its_time_constant_whatever_the_step(
     for k in range(steps):
         memory = memory.step(away, (k + 1) * 0.2 / steps, 0.2 / steps)
     (dent,) = memory.dents["stamp", "rubber"]
-    assert dent.position[1] == pytest.approx(1.10 - 0.15 * math.exp(-0.2 / 0.5), abs=1e-9)
+    assert dent.pose.position[1] == pytest.approx(1.10 - 0.15 * math.exp(-0.2 / 0.5), abs=1e-9)
 
 
 def test_elastic_bodies_forget_and_rigid_ones_never_knew() -> None:
