@@ -1,4 +1,4 @@
-"""From where people look, and where to."""
+"""Eye positions and viewing directions of people."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Eyes:
 
 
 def eyes_of(people: Iterable[Posed]) -> dict[str, Eyes]:
-    """By name, of everybody in the order given."""
+    """The eyes of each person by name, in the given order."""
     out: dict[str, Eyes] = {}
     for posed in people:
         joints = posed.joints

@@ -1,4 +1,4 @@
-"""What each person's commands have changed, so that they can take it back and do it again."""
+"""Changes by each person's commands, for undo and redo."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ MOST = 12
 
 
 @dataclass(frozen=True)
-class Stood:
-    """A thing and where it stood: position (3,), rotation (4,), room frame; dents: those it had."""
+class PlacedThing:
+    """A thing at a pose: position (3,) [m], rotation (4,), room frame; dents: its dents at that time."""
 
     thing: Thing
     position: F64
@@ -24,44 +24,44 @@ class Stood:
 
 @dataclass(frozen=True)
 class Change:
-    """What a command of somebody made of what: things that were there before, and what there was in their place after."""
+    """A change by one command: the things before it, and the things in their place after it."""
 
     participant: str
-    before: tuple[Stood, ...]
-    after: tuple[Stood, ...]
+    before: tuple[PlacedThing, ...]
+    after: tuple[PlacedThing, ...]
 
 
 @dataclass(frozen=True)
 class History:
-    """Changes done and changes taken back, oldest first."""
+    """Changes done and changes undone, oldest first."""
 
     done: tuple[Change, ...] = ()
     undone: tuple[Change, ...] = ()
 
     def with_change(self, change: Change) -> History:
-        """After something new: what had been taken back is forgotten."""
+        """The history after a new change. The participant's undone changes are forgotten."""
         return History(_kept((*self.done, change), change.participant), _without(self.undone, change.participant))
 
     def last(self, participant: str, *, undone: bool = False) -> Change | None:
-        """The newest change of somebody."""
+        """The participant's newest change, or newest undone one; None without any."""
         own = [c for c in (self.undone if undone else self.done) if c.participant == participant]
         return own[-1] if own else None
 
     def taken_back(self, change: Change) -> History:
-        """After `change`, which was done, was taken back."""
+        """The history after `change` was undone."""
         return History(tuple(c for c in self.done if c is not change), _kept((*self.undone, change), change.participant))
 
     def done_again(self, change: Change) -> History:
-        """After `change`, which was taken back, was done again."""
+        """The history after `change` was redone."""
         return History(_kept((*self.done, change), change.participant), tuple(c for c in self.undone if c is not change))
 
     def without(self, participant: str) -> History:
-        """After somebody has left."""
+        """The history after a participant has left."""
         return History(_without(self.done, participant), _without(self.undone, participant))
 
 
 def _kept(changes: tuple[Change, ...], participant: str) -> tuple[Change, ...]:
-    """No more than MOST of somebody's."""
+    """At most MOST changes of the participant."""
     own = [c for c in changes if c.participant == participant]
     surplus = {id(c) for c in own[:-MOST]}
     return tuple(c for c in changes if id(c) not in surplus)

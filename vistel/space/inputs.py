@@ -1,4 +1,4 @@
-"""What goes into one step of the world. Everything the world does follows from these and the state before."""
+"""Inputs of one step of the world. They and the state before determine everything the world does."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ FURTHEST = 50.0
 
 @dataclass(frozen=True)
 class Person:
-    """Who somebody is, as far as contacts go: standing height [m] and girth (1 = average), or with an avatar of their own its
-    proportions, and then these alone."""
+    """A participant's body for contacts: standing height [m] and girth (1 = average). A participant with their own avatar has
+    proportions instead; then only these count."""
 
     participant: str
     height: float = 1.75
@@ -40,10 +40,10 @@ class MotionInput:
 
 @dataclass(frozen=True)
 class PropInput:
-    """Where a tracked thing is: position (3,) [m], rotation (4,) quaternion (x, y, z, w), room frame.
+    """The pose of a tracked thing: position (3,) [m], rotation (4,) quaternion (x, y, z, w), room frame.
 
     t_ns: when it was measured, conference time; velocity (3,) [m/s], spin (3,) [rad/s] then. led_by: the participant who leads
-    it with a mouse, empty where it has a receiver; let_go: the last word, from here on it is free.
+    it with a mouse, empty if it has a receiver; let_go: this is the last input, and the thing is free afterwards.
     """
 
     thing: str
@@ -58,7 +58,7 @@ class PropInput:
 
 @dataclass(frozen=True)
 class CommandInput:
-    """What a participant asks. action: None when it was nothing this world knows (refused with a reason)."""
+    """A participant's command. action: None for an unknown command, which the world refuses with a reason."""
 
     id: str
     participant: str
@@ -67,7 +67,7 @@ class CommandInput:
 
 @dataclass(frozen=True)
 class StepInputs:
-    """One step: its number, the conference time it is about [ns], and what is new since the step before."""
+    """One step: its number, its conference time [ns], and the inputs since the step before."""
 
     step: int
     t_ns: int
@@ -79,8 +79,8 @@ class StepInputs:
 
 
 def usable(posture: Posture) -> bool:
-    """Every number of the posture is finite and its stance within the world."""
-    return (  # what is no number is not less than anything
+    """Whether every number of the posture is finite and its stance is within the world."""
+    return (  # a NaN is not less than anything
         posture.dofs.shape == (DOF_COUNT,)
         and posture.hands.shape == (2, HAND_DOF_COUNT)
         and posture.stance.position.shape == (3,)

@@ -1,4 +1,4 @@
-"""How often people may ask, and remembering what was answered."""
+"""Limits the rate of commands, and keeps the answers to recent ones."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from vistel.space.view import Outcome
 BURST, PER_STEP = 20.0, 10.0 / 60.0
 """Commands somebody may send at once, and how fast that allowance comes back (ten a second)."""
 REMEMBERED = 128
-"""Answers kept, so that a command sent twice is answered twice and done once."""
+"""Number of kept answers. A command that arrives twice is answered twice and done once."""
 
 
 @dataclass(frozen=True)
 class Ledger:
-    """Answers given, oldest first, and commands each participant may still send."""
+    """Given answers, oldest first, and the number of commands that each participant may still send."""
 
     answers: tuple[Outcome, ...] = ()
     allowance: tuple[tuple[str, float], ...] = ()
 
     def answer_to(self, command: CommandInput) -> Outcome | None:
-        """The answer given before, if this command was."""
+        """The earlier answer to this command; None if it is new."""
         for known in self.answers:
             if known.id == command.id and known.participant == command.participant:
                 return known
@@ -36,7 +36,7 @@ class Ledger:
         return replace(self, allowance=tuple((who, left) for who, left in grown if left < BURST))
 
     def spend(self, participant: str) -> Ledger | None:
-        """One command less, or None when there is none left."""
+        """The ledger with one command less for the participant; None when none is left."""
         left = dict(self.allowance).get(participant, BURST)
         if left < 1.0:
             return None

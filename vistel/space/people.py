@@ -1,4 +1,4 @@
-"""People in the world: their posed primitives, how fast these move, and which of them are digits and palms."""
+"""People in the world: their posed primitives, their velocities, and the primitives of digits and palms."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ FASTEST = 4.0
 SILENT_NS = 100_000_000
 """Without a new motion for so long, a limb counts as still."""
 OPENING_LEAK = 0.3
-"""How fast the memory of an open hand fades [rad/s]: who keeps a fist does not close it."""
+"""Rate at which the least flexion fades [rad/s]: a fist that stays closed is not a closing hand."""
 
 
 @dataclass(frozen=True)
 class Build:
-    """Joint chain and primitives of somebody. digit: (P,) of each primitive, 6 * side + digit, or -1; palm: (2, 3) where a
-    bar across the left and the right palm touches it, in the hand's frame [m]."""
+    """Joint chain and primitives of a person. digit: (P,) of each primitive, 6 * side + digit, or -1; palm: (2, 3) point
+    at which a bar across the left and the right palm touches, in the hand's frame [m]."""
 
     skeleton: Skeleton
     body: Body
@@ -65,7 +65,7 @@ class Build:
 
 @lru_cache(maxsize=64)
 def build_of(height: float, girth: float) -> Build:
-    """The standard body of somebody `height` metres tall."""
+    """The standard body for a standing height [m] and girth (1 = average)."""
     skeleton = standard_skeleton(min(2.6, max(0.5, height)))
     body = standard_body(skeleton, min(2.0, max(0.5, girth)))
     scale = skeleton.height / REFERENCE_HEIGHT
@@ -81,7 +81,7 @@ def build_like(proportions: Proportions) -> Build:
 
 
 def _palm(skeleton: Skeleton, body: Body, row: int) -> F64:
-    """Below the surface of an avatar's own hand, where a hand of average shape and its length has its palm."""
+    """(3,) palm of an avatar's hand [m]: that of an average hand of its length, moved to just below this hand's surface."""
     hand, finger = HAND_JOINT[row], JOINT_INDEX[f"{SIDES[row]}_middle_proximal"]
     average = standard_skeleton().rest
     scale = float(np.linalg.norm(skeleton.rest[finger] - skeleton.rest[hand]))
@@ -111,7 +111,7 @@ def _digits(body: Body) -> I64:
 
 @dataclass(frozen=True)
 class Figure:
-    """Somebody in the room. posture is None until the first motion; before: the posture before that, if usable for
+    """A person in the room. posture is None until the first motion; before: the posture before that, if usable for
     speeds; opened: (2, 4) recent least flexion of each finger [rad]; appeared: the step of the first motion."""
 
     person: Person
@@ -129,7 +129,7 @@ class Figure:
         return self.person.participant
 
     def moved(self, motion: MotionInput, step: int) -> Figure:
-        """After `motion`, taken in at a step of the world."""
+        """The figure after `motion`, received at a step of the world."""
         new = motion.seq != self.seq or motion.t_ns != self.t_ns
         if not new:
             return self
@@ -144,13 +144,13 @@ class Figure:
         )
 
     def with_opening(self, dt: float) -> Figure:
-        """The memory of the open hand, one step on."""
+        """The figure with the least flexions one step later. dt: [s]."""
         if self.posture is None:
             return self
         return replace(self, opened=np.minimum(flexion(self.posture), self.opened + OPENING_LEAK * dt))
 
     def opened_now(self, hands: tuple[bool, ...]) -> Figure:
-        """The memory of the open hand begins anew for the chosen `hands` (left, right)."""
+        """The least flexions begin anew for the chosen `hands` (left, right)."""
         if self.posture is None or not any(hands):
             return self
         return replace(self, opened=np.where(np.array(hands)[:, None], flexion(self.posture), self.opened))
@@ -162,7 +162,7 @@ def flexion(posture: Posture) -> F64:
 
 
 def flexion_of(angles: F64) -> F64:
-    """(..., 4) the same of hands' angles (..., 20)."""
+    """(..., 4) total flexion for hands' angles (..., 20) [rad]."""
     return angles[..., 4::4] + angles[..., 6::4] + angles[..., 7::4]
 
 
@@ -191,7 +191,7 @@ class Posed:
 def pose_figure(figure: Figure, t_ns: int, last: Posed | None = None) -> Posed | None:
     """The figure's primitives at step time `t_ns`; None before its first motion.
 
-    last: what this gave a step ago, to save computing the same again.
+    last: the result of a step ago; its unchanged parts are used again.
     """
     if figure.posture is None:
         return None

@@ -33,7 +33,7 @@ BATON = "baton"
 
 @dataclass(frozen=True)
 class Seat:
-    """Where somebody sits: position (3,) on the floor [m]; heading about +Y, 0 faces +Z [rad]."""
+    """A seat: position (3,) on the floor [m]; heading about +Y, 0 faces +Z [rad]."""
 
     position: F64
     heading: float
@@ -44,11 +44,11 @@ SHAPES = ("ball", "lump", "bar")
 
 @dataclass(frozen=True)
 class Extra:
-    """A thing somebody has put on the table.
+    """A thing that a conference file puts on the table.
 
     shape: "ball", "lump" (a loaf, twice as long as wide) or "bar" (six times); size: its radius [m]; rigidity: 0 as
-    soft as flesh .. 1 rigid; mass [kg]; colour: 0xRRGGBBAA; x, z: where on the table [m]; matter: what it is made of.
-    Raises ValueError for what cannot be.
+    soft as flesh .. 1 rigid; mass [kg]; colour: 0xRRGGBBAA; x, z: where on the table [m]; matter: its material.
+    Raises ValueError for values out of range.
     """
 
     id: str
@@ -93,10 +93,9 @@ class Extra:
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """A room as it begins: seats, and things in a fixed order; extras: those among them that were put there.
+    """A room at its beginning: seats, and things in a fixed order; extras: the things that the conference file added.
 
-    source: digest of the files it is from, empty for the built-in one; shell: the built-in floor, walls and ceiling are
-    round it.
+    source: digest of its files, empty for the built-in room; shell: whether it has the built-in floor, walls and ceiling.
     """
 
     seats: tuple[Seat, ...]
@@ -209,7 +208,7 @@ def _chair(index: int, seat: Seat) -> Thing:
 
 
 def _loose_things(spread: float) -> tuple[Thing, ...]:
-    """What lies on the table, clear of where hands rest; `spread` stretches the layout with the table."""
+    """The things on the table, clear of the resting hands; `spread` stretches the layout with the table."""
     top = TABLE_HEIGHT
 
     def place(x: float, height: float, z: float) -> F64:

@@ -20,7 +20,7 @@ from vistel.geometry.pose import Pose
 from vistel.space.dynamics.dynamics import Motions
 from vistel.space.hands.claims import Claim
 from vistel.space.hands.grasp import Grasp
-from vistel.space.history import Change, History, Stood
+from vistel.space.history import Change, History, PlacedThing
 from vistel.space.inputs import Person, PropInput
 from vistel.space.ledger import Ledger
 from vistel.space.memory.bonds import Bond
@@ -44,7 +44,7 @@ def encode(room: Room, s: State) -> bytes:
 
 
 def digest(room: Room, s: State) -> int:
-    """64 bits of all that `encode` writes; numbers in arrays count as they are instead of as text, which takes longer."""
+    """64-bit hash of everything that `encode` writes. Arrays are hashed as bytes, which is faster than as text."""
     arrays: list[bytes] = []
 
     def aside(array: NDArray[Any]) -> tuple[int, ...]:
@@ -61,7 +61,7 @@ def _extras_digest(room: Room) -> str:
 
 
 def _written(data: dict[str, Any], array: Callable[[NDArray[Any]], Any]) -> bytes:
-    """JSON; array: what is written for an array."""
+    """JSON; array: gives the value written for an array."""
     return json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False, default=array).encode()
 
 
@@ -69,7 +69,7 @@ def _fields(room: Room, s: State, extras: Any) -> dict[str, Any]:
     """All of the state: lists, words, numbers, and arrays of float64 and int64."""
     m = s.motions
     shapes = _Shapes(room)
-    # A room from files stands in it whole, for those who have not the files; its text is made once.
+    # A room from files is included whole, for sites without the files. Its text is made once.
     own: dict[str, Any] = {"room": _from_room(room)} if room.source else {}
     things = [shapes.number(t) for t in s.things]
     history = [[_from_change(c, shapes) for c in some] for some in (s.history.done, s.history.undone)]
@@ -105,15 +105,15 @@ def _fields(room: Room, s: State, extras: Any) -> dict[str, Any]:
 
 
 def version_of(data: bytes) -> int | None:
-    """The version of a snapshot, whatever else it holds; None of what is none."""
+    """The version of a snapshot, also of an unreadable one; None for other bytes."""
     found = re.match(rb'\{"version":(\d{1,9})[,}]', data)
     return int(found[1]) if found else None
 
 
 def decode(data: bytes, room: Room | None = None, things: Iterable[Thing] = ()) -> tuple[Room, State]:
-    """Room and state. Raises ValueError, one line, when the bytes are no snapshot of this version.
+    """Room and state. Raises ValueError, one line, for bytes that are no snapshot of this version.
 
-    room, things: those of a moment ago, which are used again where they are still the same.
+    room, things: earlier ones; unchanged parts of them are used again.
     """
     try:
         d = json.loads(data)
@@ -209,7 +209,7 @@ def _to_extra(d: Any) -> Extra:
 
 
 class _Shapes:
-    """What things are, each once: the id of one the room began with, or all that makes it."""
+    """Descriptions of things, each once: the id for a thing of the room's beginning, else the whole thing."""
 
     def __init__(self, room: Room) -> None:
         self.rows: list[Any] = []
@@ -217,7 +217,7 @@ class _Shapes:
         self._numbers: dict[int, int] = {}
 
     def number(self, thing: Thing) -> int:
-        """Which one it is."""
+        """The number of the thing's description."""
         if id(thing) not in self._numbers:
             self._numbers[id(thing)] = len(self.rows)
             self.rows.append(thing.id if id(thing) in self._own else from_thing(thing))
@@ -228,7 +228,7 @@ def _from_change(c: Change, shapes: _Shapes) -> list[Any]:
     return [c.participant, *([_from_stood(x, shapes) for x in side] for side in (c.before, c.after))]
 
 
-def _from_stood(x: Stood, shapes: _Shapes) -> list[Any]:
+def _from_stood(x: PlacedThing, shapes: _Shapes) -> list[Any]:
     """With dents one entry more."""
     pose = [shapes.number(x.thing), x.position.tolist(), x.rotation.tolist()]
     return [*pose, [_from_dent(d) for d in x.dents]] if x.dents else pose
@@ -238,7 +238,7 @@ def _to_change(d: Any, shapes: list[Thing]) -> Change:
     who, *sides = d
     before, after = (
         tuple(
-            Stood(shapes[int(k)], _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], tuple(_to_dent(e) for some in dents for e in some))
+            PlacedThing(shapes[int(k)], _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], tuple(_to_dent(e) for some in dents for e in some))
             for k, p, q, *dents in side
         )
         for side in sides
@@ -280,18 +280,18 @@ def _to_bond(d: Any) -> Bond:
 
 
 def _from_tracked(t: Tracked) -> list[Any]:
-    """Of what a mouse leads, who leads it and where it stood as well."""
-    n = t.news
-    row = [n.thing, n.position.tolist(), n.rotation.tolist(), n.t_ns, n.velocity.tolist(), n.spin.tolist(), t.heard_ns]
-    return [*row, n.led_by, *(a.tolist() for a in t.stood)] if n.led_by and t.stood is not None else row
+    """A thing led by a mouse also has its participant and its pose before."""
+    n = t.measured
+    row = [n.thing, n.position.tolist(), n.rotation.tolist(), n.t_ns, n.velocity.tolist(), n.spin.tolist(), t.received_ns]
+    return [*row, n.led_by, *(a.tolist() for a in t.begun_at)] if n.led_by and t.begun_at is not None else row
 
 
 def _to_tracked(d: Any) -> Tracked:
-    thing, p, q, t_ns, v, w, heard_ns, *led = d
+    thing, p, q, t_ns, v, w, received_ns, *led = d
     led_by, before, turned = led or ("", None, None)
     speeds = _rows(v, 1, 3)[0], _rows(w, 1, 3)[0]
-    news = PropInput(str(thing), _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], int(t_ns), *speeds, str(led_by))
-    return Tracked(news, int(heard_ns), (_rows(before, 1, 3)[0], _rows(turned, 1, 4)[0]) if led else None)
+    measured = PropInput(str(thing), _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], int(t_ns), *speeds, str(led_by))
+    return Tracked(measured, int(received_ns), (_rows(before, 1, 3)[0], _rows(turned, 1, 4)[0]) if led else None)
 
 
 def _rows(values: Any, n: int, width: int) -> F64:
@@ -305,7 +305,7 @@ def _from_posture(p: Posture | None) -> Any:
     if p is None:
         return None
     stance = [*p.stance.position.tolist(), float(p.stance.heading)]
-    # Without single joints snapshots are as they were before postures had any.
+    # Snapshots without single joints keep the older form.
     joints = [{name: rotation.tolist() for name, rotation in sorted(p.joints.items())}] if p.joints else []
     return [p.dofs, p.hands, stance, p.gaze, *joints]
 
@@ -337,7 +337,7 @@ def _from_figure(f: Figure) -> dict[str, Any]:
 
 
 def _from_person(p: Person) -> list[Any]:
-    """With proportions one entry more: without, snapshots are as they were before avatars had any."""
+    """One more entry with proportions. Snapshots without them keep the older form."""
     standard = [p.participant, p.height, p.build]
     if (own := p.proportions) is None:
         return standard

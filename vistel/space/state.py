@@ -20,7 +20,7 @@ from vistel.space.things.things import Thing
 
 @dataclass(frozen=True)
 class LetGo:
-    """A hand that opened at `step`, or then began to close round a thing, does not push it until it is off it."""
+    """A hand that released a thing, or began to close round it, at `step`. It does not push the thing until it is away from it."""
 
     participant: str
     right: bool
@@ -31,10 +31,9 @@ class LetGo:
 @dataclass(frozen=True)
 class State:
     """things: in the order of `motions`; figures: sorted by name; grasps: oldest first;
-    tracked: sorted by thing; felt: the hands, participant and right, that felt something, sorted; dents, bonds: what
-    things remember, by thing; marks: the next number for one of those; glides: things that commands move; selected: what
-    "this" means to whom, sorted; history: what commands have changed;
-    claims: who leads what is held, by thing; told: of claims, within a step only."""
+    tracked: sorted by thing; felt: hands (participant, right) with a hand force, sorted; dents, bonds: by thing; marks: the next
+    number of a dent or bond; glides: things that commands move; selected: participants with the things that "this" means to
+    them, sorted; history: changes by commands; claims: owners of held things, by thing; claim_events: within a step only."""
 
     things: tuple[Thing, ...]
     motions: Motions
@@ -53,11 +52,11 @@ class State:
     selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
     history: History = field(default_factory=History)
     claims: tuple[Claim, ...] = ()
-    told: tuple[ClaimEvent, ...] = ()
+    claim_events: tuple[ClaimEvent, ...] = ()
 
     @cached_property
     def rows(self) -> dict[str, int]:
-        """Where each thing is, by its id."""
+        """Row of each thing, by its id."""
         return _rows_of(self.things)
 
 
@@ -65,7 +64,7 @@ _LAST_ROWS: list[tuple[tuple[Thing, ...], dict[str, int]]] = [((), {})]
 
 
 def _rows_of(things: tuple[Thing, ...]) -> dict[str, int]:
-    """Where each thing is, by its id; a room's things are asked about far more often than they change."""
+    """Row of each thing by its id. It is kept, because things change far less often than it is used."""
     if _LAST_ROWS[0][0] is not things:
         _LAST_ROWS[0] = things, {thing.id: n for n, thing in enumerate(things)}
     return _LAST_ROWS[0][1]

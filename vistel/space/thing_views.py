@@ -1,4 +1,4 @@
-"""What is said about where things are: what lies still is said in the words of the step before."""
+"""The published states of things. A thing at rest keeps the view of the step before."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NOTHING = ThingView("", np.zeros(3), np.zeros(4), np.zeros(3), np.zeros(3), (),
 
 
 class ThingViews:
-    """Makes the views of things, step by step. What it keeps saves time and changes nothing."""
+    """Makes the views of things, step by step. It keeps the last ones only to save time."""
 
     def __init__(self) -> None:
         self._last: tuple[ThingView, ...] = ()
@@ -22,7 +22,7 @@ class ThingViews:
         self._of: Motions | None = None
 
     def states(self, before: State, now: State) -> tuple[ThingView, ...]:
-        """Where every thing is, in the order of the things."""
+        """The view of every thing, in the order of the things."""
         m = now.motions
         moved, same = _compared(before, now)
         held, held_before = _holders(now.grasps), _holders(before.grasps)
@@ -48,7 +48,7 @@ class ThingViews:
 
 
 def _compared(before: State, now: State) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(N,) which things are elsewhere or move by other means than before, and which are the same in all."""
+    """(N,) whether each thing's pose or mode changed, and (N,) whether nothing of it changed."""
     m, old = now.motions, before.motions
     rows = slice(None)
     known = np.ones(len(now.things), np.bool_)
@@ -67,7 +67,7 @@ def _same_things(before: State, now: State) -> bool:
 
 
 def _holders(grasps: tuple[Grasp, ...]) -> dict[str, tuple[str, ...]]:
-    """Who holds each thing that is held, in the order in which they took it."""
+    """Participants who hold each held thing, in the order in which they took it."""
     out: dict[str, list[str]] = {}
     for g in grasps:
         out.setdefault(g.thing, []).append(g.participant)

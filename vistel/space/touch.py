@@ -1,4 +1,4 @@
-"""From contacts between primitives to what is told about them: contacts with forces, and ghosts to apply."""
+"""Turns contacts between primitives into the published contacts with forces, and into ghosts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ FLESH_COMPLIANCE = 1.0
 LEAST_DEPTH = 2e-4
 """Overlaps shallower than this deform nothing that could be seen [m]."""
 MOST_PER_PAIR = 6
-"""Contacts told for one pair of bodies; the deepest."""
+"""Most published contacts of one pair of bodies; the deepest ones."""
 
 _PERSON = 0
 _FIXED = 1
@@ -42,7 +42,7 @@ class _Part:
 @dataclass(frozen=True)
 class _Overlaps:
     """All overlaps of a step, those of two bodies side by side: first[g] : first[g + 1], by primitive. part, thing: (G,)
-    whose they are, and of which thing if it is one; a, b: primitives of the two bodies; force [N]."""
+    index of their part, and of the thing if the other body is one; a, b: primitives of the two bodies; force [N]."""
 
     first: list[int]
     part: list[int]
@@ -64,7 +64,7 @@ def touches(
     s: Solids,
     most: int,
 ) -> tuple[tuple[ContactView, ...], tuple[GhostView, ...]]:
-    """What is told of everybody's contacts, no more than `most` of them, and the ghosts that deform people and things.
+    """The published contacts of all people, at most `most`, and the ghosts that deform people and things.
 
     skin: contacts of every two people who touch, by their names in order; rest: with fixed things, by their primitive among
     those; near: with loose things.
@@ -97,7 +97,7 @@ def _parts(
     rest: Mapping[str, ContactArray],
     near: Mapping[str, ContactArray],
 ) -> list[_Part]:
-    """Whose contacts there are, in the order in which they are told."""
+    """The contacts by person and other body, in the order of publication."""
     met: dict[str, list[str]] = {}
     for name, other in sorted(skin):
         met.setdefault(name, []).append(other)
@@ -152,11 +152,11 @@ def _deepest(depth: list[float], i: int, j: int) -> list[int] | range:
 
 
 def _ghosts(a: str, b: str, soft: float, o: _Overlaps, i: int, j: int) -> list[GhostView]:
-    """What deforms what: the other body's field the figure, and the figure's the other body unless it is rigid."""
+    """The ghosts of two bodies: the other body deforms the figure, and the figure deforms the other body unless that is rigid."""
     depth = max(o.field_depth[i:j])
     if depth <= 0.0:
         return []
-    reached = [k for k in range(i, j) if o.field_depth[k] > 0.0]  # what only lies beyond something thin is not pressed by it
+    reached = [k for k in range(i, j) if o.field_depth[k] > 0.0]  # a primitive behind a thin body is not pressed
     mine, theirs = tuple(sorted({o.a[k] for k in reached})), tuple(sorted({o.b[k] for k in reached}))
     out = [GhostView(a, b, mine, theirs, FLESH_COMPLIANCE, soft, depth)]
     if soft > 0.0:

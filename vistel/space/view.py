@@ -1,4 +1,4 @@
-"""What the world says after a step. Room frame, metres, seconds, newtons; quaternions (x, y, z, w)."""
+"""The world's output after a step. Room frame, metres, seconds, newtons; quaternions (x, y, z, w)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vistel.space.things.things import Thing
 
 @dataclass(frozen=True)
 class ThingView:
-    """Where a thing is. holders: participants, first the one who carries it; moved: since the step before."""
+    """The state of a thing. holders: participants, its owner first; moved: its pose changed in this step."""
 
     id: str
     position: F64
@@ -57,8 +57,8 @@ class GhostView:
 @dataclass(frozen=True)
 class GraspView:
     """A hand holds a thing, at `position`, `rotation` in the hand joint's frame, since `since_ns`; fingers: (20,) angles
-    with which it touches the thing and does not go into it [rad], where the thing lies at `seen_position`, `seen_rotation`
-    in the hand: who holds what they cannot move is seen to give way."""
+    with which it touches the thing without entering it [rad]. The displayed thing lies at `seen_position`, `seen_rotation`
+    in the displayed hand: a hand that cannot move its thing is displayed at the thing."""
 
     participant: str
     right: bool
@@ -93,9 +93,9 @@ class DigitTouch:
 
 @dataclass(frozen=True)
 class HandForce:
-    """What a hand feels: force on it [N], torque about its joint [N m], by digit and body. No touches: nothing any more.
+    """Force on a hand [N], torque about its joint [N m], and its touches by digit and body. No touches: the contact ended.
 
-    pull: (3,) [N] what of the force others pull with at what the hand holds.
+    pull: (3,) the part of the force with which others pull at the held thing [N].
     """
 
     participant: str
@@ -108,8 +108,7 @@ class HandForce:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a command; reason: one line for a person, empty when done; things: ids of what it was done to, or of
-    what it made."""
+    """The outcome of a command. reason: one line for a person, empty when done; things: ids of the changed or created things."""
 
     id: str
     participant: str
@@ -124,9 +123,9 @@ class WorldView:
     """The room after step `step`, at conference time `t_ns`.
 
     things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0;
-    hands: what hands feel, and once those that have stopped to; dents, bonds: what things remember; fresh: numbers of
-    those that are new or changed; gone: of those that were there a step before; claims: what has become of some; torn: bonds
-    that have torn.
+    hands: hand forces, and one last empty one when a contact has ended; dents, bonds: all there are; fresh: numbers of
+    new or changed dents and bonds; gone: numbers of those that ended in this step; claims: changes of claims; torn: bonds
+    torn in this step.
     """
 
     step: int
@@ -147,5 +146,5 @@ class WorldView:
     gone: tuple[int, ...] = ()
     claims: tuple[ClaimEvent, ...] = ()
     selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
-    """Which things, by id, people have selected."""
+    """Participants with the ids of the things that they have selected."""
     torn: tuple[Torn, ...] = ()

@@ -1,6 +1,6 @@
 """The world: things, people, contacts, grasps, in fixed steps. It knows no clock, no bus and no random number.
 
-`World.step` takes everything that is new (`StepInputs`) and says how the room is then (`WorldView`). The same inputs
+`World.step` takes all new inputs (`StepInputs`) and returns the state of the room (`WorldView`). The same inputs
 from the same state give the same bytes; `World.snapshot` is that state, and `World.restore` continues from it.
 """
 
@@ -21,13 +21,13 @@ from vistel.space.contact.near import Bodies, placed
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.dynamics.solids import Solids, solids
 from vistel.space.eyes import Eyes, eyes_of
+from vistel.space.guided_things import guided
 from vistel.space.hands import grasp as hands
 from vistel.space.holding import holding, ownership
+from vistel.space.holding.displayed_hands import displayed_contacts
 from vistel.space.holding.forces import Reached, due_at, hand_forces, nothing
-from vistel.space.holding.gripped import seen
 from vistel.space.holding.sharing import Pull, with_pulls
 from vistel.space.inputs import CommandInput, StepInputs, usable
-from vistel.space.led import followed
 from vistel.space.matter import sticking
 from vistel.space.matter.memory import changes, remembered
 from vistel.space.people import Figure, Posed, pose_figure
@@ -44,7 +44,7 @@ HASH_STEPS = 60
 """Steps from one published hash to the next."""
 MAX_CONTACTS = 96
 APPEARING_STEPS = 45
-"""Who has only just appeared pushes nothing: they may stand in the middle of it, and their sensors have yet to settle."""
+"""A participant pushes nothing for so many steps after appearing: they may stand inside a thing, and sensors need to settle."""
 RESTING_SPEED = 0.05
 """A thing that takes dents counts as resting when it moves up or down no faster than this [m/s]."""
 RESTING_KEEPS = 0.8
@@ -55,7 +55,7 @@ class World:
     """One room and everything in it."""
 
     def __init__(self, room: Room, state: State | None = None, known: Solids | None = None) -> None:
-        """state: how the room is, by default as it begins; known: the arrays of some of its things."""
+        """state: by default the room's beginning; known: arrays that are already computed for some of its things."""
         self._room = room
         self._state: State = state if state is not None else State(things=room.things, motions=_begin(room.things))
         self._solids: Solids = solids(self._state.things, known)
@@ -79,7 +79,7 @@ class World:
 
     @property
     def extras(self) -> tuple[Extra, ...]:
-        """What was put into the room beside what always is there."""
+        """The things that the conference file added to the room."""
         return self._room.extras
 
     @property
@@ -95,22 +95,22 @@ class World:
 
     @property
     def source(self) -> str:
-        """Which room it is: digest of the files it is from, empty for the built-in one."""
+        """Digest of the room's files; empty for the built-in room."""
         return self._room.source
 
     @property
     def participants(self) -> tuple[str, ...]:
-        """Who is in the room, sorted."""
+        """The participants in the room, sorted."""
         return tuple(f.name for f in self._state.figures)
 
     @property
     def heard(self) -> dict[str, int]:
-        """Who is in the room, and when the motion was measured that the world knows of them [ns]; 0 before the first."""
+        """Capture time of the newest motion of each participant in the room [ns]; 0 before the first."""
         return {f.name: f.t_ns for f in self._state.figures}
 
     @property
     def eyes(self) -> dict[str, Eyes]:
-        """From where everybody looked in the last step, and where to; of those who have moved yet."""
+        """Eyes of each participant in the last step, without participants that have no motion yet."""
         return eyes_of(self._last.values())
 
     def snapshot(self) -> bytes:
@@ -133,7 +133,7 @@ class World:
         self._take_people(inputs)
         outcomes = tuple(self._obey(c) for c in inputs.commands)
         if inputs.props or self._state.tracked:
-            self._state = followed(self._state, self._solids, inputs.props, DT)
+            self._state = guided(self._state, self._solids, inputs.props, DT)
         figures = tuple(f.with_opening(DT) for f in self._state.figures)
         self._state = replace(self._state, figures=figures)
         posed = {f.name: p for f in figures if (p := pose_figure(f, inputs.t_ns, self._last.get(f.name))) is not None}
@@ -147,7 +147,7 @@ class World:
         heard = _heard(before, self._state)
         self._state = ownership.lapsed(before, self._state, heard)
         self._state = holding.let_go(before, self._state, solids_, posed, near)
-        drawn = sticking.draws(self._state, solids_, posed) if self._state.bonds else []
+        drawn = sticking.bond_forces(self._state, solids_, posed) if self._state.bonds else []
         anchors = sticking.anchors(drawn, self._state, solids_) if drawn else holding.NOTHING
         self._state = holding.carry(self._state, solids_, posed, DT, anchors)
         self._state = holding.glide(self._state, DT)
@@ -157,9 +157,9 @@ class World:
         names = tuple(posed)
         skin = {(names[a], names[b]): c for (a, b), c in bodies.with_each_other().items()}
         rest = dict(zip(names, bodies.with_things(self._solids.fixed_placed), strict=True))
-        contacts, ghosts = touches(posed, skin, rest, seen(self._state, solids_, posed, near), solids_, MAX_CONTACTS)
+        contacts, ghosts = touches(posed, skin, rest, displayed_contacts(self._state, solids_, posed, near), solids_, MAX_CONTACTS)
         if drawn:
-            self._state = replace(self._state, motions=sticking.swung(self._state.motions, solids_, drawn, DT))
+            self._state = replace(self._state, motions=sticking.with_bond_impulses(self._state.motions, solids_, drawn, DT))
         self._advance(posed, near)
         self._bring_back()
         self._state, torn = remembered(self._state, self._solids, posed, DT)
@@ -204,8 +204,7 @@ class World:
         anchors: Container[str],
         stuck: Sequence[Pull],
     ) -> tuple[HandForce, ...]:
-        """What hands feel now that everything is where it is. anchors: things that stick to something; stuck: what they feel
-        of that themselves."""
+        """The hand forces at the end of the step. anchors: things that stick to something; stuck: pulls of bonds on hands."""
         held = [(g.participant, g.right, g.thing) for g in self._state.grasps]
         let_go = [(e.participant, e.right, e.thing) for e in self._state.let_go]
         due = due_at(self._state.step, tuple(posed))
@@ -239,7 +238,7 @@ class World:
         self._state = replace(self._state, motions=_settled(moved, self._solids))
 
     def _bring_back(self) -> None:
-        """Things that left the room, or whose numbers went astray, return to where they began."""
+        """Things outside of the room, or with invalid numbers, return to their first pose."""
         m = self._state.motions
         sound = np.isfinite(m.position).all(axis=1) & np.isfinite(m.rotation).all(axis=1)
         sound &= np.isfinite(m.velocity).all(axis=1) & np.isfinite(m.spin).all(axis=1)
@@ -254,7 +253,7 @@ class World:
             m.mode[n], m.still[n] = FIXED if start.fixed else FREE, 0
         self._state = replace(self._state, motions=m)
 
-    # -- what is said ------------------------------------------------------------------------------------------
+    # -- the view ------------------------------------------------------------------------------------------
 
     def _view(
         self,
@@ -295,14 +294,14 @@ class World:
 
 
 def _renamed(near: ContactArray, rows: NDArray[np.int64]) -> ContactArray:
-    """Contacts with some primitives of the things, by their index among all."""
+    """Contacts with the index of each thing's primitive among all primitives."""
     if len(near) == 0:
         return near
     return replace(near, b=rows[near.b].astype(np.int32))
 
 
 def _heard(before: State, now: State) -> frozenset[str]:
-    """Whose motion is new."""
+    """Participants with a new motion."""
     was = {f.name: (f.seq, f.t_ns) for f in before.figures}
     return frozenset(f.name for f in now.figures if was.get(f.name) != (f.seq, f.t_ns))
 
@@ -321,7 +320,7 @@ def _begin(things: tuple[Thing, ...]) -> Motions:
 
 
 def _settled(m: Motions, s: Solids) -> Motions:
-    """What takes dents lies flat where it lies: it does not roll on, as the hard shape of it would."""
+    """Things that take dents come to rest: they do not roll on as their undented shape would."""
     soft = (s.give > 0.0) & (m.mode == FREE)
     if not soft.any():
         return m

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.space.hands.claims import ClaimEvent, What
+from vistel.space.hands.claims import ClaimChange, ClaimEvent
 from vistel.space.inputs import Person
 from vistel.space.memory.bonds import Bond, Torn
 from vistel.space.memory.dents import Dent
@@ -24,11 +24,11 @@ _FELT = world_pb2.HandForce
 _DIGITS = (_FELT.DIGIT_THUMB, _FELT.DIGIT_INDEX, _FELT.DIGIT_MIDDLE, _FELT.DIGIT_RING, _FELT.DIGIT_LITTLE, _FELT.DIGIT_PALM)
 _OWNED = world_pb2.Ownership
 _CLAIMS = {
-    What.GRANTED: _OWNED.EVENT_GRANTED,
-    What.REJECTED: _OWNED.EVENT_REJECTED,
-    What.TAKEN: _OWNED.EVENT_TAKEN,
-    What.EXPIRED: _OWNED.EVENT_EXPIRED,
-    What.RELEASED: _OWNED.EVENT_RELEASED,
+    ClaimChange.GRANTED: _OWNED.EVENT_GRANTED,
+    ClaimChange.REJECTED: _OWNED.EVENT_REJECTED,
+    ClaimChange.TAKEN: _OWNED.EVENT_TAKEN,
+    ClaimChange.EXPIRED: _OWNED.EVENT_EXPIRED,
+    ClaimChange.RELEASED: _OWNED.EVENT_RELEASED,
 }
 
 
@@ -120,7 +120,7 @@ def ownership(event: ClaimEvent, step: int, t_ns: int) -> world_pb2.Ownership:
     """What has become of a claim in a step."""
     out = world_pb2.Ownership(
         step=step,
-        event=_CLAIMS[event.what],
+        event=_CLAIMS[event.change],
         participant=event.participant,
         thing=event.thing,
         owner=event.owner,

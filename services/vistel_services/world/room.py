@@ -198,7 +198,7 @@ class Room:
 
     def _publish_owner(self, event: ClaimEvent, view: WorldView) -> None:
         who = event.participant
-        log.info("claim %s participant=%s thing=%s owner=%s", event.what.value, who, event.thing, event.owner or "nobody")
+        log.info("claim %s participant=%s thing=%s owner=%s", event.change.value, who, event.thing, event.owner or "nobody")
         if who not in self._claims:
             self._claims[who] = self._bus.publish(BY_NAME["ownership"], participant=who)
         self._claims[who].put(ownership(event, view.step, view.t_ns))

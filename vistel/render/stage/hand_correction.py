@@ -16,7 +16,7 @@ from vistel.figure.posture.reach import reach
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
-from vistel.space.holding.gripped import hand_seen
+from vistel.space.holding.displayed_hands import displayed_hand
 from vistel.space.people import HAND_JOINT, SIDES
 
 NO_OFFSET: tuple[F64, F64] = np.zeros(3), np.zeros(3)
@@ -58,7 +58,7 @@ def hand_offset(joints: JointPose, right: bool, thing: Pose, lies: Pose) -> tupl
     """
     j = HAND_JOINT[int(right)]
     own = joints.rotation[j], joints.position[j]
-    rotation, position = hand_seen(own, thing, lies)
+    rotation, position = displayed_hand(own, thing, lies)
     return rotvec_from_matrix(np.ascontiguousarray(rotation @ own[0].T)), position - own[1]
 
 

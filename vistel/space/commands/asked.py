@@ -15,7 +15,7 @@ from vistel.space.actions import Action, Refused, Which
 from vistel.space.commands.reference import Speaker, meant
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions
 from vistel.space.dynamics.solids import Solids, outline
-from vistel.space.history import Change, Stood
+from vistel.space.history import Change, PlacedThing
 from vistel.space.holding import holding
 from vistel.space.memory.dents import Dent
 from vistel.space.people import pose_figure
@@ -72,7 +72,7 @@ class Asked:
         others = [h for h in holding.holders(self.state, thing.id) if h != self.who]
         if others and not held:
             raise Refused(f"the {thing.name} is held by {others[0]}", thing.id)
-        led = next((t.news.led_by for t in self.state.tracked if t.thing == thing.id), None)
+        led = next((t.measured.led_by for t in self.state.tracked if t.thing == thing.id), None)
         if led is not None and not tracked:
             how = f"is on the mouse of {led}" if led else "follows its own tracker; move the real one"
             raise Refused(f"the {thing.name} {how}")
@@ -86,9 +86,9 @@ class Asked:
                 raise Refused(f"the {thing.name} is in your own hand; let go of it first")
         return rows
 
-    def stood(self, n: int) -> Stood:
+    def stood(self, n: int) -> PlacedThing:
         m = self.state.motions
-        return Stood(self.state.things[n], m.position[n].copy(), m.rotation[n].copy())
+        return PlacedThing(self.state.things[n], m.position[n].copy(), m.rotation[n].copy())
 
     def dents(self, n: int) -> tuple[Dent, ...]:
         """What has pressed on a thing and is still seen."""
@@ -125,7 +125,7 @@ def _with_parts(things: Iterable[Thing]) -> Iterable[Thing]:
         yield from _with_parts(p.thing for p in thing.parts)
 
 
-def exchanged(state: State, s: Solids, before: Sequence[int], after: Sequence[Stood]) -> State:
+def exchanged(state: State, s: Solids, before: Sequence[int], after: Sequence[PlacedThing]) -> State:
     """The state with `after` in place of the rows `before`; what keeps its id keeps its row and who holds it."""
     for n in before:
         state = holding.woken_round(state, s, n)
@@ -164,7 +164,7 @@ def exchanged(state: State, s: Solids, before: Sequence[int], after: Sequence[St
     return state
 
 
-def _stood(state: State, x: Stood) -> State:
+def _stood(state: State, x: PlacedThing) -> State:
     """A thing stands still at a place, unless it is held."""
     n = state.rows[x.thing.id]
     if state.motions.mode[n] == HELD and holding.holders(state, x.thing.id):
@@ -175,7 +175,7 @@ def _stood(state: State, x: Stood) -> State:
     return replace(state, motions=m)
 
 
-def changed(asked: Asked, before: Sequence[int], after: Sequence[Stood]) -> State:
+def changed(asked: Asked, before: Sequence[int], after: Sequence[PlacedThing]) -> State:
     """The same, remembered as the speaker's doing."""
     as_before = {id(x.thing) for x in after}
     was = tuple(
@@ -191,7 +191,7 @@ def lowest(thing: Thing, position: F64, rotation: F64) -> float:
     return float(position[1] + heights.min())
 
 
-def on_its_foot(old: Stood, thing: Thing) -> Stood:
+def on_its_foot(old: PlacedThing, thing: Thing) -> PlacedThing:
     """A thing in the place of another one, its lowest point as high."""
     rise = lowest(old.thing, old.position, old.rotation) - lowest(thing, old.position, old.rotation)
-    return Stood(thing, old.position + np.array([0.0, rise, 0.0]), old.rotation)
+    return PlacedThing(thing, old.position + np.array([0.0, rise, 0.0]), old.rotation)

@@ -14,7 +14,7 @@ from vistel.space.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed, exchanged, on_its_foot, performs
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
-from vistel.space.history import History, Stood
+from vistel.space.history import History, PlacedThing
 from vistel.space.holding import holding, ownership
 from vistel.space.state import State
 
@@ -102,7 +102,7 @@ def redo(asked: Asked, action: ask.Redo) -> Answer:
     return replace(state, history=asked.state.history.done_again(change)), tuple(x.thing.id for x in change.after)
 
 
-def _reverted(asked: Asked, there: Sequence[Stood], instead: Sequence[Stood]) -> State:
+def _reverted(asked: Asked, there: Sequence[PlacedThing], instead: Sequence[PlacedThing]) -> State:
     """`instead` in the place of `there`, which must still be as they were made."""
     rows: list[int] = []
     for x in there:
@@ -112,7 +112,7 @@ def _reverted(asked: Asked, there: Sequence[Stood], instead: Sequence[Stood]) ->
         asked.check_mine(n)
         rows.append(n)
     known = {x.thing.id: x for x in there}
-    after: list[Stood] = []
+    after: list[PlacedThing] = []
     for x in instead:
         old = known.get(x.thing.id)
         if old is None and x.thing.id in asked.state.rows:
@@ -135,7 +135,7 @@ def reset(asked: Asked, action: ask.Reset) -> Answer:
     state = holding.drop(asked.state, lambda g: True)
     before = range(len(state.things))
     now = replace(asked, state=state)
-    after = [Stood(t, t.position, t.rotation) for t in asked.room.things]
+    after = [PlacedThing(t, t.position, t.rotation) for t in asked.room.things]
     out = exchanged(state, now.solids, before, after)
     out = replace(out, dents=(), bonds=(), glides=(), selected=(), history=History())
     return _asleep(out), ()

@@ -16,7 +16,7 @@ from vistel.space.actions import Refused
 from vistel.space.commands.asked import Answer, Asked, changed, performs
 from vistel.space.commands.reshape import extent
 from vistel.space.dynamics.solids import outline
-from vistel.space.history import Stood
+from vistel.space.history import PlacedThing
 from vistel.space.memory.dents import MOST, Dent, deepest, imprints
 from vistel.space.things.things import Matter, Primitive
 
@@ -33,7 +33,7 @@ def dent(asked: Asked, action: ask.Dent) -> Answer:
     if not 0.0 < action.depth <= 1.0:
         raise Refused(f"a dent is above 0 and up to 1 times half of a thing's smallest extent deep, not {action.depth:g}")
     rows = asked.rows(action.which)
-    after: list[Stood] = []
+    after: list[PlacedThing] = []
     number = asked.state.marks
     for n in rows:
         thing = asked.state.things[n]
@@ -56,7 +56,7 @@ def _plastic(matter: Matter) -> Matter:
     return replace(matter, material="plastic", recovery=0.0)
 
 
-def _pressed(asked: Asked, at: Stood, share: float) -> tuple[Primitive, float]:
+def _pressed(asked: Asked, at: PlacedThing, share: float) -> tuple[Primitive, float]:
     """The ball in the thing's frame, and how far its field reaches into the thing's."""
     one = outline(at.thing)
     body = one.part(0)

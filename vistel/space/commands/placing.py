@@ -17,7 +17,7 @@ from vistel.space.actions import Refused
 from vistel.space.commands import reshape
 from vistel.space.commands.asked import Answer, Asked, changed, lowest, performs
 from vistel.space.dynamics.solids import outline
-from vistel.space.history import Change, Stood
+from vistel.space.history import Change, PlacedThing
 from vistel.space.holding import holding
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
 from vistel.space.things.glide import Glide, on_way
@@ -49,14 +49,14 @@ def move(asked: Asked, action: ask.Move) -> Answer:
     _inside(action.position)
     length = float(np.sqrt(action.rotation @ action.rotation))
     rotation = action.rotation / length if length > 1e-6 else np.array([0.0, 0.0, 0.0, 1.0])
-    after = [Stood(asked.state.things[n], action.position, rotation) for n in rows]
+    after = [PlacedThing(asked.state.things[n], action.position, rotation) for n in rows]
     state = changed(asked, rows, after)
     return holding.woken_round(state, asked.solids, rows[0]), tuple(x.thing.id for x in after)
 
 
 def glide(asked: Asked, rows: Sequence[int], way: Callable[[int], tuple[F64, F64]]) -> Answer:
     """Send things on their way; way: shift (3,) and turn (3,) of a row."""
-    state, after, glides = asked.state, list[Stood](), list[Glide]()
+    state, after, glides = asked.state, list[PlacedThing](), list[Glide]()
     for n in rows:
         x = asked.stood(n)
         shift, turn = way(n)
@@ -66,7 +66,7 @@ def glide(asked: Asked, rows: Sequence[int], way: Callable[[int], tuple[F64, F64
         shift = shift + holding.out_of_furniture(asked.solids, n, x.position + shift, end)
         _inside(x.position + shift)
         lift = 0.0 if turn.any() else _lift_over(asked, n, x, shift, end)
-        after.append(Stood(x.thing, x.position + shift, end))
+        after.append(PlacedThing(x.thing, x.position + shift, end))
         glides.append(Glide(asked.who, x.thing.id, x.position, x.rotation, shift, turn, state.step, lift))
         state = holding.woken_round(state, asked.solids, n)
     moved = {g.thing for g in glides}
@@ -79,7 +79,7 @@ def glide(asked: Asked, rows: Sequence[int], way: Callable[[int], tuple[F64, F64
     return state, tuple(x.thing.id for x in after)
 
 
-def _lift_over(asked: Asked, n: int, x: Stood, shift: F64, end: F64) -> float:
+def _lift_over(asked: Asked, n: int, x: PlacedThing, shift: F64, end: F64) -> float:
     """How much thing n has to be raised halfway to get past the furniture. Raises Refused where it does not."""
     blocking = -1
     for lift in LIFTS:
@@ -89,7 +89,7 @@ def _lift_over(asked: Asked, n: int, x: Stood, shift: F64, end: F64) -> float:
     raise Refused(f"the {asked.solids.things[blocking].name} is in the way")
 
 
-def _blocking(asked: Asked, n: int, x: Stood, shift: F64, end: F64, lift: float) -> int:
+def _blocking(asked: Asked, n: int, x: PlacedThing, shift: F64, end: F64, lift: float) -> int:
     """The thing of the furniture that is in the way, or -1."""
     s = asked.solids
     fixed, own = s.fixed, s.part(n)

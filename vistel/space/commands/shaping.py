@@ -18,7 +18,7 @@ from vistel.space.commands.asked import Answer, Asked, changed, exchanged, lowes
 from vistel.space.commands.placing import axis_in_room, free_spot, place_meant
 from vistel.space.dynamics.dynamics import HELD
 from vistel.space.hands import grasp as hands
-from vistel.space.history import Change, Stood
+from vistel.space.history import Change, PlacedThing
 from vistel.space.holding import holding
 from vistel.space.things.things import Thing
 
@@ -91,7 +91,7 @@ def harden(asked: Asked, action: ask.Harden) -> Answer:
     return edited(asked, action.which, lambda n: reshape.hardened(asked.state.things[n], action.rigidity))
 
 
-def _added(asked: Asked, things: Sequence[Stood]) -> Answer:
+def _added(asked: Asked, things: Sequence[PlacedThing]) -> Answer:
     if len(asked.state.things) + len(things) > MOST_THINGS:
         raise Refused(f"the room is full: it holds {MOST_THINGS} things")
     return changed(asked, (), things), tuple(x.thing.id for x in things)
@@ -109,14 +109,14 @@ def copy(asked: Asked, action: ask.Copy) -> Answer:
     foot = x.position + 2.0 * float(asked.solids.radius[n]) * asked.speaker.right
     foot[1] = lowest(x.thing, x.position, x.rotation)
     spot = free_spot(asked, thing, foot, x.rotation)
-    return _added(asked, [Stood(replace(thing, position=spot, rotation=x.rotation), spot, x.rotation)])
+    return _added(asked, [PlacedThing(replace(thing, position=spot, rotation=x.rotation), spot, x.rotation)])
 
 
 @performs(ask.Create)
 def create(asked: Asked, action: ask.Create) -> Answer:
     thing = makes.created(action.shape, action.size, action.colour, asked.ids())
     spot = free_spot(asked, thing, place_meant(asked, action.where), thing.rotation)
-    return _added(asked, [Stood(replace(thing, position=spot), spot, thing.rotation)])
+    return _added(asked, [PlacedThing(replace(thing, position=spot), spot, thing.rotation)])
 
 
 @performs(ask.Delete)
@@ -147,7 +147,7 @@ def attach(asked: Asked, action: ask.Attach) -> Answer:
                 hands.renamed(g, posed, whole.id, pose) if g.thing in (x.thing.id, y.thing.id) else g for g in state.grasps
             ),
         )
-    after = Stood(whole, centre, x.rotation)
+    after = PlacedThing(whole, centre, x.rotation)
     out = exchanged(state, asked.solids, (a, b), (after,))
     m = out.motions.copy()
     n = out.rows[whole.id]
@@ -161,7 +161,7 @@ def attach(asked: Asked, action: ask.Attach) -> Answer:
 @performs(ask.Detach)
 def detach(asked: Asked, action: ask.Detach) -> Answer:
     rows = asked.loose(action.which)
-    after: list[Stood] = []
+    after: list[PlacedThing] = []
     for n in rows:
         x = asked.stood(n)
         if not x.thing.parts:
@@ -169,5 +169,5 @@ def detach(asked: Asked, action: ask.Detach) -> Answer:
         r = matrix_from_quaternion(x.rotation)
         for part in x.thing.parts:
             turned = np.ascontiguousarray(r @ matrix_from_quaternion(part.rotation))
-            after.append(Stood(part.thing, x.position + r @ part.position, quaternion_from_matrix(turned)))
+            after.append(PlacedThing(part.thing, x.position + r @ part.position, quaternion_from_matrix(turned)))
     return changed(asked, rows, after), tuple(x.thing.id for x in after)

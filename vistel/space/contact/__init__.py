@@ -1,1 +1,1 @@
-"""Where bodies meet: near primitives, patches they share, pressure and force."""
+"""Contacts of bodies: near primitives, shared patches, pressure and force."""

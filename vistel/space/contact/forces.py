@@ -1,7 +1,7 @@
 """Contacts as forces: area, pressure, normal force, friction and torque of every patch two bodies share (mathematics M7).
 
-What acts on one body acts on the other the other way round, at the same points: closed systems keep their momentum to
-rounding. Pressures are those of the ghosts that deform the bodies, p = (F - T) / c at the shared surface.
+The forces on two bodies are opposite and act at the same points: closed systems keep their momentum to rounding.
+Pressures are those of the ghosts that deform the bodies, p = (F - T) / c at the shared surface.
 """
 
 from __future__ import annotations

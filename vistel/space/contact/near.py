@@ -1,6 +1,6 @@
-"""Who is near what: all contacts of several bodies, found together.
+"""All contacts of several bodies, found in one call.
 
-What `find_contacts` gives for each pair of them, without going through Python for every one.
+The result equals that of `find_contacts` for each pair, without a Python call for each.
 """
 
 from __future__ import annotations

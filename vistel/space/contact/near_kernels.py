@@ -1,4 +1,4 @@
-"""Numba kernels of who is near what: contacts of many bodies made of cone-spheres, in one call. float64.
+"""Numba kernels for the contacts of many bodies made of cone-spheres, in one call. float64.
 
 The narrow phase is that of `vistel.implicit.contacts.contact_kernels`, and contacts come in the same order as from
 `find_contacts` for each body alone: by the body's primitive, then by the other's.

@@ -1,4 +1,4 @@
-"""Numba kernels of what hands feel: the integral of `patch_kernels` in some microseconds, smooth in the poses.
+"""Numba kernels of hand forces: the integral of `patch_kernels` in some microseconds, smooth in the poses.
 
 The shared surface P_a = P_b, P_k = (F_k - T) / c_k, is a height over the plane across the contact's normal. The pressure
 on it is first fitted by a quadratic, whose ellipse then is the frame for rays out of the peak: in the square of the way
@@ -247,7 +247,7 @@ def _middle(point, n, tiny, pair):
 
 @compiled
 def feel(first, pairs, point, normal, field_depth, compliance, all_a, all_b, pressure, friction, creep, velocity, motion, out):
-    """What b's primitives do to a's: one row (FELT) per pair, all 0 where there is no patch.
+    """Forces of b's primitives on a's: one row (FELT) per pair, all 0 where there is no patch.
 
     pairs: (N, 2) primitives, of meetings of one body with another, pairs first[g] : first[g + 1] each: only what meets shares
     points; point, normal: (N, 3), field_depth: (N,) of their contacts; compliance: (G, 2) of the two, above 0; all_a, all_b:

@@ -1,7 +1,7 @@
-"""Friction that holds: every contact sticks by a spring across it, which slips where Coulomb's law says so.
+"""Bristle friction: a spring across every contact holds it, and slips by Coulomb's law.
 
-What is at rest on a slope stays there, which friction by speed alone cannot do, and the spring is never stiffer than a
-step of time can bear. Forces act on both bodies at one point, the other way round: momentum stays.
+A body at rest on a slope stays there; friction by speed alone cannot do that. The spring is never too stiff for the time
+step. Opposite forces act on both bodies at one point, so that momentum is kept.
 """
 
 from __future__ import annotations
@@ -20,22 +20,22 @@ Key = tuple[int, int, int, int]
 
 @dataclass(frozen=True)
 class Bristle:
-    """One contact's memory: stretch (3,) of b against a across the normal [m], twist about it [rad]."""
+    """State of one contact: stretch (3,) of b against a across the normal [m], twist about it [rad]."""
 
     stretch: F64
     twist: float = 0.0
 
 
 @dataclass(frozen=True)
-class Grip:
-    """What friction does now: force on a (3,) [N] at the patch's point, torque on a about the normal (3,) [N m]."""
+class Friction:
+    """Friction of one contact: force on a (3,) [N] at the patch's point, torque on a about the normal (3,) [N m]."""
 
     force: F64
     torque: F64
     bristle: Bristle
 
 
-def grip(patch: Patch, before: Bristle | None, slide: F64, turn: F64, mass: float, h: float, surface: Surface) -> Grip:
+def grip(patch: Patch, before: Bristle | None, slide: F64, turn: F64, mass: float, h: float, surface: Surface) -> Friction:
     """Friction of one contact over a substep h [s].
 
     slide: velocity (3,) of b against a at the point; turn: spin of b against a (3,); mass: reduced mass [kg].
@@ -64,4 +64,4 @@ def grip(patch: Patch, before: Bristle | None, slide: F64, turn: F64, mass: floa
     if lever > 0:
         twist = max(-limit, min(limit, stiffness * lever * twist)) / (stiffness * lever)
     torque = max(-limit, min(limit, stiffness * lever * twist + damping * lever * about))
-    return Grip(force, torque * n, Bristle(stretch, twist))
+    return Friction(force, torque * n, Bristle(stretch, twist))

@@ -1,6 +1,6 @@
 """Numba kernels that find the contacts of things in a step. float64.
 
-Broad phase: things sorted along X, of which those that move look for others within reach. Narrow phase: probes of one
+Broad phase: things sorted along X, and each moving thing searches for others within reach. Narrow phase: contact points of one
 thing in the primitives of the other.
 
 Rows of `contacts`: point, normal (out of b into a), two tangents, arms of a and b to the point, velocity of a pusher

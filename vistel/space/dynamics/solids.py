@@ -11,8 +11,8 @@ import numpy as np
 
 from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.space.contact.contact_points import contact_points_of
 from vistel.space.contact.near import Placed, placed
-from vistel.space.contact.probes import probes_of
 from vistel.space.dynamics.kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.things.things import Primitive, Thing
 
@@ -107,7 +107,7 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
     bounds = [_bound(p) for _, p in primitives]
     centre = _stack([r @ b[0] + x for r, x, b in zip(rotation, position, bounds, strict=True)], (3,))
     bound = np.array([b[1] for b in bounds], np.float64)
-    probes = [probes_of(thing) for thing in things]
+    probes = [contact_points_of(thing) for thing in things]
     count = [len(radii) for _, radii in probes]
     shapes = PrimitiveSet.of_kinds([p.kind for _, p in primitives], [p.params for _, p in primitives], rotation, position)
     reach = np.sqrt((centre * centre).sum(axis=1)) + bound

@@ -1,1 +1,1 @@
-"""When a hand takes hold of a thing, and how its fingers lie on it."""
+"""Grasps: when a hand takes a thing, and the pose of its fingers on it."""

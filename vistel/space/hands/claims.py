@@ -1,4 +1,4 @@
-"""Claims to things that are held, and what becomes of them, as values."""
+"""Claims to held things, and their changes, as values."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from enum import Enum
 
 
-class What(Enum):
-    """What has become of a claim."""
+class ClaimChange(Enum):
+    """Change of a claim."""
 
     GRANTED = "granted"
     REJECTED = "rejected"
@@ -18,7 +18,7 @@ class What(Enum):
 
 @dataclass(frozen=True)
 class Claim:
-    """`owner` leads `thing`, until `until_ns` (conference time) if it is not renewed."""
+    """`owner` has `thing`, until `until_ns` (conference time) if it is not renewed."""
 
     thing: str
     owner: str
@@ -27,9 +27,9 @@ class Claim:
 
 @dataclass(frozen=True)
 class ClaimEvent:
-    """To `participant`: what has become of their claim to `thing`, who leads it now and until when ("", 0: nobody)."""
+    """A change of `participant`'s claim to `thing`. owner, until_ns: its owner now, and the end of the lease ("", 0: nobody)."""
 
-    what: What
+    change: ClaimChange
     participant: str
     thing: str
     owner: str = ""

@@ -1,8 +1,8 @@
 """A hand laid on a thing: the palm at its surface, the fingers closed until they touch it and no further (Singh §6.6).
 
 Singh draws fingers on by constraints and keeps them out by collisions. Here both act on the joints: a finger that must
-hold is bent until it touches (constraint), one that would go in is kept back (collision), joint by joint from the
-knuckle outwards. What is found is kept for as long as the hand holds, and costs nothing while it does.
+hold is bent until it touches (constraint). A finger that would enter the thing is kept back (collision), joint by joint
+from the knuckle outwards. The result is kept while the hand holds, and costs nothing meanwhile.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from vistel.space.people import DIGITS, HAND_JOINT, PALM, SIDES, THUMB, Build
 PRESS = 0.0004
 """How far a finger's surface, before it gives, goes into what it touches [m]."""
 MARGIN = 0.03
-"""How far off a thing a finger's distance is known [m]."""
+"""Distance up to which a finger's distance from a thing is computed [m]."""
 STEPS = 16
 """Steps in which a finger is closed from the open hand to how the real hand has it."""
 FURTHER_STEPS = 8
@@ -33,13 +33,13 @@ FURTHER = 0.6
 """How much further than it was bent a finger is drawn to the thing, each joint [rad]."""
 HALVINGS = 6
 TRIES = 6
-"""So many times a thing is moved out of the way of a bone that cannot get out of its."""
+"""Number of times that a thing is moved out of the way of a bone that cannot move."""
 MOST_SHIFT = 0.045
 """A thing is brought out of the palm, or to it, by no more than this [m]."""
 
 _DIGIT = np.repeat(np.arange(5), 4)
 _LEVEL = np.tile([0, 0, 1, 2], 5)
-"""Which digit an angle moves, and from which of its bones on."""
+"""The first bone of the digit that each angle moves."""
 _BEND = np.array([4, 6, 7, 8, 10, 11, 12, 14, 15, 16, 18, 19])
 """Angles that bend the four fingers."""
 _OPEN_THUMBS = np.radians(
@@ -112,8 +112,8 @@ def hand_of(build: Build, right: bool) -> Hand:
 def fit(build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thing: PrimitiveSet, *, to_palm: bool) -> Fit:
     """How the hand, its fingers at (20,) angles, holds a thing that lies in the hand joint's frame as `thing` does.
 
-    engaged: which of the four fingers are to touch it, as the thumb is; to_palm: the palm is to touch it too. Where a bone
-    cannot get out of the way, the thing is moved in the hand; who cannot move the thing moves the hand the other way.
+    engaged: which of the four fingers are to touch it, as the thumb is; to_palm: the palm is to touch it too. When a bone
+    cannot move out of the way, the thing moves in the hand. A hand that cannot move the thing moves the other way itself.
     """
     hand = hand_of(build, right)
     start = fingers.copy()
@@ -152,7 +152,7 @@ def _out_of_palm(hand: Hand, opened: F64, thing: PrimitiveSet, shift: F64) -> F6
 
 
 def _to_palm(hand: Hand, opened: F64, thing: PrimitiveSet, shift: F64) -> F64:
-    """What brings the thing from where it is to the palm."""
+    """(3,) shift of the thing to the palm [m]."""
     depth, normal = hand.depths(opened, thing.moved(np.eye(3), shift))
     depth = np.where(hand.digit == PALM, depth, -MARGIN)
     k = int(np.argmax(depth))

@@ -76,8 +76,8 @@ class Grasp:
     """A hand holds a thing. start, aim: where it lay in the hand joint's frame and where it is brought to.
 
     engaged: which of the four fingers hold it; tightest: (4,) their greatest flexion [rad]; fingers: (20,) angles with
-    which the hand touches it and does not go into it, where it lies in the hand as that is seen at `laid`; shift (3,): of
-    that from where it lay in the real one [m]; off: steps the hand has been off the thing; strained: steps it has borne
+    which the hand touches it and does not go into it, when it lies in the displayed hand at `laid`; shift (3,): from its
+    place in the real hand to that one [m]; off: steps the hand has been off the thing; strained: steps it has borne
     more than it can.
     """
 
@@ -106,11 +106,11 @@ class Grasp:
         return ease(u)
 
     def lie(self, t_ns: int) -> Pose:
-        """Where the thing lies in the hand joint's frame at `t_ns`, as far as the hand has a say in that."""
+        """The pose of the thing that the hand wants, in the hand joint's frame at `t_ns`."""
         return self.start.interpolate(self.aim, self.settled(t_ns))
 
     def seen(self, t_ns: int) -> Pose:
-        """Where the thing lies in the frame of the hand as it is seen, which gives way to what it cannot move."""
+        """The pose of the thing in the displayed hand's frame. That hand stays at a thing that it cannot move."""
         return self.start.interpolate(self.laid, self.settled(t_ns))
 
 
@@ -128,7 +128,7 @@ class Reach:
 
 
 def reaches(posed: Posed, near: ContactArray, owner: I64, right: bool) -> list[Reach]:
-    """What one hand is near to, in order of things. near: the figure's contacts with all primitives of things."""
+    """The things near one hand, in order. near: the figure's contacts with all primitives of things."""
     if len(near) == 0:
         return []
     build, out = posed.build, np.empty((len(near), REACHED))
@@ -183,8 +183,8 @@ def closes_round(posed: Posed, right: bool, reach: Reach) -> bool:
 
 
 def encloses(posed: Posed, right: bool, reach: Reach) -> bool:
-    """The hand is closed round what it reaches, however it came to be: that is how a prop is held, which is in the
-    real hand before the world knows of it."""
+    """The hand is closed round the thing, without a closing motion. So a prop is held: it is in the real hand before the world
+    knows of it."""
     if not reach.opposed or posed.figure.posture is None:
         return False
     return float(flexion(posed.figure.posture)[int(right)][np.array(reach.engaged)].mean()) > CLOSED
@@ -233,7 +233,7 @@ def opens(grasp: Grasp, posed: Posed) -> bool:
 
 
 def lies(grasp: Grasp, posed: Posed, pose: Pose) -> Grasp:
-    """The grasp of a thing that moves by itself: it lies in the hand as it does."""
+    """The grasp of a thing that moves by itself, with the thing's present pose in the hand."""
     lie = into_hand(posed, grasp.right, pose)
     return replace(grasp, start=lie, aim=lie)
 
@@ -254,8 +254,8 @@ def refitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet) -> Gr
 
 
 def restart(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, pose: Pose, t_ns: int, alone: bool) -> Grasp:
-    """The grasp of who still holds after others have let go: from where the thing lies, without a jump. alone: they lead
-    it now and bring it into line."""
+    """The grasp of a hand that still holds after others have let go: from the thing's present pose, without a jump. alone: it
+    leads the thing now and aligns it."""
     lie = into_hand(posed, grasp.right, pose)
     grasp = replace(grasp, start=lie, since_ns=t_ns, strained=0)
     if not alone:

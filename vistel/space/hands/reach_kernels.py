@@ -1,4 +1,4 @@
-"""Numba kernel of what a hand is near to: which of its digits touch each thing, and whether they have it between them."""
+"""Numba kernel of the things near a hand: the digits that touch each thing, and whether it lies between them."""
 
 # pyright: basic
 
@@ -21,7 +21,7 @@ touches, how far the nearest digit is [m], whether it is around the thing."""
 
 @compiled
 def reached(a, b, normal, depth, owner, digit, joint, rotation, begin, touch, opposed, aside, volar, out):
-    """What a hand is near to, in order of things; returns how many rows of `out` (at most as many as contacts) it fills.
+    """The things near a hand, in order; returns how many rows of `out` (at most as many as contacts) it fills.
 
     a, b, normal, depth: a figure's contacts with things; owner: thing of each b; digit, joint: of each a; rotation: (J, 3, 3)
     of the joints; begin: the hand's first digit; touch: (6,) how near each digit touches [m]; opposed, aside, volar: as in

@@ -1,1 +1,1 @@
-"""Who holds what: taking, carrying, sharing, letting go, and what a holding hand feels."""
+"""Held things: taking, carrying, sharing, letting go, and the forces on hands."""

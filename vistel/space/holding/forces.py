@@ -1,4 +1,4 @@
-"""What hands feel: the contacts of `contact_forces` of every hand, per finger and body, sixty times a second.
+"""Hand forces: the contacts of every hand, by finger and body, sixty times a second.
 
 A hand feels furniture, things and other people; not its own body, which the real hand touches as well. Between two people
 every contact is integrated once and acts on the other the other way round. Pressures are those of the ghosts that deform
@@ -47,7 +47,7 @@ FELT_EACH_STEP = 8
 
 @dataclass(frozen=True)
 class Reached:
-    """What is known of a figure's contacts: rest: with fixed things, by their primitive among those; near: with loose
+    """A figure's contacts. rest: with fixed things, by their primitive among those; near: with loose
     things within reach, before they moved."""
 
     rest: ContactArray
@@ -84,12 +84,12 @@ def hand_forces(
     let_go: Iterable[Holding] = (),
     due: Container[str] | None = None,
 ) -> tuple[HandForce, ...]:
-    """What every hand that touches something feels, by participant, the left one first.
+    """The force on every hand in contact, by participant, the left hand first.
 
-    skin: contacts of every two people who touch, by their names in order; reached: what is known of each figure's other contacts;
-    held: participant, right, thing of each grasp: what a hand holds does not slide in it; let_go: the same of hands that
-    have let go of a thing and are not off it yet, which do not push it either; due: whose hands are asked about, None:
-    everybody's.
+    skin: contacts of every two people who touch, by their names in order; reached: each figure's other contacts;
+    held: participant, right, thing of each grasp: a held thing does not slide in the hand; let_go: the same for hands that
+    have let go of a thing and are still at it, which do not push it either; due: the participants whose hands are computed,
+    None: all.
     """
     asked = [posed[name] for name in sorted(posed) if due is None or name in due]
     felt = [_of_things(asked, reached, s, m, frozenset(held), frozenset(let_go))]
@@ -99,13 +99,13 @@ def hand_forces(
 
 
 def due_at(step: int, people: Sequence[str]) -> frozenset[str]:
-    """Whose hands are felt at a step: everybody's of so few, in turns of many, so that a step costs no more."""
+    """Participants whose hands are computed at a step: all of a few people, or many people in turns, to bound a step's cost."""
     turns = max(1, math.ceil(len(people) / FELT_EACH_STEP))
     return frozenset(people[step % turns :: turns])
 
 
 def nothing(hand: Hand) -> HandForce:
-    """What a hand feels that touches nothing."""
+    """The hand force without any contact."""
     return HandForce(hand[0], hand[1], np.zeros(3), np.zeros(3), ())
 
 
@@ -125,7 +125,7 @@ def _hands_on_things(people: list[Posed], loose: PrimitiveSet) -> list[ContactAr
 def _of_things(
     people: list[Posed], reached: Mapping[str, Reached], s: Solids, m: Motions, sticks: frozenset[Holding], free: frozenset[Holding]
 ) -> _Felt | None:
-    """What the hands of some people feel of things: of fixed ones, then of loose ones as they lie now."""
+    """The forces of things on some people's hands: of fixed things, then of loose ones at their present poses."""
     loose = s.loose(m.matrices(), m.position)
     near = [k for k, p in enumerate(people) if _hand_near(p, reached[p.name].near)]
     on_loose = dict(zip(near, _hands_on_things([people[k] for k in near], loose), strict=True))
@@ -176,7 +176,7 @@ def _of_things(
 
 
 def _of_people(posed: Mapping[str, Posed], skin: Mapping[tuple[str, str], ContactArray], asked: frozenset[str]) -> _Felt | None:
-    """What hands feel of other people, of every two that touch each other: both sides of one contact."""
+    """The forces of other people on hands, for every two people in contact: both sides of one contact."""
     parts: list[tuple[Posed, Posed, ContactArray]] = []
     for two, c in sorted(skin.items(), key=lambda item: item[0]):
         if two[0] in asked or two[1] in asked:
@@ -233,7 +233,7 @@ def _feel(
 
 
 def _whole(felt: list[_Felt], posed: Mapping[str, Posed]) -> list[HandForce]:
-    """All that hands feel, summed by digit and body."""
+    """All hand forces, summed by digit and body."""
     slots: dict[tuple[Hand, int, str], int] = {}
     hands: dict[Hand, int] = {}
     row: list[int] = []

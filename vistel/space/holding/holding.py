@@ -1,4 +1,4 @@
-"""Who holds what: hands take things, carry them and let go (Singh §6.6). Each function gives the state that follows."""
+"""Hands take things, carry them and let go (Singh §6.6). Each function returns the state that follows."""
 
 from __future__ import annotations
 
@@ -43,13 +43,13 @@ def tracked_things(state: State) -> frozenset[str]:
 
 
 def woken_round(state: State, solids: Solids, n: int) -> State:
-    """What lies on or against thing n wakes."""
+    """Things on or against thing n wake."""
     m = state.motions
     return replace(state, motions=wake_around(solids, m, m.position[n], float(solids.radius[n])))
 
 
 def holders(state: State, thing: str) -> tuple[str, ...]:
-    """Who holds a thing, in the order in which they took it."""
+    """Participants who hold a thing, in the order in which they took it."""
     return tuple(dict.fromkeys(g.participant for g in state.grasps if g.thing == thing))
 
 
@@ -73,7 +73,7 @@ def drop(state: State, gone: Callable[[Grasp], bool]) -> State:
 
 
 def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray]) -> State:
-    """Hands that open, or have slipped off, let go; who still holds carries on. before: the state a step ago."""
+    """Hands that open or have slipped off let go; the others hold on. before: the state a step ago."""
     tracked = tracked_things(state)
     first = {g.thing: g.key for g in reversed(state.grasps) if g.thing not in tracked}
     followed: list[Grasp] = []
@@ -105,7 +105,7 @@ def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed],
 
 
 def _strained(state: State) -> set[tuple[str, bool]]:
-    """The hand that a thing slips out of because others pull harder: of one thing the weakest, of equals the last."""
+    """Hands that lose a thing because others pull harder: for each thing the weakest hand, of equals the last."""
     out: dict[str, Grasp] = {}
     for g in state.grasps:
         weakest = out.get(g.thing)
@@ -122,16 +122,16 @@ def _at(state: State, solids: Solids, p: Posed, near: ContactArray, g: Grasp) ->
 
 
 def _unsure(state: State, p: Posed, g: Grasp) -> bool:
-    """Nobody knows whether the hand still is at a tracked thing: one of them has not been heard of lately."""
-    news = [t.news.t_ns for t in state.tracked if t.thing == g.thing]
-    return bool(news) and state.t_ns - min(news[0], p.figure.t_ns) > LATELY_NS
+    """Whether hand or tracked thing has no recent measurement, so that their distance is unknown."""
+    measured = [t.measured.t_ns for t in state.tracked if t.thing == g.thing]
+    return bool(measured) and state.t_ns - min(measured[0], p.figure.t_ns) > LATELY_NS
 
 
 def carry(
     state: State, solids: Solids, posed: dict[str, Posed], dt: float, anchors: Mapping[str, Sequence[sharing.Anchor]] = NOTHING
 ) -> State:
-    """Held things go where the hand is that holds them, or where several balance, unless they have a tracker. anchors: what
-    some of them stick to."""
+    """Held things follow their hand, or the balance of several hands, unless they have a tracker. anchors: points that sticky
+    things are held to."""
     m = state.motions.copy()
     strained: dict[tuple[str, bool], int] = {}
     for thing, holds in _holds(state, posed).items():
@@ -153,7 +153,7 @@ def carry(
 
 
 def pulled(state: State, posed: dict[str, Posed], sticking: Container[str] = ()) -> list[sharing.Pull]:
-    """What hands feel that hold a thing together with others, or one of those that are sticking to something."""
+    """Pulls on hands that share a thing with others, or hold a thing that sticks to something."""
     m = state.motions
     out: list[sharing.Pull] = []
     for thing, holds in _holds(state, posed).items():
@@ -213,7 +213,7 @@ def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[
             if reach:
                 chosen = min(reach, key=lambda r: (r.nearest, r.thing))
                 takes.append((chosen.nearest, name, right, chosen))
-    # Who is nearest is first, and leads what several take in one step.
+    # The nearest hand comes first, and leads a thing that several hands take in one step.
     for _, name, right, chosen in sorted(takes, key=lambda t: t[:3]):
         state = grasped(state, solids, posed[name], right, chosen)
     taken = {(g.participant, g.right, g.thing) for g in state.grasps}
@@ -222,7 +222,7 @@ def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[
 
 
 def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hands.Reach) -> State:
-    """A hand has taken hold of what it reaches."""
+    """The state after a hand has taken the thing it reaches."""
     n, m = reach.thing, state.motions
     thing, pose = solids.things[n], Pose(m.position[n], m.rotation[n])
     led = thing.id not in tracked_things(state) and not holders(state, thing.id)
@@ -262,7 +262,7 @@ def glides_ended(state: State, things: Set[str]) -> State:
 
 
 def forget_let_go(state: State, solids: Solids, near: dict[str, ContactArray], posed: dict[str, Posed]) -> State:
-    """Hands and what they let go push each other again, once they were apart or after a while."""
+    """A hand and the thing it let go push each other again once they were apart, or after a while."""
 
     def still(entry: LetGo) -> bool:
         if entry.thing not in state.rows or state.step - entry.step > LET_GO_STEPS:
@@ -278,7 +278,7 @@ def forget_let_go(state: State, solids: Solids, near: dict[str, ContactArray], p
 
 
 def guide(m: Motions, n: int, position: F64, rotation: F64, dt: float) -> None:
-    """Thing n is led to a pose within a step of dt [s]: `m` is changed."""
+    """Moves thing n to a pose within a step of dt [s]: `m` is changed."""
     turn = matrix_from_quaternion(rotation) @ matrix_from_quaternion(m.rotation[n]).T
     velocity = (position - m.position[n]) / dt
     spin = rotvec_from_matrix(np.ascontiguousarray(turn)) / dt

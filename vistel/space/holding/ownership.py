@@ -1,8 +1,8 @@
-"""Who leads a thing that is held: one participant at a time, by a claim that lives as long as it is renewed.
+"""Owners of held things: one participant at a time, by a claim that lasts as long as it is renewed.
 
-Whoever takes hold of a thing nobody leads has the claim; whoever takes hold after them holds it too (that is how things are
-handed over and pulled about) but is told whose it is and until when. A claim is renewed by every new motion of its owner,
-so that the things of somebody whose capture has died fall free after a lease.
+The first participant who takes a thing gets the claim. Later ones hold it too, so that things can be handed over and pulled
+about; they receive the claim's owner and its end. Every new motion of the owner renews the claim. When a participant's
+capture stops, their things are free after a lease.
 """
 
 from __future__ import annotations
@@ -10,13 +10,13 @@ from __future__ import annotations
 from collections.abc import Set
 from dataclasses import replace
 
-from vistel.space.hands.claims import Claim, ClaimEvent, What
+from vistel.space.hands.claims import Claim, ClaimChange, ClaimEvent
 from vistel.space.hands.grasp import Grasp
 from vistel.space.holding import holding
 from vistel.space.state import State
 
 LEASE_NS = 1_000_000_000
-"""How long a claim lives without any news of its owner."""
+"""Duration of a claim without a new motion of its owner."""
 STILL_NS = 100_000_000
 """A world whose steps are further apart than this has stood still in between."""
 
@@ -27,26 +27,26 @@ def claim_of(state: State, thing: str) -> Claim | None:
 
 
 def rejected(state: State, participant: str, thing: str) -> State:
-    """`participant` is told who leads the thing."""
+    """Adds an event that tells `participant` the thing's owner."""
     claim = claim_of(state, thing)
     if claim is None or claim.owner == participant:
         return state
-    return _told(state, ClaimEvent(What.REJECTED, participant, thing, claim.owner, claim.until_ns))
+    return _with_event(state, ClaimEvent(ClaimChange.REJECTED, participant, thing, claim.owner, claim.until_ns))
 
 
 def forced(state: State, participant: str, thing: str) -> State:
-    """Everybody else's hands lose a thing; they are told who has it."""
+    """Everybody else's hands lose a thing. An event for each of them names the new owner."""
     others = [h for h in holding.holders(state, thing) if h != participant]
     until = state.t_ns + LEASE_NS
     for other in others:
-        state = _told(state, ClaimEvent(What.TAKEN, other, thing, participant, until))
+        state = _with_event(state, ClaimEvent(ClaimChange.TAKEN, other, thing, participant, until))
     return holding.drop(state, lambda g: g.thing == thing and g.participant in others)
 
 
 def lapsed(before: State, state: State, heard: Set[str]) -> State:
-    """Claims that have run out end, and with them all that their owners hold of the thing.
+    """Expired claims end, and with them their owners' grasps of the thing.
 
-    before: the state a step ago; heard: who has moved since. Time in which the world itself stood still does not count.
+    before: the state a step ago; heard: participants with a new motion. Time in which the world itself stood still does not count.
     """
     still = max(0, state.t_ns - before.t_ns - STILL_NS)
     if still:
@@ -54,13 +54,14 @@ def lapsed(before: State, state: State, heard: Set[str]) -> State:
     tracked = holding.tracked_things(state)  # they go where their trackers are, whoever has died
     for claim in state.claims:
         if state.t_ns > claim.until_ns and claim.owner not in heard and claim.thing not in tracked:
-            state = _told(state, ClaimEvent(What.EXPIRED, claim.owner, claim.thing))
+            state = _with_event(state, ClaimEvent(ClaimChange.EXPIRED, claim.owner, claim.thing))
             state = holding.drop(state, lambda g, c=claim: g.thing == c.thing and g.participant == c.owner)
     return state
 
 
 def settled(before: State, state: State, heard: Set[str]) -> tuple[State, tuple[ClaimEvent, ...]]:
-    """Claims to what is held now, and what is to be told. before: the state a step ago; heard: who has moved since."""
+    """Claims to the things held now, and the events to publish. before: the state a step ago; heard: participants with a new
+    motion."""
     old = {c.thing: c for c in before.claims}
     held = {thing: holding.holders(state, thing) for thing in {g.thing for g in state.grasps}}
     was = {(g.participant, g.thing) for g in before.grasps}
@@ -77,15 +78,17 @@ def settled(before: State, state: State, heard: Set[str]) -> tuple[State, tuple[
             claims.append(claim)
         leads, until = (claim.owner, claim.until_ns) if claim is not None else ("", 0)
         if last is not None and last.owner != leads:
-            events.append(ClaimEvent(What.RELEASED, last.owner, thing, leads, until))
+            events.append(ClaimEvent(ClaimChange.RELEASED, last.owner, thing, leads, until))
         if claim is not None and (last is None or last.owner != leads):
-            events.append(ClaimEvent(What.GRANTED, leads, thing, leads, until))
-        events += [ClaimEvent(What.REJECTED, who, thing, leads, until) for who in now if who != leads and (who, thing) not in was]
-    known = {(e.participant, e.thing) for e in state.told}
-    # What was told as it happened says more than that somebody has let go.
-    told = [_of_now(e, claims) for e in state.told]
-    told += [e for e in events if e.what is not What.RELEASED or (e.participant, e.thing) not in known]
-    return replace(state, claims=tuple(claims), grasps=_owners_first(state.grasps, claims), told=()), tuple(told)
+            events.append(ClaimEvent(ClaimChange.GRANTED, leads, thing, leads, until))
+        events += [
+            ClaimEvent(ClaimChange.REJECTED, who, thing, leads, until) for who in now if who != leads and (who, thing) not in was
+        ]
+    known = {(e.participant, e.thing) for e in state.claim_events}
+    # An earlier event of this step says more than a release.
+    told = [_of_now(e, claims) for e in state.claim_events]
+    told += [e for e in events if e.change is not ClaimChange.RELEASED or (e.participant, e.thing) not in known]
+    return replace(state, claims=tuple(claims), grasps=_owners_first(state.grasps, claims), claim_events=()), tuple(told)
 
 
 def _owners_first(grasps: tuple[Grasp, ...], claims: list[Claim]) -> tuple[Grasp, ...]:
@@ -96,10 +99,10 @@ def _owners_first(grasps: tuple[Grasp, ...], claims: list[Claim]) -> tuple[Grasp
 
 
 def _of_now(event: ClaimEvent, claims: list[Claim]) -> ClaimEvent:
-    """The event with the claim as it came out of the whole step."""
+    """The event with the claim at the end of the step."""
     claim = next((c for c in claims if c.thing == event.thing), None)
     return replace(event, owner=claim.owner, until_ns=claim.until_ns) if claim else replace(event, owner="", until_ns=0)
 
 
-def _told(state: State, event: ClaimEvent) -> State:
-    return replace(state, told=(*state.told, event))
+def _with_event(state: State, event: ClaimEvent) -> State:
+    return replace(state, claim_events=(*state.claim_events, event))

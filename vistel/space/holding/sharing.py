@@ -1,8 +1,8 @@
-"""Several hands on one thing, or one that sticks: it goes where all balance, and each hand feels how far it is drawn from
-where it would have it.
+"""Several hands on one thing, or a thing that sticks: it moves to the balance of all, and each hand feels the distance from
+its own pose of the thing.
 
 A hand holds the thing by a spring between its palm and the point of the thing that lay there, and one against turning.
-Their balance is a Procrustes problem, solved by polar decomposition. What a hand cannot bear slips out of it.
+Their balance is a Procrustes problem, solved by polar decomposition. A thing slips out of a hand whose strength is exceeded.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ STIFFNESS = 1200.0
 BREADTH = 0.04
 """The same against turning, as at a lever of this length [m]."""
 STRENGTH = 30.0
-"""What a whole hand bears before the thing slips out of it [N]."""
+"""Force on a whole hand at which the thing slips out of it [N]."""
 LEAST = 0.02
 """A weaker pull is not felt [N]."""
 STRAINED_STEPS = 6
-"""For so many steps it bears more."""
+"""A hand holds on above its strength for this many steps."""
 
 
 @dataclass(frozen=True)
 class Pull:
-    """What a hand feels of the others, or of what sticks to a digit of it: force on it (3,) [N] at `point` (3,) [m], room frame."""
+    """The pull of other hands, or of a thing that sticks to a digit: force on the hand (3,) [N] at `point` (3,) [m], room frame."""
 
     participant: str
     right: bool
@@ -45,7 +45,7 @@ class Pull:
 
 @dataclass(frozen=True)
 class Anchor:
-    """What holds a thing back: its point `own` (3,), in its frame, is drawn to `at` (3,) [m, room]. stiffness [N/m]."""
+    """A spring that holds a thing back: its point `own` (3,), in its frame, is drawn to `at` (3,) [m, room]. stiffness [N/m]."""
 
     own: F64
     at: F64
@@ -70,7 +70,7 @@ def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int, anchors: Sequence[A
 
 
 def pulls(holds: Sequence[tuple[Grasp, Posed]], position: F64, rotation: F64, t_ns: int) -> list[Pull]:
-    """What each hand feels of the others while the thing is at `position`, `rotation` (4,)."""
+    """The pull of the others on each hand while the thing is at `position`, `rotation` (4,)."""
     r = matrix_from_quaternion(rotation)
     out: list[Pull] = []
     for g, p in holds:
@@ -82,7 +82,7 @@ def pulls(holds: Sequence[tuple[Grasp, Posed]], position: F64, rotation: F64, t_
 
 
 def with_pulls(felt: Sequence[HandForce], drawn: Sequence[Pull], posed: Mapping[str, Posed]) -> tuple[HandForce, ...]:
-    """What hands feel, with what others and what sticks pull at them."""
+    """The hand forces with the pulls of other hands and of bonds added."""
     out = {(h.participant, h.right): h for h in felt}
     for pull in drawn:
         hand = pull.participant, pull.right
@@ -108,11 +108,11 @@ def with_pulls(felt: Sequence[HandForce], drawn: Sequence[Pull], posed: Mapping[
 
 
 def strength(grasp: Grasp) -> float:
-    """What a hand bears [N]: the thumb and each finger that holds have their share."""
+    """Greatest force of a hand [N]: the thumb and each holding finger give an equal share."""
     return STRENGTH * (1 + sum(grasp.engaged)) / (1 + len(grasp.engaged))
 
 
 def _palm(g: Grasp, p: Posed) -> F64:
-    """(3,) of the palm that holds."""
+    """(3,) the holding palm [m, room]."""
     joint = HAND_JOINT[int(g.right)]
     return p.joints.position[joint] + p.joints.rotation[joint] @ p.build.palm[int(g.right)]

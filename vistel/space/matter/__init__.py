@@ -1,1 +1,1 @@
-"""One step of what matter does by itself: bonds that hold and tear, dents that stay."""
+"""One step of dents and bonds: pressing, recovery, sticking and tearing."""

@@ -1,4 +1,4 @@
-"""One step of what the room remembers: dents and bonds of the things whose matter keeps them."""
+"""One step of dents and bonds, for the things whose material keeps them."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space.dynamics.solids import Solids
-from vistel.space.matter.sticking import frame_of, relieved
-from vistel.space.memory.bonds import NEAR, Bond, Frame, Grip, Torn, glue_of, same_to_others, stick
+from vistel.space.matter.sticking import frame_of, regrasped
+from vistel.space.memory.bonds import NEAR, Bond, Frame, StickyTouch, Torn, glue_of, published_alike, stick
 from vistel.space.memory.dents import MOST_IN_ROOM, Dent, Press, deepest, remember
 from vistel.space.people import Posed
 from vistel.space.state import State
@@ -28,7 +28,7 @@ MOST_REACH = 0.02
 
 
 def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -> tuple[State, tuple[Torn, ...]]:
-    """The state with dents pressed and recovered, bonds made, moved and torn, after everything has moved; what has torn."""
+    """The state with dents pressed and recovered, and bonds made, moved and torn, after all motion; and the torn bonds."""
     chosen = s.remembering
     if not chosen and not (state.dents or state.bonds):
         return state, ()
@@ -59,31 +59,31 @@ def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -
             )
             number, bonds, torn = stuck.next_number, [*bonds, *stuck.bonds], [*torn, *stuck.torn]
     state = replace(state, dents=deepest(dents, MOST_IN_ROOM), bonds=tuple(bonds), marks=number)
-    return relieved(state, posed, frozenset(x for t in torn for x in (t.thing, t.body))), tuple(torn)
+    return regrasped(state, posed, frozenset(x for t in torn for x in (t.thing, t.body))), tuple(torn)
 
 
 def changes(before: State, now: State) -> tuple[frozenset[int], tuple[int, ...]]:
-    """Numbers of dents and bonds that are new or changed, and of those that are no more. What stays is the same object."""
+    """Numbers of new or changed dents and bonds, and of ended ones. An unchanged one is the same object."""
     if not (before.dents or before.bonds or now.dents or now.bonds):
         return frozenset(), ()
     old = {mark.number: mark for mark in (*before.dents, *before.bonds)}
     new = {mark.number: mark for mark in (*now.dents, *now.bonds)}
-    fresh = frozenset(k for k, mark in new.items() if not _told(old.get(k), mark))
+    fresh = frozenset(k for k, mark in new.items() if not _unchanged(old.get(k), mark))
     return fresh, tuple(sorted(old.keys() - new.keys()))
 
 
-def _told(old: Dent | Bond | None, mark: Dent | Bond) -> bool:
+def _unchanged(old: Dent | Bond | None, mark: Dent | Bond) -> bool:
     if isinstance(old, Bond) and isinstance(mark, Bond):
-        return same_to_others(old, mark)
+        return published_alike(old, mark)
     return old is mark
 
 
-def _touches(n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame: Frame) -> tuple[list[Press], list[Grip]]:
-    """What overlaps thing n: as shapes in its frame, and where limbs touch it."""
+def _touches(n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame: Frame) -> tuple[list[Press], list[StickyTouch]]:
+    """The bodies that overlap thing n as shapes in its frame, and the points of touch."""
     rotation, position = frame
     body = s.part(n).moved(rotation, position)
     presses: list[Press] = []
-    grips: list[Grip] = []
+    grips: list[StickyTouch] = []
     for name in sorted(posed):
         p = posed[name]
         c = find_contacts(p.primitives, body, margin=NEAR)
@@ -94,7 +94,7 @@ def _touches(n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame:
             depth = float(c.field_depth[k])
             if depth > 0.0:
                 presses.append(Press(name, i, Primitive("cone_sphere", ends), depth))
-            grips.append(Grip(name, i, c.point[k], max(LEAST_REACH, REACH * float(b.radius_a[i] + b.radius_b[i]))))
+            grips.append(StickyTouch(name, i, c.point[k], max(LEAST_REACH, REACH * float(b.radius_a[i] + b.radius_b[i]))))
     sticky = s.things[n].matter.sticky > 0.0
     for m, other in enumerate(s.things):
         if m == n or (other.fixed and not sticky) or _far(state, m, n) > s.radius[m] + s.radius[n] + NEAR:
@@ -106,7 +106,9 @@ def _touches(n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame:
             if depth > 0.0 and not other.fixed:
                 presses.append(Press(other.id, i, _seen_from(other.primitives[i], turn, state.motions.position[m], frame), depth))
             if sticky and not (m < n and other.matter.sticky > 0.0):  # of two that stick the first one's glue counts
-                grips.append(Grip(other.id, i, c.point[k], min(MOST_REACH, max(LEAST_REACH, REACH * float(s.bound[s.first[n]])))))
+                grips.append(
+                    StickyTouch(other.id, i, c.point[k], min(MOST_REACH, max(LEAST_REACH, REACH * float(s.bound[s.first[n]]))))
+                )
     return presses, grips
 
 

@@ -1,6 +1,6 @@
-"""What bonds do to those they hold: how they draw at things that are held or loose, and at hands.
+"""Forces of bonds on held things, loose things and hands.
 
-A bond is a spring of no length between two points (`bonds.Glue`). What a hand holds goes where hand and bonds balance
+A bond is a spring of no length between two points (`bonds.Glue`). A held thing moves to the balance of hand and bonds
 (`sharing.balance`), so that it lags behind the hand until they tear. A loose thing gets the springs' impulses, implicitly
 (they are stiff for so light things), before it is moved.
 """
@@ -26,14 +26,14 @@ from vistel.space.people import DIGITS, Posed
 from vistel.space.state import State
 
 DAMPING = 0.4
-"""Of what swings on a bond, of twice the critical."""
+"""Damping of a bond, as a share of twice the critical damping."""
 WAKES = 0.02
-"""A bond that draws harder wakes what sleeps [N]."""
+"""A greater force of a bond wakes a sleeping thing [N]."""
 ROUNDS = 4
 
 
 @dataclass(frozen=True)
-class Draw:
+class BondForce:
     """One bond now: row of its thing, of the other thing (-1: a person's limb), its ends (3,) [m, room], glue, and force on the
     thing (3,) [N]; speed: of a limb (3,) [m/s]."""
 
@@ -61,9 +61,9 @@ def frame_of(state: State, posed: Mapping[str, Posed], body: str, primitive: int
     return matrix_from_quaternion(state.motions.rotation[n]), state.motions.position[n]
 
 
-def draws(state: State, s: Solids, posed: Mapping[str, Posed]) -> list[Draw]:
-    """All bonds that hold, as they draw now."""
-    out: list[Draw] = []
+def bond_forces(state: State, s: Solids, posed: Mapping[str, Posed]) -> list[BondForce]:
+    """The forces of all holding bonds now."""
+    out: list[BondForce] = []
     for b in state.bonds:
         if b.torn_ns or b.thing not in state.rows:
             continue
@@ -78,12 +78,12 @@ def draws(state: State, s: Solids, posed: Mapping[str, Posed]) -> list[Draw]:
         force = off * (glue.force(gap, b.rest) / max(gap, 1e-9))
         p = posed.get(b.body)
         row, speed = (state.rows[b.body], np.zeros(3)) if p is None else (-1, p.velocity[b.primitive])
-        out.append(Draw(b, n, row, at_thing, at_body, glue, force, speed))
+        out.append(BondForce(b, n, row, at_thing, at_body, glue, force, speed))
     return out
 
 
-def anchors(drawn: list[Draw], state: State, s: Solids) -> dict[str, list[Anchor]]:
-    """What holds back each thing that is in hands: its bonds to things and to people who do not hold it."""
+def anchors(drawn: list[BondForce], state: State, s: Solids) -> dict[str, list[Anchor]]:
+    """The anchors of each held thing: its bonds to things, and to people who do not hold it."""
     holders = {(g.thing, g.participant) for g in state.grasps}
     held = {g.thing for g in state.grasps}
     out: dict[str, list[Anchor]] = {}
@@ -100,8 +100,8 @@ def anchors(drawn: list[Draw], state: State, s: Solids) -> dict[str, list[Anchor
     return out
 
 
-def swung(m: Motions, s: Solids, drawn: list[Draw], dt: float) -> Motions:
-    """Things with the impulses of their bonds: to be moved by `dt` [s] next."""
+def with_bond_impulses(m: Motions, s: Solids, drawn: list[BondForce], dt: float) -> Motions:
+    """Motions with the bonds' impulses, before the things move by `dt` [s]."""
     out = m.copy()
     for d in drawn:
         for n in (d.n, d.other):
@@ -152,8 +152,8 @@ def _turned(m: Motions, s: Solids, n: int, moment: F64) -> F64:
     return r @ (s.inverse_inertia[n] @ (r.T @ moment))
 
 
-def pulls(drawn: list[Draw], state: State, posed: Mapping[str, Posed]) -> list[Pull]:
-    """What hands feel of bonds, but for those with what they hold, which goes along."""
+def pulls(drawn: list[BondForce], state: State, posed: Mapping[str, Posed]) -> list[Pull]:
+    """Pulls of bonds on hands, without bonds to the things that they hold."""
     held = {(g.participant, g.thing) for g in state.grasps}
     out: list[Pull] = []
     for d in drawn:
@@ -164,8 +164,8 @@ def pulls(drawn: list[Draw], state: State, posed: Mapping[str, Posed]) -> list[P
     return out
 
 
-def relieved(state: State, posed: Mapping[str, Posed], things: frozenset[str]) -> State:
-    """Hands whose thing has just come off something bring it from where it is to where they hold it, within a moment."""
+def regrasped(state: State, posed: Mapping[str, Posed], things: frozenset[str]) -> State:
+    """Hands whose thing has just come off something bring it smoothly to its pose in the hand."""
     if not any(g.thing in things and g.participant in posed for g in state.grasps):
         return state
     m, out = state.motions, list(state.grasps)

@@ -1,1 +1,1 @@
-"""What things remember: dents and bonds, as values."""
+"""Dents and bonds of things, as values."""

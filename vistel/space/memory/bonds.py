@@ -1,4 +1,4 @@
-"""What sticks: bonds between a sticky thing and what touched it, held by constraints until they tear (Singh §2.2).
+"""Bonds between a sticky thing and a body that touched it, held by constraints until they tear (Singh §2.2).
 
 A bond is made where a limb or another thing touches, moves along while it slides in touch, and is drawn out when they part:
 skin and thing bulge towards each other, as `vistel.implicit.ghosts.constraint` has it. It draws both together with a force that
@@ -25,15 +25,15 @@ SLID = 0.004
 FADE_NS = 200_000_000
 """How long a torn bond takes to let go."""
 NEAR = 0.001
-"""A limb this near sticks [m]: what is pushed away is never quite touched."""
+"""A limb this near sticks [m]: contact forces keep bodies slightly apart."""
 FLESH = 30e3
-"""Young's modulus of what is as soft as flesh [Pa]: skin over fat, which is measured at 10 to 60 kPa."""
+"""Young's modulus of a thing as soft as flesh [Pa]: skin over fat is measured at 10 to 60 kPa."""
 
 
 @dataclass(frozen=True)
 class Glue:
     """How a place of a thing sticks. stiffness [N/m]: of glue and thing in a row; bears [N]: at which it tears; longest [m]:
-    gap at which it does however slowly it is drawn out; flows_s: time constant in which what is drawn out gives in, 0 never."""
+    gap at which it tears at any speed; flows_s: time constant with which the bond's rest length grows, 0: never."""
 
     stiffness: float
     bears: float
@@ -56,7 +56,7 @@ def glue_of(thing: Thing, size: float, reach: float) -> Glue:
 
 
 @dataclass(frozen=True, eq=False)
-class Grip:
+class StickyTouch:
     """A limb or a thing's primitive, `primitive` of `body`, touches a sticky thing at `point` (3,) [m, room]; reach: radius of
     what deforms round it [m]."""
 
@@ -108,7 +108,7 @@ Frame = tuple[F64, F64]
 
 @dataclass(frozen=True)
 class Stuck:
-    """The bonds of one thing, the next free number, and what has torn just now."""
+    """The bonds of one thing, the next free number, and the bonds torn in this step."""
 
     bonds: tuple[Bond, ...]
     next_number: int
@@ -120,7 +120,7 @@ def stick(
     thing: str,
     glue: Callable[[Bond], Glue],
     frame: Frame,
-    grips: Iterable[Grip],
+    touches: Iterable[StickyTouch],
     frame_of: Callable[[str, int], Frame | None],
     next_number: int,
     t_ns: int,
@@ -128,7 +128,7 @@ def stick(
 ) -> Stuck:
     """The bonds of one thing at `t_ns`, `dt` [s] after the last time. glue: of each; frame: the thing's; frame_of: that of the
     joint of a body's primitive or of a thing, None when the body has gone."""
-    now = {(g.body, g.primitive): g for g in grips}
+    now = {(g.body, g.primitive): g for g in touches}
     kept: list[Bond] = []
     torn: list[Torn] = []
     for b in old:
@@ -170,8 +170,8 @@ def ends(b: Bond, frame: Frame, other: Frame) -> tuple[F64, F64]:
     return frame[0] @ b.point_thing + frame[1], other[0] @ b.point_body + other[1]
 
 
-def same_to_others(a: Bond, b: Bond) -> bool:
-    """Whether two states of a bond are told alike: what it has given in by is known to the world alone."""
+def published_alike(a: Bond, b: Bond) -> bool:
+    """Whether two states of a bond are published alike: its rest length is not published."""
     return a.point_thing is b.point_thing and a.point_body is b.point_body and a.torn_ns == b.torn_ns
 
 

@@ -1,9 +1,9 @@
-"""What things of the room remember of what pressed on them (Singh §C.2): dents of primitives, in the thing's own frame.
+"""Dents: imprints of primitives in a thing's own frame (Singh §C.2).
 
 The laws are those of `vistel.implicit.ghosts.temporal`, for the primitives that the world's contacts are made of: a plastic thing
 keeps the deepest imprint of every contact, several side by side where the maker slides; the ghost of a viscoelastic one
-follows its maker with a time constant once that draws back. A dent is known by a number, and only those that changed need
-to be told.
+follows its maker with a time constant once that draws back. Each dent has a number, and only changed
+dents are published.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from vistel.implicit.graph.ghost_terms import decay_quartic
 from vistel.space.things.things import Matter, Primitive
 
 LEAST = 0.01
-"""Overlap below which nothing stays [field]."""
+"""Overlap below which no dent stays [field]."""
 DEEPER = 0.008
-"""An imprint is told anew when it is deeper by so much [field]: about a tenth of a millimetre under a finger."""
+"""An imprint is published again when it is deeper by so much [field]: about a tenth of a millimetre under a finger."""
 SPACING = 0.5
 """A maker that has slid by so much of its radius makes another dent."""
 MOST = 48
@@ -58,7 +58,7 @@ class Dent:
     fade_ns: int = 0
 
     def share(self, t_ns: int) -> float:
-        """What is left of it at `t_ns`."""
+        """Share of the dent that is left at `t_ns`, 0 to 1."""
         if self.left_ns == 0 or self.fade_ns == 0:
             return 1.0
         return decay_quartic(max(0, t_ns - self.left_ns) * 1e-9, self.fade_ns * 1e-9)

@@ -1,1 +1,1 @@
-"""Things of the room: their shapes, places on them, and ways they are led."""
+"""Things of the room: their shapes, their motion by commands and trackers, and their triangles."""

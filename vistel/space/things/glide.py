@@ -1,4 +1,4 @@
-"""Things on their way to where a command sent them: led there evenly, as by a hand nobody sees."""
+"""Things on their way to where a command sent them: moved there evenly."""
 
 from __future__ import annotations
 

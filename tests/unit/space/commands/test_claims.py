@@ -9,7 +9,7 @@ import pytest
 from test_world_steps import START, STEP_NS, Play, at, reaching, take_baton
 
 from vistel.space.actions import Attach, Grip, Move, Which
-from vistel.space.hands.claims import ClaimEvent, What
+from vistel.space.hands.claims import ClaimChange, ClaimEvent
 from vistel.space.holding.ownership import LEASE_NS
 from vistel.space.inputs import CommandInput
 from vistel.space.room import BATON, TABLE_HEIGHT
@@ -43,9 +43,9 @@ def test_who_takes_hold_first_has_the_claim_and_the_next_is_told_whose_it_is() -
     play = Play("ann", "bob")
     both(play)
     (granted,) = told(play, "ann")
-    assert (granted.what, granted.thing, granted.owner) == (What.GRANTED, BATON, "ann")
+    assert (granted.change, granted.thing, granted.owner) == (ClaimChange.GRANTED, BATON, "ann")
     (rejected,) = told(play, "bob")
-    assert (rejected.what, rejected.owner) == (What.REJECTED, "ann")
+    assert (rejected.change, rejected.owner) == (ClaimChange.REJECTED, "ann")
     step = next(v for v in play.views if rejected in v.claims)
     assert rejected.until_ns == step.t_ns + LEASE_NS
     assert play.thing(BATON).holders == ("ann", "bob")
@@ -56,8 +56,8 @@ def test_at_a_hand_over_the_claim_goes_to_who_still_holds() -> None:
     both(play)
     for k in range(30):
         play.step({"ann": reaching(at(0.0, 0.25, 0.0), max(0.0, 1.0 - k / 15)), "bob": reaching(FAR, 1.0, np.pi)})
-    assert [e.what for e in told(play, "ann")] == [What.GRANTED, What.RELEASED]
-    assert [e.what for e in told(play, "bob")] == [What.REJECTED, What.GRANTED]
+    assert [e.change for e in told(play, "ann")] == [ClaimChange.GRANTED, ClaimChange.RELEASED]
+    assert [e.change for e in told(play, "bob")] == [ClaimChange.REJECTED, ClaimChange.GRANTED]
     assert told(play, "ann")[-1].owner == "bob"
 
 
@@ -70,7 +70,7 @@ def test_what_somebody_holds_who_is_not_heard_of_falls_free_after_the_lease() ->
     for _ in range(3):
         play.step({})
     assert play.grasps() == []
-    assert [(e.what, e.owner) for e in told(play, "ann")][1:] == [(What.EXPIRED, "")]
+    assert [(e.change, e.owner) for e in told(play, "ann")][1:] == [(ClaimChange.EXPIRED, "")]
     for _ in range(90):
         play.step({})
     assert play.thing(BATON).position[1] < TABLE_HEIGHT + 0.08
@@ -90,7 +90,7 @@ def test_after_the_crash_of_one_holder_the_other_leads() -> None:
     for _ in range(LEASE_STEPS + 3):
         play.step({"bob": reaching(FAR, 1.0, np.pi)})
     assert play.grasps() == ["bob"]
-    assert [e.what for e in told(play, "bob")][-1] is What.GRANTED
+    assert [e.change for e in told(play, "bob")][-1] is ClaimChange.GRANTED
 
 
 def test_time_in_which_the_world_stood_still_costs_nobody_their_claim() -> None:
@@ -115,7 +115,10 @@ def test_of_two_who_take_a_thing_in_one_step_the_nearer_leads_and_the_other_is_t
             if play.grasps():
                 break
         assert play.grasps() == [near, off]  # in one step
-        assert [(e.what, e.participant) for e in play.views[-1].claims] == [(What.GRANTED, near), (What.REJECTED, off)]
+        assert [(e.change, e.participant) for e in play.views[-1].claims] == [
+            (ClaimChange.GRANTED, near),
+            (ClaimChange.REJECTED, off),
+        ]
 
 
 def test_asking_for_a_thing_somebody_holds_is_rejected_and_by_force_takes_it() -> None:
@@ -126,12 +129,12 @@ def test_asking_for_a_thing_somebody_holds_is_rejected_and_by_force_takes_it() -
         play.step(hands)
     view = play.step(hands, CommandInput("1", "bob", Grip(Which(BATON))))
     assert not view.outcomes[0].done and "held by ann" in view.outcomes[0].reason
-    assert [(e.what, e.owner) for e in told(play, "bob")] == [(What.REJECTED, "ann")]
+    assert [(e.change, e.owner) for e in told(play, "bob")] == [(ClaimChange.REJECTED, "ann")]
     view = play.step(hands, CommandInput("2", "bob", Grip(Which(BATON), force=True)))
     assert view.outcomes[0].done
     assert play.grasps() == ["bob"]
-    assert [(e.what, e.owner) for e in told(play, "ann")][1:] == [(What.TAKEN, "bob")]
-    assert told(play, "bob")[-1].what is What.GRANTED
+    assert [(e.change, e.owner) for e in told(play, "ann")][1:] == [(ClaimChange.TAKEN, "bob")]
+    assert told(play, "bob")[-1].change is ClaimChange.GRANTED
     before = play.thing(BATON).position
     play.step(hands)
     assert np.abs(play.thing(BATON).position - before).max() < 0.004
@@ -146,7 +149,7 @@ def test_claims_are_in_the_snapshot_and_in_a_run_again() -> None:
         other = middle.step(play.inputs[-1])
         assert other.claims == view.claims
     assert middle.snapshot() == play.world.snapshot()
-    assert any(e.what is What.EXPIRED for v in play.views for e in v.claims)
+    assert any(e.change is ClaimChange.EXPIRED for v in play.views for e in v.claims)
     again = World(play.world._room)
     assert [again.step(i).claims for i in play.inputs] == [v.claims for v in play.views]
     assert again.snapshot() == play.world.snapshot()

@@ -10,7 +10,7 @@ from test_together import FAR
 from test_world_steps import Play, at, reaching, take_baton
 
 from vistel.figure.posture.posture import Posture
-from vistel.space.hands.claims import What
+from vistel.space.hands.claims import ClaimChange
 from vistel.space.holding.sharing import STRENGTH
 from vistel.space.inputs import StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
@@ -89,7 +89,7 @@ def test_a_tug_goes_to_the_whole_hand_and_not_to_two_fingers_whoever_they_are(na
     assert play.grasps() == [strong]
     bears = STRENGTH * (1 + engaged[weak]) / 5
     assert bears * 0.9 < max(pulls) < STRENGTH  # it slipped at what the weak hand bears, long before the strong one's limit
-    last = [e for v in play.views for e in v.claims if e.what is What.GRANTED][-1]
+    last = [e for v in play.views for e in v.claims if e.change is ClaimChange.GRANTED][-1]
     assert last.participant == strong
 
 

@@ -7,7 +7,7 @@ import pytest
 from test_world_steps import Play, at, reaching, take_baton
 
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.space.hands.claims import What
+from vistel.space.hands.claims import ClaimChange
 from vistel.space.holding.sharing import STIFFNESS, STRENGTH
 from vistel.space.room import BATON
 from vistel.space.view import HandForce, WorldView
@@ -65,7 +65,7 @@ def test_who_pulls_harder_than_a_hand_bears_takes_the_thing_without_a_jump() -> 
     assert STRENGTH * 0.4 < most < 2.5 * STRENGTH
     assert np.linalg.norm(np.diff(places, axis=0), axis=1).max() < 0.012
     assert play.thing(BATON).holders == (winner,)
-    granted = [e.participant for v in play.views for e in v.claims if e.what is What.GRANTED]
+    granted = [e.participant for v in play.views for e in v.claims if e.change is ClaimChange.GRANTED]
     assert granted == (["ann"] if winner == "ann" else ["ann", "bob"])
 
 

@@ -1,4 +1,4 @@
-"""Points on things that feel what they rest on: little spheres that together reach the surface from inside."""
+"""Contact points of things: small spheres that together reach the surface from inside."""
 
 # pyright: basic
 
@@ -20,15 +20,15 @@ from vistel.jit.kernel_jit import compiled
 from vistel.space.things.things import Primitive, Thing
 
 MANY = 200
-"""Probes beyond which a thing is felt by fewer, spread over it."""
+"""A thing with more contact points keeps SPREAD of them, spread over it."""
 SPREAD = 48
-"""How many those are."""
+"""Contact points of a thing with more than MANY."""
 INSIDE = 0.001
-"""A probe this deep in another primitive of its thing reaches no surface [m]."""
+"""A contact point this deep in another primitive of its thing reaches no surface [m]."""
 
 
 @lru_cache(2048)
-def probes_of(thing: Thing) -> tuple[F64, F64]:
+def contact_points_of(thing: Thing) -> tuple[F64, F64]:
     """Centres (M, 3) in the thing's frame and radii (M,) [m]."""
     points: list[F64] = []
     radii: list[float] = []
@@ -49,8 +49,7 @@ def probes_of(thing: Thing) -> tuple[F64, F64]:
 
 
 def _spread(centre: F64, radius: F64, owner: NDArray[np.int64], thing: Thing) -> NDArray[np.int64]:
-    """Which of many probes feel for all: of those on the outside first the furthest out, then ever the one furthest from
-    those there are."""
+    """Rows of the chosen contact points: first the outermost along each axis, then always the one furthest from those chosen."""
     rotation = np.array([matrix_from_quaternion(p.rotation) for p in thing.primitives])
     position = np.array([p.position for p in thing.primitives])
     s = PrimitiveSet.of_kinds([p.kind for p in thing.primitives], [p.params for p in thing.primitives], rotation, position)
@@ -79,7 +78,7 @@ def _spread(centre: F64, radius: F64, owner: NDArray[np.int64], thing: Thing) ->
 
 @compiled
 def _hidden(centre, radius, owner, kind, start, params, rotation, position):
-    """(M,) whether a probe reaches no surface: another primitive covers all of it."""
+    """(M,) whether a contact point reaches no surface: another primitive covers all of it."""
     out = np.zeros(len(centre), np.bool_)
     seen = np.empty(5)
     for i in range(len(centre)):

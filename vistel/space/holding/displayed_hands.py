@@ -1,7 +1,7 @@
-"""How holding hands are seen: with their fingers on the thing, not where the empty hand of the real person has them.
+"""Holding hands as they are displayed: with their fingers on the thing, not as the real person's empty hand has them.
 
-A hand that cannot move what it holds, because that is held by others as well, follows its own tracker or stands against
-furniture, is seen where the thing lies in it as it is held: it gives way, as a god-object does in haptics.
+A hand cannot always move its thing: others may hold it too, it may follow its own tracker, or stand against furniture.
+The hand is then displayed at the thing, as a god-object is in haptics.
 """
 
 from __future__ import annotations
@@ -27,8 +27,10 @@ MOST_TURN = 0.7
 """A hand is drawn turned no further than this from the real one [rad]."""
 
 
-def seen(state: State, solids: Solids, posed: Mapping[str, Posed], near: Mapping[str, ContactArray]) -> Mapping[str, ContactArray]:
-    """The contacts of figures with loose things, those of hands with what they hold as they are seen."""
+def displayed_contacts(
+    state: State, solids: Solids, posed: Mapping[str, Posed], near: Mapping[str, ContactArray]
+) -> Mapping[str, ContactArray]:
+    """The contacts of figures with loose things. Hands that hold a thing count as they are displayed."""
     if not state.grasps:
         return near
     out = dict(near)
@@ -38,15 +40,15 @@ def seen(state: State, solids: Solids, posed: Mapping[str, Posed], near: Mapping
     return out
 
 
-def fingers_seen(grasp: Grasp, own: F64, t_ns: int) -> F64:
+def displayed_fingers(grasp: Grasp, own: F64, t_ns: int) -> F64:
     """(20,) angles of the hand that holds; own: those of the person's glove."""
     return own + grasp.settled(t_ns) * (grasp.fingers - own)
 
 
-def hand_seen(own: tuple[F64, F64], thing: Pose, lies: Pose) -> tuple[F64, F64]:
-    """Rotation (3, 3) and position (3,) [m] of a hand joint as it is seen: where `thing` (room) lies in it as in `lies`.
+def displayed_hand(own: tuple[F64, F64], thing: Pose, lies: Pose) -> tuple[F64, F64]:
+    """Rotation (3, 3) and position (3,) [m] of a displayed hand joint, in which `thing` (room) has the pose `lies`.
 
-    own: the real hand's; it is not left by more than FURTHEST and MOST_TURN.
+    own: the real hand's; the result differs from it by at most FURTHEST and MOST_TURN.
     """
     turn = thing.matrix @ lies.matrix.T
     place = thing.position - turn @ lies.position
@@ -61,8 +63,10 @@ def _with_hand(state: State, solids: Solids, p: Posed, near: ContactArray, g: Gr
     assert p.figure.posture is not None
     n, m, row = state.rows[g.thing], state.motions, int(g.right)
     hand = hand_of(p.build, g.right)
-    fingers = fingers_seen(g, p.figure.posture.hands[row], state.t_ns)
-    shown = hand.placed(fingers).moved(*hand_seen(hand_frame(p, g.right), Pose(m.position[n], m.rotation[n]), g.seen(state.t_ns)))
+    fingers = displayed_fingers(g, p.figure.posture.hands[row], state.t_ns)
+    shown = hand.placed(fingers).moved(
+        *displayed_hand(hand_frame(p, g.right), Pose(m.position[n], m.rotation[n]), g.seen(state.t_ns))
+    )
     thing = solids.part(n).moved(matrix_from_quaternion(m.rotation[n]), m.position[n])
     found = find_contacts(shown, thing)
     digit = p.build.digit[near.a]
