@@ -7,6 +7,7 @@ import time
 from typing import Any
 
 import pytest
+from waiting import until
 
 from vistel.v1.device_pb2 import RawBytes
 from vistel.wire import inbox
@@ -47,22 +48,21 @@ def test_what_does_not_fit_is_asked_for_again(
         publication = sender.publish(RAW, device="ada-tracker")
         subscription = receiver.subscribe(RAW, polled=True)
         got: list[int] = []
-        async with asyncio.timeout(60):
-            publication.put(_message(0, size))
-            while not got:
-                got += _numbers(subscription.take())
-                await asyncio.sleep(0.01)
-            for number in range(1, count):
-                publication.put(_message(number, size))
-                if number % 100 == 0 and not blocked:
-                    await asyncio.sleep(0.01)
-            if blocked:
-                time.sleep(1.0)  # a service that computes
-            while not receiver.counters.overflow:
-                await asyncio.sleep(0.01)
-            while got[-1] != count - 1:
-                got += _numbers(subscription.take())
-                await asyncio.sleep(0.01)
+
+        def newest() -> int:
+            got.extend(_numbers(subscription.take()))
+            return got[-1] if got else -1
+
+        publication.put(_message(0, size))
+        await until(lambda: newest() == 0)
+        for number in range(1, count):
+            publication.put(_message(number, size))
+            if number % 100 == 0 and not blocked:
+                await asyncio.sleep(0.01)  # lets the bus of this process send
+        if blocked:
+            time.sleep(1.0)  # a service that computes
+        await until(lambda: receiver.counters.overflow)
+        await until(lambda: newest() == count - 1)
         assert got == list(range(count))
         assert receiver.counters.lost == 0
         await sender.close()

@@ -98,10 +98,10 @@ from vistel.wire import alive
 async def main():
     file = pathlib.Path(sys.argv[1])
     reporting = asyncio.create_task(alive.report(file))
-    await asyncio.sleep(0.5)
+    await asyncio.sleep(0.5)  # reports for a while
     print("up", flush=True)
     if sys.argv[2] == "hangs":
-        time.sleep(3600)
+        time.sleep(3600)  # it hangs
     await reporting
 asyncio.run(main())
 """
