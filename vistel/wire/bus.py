@@ -64,7 +64,7 @@ class Subscription(Protocol):
 
 
 class Bus(Protocol):
-    """A site's door to the conference.
+    """A site's connection to the conference.
 
     Keys are filled from `conference`, and from `site` for the site's own topics.
     """
@@ -72,7 +72,7 @@ class Bus(Protocol):
     conference: str
     site: str
     fence: Fence
-    """The term under which this side's world speaks, and of those it hears."""
+    """The term under which this side's world publishes, and the terms of what it receives."""
 
     def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
         """Declare a key of `topic`; conference and site are filled in unless named.
@@ -82,7 +82,7 @@ class Bus(Protocol):
         ...
 
     def withdraw(self, publisher: Publisher) -> None:
-        """Take back the keys declared as `publisher`, their last values too: another side speaks there now. What is published
+        """Take back the keys declared as `publisher`, their last values too: another side publishes there now. What is published
         again afterwards is that of a sender who has just begun."""
         ...
 
@@ -100,7 +100,7 @@ class Bus(Protocol):
         ...
 
     def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
-        """Answer queries; `answer` gets the request's bytes and is called on the event loop. None: say nothing; someone
+        """Answer queries; `answer` gets the request's bytes and is called on the event loop. None: no answer; someone
         else may."""
         ...
 
@@ -125,7 +125,7 @@ class BusCounters:
     stale: int = 0
     overflow: int = 0
     fenced: int = 0
-    """Said for a room by a world that no longer leads it."""
+    """Published for a room by a world that no longer leads it."""
     lost: int = 0
     """Reliable messages whose sender could not repeat them."""
 

@@ -34,13 +34,13 @@ class OverflowedError(RuntimeError):
 
 
 class Decoder:
-    """Bytes to messages of one topic; what cannot be used is counted, and told once per key and reason."""
+    """Bytes to messages of one topic; what cannot be used is counted, and logged once per key and reason."""
 
     def __init__(self, topic: Topic, counters: BusCounters) -> None:
         self.topic = topic
         self._counters = counters
         self._has_header = "header" in topic.message.DESCRIPTOR.fields_by_name
-        self._told: set[tuple[str, str]] = set()
+        self._logged: set[tuple[str, str]] = set()
 
     def decode(self, key: str, payload: bytes) -> Any | None:
         """The message, or None."""
@@ -49,19 +49,19 @@ class Decoder:
             message.ParseFromString(payload)
         except DecodeError:
             self._counters.corrupt += 1
-            self._tell(key, f"{len(payload)} bytes that are no {self.topic.message.DESCRIPTOR.name}")
+            self._log_once(key, f"{len(payload)} bytes that are no {self.topic.message.DESCRIPTOR.name}")
             return None
         if self._has_header:
             version: int = message.header.version  # type: ignore[attr-defined]
             if version != MESSAGE_VERSION:
                 self._counters.unknown_version += 1
-                self._tell(key, f"message version {version}, this is {MESSAGE_VERSION}: update the older side")
+                self._log_once(key, f"message version {version}, this is {MESSAGE_VERSION}: update the older side")
                 return None
         return message
 
-    def _tell(self, key: str, what: str) -> None:
-        if (key, what) not in self._told and len(self._told) < 100:
-            self._told.add((key, what))
+    def _log_once(self, key: str, what: str) -> None:
+        if (key, what) not in self._logged and len(self._logged) < 100:
+            self._logged.add((key, what))
             log.warning("message dropped key=%s reason=%r", key, what)
 
 

@@ -16,17 +16,17 @@ from vistel.wire.world.decoder import RoomState, WorldDecoder
 log = logging.getLogger("vistel.wire")
 
 PATIENCE_S = 1.0
-"""How long a snapshot is waited for."""
+"""How long to wait for a snapshot [s]."""
 AGAIN_NS = 500_000_000
-"""From one question to the next."""
+"""From one query to the next [ns]."""
 
 
 class WorldListener:
-    """A subscription to the room. Late joiners, and who has missed a message, ask for a snapshot; `take` is called on the event
-    loop and never waits."""
+    """A subscription to the room. A late joiner, and a receiver that has missed a message, queries a snapshot. `take` is called on
+    the event loop and never waits."""
 
     def __init__(self, bus: Bus, clock: Clock, people: Sequence[str] = ()) -> None:
-        """people: whose details are heard as well, when more moves than everybody is told of."""
+        """people: whose details are received as well, when more moves than is published to everybody."""
         self._bus, self._clock = bus, clock
         self._details = [bus.subscribe(BY_NAME["world_detail"], queue_all=True, polled=True, participant=p) for p in people]
         self._states = bus.subscribe(BY_NAME["world_state"], queue_all=True, polled=True)
@@ -34,15 +34,15 @@ class WorldListener:
         self._asking: asyncio.Task[None] | None = None
         self._background = background.current()
         self._ask_ns = clock.now_ns()
-        self._caught_up: list[tuple[RoomState, int]] = []
-        self._told_of = 0
+        self._from_snapshots: list[tuple[RoomState, int]] = []
+        self._logged = 0
 
     def take(self) -> list[tuple[RoomState, int]]:
-        """The steps told of since the last call, in order, with the conference time at which each arrived: the steps of one
-        message as if each had come as soon as it was about, so that transit times compare."""
-        out, self._caught_up = self._caught_up, []
+        """The steps received since the last call, in order, each with the conference time of its arrival. Steps of one message
+        count as if each had arrived as soon as it was done, so that transit times compare."""
+        out, self._from_snapshots = self._from_snapshots, []
         states = self._states.take()
-        for inbox in self._details:  # each is said before the message it goes with
+        for inbox in self._details:  # each is published before the message it goes with
             for sample in inbox.take():
                 self._decoder.receive_detail(sample.message)
         for sample in states:
@@ -65,8 +65,8 @@ class WorldListener:
             inbox.close()
 
     def _look_after(self) -> None:
-        if self._decoder.differed > self._told_of:
-            self._told_of = self._decoder.differed
+        if self._decoder.differed > self._logged:
+            self._logged = self._decoder.differed
             log.error("event=world_differs step=%d action=ask_for_all", self._decoder.now.step)
         if not self._decoder.lost or self._asking is not None or self._clock.now_ns() < self._ask_ns:
             return
@@ -77,6 +77,6 @@ class WorldListener:
             snapshot = await self._bus.query(BY_NAME["world_snapshot"], WorldSnapshotRequest(state_only=True), PATIENCE_S)
             now = self._decoder.begin(snapshot) if snapshot is not None else None
             if now is not None:
-                self._caught_up.append((now, self._clock.now_ns()))
+                self._from_snapshots.append((now, self._clock.now_ns()))
         finally:
             self._ask_ns, self._asking = self._clock.now_ns() + AGAIN_NS, None

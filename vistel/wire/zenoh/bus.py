@@ -44,13 +44,14 @@ from vistel.wire.zenoh.reliable_reader import ReliableReader
 log = logging.getLogger("vistel.bus")
 
 BEAT_S = 1.0
-"""A reliable key that was silent for so long says what its last message was."""
+"""A reliable key that was silent for so long repeats the number of its last message [s]."""
 
 _BULK = frozenset({"device_raw", "world_inputs", "avatar_part"})
 """Reliable topics that must not delay motion on a thin uplink."""
-_SAID_ONCE = frozenset({"avatar_part"})
-"""Reliable topics with very many keys that are said once: they repeat what their last message was ever more seldom."""
-_SELDOMEST_BEATS = 64
+_PUBLISHED_ONCE = frozenset({"avatar_part"})
+"""Reliable topics with very many keys, each published once: their heartbeats become rarer and rarer."""
+_RAREST_HEARTBEAT = 64
+"""Periods of BEAT_S between two heartbeats of such a key, at most."""
 
 
 class BusError(RuntimeError):
@@ -101,7 +102,7 @@ class Router:
 
 
 class ZenohBus:
-    """A site's door to the conference (`vistel.wire.bus.Bus`).
+    """A site's connection to the conference (`vistel.wire.bus.Bus`).
 
     Make it with `open`, on the event loop that will use it.
     """
@@ -325,8 +326,8 @@ class _ZenohPublication:
         self._verbatim = verbatim
         self._lock = threading.Lock()
         self._seq = 0
-        self._spoke = False
-        self._said_once = topic.name in _SAID_ONCE
+        self._published = False
+        self._published_once = topic.name in _PUBLISHED_ONCE
         self._silent_beats = 0
         self._cache = SendCache(epoch) if topic.delivery is Delivery.RELIABLE else None
         priority = zenoh.Priority.DATA
@@ -336,7 +337,7 @@ class _ZenohPublication:
         self._queryable = session.declare_queryable(key, self._repeat) if self._cache is not None else None
 
     def undeclare(self) -> None:
-        """Say nothing more, and repeat nothing."""
+        """Publish no more, and repeat nothing."""
         _undeclare([self._publisher, *([self._queryable] if self._queryable is not None else [])])
 
     @property
@@ -356,20 +357,20 @@ class _ZenohPublication:
             if self._cache is None:
                 self._publisher.put(payload)
             else:
-                self._spoke = True
+                self._published = True
                 self._publisher.put(payload, attachment=self._cache.append(payload).to_bytes())
 
     def beat(self) -> None:
-        """Say what the last message was, if nothing was said lately."""
+        """Publish the number of the last message, if none was published lately."""
         if self._cache is None or not self._seq:
             return
-        if self._spoke:
-            self._spoke, self._silent_beats = False, 0
+        if self._published:
+            self._published, self._silent_beats = False, 0
             return
         self._silent_beats += 1
         # A power of two: a loss is noticed within twice the time that the network was away.
         n = self._silent_beats
-        if self._said_once and n & (n - 1) and n % _SELDOMEST_BEATS:
+        if self._published_once and n & (n - 1) and n % _RAREST_HEARTBEAT:
             return
         with contextlib.suppress(zenoh.ZError):
             self._publisher.put(b"", attachment=self._cache.beat().to_bytes())
@@ -384,7 +385,7 @@ class _ZenohPublication:
                     foreign = wanted["epoch"] != str(self._cache.epoch)
                 except ValueError:
                     return
-                # An empty answer with our own stamp tells that the sender it asked for is no more.
+                # An empty answer with our own stamp shows that the sender it asked for has ended.
                 found = [(self._cache.beat(), b"")] if foreign else self._cache.between(first, last)
                 if not found:
                     found = [(self._cache.beat(), b"")]

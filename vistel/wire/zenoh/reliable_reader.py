@@ -32,6 +32,9 @@ RETRY_S = 0.25
 TRIES = 8
 """Requests without progress, with a router there, before a gap is declared lost: the sender is gone."""
 
+LOG_S = 1.0
+"""Losses are logged together, once in so many seconds."""
+
 _Arrival = tuple[str, Stamp, bytes, int, bool]
 _Reply = Callable[[zenoh.Reply], None]
 
@@ -56,6 +59,7 @@ class ReliableReader:
         self._inbox = inbox
         self._counters = counters
         self._orders: dict[str, ReceiveOrder] = {}
+        self._lost: dict[str, int] = {}
         self._repairs: dict[str, asyncio.Task[None]] = {}
         self._lock = threading.Lock()  # of the next three
         self._arrivals: deque[_Arrival] = deque()
@@ -178,6 +182,14 @@ class ReliableReader:
                 await done.wait()
 
     def _report_lost(self, key: str, count: int) -> None:
-        if count:
-            self._counters.lost += count
+        if not count:
+            return
+        self._counters.lost += count
+        if not self._lost:
+            self._loop.call_later(LOG_S, self._log_lost)
+        self._lost[key] = self._lost.get(key, 0) + count
+
+    def _log_lost(self) -> None:
+        for key, count in self._lost.items():
             log.error("reliable messages lost key=%s count=%d", key, count)
+        self._lost.clear()
