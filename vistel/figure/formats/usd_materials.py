@@ -6,6 +6,7 @@
 A mesh has a GeomSubset for each patch it shows.
 """
 
+
 # pyright: basic, reportAttributeAccessIssue=false
 
 from __future__ import annotations
@@ -156,9 +157,9 @@ def bind(geometry: Any, mesh: Mesh, plain: Any, patches: tuple[Patch, ...], mate
     api = UsdShade.MaterialBindingAPI.Apply(geometry.GetPrim())
     api.Bind(plain)
     on = patch_of(patches, mesh.uv, mesh.corner_triangles)
-    if patches and any(patches[k].both_sides for k in np.unique(on[on >= 0]).tolist()):
+    if patches and any(patches[int(k)].both_sides for k in np.unique(on[on >= 0]).tolist()):
         UsdGeom.Gprim(geometry.GetPrim()).CreateDoubleSidedAttr(True)
-    used = np.unique(on).tolist() if patches else []
+    used: list[int] = np.unique(on).tolist() if patches else []
     for k in used:
         faces = Vt.IntArray.FromNumpy(np.ascontiguousarray(np.flatnonzero(on == k), np.int32))
         subset = api.CreateMaterialBindSubset(f"patch_{k}" if k >= 0 else "plain", faces, UsdGeom.Tokens.face)

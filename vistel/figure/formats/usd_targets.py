@@ -1,5 +1,6 @@
 """Targets of expressions in USD: blend shapes of UsdSkel, under the mesh that they move."""
 
+
 # pyright: basic, reportAttributeAccessIssue=false
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ def write_targets(stage: Any, at: str, binding: Any, mesh: Mesh) -> None:
 def read_targets(stage: Any, prim: Any) -> tuple[Target, ...]:
     """What `write_targets` wrote; in-between shapes of others are passed over. Raises ValueError."""
     binding = UsdSkel.BindingAPI(prim)
-    names = binding.GetBlendShapesAttr().Get() or []
+    names: list[str] = list(binding.GetBlendShapesAttr().Get() or ())
     paths = binding.GetBlendShapeTargetsRel().GetTargets()
     out: list[Target] = []
     for name, path in zip(names, paths, strict=True):

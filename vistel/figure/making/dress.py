@@ -70,7 +70,7 @@ def dress(source: Source, bone: I32, eye: NDArray[Any], height_of: F64, height: 
     slot = np.empty(len(source.triangles), np.int64)
     flat, eye_painted = np.ones(len(source.triangles), np.bool_), np.zeros(len(source.triangles), np.bool_)
     raw = np.full((len(source.triangles), 3, 2), 0.5)
-    for m in np.unique(source.material):
+    for m in np.unique(source.material).tolist():
         rows = np.flatnonzero(source.material == m)
         material = source.materials[m]
         if material.picture is not None and has_uv[rows].any():

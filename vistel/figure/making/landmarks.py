@@ -78,7 +78,7 @@ def _graph(points: F64, triangles: I32, scale: float) -> csr_array:
     return csr_array(graph)
 
 
-def _arm(points: F64, surface: csr_array, side: str, sign: float, scale: float) -> dict[str, F64]:
+def _arm(points: F64, surface: Any, side: str, sign: float, scale: float) -> dict[str, F64]:
     tip = int(np.argmax(sign * points[:, 0]))
     if sign * points[tip, 0] < 0.25 * scale or points[tip, 1] < 0.28 * REFERENCE_HEIGHT * scale:
         raise MakingError(f"no {side} arm is to be seen beside the body; {_POSE}")

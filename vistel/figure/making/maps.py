@@ -36,7 +36,8 @@ def laid(picture: U8, its: Lying, like: Lying) -> U8 | None:
     if np.allclose(way, np.eye(3), atol=1e-6):
         return picture
     h, w = picture.shape[:2]
-    v, u = np.meshgrid(1.0 - (np.arange(h) + 0.5) / h, (np.arange(w) + 0.5) / w, indexing="ij")
+    down, across = (np.arange(h) + 0.5) / h, (np.arange(w) + 0.5) / w
+    u, v = np.broadcast_to(across, (h, w)), np.broadcast_to(1.0 - down[:, None], (h, w))
     at = np.stack([u, v, np.ones_like(u)], axis=-1) @ way.T
     x = (wrapped(at[..., 0], its.wrap[0]) * w).astype(np.int64).clip(0, w - 1)
     y = ((1.0 - wrapped(at[..., 1], its.wrap[1])) * h).astype(np.int64).clip(0, h - 1)
@@ -54,7 +55,7 @@ def wrapped(t: F64, how: str) -> F64:
 
 def tiled(picture: U8, low: tuple[int, int], high: tuple[int, int], wrap: tuple[str, str]) -> U8:
     """The picture over whole squares `low` to `high` of its coordinates (u, v)."""
-    rows = []
+    rows: list[U8] = []
     for v in range(high[1] - 1, low[1] - 1, -1):
         row = [_turned(picture, wrap, u, v) for u in range(low[0], high[0])]
         rows.append(np.concatenate(row, axis=1))

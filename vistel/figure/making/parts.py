@@ -49,8 +49,8 @@ def parts_of(source: Source, gaze: Mask | None = None) -> Parts:
     hidden = np.array([n.startswith(_HIDDEN) or any(w in n for w in _INSIDE) for n in names])[source.group] & ~eyes
     skin = ~eyes & ~hidden
     if hidden.any():
-        left_out = sorted({source.groups[g] for g in np.unique(source.group[hidden])})
-        kept = sorted({source.groups[g] or "(no name)" for g in np.unique(source.group[skin])})
+        left_out = sorted({source.groups[g] for g in np.unique(source.group[hidden]).tolist()})
+        kept = sorted({source.groups[g] or "(no name)" for g in np.unique(source.group[skin]).tolist()})
         shown = ", ".join(left_out[:4]) + (f" and {len(left_out) - 4} more" if len(left_out) > 4 else "")
         notes.append(f"kept {', '.join(kept)}; left out {shown}")
     if skin.sum() < _FEWEST:

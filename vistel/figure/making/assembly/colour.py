@@ -144,7 +144,7 @@ def colour_at(limb: Piece, points: F64, materials: Sequence[Material]) -> F64:
     row, share, _ = closest(points, limb.points[limb.triangles], 8)
     uv = np.einsum("nk,nkc->nc", share, limb.uv[row])
     out = np.empty((len(points), 3))
-    for m in np.unique(limb.material[row]):
+    for m in np.unique(limb.material[row]).tolist():
         mine = limb.material[row] == m
         material = materials[m]
         out[mine] = material.colour or PLAIN

@@ -327,7 +327,7 @@ def _centre(solid: Piece, frame: Frame) -> tuple[F64, int]:
     level = np.einsum("fi,fi->f", normal, corner[:, 0])
     low, high = p[:, 2].min(), p[:, 2].max()
     best: tuple[int, float, F64] | None = None
-    for z in np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 9):
+    for z in np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 9).tolist():
         slab = p[np.abs(p[:, 2] - z) < 0.2 * (high - low)]
         at = np.append(slab[:, :2].mean(axis=0), z)
         for _ in range(60):

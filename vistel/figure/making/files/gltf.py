@@ -11,7 +11,7 @@ import struct
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from urllib.parse import unquote
 
 import numpy as np
@@ -28,6 +28,16 @@ _COLUMNS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, 
 _PACKED = {"KHR_draco_mesh_compression": "Draco", "EXT_meshopt_compression": "meshopt", "KHR_meshopt_compression": "meshopt"}
 
 
+def as_object(value: Any) -> dict[str, Any]:
+    """A JSON value that should be an object; empty where it is something else."""
+    return cast(dict[str, Any], value) if isinstance(value, dict) else {}
+
+
+def as_list(value: Any) -> list[Any]:
+    """A JSON value that should be a list; empty where it is something else."""
+    return cast(list[Any], value) if isinstance(value, list) else []
+
+
 @dataclass(frozen=True)
 class Document:
     """A glTF file. tree: its JSON; binary: the chunk of a .glb, empty otherwise."""
@@ -38,8 +48,9 @@ class Document:
 
     def rows(self, kind: str) -> list[dict[str, Any]]:
         """The array `kind` ("nodes", "meshes", ...) of the tree; empty where there is none."""
-        out = self.tree.get(kind, [])
-        if not isinstance(out, list) or not all(isinstance(row, dict) for row in out):
+        found = self.tree.get(kind, [])
+        out = as_list(found)
+        if not isinstance(found, list) or not all(isinstance(row, dict) for row in out):
             raise MakingError(f"{self.path}: {kind}: expected a list of objects; export the file again")
         return out
 
@@ -53,7 +64,7 @@ class Document:
     def extension(self, name: str) -> dict[str, Any] | None:
         """The file's extension of that name."""
         out = self.tree.get("extensions", {}).get(name)
-        return out if isinstance(out, dict) else None
+        return as_object(out) if isinstance(out, dict) else None
 
     @cached_property
     def _buffers(self) -> list[bytes]:
@@ -106,7 +117,7 @@ class Document:
                 raise
             raise MakingError(f"{self.path}: accessor {index} is damaged ({fault}); export the file again") from fault
         if row.get("normalized") and kind.kind in "iu":
-            return np.maximum(out / float(np.iinfo(kind).max), -1.0).astype(np.float32)
+            return np.maximum(out / float(np.iinfo(str(kind)).max), -1.0).astype(np.float32)
         return out
 
     def _strided(self, row: dict[str, Any], kind: np.dtype[Any], columns: int, count: int) -> NDArray[Any]:
@@ -135,10 +146,11 @@ def read_document(path: Path) -> Document:
     if data[:4] == b"glTF":
         text, binary = _chunks(path, data)
     try:
-        tree = json.loads(text)
+        found = json.loads(text)
     except (UnicodeDecodeError, json.JSONDecodeError, RecursionError) as fault:
         raise MakingError(f"{path}: not a glTF file ({str(fault)[:80]}); expected glTF 2.0, GLB or VRM") from fault
-    if not isinstance(tree, dict) or not isinstance(tree.get("asset"), dict):
+    tree = as_object(found)
+    if not isinstance(tree.get("asset"), dict):
         raise MakingError(f"{path}: not a glTF file (no asset); expected glTF 2.0, GLB or VRM")
     if not str(tree["asset"].get("version", "")).startswith("2"):
         raise MakingError(f"{path}: glTF {tree['asset'].get('version')}, expected 2.0; convert it, with Blender for instance")

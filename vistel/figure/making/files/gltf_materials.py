@@ -12,7 +12,7 @@ import numpy as np
 from vistel.arrays import U8
 from vistel.colour import srgb
 from vistel.figure.avatar.patch import Patch
-from vistel.figure.making.files.gltf import Document
+from vistel.figure.making.files.gltf import Document, as_object
 from vistel.figure.making.maps import CLAMP, MIRROR, REPEAT, Lying, laid, occluded, scaled, steeper, times, tinted, together
 from vistel.figure.making.pictures import LARGEST, alpha_of, decoded
 from vistel.figure.making.source import Finish, MakingError, Material
@@ -71,7 +71,7 @@ class GltfMaterials:
         """None for a material that says nothing but its colour."""
         told, like = row.get("pbrMetallicRoughness"), self.lying(layout(row))
         lit = not {"KHR_materials_unlit", "VRMC_materials_mtoon"} & set(row.get("extensions", {}))
-        pbr = told if isinstance(told, dict) else {}
+        pbr = as_object(told)
         rough, metal = float(pbr.get("roughnessFactor", 1.0)), float(pbr.get("metallicFactor", 1.0))
         if not lit or not pbr:
             rough, metal = 1.0, 0.0  # what is drawn without light has no gloss either
@@ -113,7 +113,8 @@ class GltfMaterials:
 
     def _laid(self, info: Any, like: Lying, name: str) -> U8 | None:
         """A picture as it lies on what shows the colour."""
-        if not isinstance(info, dict) or "index" not in info:
+        info = as_object(info)
+        if "index" not in info:
             return None
         picture = self._picture(info, name)
         if picture is None:
@@ -126,9 +127,9 @@ class GltfMaterials:
 
     def _finish(self, row: dict[str, Any]) -> Finish | None:
         """Its factors, times the means of a texture where there is one."""
-        told = row.get("pbrMetallicRoughness")
-        if not isinstance(told, dict):
+        if not isinstance(row.get("pbrMetallicRoughness"), dict):
             return None
+        told = as_object(row["pbrMetallicRoughness"])
         try:
             factors = np.array([told.get("roughnessFactor", 1.0), told.get("metallicFactor", 1.0)], np.float64)
         except (TypeError, ValueError):
@@ -150,7 +151,7 @@ class GltfMaterials:
         if "index" not in info:
             return None
         texture = self._document.row("textures", info["index"])
-        other = next((e["source"] for e in texture.get("extensions", {}).values() if isinstance(e, dict) and "source" in e), None)
+        other = next((e["source"] for e in map(as_object, texture.get("extensions", {}).values()) if "source" in e), None)
         try:
             return self._document.picture(texture.get("source", other))
         except MakingError:
@@ -179,7 +180,7 @@ def layout(row: dict[str, Any]) -> dict[str, Any]:
         row.get("occlusionTexture"),
         row.get("emissiveTexture"),
     )
-    return next((i for i in (colour_texture(row), *others) if isinstance(i, dict) and "index" in i), {})
+    return next((i for i in map(as_object, (colour_texture(row), *others)) if "index" in i), {})
 
 
 def _small(channel: U8) -> U8:

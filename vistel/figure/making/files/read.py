@@ -154,7 +154,7 @@ def _nearest_skin(source: Source, points: NDArray[np.float64]) -> tuple[NDArray[
     skin = np.unique(source.triangles[parts_of(source).skin])
     distance, nearest = KDTree(source.points[skin]).query(points, k=4)
     near = 1.0 / (distance + 1e-3 * float(np.ptp(source.points[skin])))
-    return skin[nearest], near / near.sum(axis=1, keepdims=True)
+    return skin[nearest].astype(np.int64), near / near.sum(axis=1, keepdims=True)
 
 
 def _shared(weight: NDArray[np.float32], at: NDArray[np.int64], share: NDArray[np.float64]) -> NDArray[np.float32]:

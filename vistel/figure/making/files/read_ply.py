@@ -94,7 +94,8 @@ def _header(data: bytes) -> tuple[str, list[_Element], str, int]:
         raise ValueError("it does not begin with ply")
     end = data.index(b"end_header")
     at = data.index(b"\n", end) + 1
-    order, elements, texture = "", [], ""
+    order, texture = "", ""
+    elements: list[_Element] = []
     for line in data[:end].decode("latin-1").splitlines()[1:]:
         words = line.split()
         if not words:
@@ -146,7 +147,8 @@ def _rows(
 
 def _fans(faces: list[list[int]]) -> tuple[NDArray[np.int64], list[tuple[int, int]]]:
     """Triangles (F, 3) and, for each, its polygon and the corner after the first."""
-    out, source = [], []
+    out: list[tuple[int, int, int]] = []
+    source: list[tuple[int, int]] = []
     for f, face in enumerate(faces):
         for k in range(1, len(face) - 1):
             out.append((face[0], face[k], face[k + 1]))

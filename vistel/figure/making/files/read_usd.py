@@ -1,5 +1,6 @@
 """A person's mesh from USD made by others: meshes as the stage shows them, UsdSkel rig and weights, materials, textures."""
 
+
 # pyright: basic, reportAttributeAccessIssue=false
 
 from __future__ import annotations
@@ -47,10 +48,14 @@ def read_usd(path: Path, named: Callable[[Any], str] | None = None) -> Source:
         raise MakingError(f"{path}: not as USD has it ({fault}); export the file again") from fault
 
 
+def _name(prim: Any) -> str:
+    return prim.GetName()
+
+
 class _Stage:
     def __init__(self, stage: Any, path: Path, named: Callable[[Any], str] | None) -> None:
         self.stage, self.path, self.notes = stage, path, list[str]()
-        self.named = named or (lambda prim: prim.GetName())
+        self.named: Callable[[Any], str] = named or _name
         self.cache, self.skel = UsdGeom.XformCache(), UsdSkel.Cache()
         self.materials = Materials(stage, self.notes, patches=named is None)
         self.rigs: dict[str, Any] = {}

@@ -1,5 +1,6 @@
 """Materials of USD meshes as a figure needs them: colour or picture of a UsdPreviewSurface, and what it says beside that."""
 
+
 # pyright: basic, reportAttributeAccessIssue=false
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from pxr import Ar, Sdf, UsdGeom, UsdShade
 
 from vistel.colour import srgb
-from vistel.figure.making.files.usd_patches import Inputs, channel_of, lying_of, patch_read, texture_reader
+from vistel.figure.making.files.usd_patches import Inputs, channel_of, connections, lying_of, patch_read, texture_reader
 from vistel.figure.making.maps import Lying
 from vistel.figure.making.pictures import alpha_of, decoded
 from vistel.figure.making.source import Finish, Material
@@ -72,8 +73,8 @@ class Materials:
 
     def _read(self, material: Any) -> Material:
         name = str(material.GetPrim().GetName())
-        surface = material.ComputeSurfaceSource()
-        shader = surface[0] if isinstance(surface, tuple) else surface
+        surface: Any = material.ComputeSurfaceSource()
+        shader: Any = surface[0] if isinstance(surface, tuple) else surface
         if not shader:
             return Material(name)
         for wanted in ("diffuseColor", "base_color", "baseColor", "diffuse_color_constant", "diffuse_texture"):
@@ -132,8 +133,7 @@ class Materials:
             asset = self._asset(source, 0)
             picture = self._picture(asset, material) if asset is not None else None
             if picture is not None:
-                connected = source.GetConnectedSources()
-                rows = connected[0] if isinstance(connected, tuple) else connected
+                rows = connections(source)
                 channel = {"g": 1, "b": 2}.get(str(rows[0].sourceName), 0) if rows else 0
                 return float(picture[..., channel].mean()) / 255.0
         value = source.Get()
@@ -146,9 +146,7 @@ class Materials:
         value = source.Get()
         if isinstance(value, Sdf.AssetPath) and value.path:
             return value
-        connected = source.GetConnectedSources()
-        rows = connected[0] if isinstance(connected, tuple) else connected
-        for row in rows:
+        for row in connections(source):
             feeding = UsdShade.ConnectableAPI(row.source.GetPrim())
             inputs = sorted(feeding.GetInputs(), key=lambda i: i.GetBaseName() != "file")
             for further in inputs:

@@ -1,5 +1,6 @@
 """What a UsdPreviewSurface says beside its colour, each picture laid as that of the colour."""
 
+
 # pyright: basic, reportAttributeAccessIssue=false
 
 from __future__ import annotations
@@ -56,11 +57,16 @@ def patch_read(shader: Any, read: Inputs, like: Lying, finish: Finish | None) ->
     )
 
 
+def connections(source: Any) -> list[Any]:
+    """What feeds an input or output; in some versions of USD the invalid sources come beside it."""
+    found: Any = source.GetConnectedSources()
+    return list(found[0] if isinstance(found, tuple) else found)  # pyright: ignore[reportUnknownArgumentType]
+
+
 def texture_reader(source: Any) -> Any:
     """The UsdUVTexture that feeds an input, None without one."""
     for _ in range(4):
-        connected = source.GetConnectedSources()
-        rows = connected[0] if isinstance(connected, tuple) else connected
+        rows = connections(source)
         if not rows:
             return None
         shader = UsdShade.Shader(rows[0].source.GetPrim())
@@ -79,8 +85,7 @@ def lying_of(reader: Any) -> Lying:
         wrap = (REPEAT, REPEAT)
     matrix, named, at = np.eye(3), "st", reader.GetInput("st")
     for _ in range(4):
-        connected = at.GetConnectedSources() if at else None
-        rows = connected[0] if isinstance(connected, tuple) else connected
+        rows = connections(at) if at else []
         if not rows:
             break
         shader = UsdShade.Shader(rows[0].source.GetPrim())
@@ -103,8 +108,7 @@ def lying_of(reader: Any) -> Lying:
 
 def channel_of(source: Any) -> str:
     """The output of a texture that an input reads."""
-    connected = source.GetConnectedSources()
-    rows = connected[0] if isinstance(connected, tuple) else connected
+    rows = connections(source)
     return str(rows[0].sourceName) if rows else "r"
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from vistel.figure.making.files.gltf import Document
+from vistel.figure.making.files.gltf import Document, as_list, as_object
 from vistel.figure.making.names import SPINE
 from vistel.figure.skeleton import JOINT_INDEX
 
@@ -27,13 +27,12 @@ def humanoid(document: Document) -> dict[int, str]:
     out: dict[int, str] = {}
     if (one := document.extension("VRMC_vrm")) is not None:
         bones = _inside(one, "humanoid", "humanBones")
-        for name, bone in bones.items() if isinstance(bones, dict) else ():
+        for name, bone in as_object(bones).items():
             _tell(out, bone, house_name(name))
     elif (zero := document.extension("VRM")) is not None:
         bones = _inside(zero, "humanoid", "humanBones")
-        for bone in bones if isinstance(bones, list) else ():
-            if isinstance(bone, dict):
-                _tell(out, bone, house_name(_of_one(str(bone.get("bone", "")))))
+        for bone in as_list(bones):
+            _tell(out, bone, house_name(_of_one(str(as_object(bone).get("bone", "")))))
     return out
 
 
@@ -74,12 +73,13 @@ def _of_one(bone: str) -> str:
 
 
 def _tell(out: dict[int, str], bone: Any, joint: str | None) -> None:
-    if joint is not None and isinstance(bone, dict) and isinstance(bone.get("node"), int):
-        out.setdefault(bone["node"], joint)
+    node = as_object(bone).get("node")
+    if joint is not None and isinstance(node, int):
+        out.setdefault(node, joint)
 
 
 def _inside(tree: dict[str, Any], *keys: str) -> Any:
     at: Any = tree
     for key in keys:
-        at = at.get(key) if isinstance(at, dict) else None
+        at = as_object(at).get(key)
     return at
