@@ -1,5 +1,5 @@
 """Moments of conferences that are drawn again and again: for the pictures of the documentation, and as what tests of looks compare
-with (tests/unit/renderer/test_looks.py).
+with (tests/looks/test_looks.py).
 
 Everything goes the way it goes live: a world is stepped, what it says is told to the renderer's stage, and its studio draws it.
 """
