@@ -187,7 +187,7 @@ def changed(asked: Asked, before: Sequence[int], after: Sequence[PlacedThing]) -
 
 def lowest(thing: Thing, position: F64, rotation: F64) -> float:
     one = outline(thing)
-    heights = one.probe @ matrix_from_quaternion(rotation)[1] - one.probe_radius
+    heights = one.contact_point @ matrix_from_quaternion(rotation)[1] - one.contact_point_radius
     return float(position[1] + heights.min())
 
 

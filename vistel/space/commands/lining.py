@@ -72,8 +72,8 @@ def _reach(asked: Asked, rows: Sequence[int], along: F64) -> tuple[F64, F64]:
     low, high = np.zeros(len(rows)), np.zeros(len(rows))
     for k, n in enumerate(rows):
         one = outline(asked.state.things[n])
-        at = one.probe @ (matrix_from_quaternion(asked.state.motions.rotation[n]).T @ along)
-        low[k], high[k] = (at - one.probe_radius).min(), (at + one.probe_radius).max()
+        at = one.contact_point @ (matrix_from_quaternion(asked.state.motions.rotation[n]).T @ along)
+        low[k], high[k] = (at - one.contact_point_radius).min(), (at + one.contact_point_radius).max()
     return low, high
 
 

@@ -33,9 +33,9 @@ FLAT_END = 0.3
 
 
 def extent(s: Solids) -> F64:
-    """(2, 3) lowest and highest corner of a single thing, in its frame, from the probes on its surface."""
-    reach = s.probe_radius[:, None]
-    return np.stack([(s.probe - reach).min(axis=0), (s.probe + reach).max(axis=0)])
+    """(2, 3) lowest and highest corner of a single thing, in its frame, from the contact points on its surface."""
+    reach = s.contact_point_radius[:, None]
+    return np.stack([(s.contact_point - reach).min(axis=0), (s.contact_point + reach).max(axis=0)])
 
 
 def longest_axis(thing: Thing) -> int:

@@ -35,7 +35,7 @@ def contact_points_of(thing: Thing) -> tuple[F64, F64]:
     owner: list[int] = []
     for k, p in enumerate(thing.primitives):
         r = matrix_from_quaternion(p.rotation)
-        centres, own = _probes(p)
+        centres, own = _contact_points(p)
         points += [r @ c + p.position for c in centres]
         radii += own
         owner += [k] * len(own)
@@ -97,7 +97,7 @@ def _hidden(centre, radius, owner, kind, start, params, rotation, position):
     return out
 
 
-def _probes(p: Primitive) -> tuple[list[F64], list[float]]:
+def _contact_points(p: Primitive) -> tuple[list[F64], list[float]]:
     """Centres in the primitive's frame and radii of spheres that reach the surface where it may rest."""
     q = p.params
     if p.kind == "sphere":

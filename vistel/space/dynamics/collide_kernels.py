@@ -140,9 +140,9 @@ def detect(
     params,
     rotation,
     position_p,
-    probe_first,
-    probe,
-    probe_radius,
+    contact_point_first,
+    contact_point,
+    contact_point_radius,
     radius,
     bound,
     body_r,
@@ -181,24 +181,24 @@ def detect(
     for a in range(n):
         if mode[a] == 0:
             continue
-        while next_pair < len(near) and near[next_pair] // n == a:  # probes of one in the primitives of the other
+        while next_pair < len(near) and near[next_pair] // n == a:  # contact points of one in the primitives of the other
             b = near[next_pair] % n
             next_pair += 1
             margin = MARGIN + (speed[a] + speed[b]) * dt
-            # (a, b) walks a's probes; b's probes against a come when the loops meet (b, a), except that fixed
+            # (a, b) walks a's contact points; b's contact points against a come when the loops meet (b, a), except that fixed
             # things are no `a`: theirs are walked here.
             for turn in range(2):
                 if turn == 1 and mode[b] != 0:
                     break
                 i, j = (a, b) if turn == 0 else (b, a)
-                for q in range(probe_first[i], probe_first[i + 1]):
+                for q in range(contact_point_first[i], contact_point_first[i + 1]):
                     for k in range(3):
-                        w[k] = position[i, k] + _turned(body_r[i], k, probe[q])
+                        w[k] = position[i, k] + _turned(body_r[i], k, contact_point[q])
                     for p in range(first[j], first[j + 1]):
                         far = 0.0
                         for k in range(3):
                             far += (w[k] - middle[p, k]) * (w[k] - middle[p, k])
-                        reach = bound[p] + probe_radius[q] + margin
+                        reach = bound[p] + contact_point_radius[q] + margin
                         if far > reach * reach:
                             continue
                         r = rotation[p]
@@ -211,13 +211,13 @@ def detect(
                             params[start[p] : start[p + 1]],
                             seen,
                         )
-                        gap = seen[0] - probe_radius[q]
+                        gap = seen[0] - contact_point_radius[q]
                         if not gap < margin:
                             continue
                         nx = r[0, 0] * seen[1] + r[0, 1] * seen[2] + r[0, 2] * seen[3]
                         ny = r[1, 0] * seen[1] + r[1, 1] * seen[2] + r[1, 2] * seen[3]
                         nz = r[2, 0] * seen[1] + r[2, 1] * seen[2] + r[2, 2] * seen[3]
-                        back = probe_radius[q] + 0.5 * gap
+                        back = contact_point_radius[q] + 0.5 * gap
                         px, py, pz = w[0] - back * nx, w[1] - back * ny, w[2] - back * nz
                         if gap < 0.003:
                             for k in range(2):
@@ -233,10 +233,10 @@ def detect(
                             count = _add(pairs, contacts, count, i, j, part, px, py, pz, nx, ny, nz, gap, position)
         # The floor is the plane y = 0.
         if mode[a] == 1 and position[a, 1] - radius[a] < MARGIN + speed[a] * dt:
-            for q in range(probe_first[a], probe_first[a + 1]):
+            for q in range(contact_point_first[a], contact_point_first[a + 1]):
                 for k in range(3):
-                    w[k] = position[a, k] + _turned(body_r[a], k, probe[q])
-                gap = w[1] - probe_radius[q]
+                    w[k] = position[a, k] + _turned(body_r[a], k, contact_point[q])
+                gap = w[1] - contact_point_radius[q]
                 if gap < MARGIN + speed[a] * dt:
                     count = _add(pairs, contacts, count, a, -1, 0, w[0], 0.5 * gap, w[2], 0.0, 1.0, 0.0, gap, position)
     for i in range(len(push_thing)):

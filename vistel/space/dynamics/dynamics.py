@@ -1,6 +1,6 @@
 """Free things: gravity, collisions, friction, rest. Semi-implicit, with soft contacts in small steps.
 
-Contacts are found once a step, between the probes of one thing and the primitives of another; a step is cut into
+Contacts are found once a step, between the contact points of one thing and the primitives of another; a step is cut into
 substeps, in each of which impulses at the contacts are iterated (Catto, "Solver2D", 2024: soft step). Nothing here
 depends on the order of a set or a dictionary, and no thread is started: equal inputs give equal bytes.
 """
@@ -97,7 +97,7 @@ LONGEST = 1.0 / 60.0
 def advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions, Touches]:
     """The things `dt` seconds later, and their contacts. Held things move with their velocity and spin.
 
-    Any dt will do: a long one is cut, and the pushes are those of its first piece.
+    A long dt is cut into pieces; the pushes are those of the first piece.
     """
     pieces = max(1, math.ceil(dt / LONGEST - 1e-6))
     for _ in range(pieces - 1):
@@ -113,7 +113,7 @@ def _advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions,
     count, woken = 0, True
     rotation = out.matrices()
     posed: PrimitiveSet = pose_solids(s, rotation, out.position)
-    for _ in range(3):  # who is woken may wake the next
+    for _ in range(3):  # a woken thing may wake the next
         count, woken = detect(  # pyright: ignore[reportUnknownVariableType]
             s.first,
             posed.kind,
@@ -121,9 +121,9 @@ def _advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions,
             posed.params,
             posed.rotation,
             posed.position,
-            s.probe_first,
-            s.probe,
-            s.probe_radius,
+            s.contact_point_first,
+            s.contact_point,
+            s.contact_point_radius,
             s.radius,
             s.bound,
             rotation,
@@ -163,7 +163,7 @@ def _advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions,
 
 
 def wake_around(s: Solids, m: Motions, centre: F64, radius: float) -> Motions:
-    """Asleep things within `radius` metres of `centre` (3,) wake: what they lay on may be gone."""
+    """Asleep things within `radius` metres of `centre` (3,) wake: their support may be gone."""
     near = np.sqrt(((m.position - centre) ** 2).sum(axis=1)) < radius + s.radius + 0.01
     chosen = near & (m.mode == ASLEEP)
     out = m.copy()

@@ -51,8 +51,8 @@ class SoftRoom:
 
     solids: their primitives, mass, inertia; position (N, 3) [m], rotation (N, 4) (x, y, z, w), velocity (N, 3) [m/s],
     spin (N, 3) [rad/s]; gravity (3,) [m/s^2]; surface: how they push and rub; memory: their dents; patches: the contacts
-    of the last substep, by the bodies' numbers, without friction; strayed: names of bodies whose numbers went astray and
-    were stopped; bristles: what sticks where.
+    of the last substep, by the bodies' numbers, without friction; strayed: names of bodies that were stopped
+    because their numbers became invalid; bristles: friction springs by contact.
     """
 
     solids: Solids

@@ -1,4 +1,4 @@
-"""Things as flat arrays for the kernels: posed primitives, probes on the surface, mass and inertia."""
+"""Things as flat arrays for the kernels: posed primitives, contact points on the surface, mass and inertia."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from vistel.space.dynamics.kernels import inertia, matrices, pose  # pyright: ig
 from vistel.space.things.things import Primitive, Thing
 
 YIELD = 0.2
-"""Share of its size that a thing as soft as flesh gives way before it moves, if it takes dents."""
+"""Share of its size by which a thing as soft as flesh yields before it moves, if it takes dents."""
 GRID = 20
 """Samples along each side of a thing's bounding box for its inertia."""
 
 
 @dataclass(frozen=True)
 class Solids:
-    """N things with P primitives and M probes, in the order of `things`.
+    """N things with P primitives and M contact points, in the order of `things`.
 
-    first, probe_first: (N + 1,) where each thing's primitives and probes begin; owner: (P,) thing of a primitive;
+    first, contact_point_first: (N + 1,) where each thing's primitives and contact points begin; owner: (P,) thing of a primitive;
     primitives: the P primitives, posed in their thing's frame; centre (P, 3) and bound (P,): a sphere round each,
-    thing frame; probe (M, 3), probe_radius (M,): little spheres that together reach the surface from inside;
+    thing frame; contact_point (M, 3), contact_point_radius (M,): little spheres that together reach the surface from inside;
     radius: (N,) round the whole thing; inverse_mass (N,) [1/kg]; inverse_inertia (N, 3, 3) in the thing's frame
     [1/(kg m^2)]; both 0 for fixed things.
     """
@@ -39,9 +39,9 @@ class Solids:
     primitives: PrimitiveSet
     centre: F64
     bound: F64
-    probe_first: I64
-    probe: F64
-    probe_radius: F64
+    contact_point_first: I64
+    contact_point: F64
+    contact_point_radius: F64
     radius: F64
     inverse_mass: F64
     inverse_inertia: F64
@@ -52,24 +52,24 @@ class Solids:
 
     @cached_property
     def give(self) -> F64:
-        """(N,) how far a limb sinks into each thing before it pushes it [m]: what takes dents gives way first."""
+        """(N,) depth to which a limb sinks into each thing before it pushes it [m]: a thing that takes dents yields first."""
         soft = [t.compliance if t.matter.material != "elastic" else 0.0 for t in self.things]
         least = [min((float(b) for b in self.bound[self.owner == n]), default=0.0) for n in range(len(self.things))]
         return YIELD * np.array(soft, np.float64) * np.array(least, np.float64)
 
     @cached_property
     def remembering(self) -> tuple[int, ...]:
-        """Which things keep dents or stick."""
+        """Rows of the things that keep dents or stick."""
         return tuple(n for n, t in enumerate(self.things) if t.matter.remembers and not t.fixed)
 
     @cached_property
     def fixed_rows(self) -> I64:
-        """Which primitives belong to fixed things."""
+        """Rows of the primitives of fixed things."""
         return np.flatnonzero(self.inverse_mass[self.owner] == 0.0)
 
     @cached_property
     def loose_rows(self) -> I64:
-        """Which primitives belong to things that can move."""
+        """Rows of the primitives of things that can move."""
         return np.flatnonzero(self.inverse_mass[self.owner] != 0.0)
 
     @cached_property
@@ -107,8 +107,8 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
     bounds = [_bound(p) for _, p in primitives]
     centre = _stack([r @ b[0] + x for r, x, b in zip(rotation, position, bounds, strict=True)], (3,))
     bound = np.array([b[1] for b in bounds], np.float64)
-    probes = [contact_points_of(thing) for thing in things]
-    count = [len(radii) for _, radii in probes]
+    contact_points = [contact_points_of(thing) for thing in things]
+    count = [len(radii) for _, radii in contact_points]
     shapes = PrimitiveSet.of_kinds([p.kind for _, p in primitives], [p.params for _, p in primitives], rotation, position)
     reach = np.sqrt((centre * centre).sum(axis=1)) + bound
     out = Solids(
@@ -118,9 +118,9 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
         primitives=shapes,
         centre=centre,
         bound=bound,
-        probe_first=np.cumsum([0, *count]).astype(np.int64),
-        probe=np.concatenate([np.zeros((0, 3)), *(points for points, _ in probes)]),
-        probe_radius=np.concatenate([np.zeros(0), *(radii for _, radii in probes)]),
+        contact_point_first=np.cumsum([0, *count]).astype(np.int64),
+        contact_point=np.concatenate([np.zeros((0, 3)), *(points for points, _ in contact_points)]),
+        contact_point_radius=np.concatenate([np.zeros(0), *(radii for _, radii in contact_points)]),
         radius=np.array([reach[owner == n].max(initial=0.0) for n in range(len(things))], np.float64),
         inverse_mass=np.array([0.0 if t.fixed else 1.0 / t.mass for t in things], np.float64),
         inverse_inertia=np.zeros((len(things), 3, 3)),

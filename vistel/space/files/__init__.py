@@ -1,7 +1,7 @@
 """Rooms and things on file: USD with our attributes, and USD, glTF and OBJ made by others.
 
 `load_room` and `load_things` read any of them as an `Interior`: the room the world takes, and the polymeshes its things look
-like; `save_usd` writes one, `load_seats` is quick. What cannot be used raises `RoomFileError`, one line.
+like; `save_usd` writes one, `load_seats` is quick. An unusable file raises `RoomFileError`, one line.
 """
 
 from vistel.space.files.faults import RoomFileError

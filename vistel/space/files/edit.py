@@ -1,4 +1,4 @@
-"""Changes to a room by words, as `vistel world edit` takes them."""
+"""Changes of a room by command lines, as in `vistel world edit`."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _COLOUR = re.compile(r"^#[0-9a-fA-F]{6}$")
 
 
 def edited(interior: Interior, words: Sequence[str]) -> tuple[Interior, list[str]]:
-    """The room after the changes, and what they were. Raises RoomFileError, one line, for the first that cannot be done."""
+    """The room after the changes, and one line for each. Raises RoomFileError, one line, for the first that cannot be done."""
     told: list[str] = []
     step: list[str] = []
     for word in (*words, "then"):

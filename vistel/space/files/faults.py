@@ -1,5 +1,5 @@
-"""What is wrong with a file of a room or a thing."""
+"""The error of room and thing files."""
 
 
 class RoomFileError(ValueError):
-    """A file that cannot be used: what, where and how to mend it, in one line."""
+    """An unusable file: the fault, its place and its remedy, in one line."""

@@ -1,4 +1,4 @@
-"""Things of files made by others: what is furniture and what can be taken, what it weighs, what it is felt as."""
+"""Things of files made by others: furniture, movable things, masses, and primitives for contacts."""
 
 # pyright: basic
 
@@ -21,11 +21,11 @@ from vistel.space.files.model_of import colour_of, in_metres, model_of
 from vistel.space.things.things import Look, Thing
 
 DENSITY = 600.0
-"""Of what says nothing of its weight: wood [kg/m^3]."""
+"""Density of a thing without one in its file: wood [kg/m^3]."""
 _DENSITIES: dict[str, float] = dict.fromkeys(("cup", "mug", "saucer", "plate", "bowl", "teapot", "pot", "lid", "vase"), 2300.0)
-"""Fired clay."""
+"""Density of ceramic things: fired clay [kg/m^3]."""
 LOOSE_BELOW = 0.5
-"""What is no longer than this and no furniture can be taken [m]."""
+"""A thing up to this length that is no furniture can be taken [m]."""
 HEAVIEST = 50.0
 FURNITURE_PARTS = 24
 """Primitives at most of what stands fixed."""
@@ -40,7 +40,7 @@ _FLAT = ("floor", "rug", "carpet")
 
 @dataclass(frozen=True)
 class Said:
-    """What a file says of a part of it beside its shape; None: nothing."""
+    """Properties of a part in a file, besides its shape; None: the file gives none."""
 
     mass: float | None = None
     density: float | None = None
@@ -49,7 +49,7 @@ class Said:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A thing with its model. notes: what was remarkable; gap: how far its surface lies from what is felt, on average [m]."""
+    """A thing with its model. notes: remarks for the user; gap: mean distance of its surface from its primitives [m]."""
 
     thing: Thing
     model: Model
@@ -89,7 +89,7 @@ def found(source: Source, said: Mapping[str, Said] | None = None, *, fixed: bool
 
 
 def shape_word(name: str) -> str:
-    """What a thing of that name is; "thing" where it does not tell."""
+    """The kind of thing that a name tells; "thing" if it tells none."""
     words = re.split(r"[^a-z]+", name.lower())
     for word in reversed(words):
         for shape in SHAPES:

@@ -1,4 +1,4 @@
-"""What a file of a room holds: the room as the world takes it, and the polymeshes its things look like."""
+"""The content of a room file: the room for the world, and the polymeshes of its things."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vistel.space.things.things import Look, Thing
 
 @dataclass(frozen=True, eq=False)
 class Interior:
-    """room; models: by digest, all that its things look like; notes: what was remarkable when it was read."""
+    """room; models: the polymeshes of its things, by digest; notes: remarks from reading the file."""
 
     room: Room
     models: Mapping[str, Model] = field(default_factory=lambda: MappingProxyType({}))
@@ -44,7 +44,7 @@ class Interior:
 
 
 def looks_of(thing: Thing) -> list[Look]:
-    """The looks of a thing, of its parts and of what it was bent from."""
+    """The looks of a thing, of its parts and of the thing it was bent from."""
     out = list(thing.looks)
     for part in thing.parts:
         out += looks_of(part.thing)

@@ -1,7 +1,7 @@
 """Rooms and things from any file that is understood: USD of ours and of others, glTF, GLB, OBJ.
 
-What is read of files made by others (which takes seconds: shapes are fitted to their meshes) is kept on this machine as a
-room of ours, until the file changes.
+Fitting shapes to a foreign file's meshes takes seconds. The result is kept on this machine as a room of ours, until the
+file changes.
 """
 
 # pyright: basic, reportAttributeAccessIssue=false
@@ -43,7 +43,7 @@ _SHELL = ("wall", "floor")
 
 
 def load_room(path: Path, *, keep: bool = True) -> Interior:
-    """The room of a file. keep: what was made of a file of others is kept on this machine. Raises RoomFileError (one line)."""
+    """The room of a file. keep: keep the result for a foreign file on this machine. Raises RoomFileError (one line)."""
     return _load(path, None, keep, room=True)
 
 
@@ -53,7 +53,7 @@ def load_things(path: Path, *, fixed: bool | None = None, keep: bool = True) -> 
 
 
 def load_seats(path: Path) -> tuple[Seat, ...]:
-    """The seats of a room's file, without reading its meshes where that can be. Raises RoomFileError (one line)."""
+    """The seats of a room's file, without reading its meshes if possible. Raises RoomFileError (one line)."""
     _check(path)
     try:
         if path.suffix.lower() in USD_ENDINGS:
@@ -173,7 +173,7 @@ def _component(prim: Any) -> Any:
 
 
 def _said(stage: Any) -> dict[str, Said]:
-    """What UsdPhysics and our attributes say of things, by the path of their prim."""
+    """Properties of things from UsdPhysics and our attributes, by the path of their prim."""
     from pxr import UsdPhysics  # noqa: PLC0415
 
     out: dict[str, Said] = {}
@@ -199,7 +199,7 @@ def _to_room(unit: float | None, up: str | None) -> F64:
 
 
 def _kept_file(path: Path, fixed: bool | None, room: bool) -> Path:
-    """Where what is made of a file is kept: named by the bytes of it and the files beside it."""
+    """The kept file for a foreign file, named by the bytes of that file and of the files beside it."""
     h = hashlib.sha256(f"{_KEPT} {fixed} {room} {path.suffix.lower()}".encode())
     h.update(path.read_bytes())
     near = [p for p in sorted(path.parent.glob("*")) + sorted(path.parent.glob("*/*")) if p.is_file()][:500]

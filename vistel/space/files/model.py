@@ -1,4 +1,4 @@
-"""Polymeshes as they are drawn for things: triangles, texture coordinates, colours and pictures; and what they weigh."""
+"""Polymeshes that are drawn for things: triangles, texture coordinates, colours, pictures; and their mass properties."""
 
 # pyright: basic
 
@@ -57,7 +57,7 @@ class Model:
 
 @dataclass(frozen=True)
 class Bulk:
-    """What a body fills. volume [m^3]; centre: (3,) of mass [m]; moments: (3, 3) mean of x x^T about it [m^2]."""
+    """The solid of a body. volume [m^3]; centre: (3,) of mass [m]; moments: (3, 3) mean of x x^T about it [m^2]."""
 
     volume: float
     centre: F64

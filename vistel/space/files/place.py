@@ -1,4 +1,4 @@
-"""Things put into a room: onto what stands there, or on the floor."""
+"""Puts things into a room: on fixed things, or on the floor."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from vistel.space.things.things import Thing
 
 @dataclass(frozen=True)
 class FromFile:
-    """What of a file is put into a room, and how. id: of the thing, or before the ids of several; name: for people, "": the
-    file's; at: x, z [m]; turn: about the vertical [degrees]; fixed, mass [kg], rigidity, colour 0xRRGGBBAA: None for what
-    the file says."""
+    """A thing from a file, to put into a room. id: of the thing, or before the ids of several; name: for people, "": the
+    file's; at: x, z [m]; turn: about the vertical [degrees]; fixed, mass [kg], rigidity, colour 0xRRGGBBAA: None: as in the
+    file."""
 
     file: Path
     id: str

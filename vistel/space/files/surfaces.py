@@ -21,12 +21,12 @@ CREASE = math.cos(math.radians(42.0))
 """Faces that meet at more than this angle have an edge between them."""
 GREY = (180, 180, 180)
 PLAIN = Finish(0.6, 0.0)
-"""Of what a file says nothing about."""
+"""Values for properties that a file omits."""
 
 
 @dataclass(frozen=True, eq=False)
 class Piece:
-    """Part of what is drawn, in the thing's frame. colour: (3,) sRGB bytes; with a picture (H, W, 3) uv: (n, 2), origin
+    """A part of a thing's drawn surface, in the thing's frame. colour: (3,) sRGB bytes; with a picture (H, W, 3) uv: (n, 2), origin
     bottom left; mesh: it is of a polymesh, which may be open. finish: how it shines."""
 
     surface: Surface3
@@ -60,7 +60,7 @@ def in_room(thing: Thing, surface: Surface3) -> F64:
 
 
 def height_at(things: Sequence[Thing], models: Mapping[str, Model], x: float, z: float, below: float = 1.3) -> float:
-    """Height of what stands fixed at a place of the floor [m]: the highest surface under `below`, 0 where there is none."""
+    """Height of fixed things at a place of the floor [m]: the highest surface under `below`, 0 where there is none."""
     best = 0.0
     for thing in (t for t in things if t.fixed):
         for piece in pieces_of(thing, models, 0.5):

@@ -1,7 +1,7 @@
-"""Polymeshes and their pictures as bytes that travel to who does not have the file they are from, and are known by what they are.
+"""Polymeshes and their pictures as bytes, for sites without their files. Digests name them.
 
-A polymesh goes without its pictures, which several may share: it names them. Both go by digests of what they hold, not of their
-bytes, so that whoever has put one together knows that it is the right one.
+A polymesh goes without its pictures, which several may share: it names them. A digest is of the
+content, not of the bytes, so that a receiver can check the assembled one.
 """
 
 # pyright: basic
@@ -52,7 +52,7 @@ def pack_picture(picture: U8) -> bytes:
 
 
 def pictures_in(data: bytes) -> tuple[str, ...]:
-    """Digests of the pictures that a packed polymesh names. Raises ValueError for what is none."""
+    """Digests of the pictures that a packed polymesh names. Raises ValueError for invalid data."""
     return tuple(dict.fromkeys(digest for _, _, digest, _ in _materials(_read(data)) if digest))
 
 
@@ -104,7 +104,7 @@ def unpack_picture(data: bytes, digest: str) -> U8:
 
 
 def packers(interior: Interior) -> dict[str, Callable[[], bytes]]:
-    """What packs each polymesh and picture of a room, by digest."""
+    """Functions that pack each polymesh and picture of a room, by digest."""
     out: dict[str, Callable[[], bytes]] = {}
     for digest, model in interior.models.items():
         out[digest] = lambda model=model: pack_model(model)
@@ -126,12 +126,12 @@ def _read(data: bytes) -> dict[str, NDArray]:
 
 
 def finish_told(m: Material) -> list[list[float]]:
-    """What is added to a material's row for how it shines; nothing where that is not known."""
+    """The entries of a material's row for its finish; none when it has no finish."""
     return [] if m.finish is None else [[m.finish.roughness, m.finish.metallic]]
 
 
 def finish_read(more: list[list[float]]) -> Finish | None:
-    """The other way. Raises ValueError for what is none."""
+    """The other way. Raises ValueError for invalid data."""
     if not more:
         return None
     roughness, metallic = more[0]

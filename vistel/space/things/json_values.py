@@ -12,9 +12,9 @@ from vistel.space.things.things import BEARS, Axis, Curve, Look, Matter, Part, P
 
 
 def from_thing(t: Thing) -> dict[str, Any]:
-    """All that makes a thing."""
+    """A thing as JSON values."""
     m = t.matter
-    own: dict[str, Any] = {}  # few have them, and those without are written as ever
+    own: dict[str, Any] = {}  # written only when set, so that other things keep their form
     if t.looks:
         own["looks"] = [[k.model, k.matrix.tolist(), k.offset.tolist(), k.colour] for k in t.looks]
     if t.inertia is not None:
@@ -39,7 +39,7 @@ def from_thing(t: Thing) -> dict[str, Any]:
 
 
 def to_thing(d: Any) -> Thing:
-    """The thing. Raises ValueError, TypeError or KeyError for what is none."""
+    """The thing. Raises ValueError, TypeError or KeyError for invalid values."""
     material, recovery, sticky, *bears = d["matter"]
     curve, inertia = d["curve"], d.get("inertia")
     return Thing(
@@ -78,7 +78,7 @@ def from_primitive(p: Primitive) -> list[Any]:
 
 
 def to_primitive(d: Any) -> Primitive:
-    """The primitive. Raises ValueError or TypeError for what is none."""
+    """The primitive. Raises ValueError or TypeError for invalid values."""
     kind, params, position, rotation, colour = d
     return Primitive(str(kind), tuple(float(x) for x in params), _numbers(position, 3), _numbers(rotation, 4), int(colour))
 

@@ -1,4 +1,4 @@
-"""Things: what stands in the room besides people. A thing is a rigid group of implicit primitives."""
+"""Things: everything in the room besides people. A thing is a rigid group of implicit primitives."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Primitive:
     =============== =========================================================================================
 
     position: (3,) metres and rotation: (4,) quaternion (x, y, z, w), primitive to thing; colour: 0xRRGGBBAA, 0 for that
-    of the thing, a colour with AA = 0 for what is felt and not drawn: a look is drawn instead. Raises ValueError for a kind
-    or numbers that make no primitive.
+    of the thing, a colour with AA = 0 for a primitive that is felt and not drawn: a look is drawn instead.
+    Raises ValueError for a kind or numbers that make no primitive.
     """
 
     kind: str
@@ -74,7 +74,7 @@ class Primitive:
 
     @property
     def seen(self) -> bool:
-        """It is drawn itself."""
+        """Whether the primitive itself is drawn."""
         return self.colour == 0 or self.colour & 0xFF != 0
 
 
@@ -109,18 +109,17 @@ class Axis:
 
 
 BEARS = 0.5
-"""What a place of a sticky thing bears if nothing is said [N]: about what a strip of sticky tape as wide as a finger does when
-it is peeled off."""
+"""Default force that one place of a sticky thing bears [N]: about that of peeling off sticky tape as wide as a finger."""
 MATERIALS = ("elastic", "plastic", "viscoelastic")
 
 
 @dataclass(frozen=True)
 class Matter:
-    """What a thing is made of.
+    """The material of a thing.
 
     material: "elastic" springs back at once, "plastic" keeps its dents, "viscoelastic" recovers slowly; recovery: time
-    constant of that, or in which a plastic thing's dents fade, 0 never [s]; sticky: how far what has touched it draws
-    it out before the bond tears [m], 0: nothing sticks; bears: the force at which it does, of each place that sticks [N].
+    constant of that, or in which a plastic thing's dents fade, 0 never [s]; sticky: length to which a bond is
+    drawn out before it tears [m], 0: nothing sticks; bears: force at which each bond tears [N].
     """
 
     material: str = "elastic"
@@ -140,7 +139,7 @@ class Matter:
 
     @property
     def remembers(self) -> bool:
-        """What has touched it leaves something behind."""
+        """Whether touches leave dents or bonds on it."""
         return self.material != "elastic" or self.sticky > 0.0
 
 
@@ -155,7 +154,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Curve:
-    """What a thing was bent from, and how."""
+    """The straight thing that a bent thing was made from, and its arc."""
 
     straight: Thing
     arc: Arc
@@ -163,14 +162,14 @@ class Curve:
 
 @dataclass(frozen=True, eq=False)
 class Thing:
-    """What a thing is and where it starts. Its frame's origin is its centre of mass.
+    """The description of a thing and its first pose. Its frame's origin is its centre of mass.
 
     id: unique in the room; name: for people; shape: "ball", "box", ... for lists and speech; mass: kg, 0 =
     fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (mathematics M3.5); colour: 0xRRGGBBAA;
-    position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: what hands close around; matter:
-    what it is made of; parts: what it was put together from; curve: what it was bent from; looks: polymeshes drawn for
+    position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: axes for grasps; matter:
+    its material; parts: the things it was joined from; curve: how it was bent; looks: polymeshes drawn for
     primitives that are not seen; inertia: (3, 3) per kilogram about its centre [m^2], None: that of its primitives;
-    hidden: nobody is shown it, though it is there and felt.
+    hidden: it is felt but not drawn.
     """
 
     id: str

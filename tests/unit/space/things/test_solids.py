@@ -1,4 +1,4 @@
-"""Things as arrays: bounds, probes, inertia, posing."""
+"""Things as arrays: bounds, contact points, inertia, posing."""
 
 import numpy as np
 import pytest
@@ -22,15 +22,15 @@ def seen(s: Solids, k: int, point: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("name", [t.id for t in meeting_room(3).things])
 def test_probes_reach_the_surface_and_lie_within_the_bounds(name: str) -> None:
     s = solids((meeting_room(3).thing(name),))
-    for probe, radius in zip(s.probe, s.probe_radius, strict=True):
-        distances = [seen(s, k, probe)[0] for k in range(len(s.owner))]
-        assert min(distances) + radius < 1e-6, "a probe stands off the surface"
-        assert np.linalg.norm(probe) + radius <= s.radius[0] + 1e-9
+    for contact_point, radius in zip(s.contact_point, s.contact_point_radius, strict=True):
+        distances = [seen(s, k, contact_point)[0] for k in range(len(s.owner))]
+        assert min(distances) + radius < 1e-6, "a contact point stands off the surface"
+        assert np.linalg.norm(contact_point) + radius <= s.radius[0] + 1e-9
 
 
 def test_flat_faces_have_probes_flush_with_them() -> None:
     s = solids((meeting_room(3).thing("box"),))
-    below = s.probe[s.probe[:, 1] < -0.0295]
+    below = s.contact_point[s.contact_point[:, 1] < -0.0295]
     assert len(below) >= 4
     assert np.ptp(below[:, 0]) > 0.05
     assert np.ptp(below[:, 2]) > 0.035
