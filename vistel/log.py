@@ -9,10 +9,10 @@ Times are seconds of conference time since the log's first message.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any, NamedTuple, Self
+from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 from vistel.figure.posture.posture import Posture
 from vistel.messages.postures import posture_of
@@ -21,6 +21,9 @@ from vistel.wire.log import LogError, LogReader
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world import recorded
+
+if TYPE_CHECKING:
+    from vistel.render.still import Picture
 
 __all__ = ["Log", "LogError", "Recorded", "open"]
 
@@ -114,6 +117,17 @@ class Log:
                 t = self._seconds(now.t_ns)
                 if t >= begin:
                     yield t, view_of(now)
+
+    def picture(self, at: float, site: str | None = None, size: Sequence[int] = (640, 480)) -> Picture:
+        """What a site saw at a time [s]: the first site of the conference file unless one is named.
+
+        Raises ValueError for a time outside the log or an unknown site, `NoOpenGlError` where nothing can be drawn.
+        """
+        from vistel.render.film.moment import moment  # whoever only reads numbers needs no OpenGL
+
+        if not 0.0 <= at <= self.duration:
+            raise ValueError(f"{self.path}: {at:g} s is outside the log, which lasts {self.duration:.1f} s")
+        return moment(self._reader, self._ns(at), site, (size[0], size[1]))
 
     def _ns(self, t: float) -> int:
         return self._reader.begin_ns + round(t * 1e9)

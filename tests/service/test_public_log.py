@@ -2,36 +2,19 @@
 
 from __future__ import annotations
 
-import asyncio
 from pathlib import Path
 
 import numpy as np
 import pytest
-from world_site import WorldSite
+from recorded_meeting import record
 
 import vistel.log
-from vistel.conference.files import DEMO_FILE
-from vistel.wire.log import LogWriter
-from vistel.wire.topics import BY_NAME
 
 
 @pytest.fixture(scope="module")
 def path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Three seconds of the demo's meeting, in a file."""
-
-    async def record() -> WorldSite:
-        site = WorldSite(tmp_path_factory.mktemp("world"))
-        async with site.open():
-            await site.play(3.0, from_s=2.2)
-        return site
-
-    site = asyncio.run(record())
-    file = tmp_path_factory.mktemp("log") / "conference.mcap"
-    with LogWriter(file, DEMO_FILE.read_text("utf-8").replace('"ben"', '"bruno"').replace('"carla"', '"chidi"')) as writer:
-        for topic, names, message, log_ns in site.log:
-            key = BY_NAME[topic].key.format(**{"conference": "demo", "site": "tokyo", **names})
-            writer.write(BY_NAME[topic], key, message, log_ns)
-    return file
+    return record(tmp_path_factory.mktemp("meeting"))
 
 
 def test_a_log_tells_who_is_in_it_and_how_long_it_is(path: Path) -> None:

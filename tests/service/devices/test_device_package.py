@@ -35,7 +35,7 @@ from vistel_sim.faults import Fault
 from vistel_sim.process import simulators
 
 T = "ann-tracker"
-PACKAGE = Path(__file__).parents[3] / "examples" / "device_package"
+PACKAGE = Path(__file__).parents[3] / "examples" / "12_write_a_device_driver"
 FILE = """
 name = "beacons"
 [[sites]]

@@ -23,12 +23,14 @@ from vistel.render.preparation import decor_of
 from vistel.render.scene_renderer import SceneRenderer
 from vistel.render.stage.stage import Instant, Stage
 from vistel.space.files.interior import Interior
-from vistel.v1.world_pb2 import WorldState
-from vistel.wire.log import LogRecord
-from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
+from vistel.wire.log import LogReader, LogRecord
+from vistel.wire.world.recorded import TOPICS as WORLD_TOPICS
+from vistel.wire.world.recorded import RecordedWorld
 
-TOPICS = ("participant", "motion", "world_state", "world_key", "world_detail", "voice")
+TOPICS = ("participant", "motion", *WORLD_TOPICS, "voice")
 """What of a log a film is made of."""
+PREROLL_NS = 2_500_000_000
+"""Before the asked time: key frames of motion and the world come at least so often."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +78,13 @@ def film(
         renderer.close()
 
 
+def records_of(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
+    """Records for a film: participants from the log's beginning on, all others from a little before the start of the film."""
+    first_ns = max(reader.begin_ns, begin_ns - PREROLL_NS)
+    yield from reader.records(topics=("participant",), end_ns=first_ns)
+    yield from reader.records(topics=TOPICS, begin_ns=first_ns, end_ns=end_ns + 1)
+
+
 def count_of(begin_ns: int, end_ns: int, rate: float) -> int:
     """How many pictures lie between two times."""
     return max(0, int((end_ns - begin_ns) * 1e-9 * rate + 1e-9))
@@ -99,7 +108,7 @@ class _LogPlayback:
     def __init__(self, stage: Stage, records: Iterator[LogRecord], voices: FilmSound | None) -> None:
         self._stage, self._records, self._voices = stage, records, voices
         self._next = next(records, None)
-        self._decoder, self._backlog = WorldDecoder(), SnapshotBuilder()
+        self._world = RecordedWorld()
 
     def until(self, t_ns: int) -> None:
         while self._next is not None and self._next.log_ns <= t_ns:
@@ -118,19 +127,7 @@ class _LogPlayback:
         elif record.topic.name == "voice":
             if self._voices is not None:
                 self._voices.receive(record.names["participant"], message)
-        elif record.topic.name == "world_key":
-            self._backlog.key(message)
-        elif record.topic.name == "world_detail":
-            self._decoder.receive_detail(message)
         else:
-            self._backlog.add(message)
-            for now in self._steps(message):
+            for now in self._world.take(record):
                 # The steps of one message as if each had come as soon as it was about.
                 self._stage.receive_world(now, record.log_ns - (message.header.t_ns - now.t_ns))
-
-    def _steps(self, message: WorldState) -> list[RoomState]:
-        steps = self._decoder.read(message)
-        if self._decoder.lost:
-            now = self._decoder.begin(self._backlog.snapshot())
-            return [now] if now is not None else []
-        return steps

@@ -15,19 +15,19 @@ class RecordedWorld:
 
     def __init__(self) -> None:
         self._decoder = WorldDecoder()
-        self._backlog = SnapshotBuilder()
+        self._snapshot = SnapshotBuilder()
 
     def take(self, record: LogRecord) -> list[RoomState]:
         """The steps that a record completes, in order."""
         if record.topic.name == "world_key":
-            self._backlog.key(record.message)
+            self._snapshot.key(record.message)
             return []
         if record.topic.name == "world_detail":
             self._decoder.receive_detail(record.message)
             return []
-        self._backlog.add(record.message)
+        self._snapshot.add(record.message)
         steps = self._decoder.read(record.message)
         if not self._decoder.lost:
             return steps
-        now = self._decoder.begin(self._backlog.snapshot())
+        now = self._decoder.begin(self._snapshot.snapshot())
         return [now] if now is not None else []

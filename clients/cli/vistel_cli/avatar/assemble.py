@@ -34,15 +34,15 @@ def assemble(
     began = time.perf_counter()
     try:
         with busy(f"reading {file.name}", not as_json) as status:
-            tell = (lambda text: status.update(escape(text))) if status else (lambda _: None)
-            whole = making.assemble(file, step=tell)
+            step = (lambda text: status.update(escape(text))) if status else (lambda _: None)
+            whole = making.assemble(file, step=step)
             blended = time.perf_counter()
             made = make_avatar(
                 whole.source,
                 name=name or whole.name,
                 height=whole.height,
                 primitives=primitives,
-                step=lambda text: tell(f"fitting: {text}"),
+                step=lambda text: step(f"fitting: {text}"),
             )
     except MakingError as fault:
         fail(str(fault) if str(fault).startswith(str(file)) else f"{file}: {fault}", USAGE)
@@ -59,7 +59,7 @@ def assemble(
         }
         for j in whole.joints
     ]
-    told = {
+    facts = {
         "output": str(output),
         **facts(made.avatar),
         "joints_blended": len(joints),
@@ -69,11 +69,11 @@ def assemble(
         "seconds": round(time.perf_counter() - began, 2),
     }
     if as_json:
-        told |= {"joints": joints, "notes": list(made.notes)}
+        facts |= {"joints": joints, "notes": list(made.notes)}
     else:
         for j in joints:
             gap = f"{1e3 * abs(j['gap_m']):.0f} mm {'gap' if j['gap_m'] >= 0 else 'overlap'}"
             out.print(f"  {' and '.join(j['between'])}: {gap}, blended over {2e3 * j['zone_m']:.0f} mm", soft_wrap=True)
         for note in made.notes:
             out.print(f"  {escape(note)}", soft_wrap=True)
-    report(as_json, told)
+    report(as_json, facts)

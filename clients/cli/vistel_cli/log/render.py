@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,14 +10,11 @@ from typing import TYPE_CHECKING
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
 from vistel.conference.model import Conference
-from vistel.wire.log import LogReader, LogRecord
+from vistel.wire.log import LogReader
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 if TYPE_CHECKING:
     from vistel.render.film.film import FilmPicture
-
-PREROLL_NS = 2_500_000_000
-"""Before the asked time: key frames of motion and the world come at least so often."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +74,7 @@ def _render_site(
     reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: FilmSettings, folder: Path
 ) -> None:
     from vistel.render.config import render_config
-    from vistel.render.film.film import count_of, film
+    from vistel.render.film.film import count_of, film, records_of
     from vistel.render.film.sound import FilmSound
     from vistel.render.film.video import FILM, VideoWriter
 
@@ -114,15 +110,6 @@ def _render_site(
             finally:
                 writer.close()
     out.print(f"  {target}  {count} pictures at {look.rate:g}/s, {config.view.width}x{config.view.height}", soft_wrap=True)
-
-
-def records_of(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
-    """Records for a film: participants from the log's beginning on, all others from a little before the start of the film."""
-    from vistel.render.film.film import TOPICS
-
-    first_ns = max(reader.begin_ns, begin_ns - PREROLL_NS)
-    yield from reader.records(topics=("participant",), end_ns=first_ns)
-    yield from reader.records(topics=TOPICS, begin_ns=first_ns, end_ns=end_ns + 1)
 
 
 def _write_png(path: Path, picture: FilmPicture) -> None:

@@ -12,11 +12,10 @@ from vistel.conference.avatar_files import kept_parcel
 from vistel.conference.model import Conference
 from vistel.render import Instant
 from vistel.render.figures.people import files_of, load_avatar_of
-from vistel.render.film.film import count_of, instants
+from vistel.render.film.film import count_of, instants, records_of
 from vistel.render.film.usd import write_usd
 from vistel.wire.log import LogReader
 from vistel_cli.log.avatars import with_recorded_avatars
-from vistel_cli.log.render import records_of
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 
 ENDINGS = (".usda", ".usdc", ".usd")

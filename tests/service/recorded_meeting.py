@@ -1,0 +1,36 @@
+"""A recorded meeting on file: what the world of the demo does in some seconds, without devices and without a network."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+from world_site import WorldSite
+
+from vistel.conference.files import DEMO_FILE
+from vistel.wire.log import LogWriter
+from vistel.wire.topics import BY_NAME
+
+PEOPLE = {"ben": "bruno", "carla": "chidi"}
+"""Whom `WorldSite` has in place of whom in the demo's file."""
+
+
+def record(folder: Path, seconds: float = 3.0) -> Path:
+    """Write `seconds` of the meeting into a log in `folder`."""
+
+    async def played() -> WorldSite:
+        site = WorldSite(folder)
+        async with site.open():
+            await site.play(seconds, from_s=2.2)
+        return site
+
+    site = asyncio.run(played())
+    text = DEMO_FILE.read_text("utf-8")
+    for name, here in PEOPLE.items():
+        text = text.replace(f'"{name}"', f'"{here}"')
+    file = folder / "conference.mcap"
+    with LogWriter(file, text) as writer:
+        for topic, names, message, log_ns in site.log:
+            key = BY_NAME[topic].key.format(**{"conference": "demo", "site": "tokyo", **names})
+            writer.write(BY_NAME[topic], key, message, log_ns)
+    return file
