@@ -15,9 +15,9 @@ from benchmarks.voices.speech_sounds import Place
 from vistel.arrays import F32
 from vistel.speech.features import Resampler
 from vistel.speech.grammar import Grammar, Said
-from vistel.speech.heard import SAMPLE_RATE, Hypotheses, Recogniser
 from vistel.speech.meaning import asked_for
 from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser
+from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Recogniser
 from vistel.speech.synthesis import synthesise, voices
 
 VOICES = ("rms", "slt", "awb", "kal16")

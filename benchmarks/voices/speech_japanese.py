@@ -21,9 +21,9 @@ from vistel.speech.automaton import compile_automaton
 from vistel.speech.enrolment import adapt
 from vistel.speech.grammar import Grammar
 from vistel.speech.grammar_file import load_grammar
-from vistel.speech.heard import Hypotheses
 from vistel.speech.japanese import ACCEPT, JapaneseRecogniser
 from vistel.speech.phones import PHONES, kana_phones
+from vistel.speech.recognition import Hypotheses
 
 COUNT, TALK_S, ENROLMENT_S = 100, 600.0, 150.0
 TARGETS = {"clean": 0.95, "20 dB": 0.94, "10 dB": 0.88, "reverberant": 0.92}

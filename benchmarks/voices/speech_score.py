@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32
-from vistel.speech.heard import SAMPLE_RATE, Hypotheses, Recogniser
+from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Recogniser
 
 _CHUNK = SAMPLE_RATE // 50
 

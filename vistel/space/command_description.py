@@ -2,7 +2,7 @@
 
 A dataclass under `@command` is the whole description. What follows from it: the message (`vistel.messages.commands`, by the names
 of class and fields), the console and its list of commands (`phrase`), what spoken words mean (`vistel.speech.meaning`) and the
-verbs of the grammar (`vistel.speech.grammar_file`). What the command does is a function under `asked.performs`.
+verbs of the grammar (`vistel.speech.grammar_file`). What the command does is a function under `context.performs`.
 """
 
 from __future__ import annotations

@@ -28,6 +28,7 @@ class Ledger:
         return None
 
     def with_answer(self, outcome: Outcome) -> Ledger:
+        """After an answer was given."""
         return replace(self, answers=(*self.answers, outcome)[-REMEMBERED:])
 
     def next_step(self) -> Ledger:

@@ -62,6 +62,7 @@ class Automaton:
 
     @property
     def arcs(self) -> int:
+        """How many arcs it has."""
         return len(self.arc_from)
 
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.arrays import F32
-from vistel.speech.heard import SAMPLE_RATE
+from vistel.speech.recognition import SAMPLE_RATE
 
 FRAME, STEP = 512, 256
 _BINS = FRAME // 2 + 1

@@ -28,7 +28,7 @@ DOUBT = 0.5
 
 
 @dataclass(frozen=True)
-class Known:
+class KnownThing:
     """A thing in the room, as far as words can mean it."""
 
     id: str
@@ -45,7 +45,7 @@ class Reading:
     confidence: float
 
 
-class Outcome(Enum):
+class ResponseKind(Enum):
     """What comes of an utterance."""
 
     IGNORED = "ignored"
@@ -56,10 +56,10 @@ class Outcome(Enum):
 
 
 @dataclass(frozen=True)
-class Turn:
+class Response:
     """What comes of an utterance. said: as understood; action: for the world; reply: to who spoke."""
 
-    outcome: Outcome
+    outcome: ResponseKind
     said: Said | None = None
     confidence: float = 0.0
     action: Action | None = None
@@ -85,12 +85,12 @@ def reply(what: str, language: Language, *about: str) -> str:
     return _REPLIES[what][language].format(*about)
 
 
-def refers(action: Action) -> list[Which]:
+def referents(action: Action) -> list[Which]:
     """The things an action speaks of."""
     return [w for w in (getattr(action, "which", None), getattr(action, "to", None)) if isinstance(w, Which)]
 
 
-def there(which: Which, things: Sequence[Known]) -> bool:
+def exists(which: Which, things: Sequence[KnownThing]) -> bool:
     """Whether there is anything that may be meant."""
     words = which.name.lower().split()
     return any(
@@ -102,7 +102,7 @@ def there(which: Which, things: Sequence[Known]) -> bool:
     )
 
 
-def grave(action: Action) -> bool:
+def needs_confirmation(action: Action) -> bool:
     """What is asked back before it is done: it takes away what others may need."""
     return isinstance(action, ask.Reset) or (isinstance(action, ask.Delete) and action.which.every)
 
@@ -120,34 +120,34 @@ class Dialogue:
     _pending: tuple[Action, Said, int] | None = field(default=None)
     _awake_ns: int = -2 * AWAKE_NS
 
-    def heard(self, readings: Sequence[Reading], things: Sequence[Known], now_ns: int) -> Turn:
+    def respond(self, readings: Sequence[Reading], things: Sequence[KnownThing], now_ns: int) -> Response:
         """An utterance, its readings the likeliest first; things: in the room, empty when that is not known."""
         found = self._best(readings, things)
         if found is None:
             return self._unheard(now_ns)
         said, wanted, confidence = found
         if self.wake and not said.means.get("wake") and now_ns - self._awake_ns > AWAKE_NS:
-            return Turn(Outcome.IGNORED, said, confidence)
+            return Response(ResponseKind.IGNORED, said, confidence)
         if confidence < DOUBT * self.accept:
-            return Turn(Outcome.REJECTED, said, confidence, reply=self._say("again?"))
+            return Response(ResponseKind.REJECTED, said, confidence, reply=self._say("again?"))
         if self.wake and confidence >= self.accept:
             self._awake_ns = now_ns
         if isinstance(wanted, Remark):
             if confidence < self.accept:
-                return Turn(Outcome.REJECTED, said, confidence, reply=self._say("again?"))
+                return Response(ResponseKind.REJECTED, said, confidence, reply=self._say("again?"))
             return self._remark(wanted, said, confidence, now_ns)
         needed = self._needed(said)
-        if confidence < needed or grave(wanted):
+        if confidence < needed or needs_confirmation(wanted):
             self._pending = wanted, said, now_ns
             question = "really" if confidence >= needed else "meant"
-            return Turn(Outcome.QUESTION, said, confidence, reply=self._say(question, said.text))
+            return Response(ResponseKind.QUESTION, said, confidence, reply=self._say(question, said.text))
         return self._act(wanted, said, confidence)
 
     def _needed(self, said: Said) -> float:
         """The confidence from which a sentence is done at once."""
         return self.accept + (BRIEF * (1.0 - self.accept) if self.wary and len(said.words) == 1 else 0.0)
 
-    def _best(self, readings: Sequence[Reading], things: Sequence[Known]) -> tuple[Said, Action | Remark, float] | None:
+    def _best(self, readings: Sequence[Reading], things: Sequence[KnownThing]) -> tuple[Said, Action | Remark, float] | None:
         """The likeliest of those that ask for something; of things that are there rather than others."""
         able: list[tuple[float, int, Said, Action | Remark, float]] = []
         for n, r in enumerate(readings):
@@ -157,8 +157,8 @@ class Dialogue:
                 wanted = asked_for(r.said.means)
             except MeaningError:
                 continue
-            spoken_of = [] if isinstance(wanted, Remark) else refers(wanted)
-            weight = ABSENT if things and not all(there(w, things) for w in spoken_of) else 1.0
+            spoken_of = [] if isinstance(wanted, Remark) else referents(wanted)
+            weight = ABSENT if things and not all(exists(w, things) for w in spoken_of) else 1.0
             able.append((weight * r.confidence, -n, r.said, wanted, r.confidence))
         if not able:
             return None
@@ -167,14 +167,14 @@ class Dialogue:
             confidence = max(confidence, ABSENT * readings[0].confidence)
         return said, wanted, confidence
 
-    def _unheard(self, now_ns: int) -> Turn:
+    def _unheard(self, now_ns: int) -> Response:
         if self.wake and now_ns - self._awake_ns > AWAKE_NS:
-            return Turn(Outcome.IGNORED)
-        return Turn(Outcome.REJECTED, reply=self._say("again?"))
+            return Response(ResponseKind.IGNORED)
+        return Response(ResponseKind.REJECTED, reply=self._say("again?"))
 
-    def _remark(self, remark: Remark, said: Said, confidence: float, now_ns: int) -> Turn:
-        def noted(what: str) -> Turn:
-            return Turn(Outcome.NOTED, said, confidence, reply=self._say(what))
+    def _remark(self, remark: Remark, said: Said, confidence: float, now_ns: int) -> Response:
+        def noted(what: str) -> Response:
+            return Response(ResponseKind.NOTED, said, confidence, reply=self._say(what))
 
         if remark is Remark.WAKE:
             return noted("listening")
@@ -187,11 +187,11 @@ class Dialogue:
             return noted("dropped")
         return self._act(pending[0], pending[1], confidence)
 
-    def _act(self, action: Action, said: Said, confidence: float) -> Turn:
+    def _act(self, action: Action, said: Said, confidence: float) -> Response:
         self._pending = None
         if not isinstance(action, ask.Undo | ask.Redo | ask.Stop | ask.Reset):
             self._last = action
-        return Turn(Outcome.ACT, said, confidence, action)
+        return Response(ResponseKind.ACT, said, confidence, action)
 
     def _say(self, what: str, *about: str) -> str:
         return reply(what, self.language, *about)

@@ -1,4 +1,4 @@
-"""The English recogniser: pocketsphinx with its own en-us model, over a graph of words. A `Recogniser` of `heard.py`.
+"""The English recogniser: pocketsphinx with its own en-us model, over a graph of words. A `Recogniser` of `recognition.py`.
 
 Beside the grammar a loop of phones hears the same sound; how much worse than that the sentence fits is its confidence.
 """
@@ -18,7 +18,7 @@ from vistel.arrays import I16
 from vistel.speech.engines.segmenter import Segmenter, Stage
 from vistel.speech.engines.sphinx import pronunciations, sphinx
 from vistel.speech.grammar import Grammar
-from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
+from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Hypothesis, Samples
 from vistel.speech.word_graph import word_graph
 
 _SEARCH: Mapping[str, float] = {"bestpath": False, "compallsen": True, "maxhmmpf": 5000, "wip": 0.2, "silprob": 0.05}
@@ -102,13 +102,13 @@ class EnglishRecogniser:
         # Some of the alternatives are None: paths that ended nowhere.
         others = [n.hypstr for _, n in zip(range(_ALTERNATIVES), self._commands.nbest(), strict=False) if n is not None]
         texts = list(dict.fromkeys([best.hypstr, *others]))
-        out: dict[tuple[str, ...], Heard] = {}
+        out: dict[tuple[str, ...], Hypothesis] = {}
         for place, text in enumerate(texts):
             said = self._grammar.read(text)
             if said is not None and said.language == "en":
                 names = tuple(w.name for w in said.words)
-                out.setdefault(names, Heard(names, belief * 0.8**place, *bounds))
-        return tuple(out.values())[: self._most] or (Heard((), 0.0, *bounds),)
+                out.setdefault(names, Hypothesis(names, belief * 0.8**place, *bounds))
+        return tuple(out.values())[: self._most] or (Hypothesis((), 0.0, *bounds),)
 
 
 Span = tuple[int, int, float]

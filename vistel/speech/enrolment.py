@@ -16,8 +16,8 @@ from vistel.arrays import F32
 from vistel.speech.acoustic import Acoustic, Adaptation, Model
 from vistel.speech.alignment import align, chain_of
 from vistel.speech.features import BANDS, LogMel, Normaliser, as_float
-from vistel.speech.heard import Samples
 from vistel.speech.phones import PAUSE, kana_phones
+from vistel.speech.recognition import Samples
 
 VERSION = 1
 _ROUNDS = 3

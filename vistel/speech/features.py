@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F32
 from vistel.audio.resample import at_positions, reach
 from vistel.jit.kernel_jit import compiled
-from vistel.speech.heard import SAMPLE_RATE, Samples
+from vistel.speech.recognition import SAMPLE_RATE, Samples
 
 BANDS = 40
 HOP = 160

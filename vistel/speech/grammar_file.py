@@ -27,7 +27,7 @@ _MOST = 400
 """Ways a sentence may expand to."""
 
 Tags = tuple[tuple[str, Tag], ...]
-Known = Callable[[Language, str], str | None]
+WordCheck = Callable[[Language, str], str | None]
 """What is wrong with a word as spoken; None: it can be recognised."""
 
 
@@ -71,11 +71,11 @@ class _Parts:
     sentences: list[tuple[Language, str, Tags, _Source]] = field(default_factory=list[tuple[Language, str, Tags, _Source]])
 
 
-def load_grammar(*extra: Path, known: Known | None = None, base: Path | None = ROOM) -> tuple[Grammar, list[Fault]]:
+def load_grammar(*extra: Path, known: WordCheck | None = None, base: Path | None = ROOM) -> tuple[Grammar, list[Fault]]:
     """The room's grammar with what the files `extra` add, and what is wrong in them.
 
     A class that stands in several files has the phrases of all; a phrase of the same name replaces the earlier one. A file
-    that cannot be read at all is a fault too. known: see `Known`.
+    that cannot be read at all is a fault too. known: see `WordCheck`.
     """
     parts, faults = _Parts(), list[Fault]()
     sources: list[_Source] = []
@@ -108,7 +108,7 @@ def load_grammar(*extra: Path, known: Known | None = None, base: Path | None = R
     return Grammar({name: tuple(dict.fromkeys(some)) for name, some in sentences.items()}, wake), faults
 
 
-def _take_verbs(parts: _Parts, known: Known | None) -> _Source:
+def _take_verbs(parts: _Parts, known: WordCheck | None) -> _Source:
     """The phrases of the world's commands."""
     source = _Source(Path(actions.__file__), [])
     for spoken in (spoken for command in COMMANDS.values() for spoken in command.spoken):
@@ -119,7 +119,7 @@ def _take_verbs(parts: _Parts, known: Known | None) -> _Source:
     return source
 
 
-def _take(data: dict[str, Any], source: _Source, parts: _Parts, known: Known | None) -> None:
+def _take(data: dict[str, Any], source: _Source, parts: _Parts, known: WordCheck | None) -> None:
     for key in data.keys() - {"classes", "groups", "sentences"}:
         source.fault(f"{key}: unknown; expected classes, groups or sentences; left out", key)
     for name, phrases in _tables(data.get("classes", {}), "classes", source):
@@ -166,7 +166,7 @@ def _tags(value: Any, what: str, source: _Source, *needles: str) -> Tags:
     return tuple((k, v) for k, v in tags.items() if isinstance(v, str | float | int))
 
 
-def _phrase(name: str, key: str, phrase: dict[str, Any], source: _Source, known: Known | None) -> dict[Language, list[Word]]:
+def _phrase(name: str, key: str, phrase: dict[str, Any], source: _Source, known: WordCheck | None) -> dict[Language, list[Word]]:
     where = f"[classes.{name}]", f"{key} "
     for stray in phrase.keys() - {"kana", "romaji", "kanji", "en", "means"}:
         source.fault(f"{name}.{key}: {stray}: unknown; expected kana, romaji, kanji, en or means", *where, stray)

@@ -1,4 +1,4 @@
-"""The Japanese recogniser: features, net, endpoints and decoder in a row. A `Recogniser` of `heard.py`."""
+"""The Japanese recogniser: features, net, endpoints and decoder in a row. A `Recogniser` of `recognition.py`."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from vistel.speech.confidence import FEATURES, confidence, evidence
 from vistel.speech.decoder import Decoder, Sentence, network
 from vistel.speech.endpoint import Endpointer
 from vistel.speech.features import BANDS, FRAME_S, HOP, LogMel, Normaliser, as_float
-from vistel.speech.heard import Heard, Hypotheses, Samples
+from vistel.speech.recognition import Hypotheses, Hypothesis, Samples
 
 ACCEPT = 0.5
 """The confidence from which a sentence is to be believed, unless somebody decides otherwise."""
@@ -136,9 +136,9 @@ class JapaneseRecogniser:
         inside = list(self._levels)[max(0, begin + _EDGE - first) : max(0, end - _EDGE - first)]
         return len(inside) > 2 * _EDGE and float(np.std(inside)) < _STEADY
 
-    def _heard(self, sentence: Sentence, belief: float) -> Heard:
+    def _heard(self, sentence: Sentence, belief: float) -> Hypothesis:
         begin = sentence.bounds[0][0] if sentence.bounds else 0
         end = sentence.bounds[-1][1] if sentence.bounds else 0
         if self._steady(self._start + begin, self._start + end):
             belief = 0.0
-        return Heard(sentence.words, belief, (self._start + begin) * FRAME_S, (self._start + end) * FRAME_S)
+        return Hypothesis(sentence.words, belief, (self._start + begin) * FRAME_S, (self._start + end) * FRAME_S)

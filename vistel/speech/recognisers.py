@@ -9,8 +9,8 @@ from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.engine import EngineError
 from vistel.speech.grammar import Grammar, Language
 from vistel.speech.grammar_file import Fault, load_grammar
-from vistel.speech.heard import Recogniser
 from vistel.speech.phones import kana_phones
+from vistel.speech.recognition import Recogniser
 
 Maker = Callable[[Grammar, Path | None], Recogniser]
 

@@ -17,7 +17,7 @@ class Echoes:
     def __init__(self) -> None:
         self._said: deque[tuple[str, str, int]] = deque(maxlen=_KEPT)
 
-    def hear(self, utterance: Utterance) -> None:
+    def add(self, utterance: Utterance) -> None:
         """Somebody was understood."""
         if utterance.text and utterance.state != Utterance.STATE_REJECTED:
             self._said.append((utterance.participant, utterance.text, utterance.start_ns))

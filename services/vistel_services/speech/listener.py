@@ -10,18 +10,18 @@ from typing import Any
 from prometheus_client import Counter, Histogram
 
 from vistel.messages.commands import message_of
-from vistel.speech.dialogue import Dialogue, Known, Outcome, Reading, Turn, reply
+from vistel.speech.dialogue import Dialogue, KnownThing, Reading, Response, ResponseKind, reply
 from vistel.speech.grammar import Grammar
-from vistel.speech.heard import Hypotheses, Recogniser
+from vistel.speech.recognition import Hypotheses, Recogniser
 from vistel.v1.audio_pb2 import VoiceControl
 from vistel.v1.command_pb2 import CommandResult
 from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME
 from vistel_services.speech.config import Config, Speaker
-from vistel_services.speech.ear import Ear
 from vistel_services.speech.echoes import Echoes
-from vistel_services.speech.mouth import Mouth
+from vistel_services.speech.replies import SpokenReplies
+from vistel_services.speech.voice_reader import VoiceReader
 
 log = logging.getLogger("vistel.speech")
 
@@ -40,10 +40,10 @@ TALKING = 0.3
 LOST = 0.15
 """A sentence of which more never came is not believed: pieces of long ones sound like short ones."""
 _STATES = {
-    Outcome.REJECTED: Utterance.STATE_REJECTED,
-    Outcome.ACT: Utterance.STATE_SENT,
-    Outcome.QUESTION: Utterance.STATE_QUESTION,
-    Outcome.NOTED: Utterance.STATE_NOTED,
+    ResponseKind.REJECTED: Utterance.STATE_REJECTED,
+    ResponseKind.ACT: Utterance.STATE_SENT,
+    ResponseKind.QUESTION: Utterance.STATE_QUESTION,
+    ResponseKind.NOTED: Utterance.STATE_NOTED,
 }
 
 
@@ -55,15 +55,15 @@ class Listener:
         config: Config,
         speaker: Speaker,
         grammar: Grammar,
-        hears: Recogniser,
+        found: Recogniser,
         bus: Bus,
         echoes: Echoes,
         replied_at: Callable[[int], bool],
     ) -> None:
         """replied_at: whether the room's own voice could be heard at the site at a time [ns]."""
-        self.ear = Ear()
-        self.mouth = Mouth(speaker.language, bus, speaker.participant, aloud=config.reply == "spoken")
-        self._speaker, self._grammar, self._hears = speaker, grammar, hears
+        self.reader = VoiceReader()
+        self.replies = SpokenReplies(speaker.language, bus, speaker.participant, aloud=config.reply == "spoken")
+        self._speaker, self._grammar, self._recogniser = speaker, grammar, found
         self._echoes, self._replied_at = echoes, replied_at
         self._dialogue = Dialogue(speaker.language, config.accept, config.listen == "wake", config.listen == "open")
         self._push = config.listen == "push"
@@ -74,34 +74,34 @@ class Listener:
         self._commands = bus.publish(BY_NAME["command"], participant=speaker.participant)
         self._waiting: dict[str, tuple[Utterance, int]] = {}
 
-    def obey(self, control: VoiceControl, things: Sequence[Known], now_ns: int) -> None:
+    def set_control(self, control: VoiceControl, things: Sequence[KnownThing], now_ns: int) -> None:
         """The buttons. When the one for push to talk is let go, what was said ends there; what is cut off by muting is not
         meant for the room."""
         was, self._held = self._held, control.talk
         if self._push and was and not control.talk:
-            for heard in self._hears.flush():
+            for heard in self._recogniser.flush():
                 self._understand(heard, things, now_ns)
             self._begin_anew()
         if control.muted and not self._muted:
             self._begin_anew()
         self._muted = control.muted
 
-    def round(self, things: Sequence[Known], now_ns: int) -> None:
+    def round(self, things: Sequence[KnownThing], now_ns: int) -> None:
         """Listen to what has come."""
-        self.mouth.round(now_ns)
-        for piece in self.ear.listen(now_ns):
+        self.replies.round(now_ns)
+        for piece in self.reader.read(now_ns):
             if piece.fresh:
                 self._begin_anew()
             if self._muted or (self._push and not self._held):
                 continue
             if self._begin_ns is None:
                 self._begin_ns = piece.t_ns
-            for heard in self._hears.feed(piece.sound):
+            for heard in self._recogniser.feed(piece.sound):
                 self._understand(heard, things, now_ns)
         for id, (utterance, until_ns) in list(self._waiting.items()):
             if now_ns > until_ns:
                 del self._waiting[id]
-                self._tell(utterance, Utterance.STATE_REFUSED, reply("silent", self._speaker.language), now_ns)
+                self._publish(utterance, Utterance.STATE_REFUSED, reply("silent", self._speaker.language), now_ns)
 
     def answered(self, result: CommandResult, now_ns: int) -> None:
         """The world has answered a command; perhaps one of these."""
@@ -113,24 +113,24 @@ class Listener:
         language = self._speaker.language
         text = reply("done", language) if done else reply("refused", language, result.reason)
         log.info("event=answered participant=%s done=%s reason=%r", self._speaker.participant, done, result.reason)
-        self._tell(utterance, Utterance.STATE_DONE if done else Utterance.STATE_REFUSED, text, now_ns)
+        self._publish(utterance, Utterance.STATE_DONE if done else Utterance.STATE_REFUSED, text, now_ns)
 
     def _begin_anew(self) -> None:
-        self._hears.reset()
+        self._recogniser.reset()
         self._begin_ns = None
 
     def _unbelieved(self, readings: Sequence[Reading], begin_ns: int, end_ns: int) -> str:
         """Why what was heard between two moments was not said to the room; "" where nothing speaks against it."""
         if self._replied_at(begin_ns):
             return "the room heard itself"
-        came = self.ear.came(begin_ns, end_ns)
-        if came.talking < TALKING:
-            return f"nobody was louder than the noise (for {came.talking:.0%} of it)"
+        reception = self.reader.reception(begin_ns, end_ns)
+        if reception.talking < TALKING:
+            return f"nobody was louder than the noise (for {reception.talking:.0%} of it)"
         best = next((r.said for r in readings if r.said is not None), None)
         who = self._echoes.of(self._speaker.participant, best.text, begin_ns) if best else ""
         return f"{who} said so" if who else ""
 
-    def _understand(self, heard: Hypotheses, things: Sequence[Known], now_ns: int) -> None:
+    def _understand(self, heard: Hypotheses, things: Sequence[KnownThing], now_ns: int) -> None:
         began_ns = self._begin_ns or 0
         begin_ns, end_ns = (began_ns + round(s * 1e9) for s in (heard[0].start_s, heard[0].end_s))
         language = self._speaker.language
@@ -139,11 +139,11 @@ class Listener:
             _HEARD.labels(self._speaker.participant, "unbelieved").inc()
             log.info("event=not_said_to_the_room participant=%s reason=%r", self._speaker.participant, why)
             return
-        lost = self.ear.came(begin_ns, end_ns).lost
+        lost = self.reader.reception(begin_ns, end_ns).lost
         if lost > LOST:
             log.info("event=heard_in_pieces participant=%s lost=%.2f", self._speaker.participant, lost)
             readings = [Reading(None, 0.0)]
-        turn = self._dialogue.heard(readings, things, now_ns)
+        turn = self._dialogue.respond(readings, things, now_ns)
         _HEARD.labels(self._speaker.participant, turn.outcome.value).inc()
         log.info(
             "event=heard participant=%s outcome=%s confidence=%.2f text=%r",
@@ -152,7 +152,7 @@ class Listener:
             heard[0].confidence,
             turn.said.text if turn.said else "",
         )
-        if turn.outcome is Outcome.IGNORED:
+        if turn.outcome is ResponseKind.IGNORED:
             return
         utterance = Utterance(
             id=secrets.token_hex(8),
@@ -169,9 +169,9 @@ class Listener:
                 utterance.readings.add(text=r.said.text, confidence=r.confidence)
         if turn.action is not None:
             self._ask(turn, utterance, end_ns, now_ns)
-        self._tell(utterance, _STATES[turn.outcome], turn.reply, now_ns)
+        self._publish(utterance, _STATES[turn.outcome], turn.reply, now_ns)
 
-    def _ask(self, turn: Turn, utterance: Utterance, end_ns: int, now_ns: int) -> None:
+    def _ask(self, turn: Response, utterance: Utterance, end_ns: int, now_ns: int) -> None:
         command: Any = message_of(turn.action, utterance.id, self._speaker.participant)  # type: ignore[arg-type]
         command.header.t_ns = now_ns
         utterance.command = command.id
@@ -179,13 +179,13 @@ class Listener:
         self._waiting[command.id] = (utterance, now_ns + PATIENCE_NS)
         _LATENCY.labels(self._speaker.participant).observe(max(0.0, (now_ns - end_ns) * 1e-9))
 
-    def _tell(self, utterance: Utterance, state: Utterance.State, text: str, now_ns: int) -> None:
+    def _publish(self, utterance: Utterance, state: Utterance.State, text: str, now_ns: int) -> None:
         """Publish what has become of it."""
         utterance.state, utterance.reply = state, text if self._answers else ""
         utterance.header.t_ns = now_ns
         message = Utterance()
         message.CopyFrom(utterance)
         self._utterances.put(message)
-        self._echoes.hear(message)
+        self._echoes.add(message)
         if text and state != Utterance.STATE_SENT:
-            self.mouth.say(text, now_ns)
+            self.replies.say(text, now_ns)

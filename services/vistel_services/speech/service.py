@@ -7,10 +7,10 @@ import logging
 from collections.abc import Mapping
 
 from vistel.space.commands.reference import name_of_colour
-from vistel.speech.dialogue import Known
+from vistel.speech.dialogue import KnownThing
 from vistel.speech.grammar import Grammar
-from vistel.speech.heard import Recogniser
 from vistel.speech.recognisers import RecogniserError, checked_grammar, recogniser
+from vistel.speech.recognition import Recogniser
 from vistel.speech.synthesis import voices
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
@@ -72,21 +72,21 @@ class _Site:
         self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
         self._keys = bus.subscribe(BY_NAME["world_key"], polled=True)
         self._results = [bus.subscribe(BY_NAME["command_result"], polled=True, participant=name) for name in names]
-        self._things: tuple[Known, ...] = ()
+        self._things: tuple[KnownThing, ...] = ()
 
     def round(self, now_ns: int) -> None:
         """What is done every 20 ms."""
         for sample in self._keys.take():
             if sample.message.things:
-                self._things = tuple(Known(t.id, t.name, t.shape, name_of_colour(t.colour)) for t in sample.message.things)
+                self._things = tuple(KnownThing(t.id, t.name, t.shape, name_of_colour(t.colour)) for t in sample.message.things)
         for sample in self._voices.take():
             if (listener := self._listeners.get(sample.names["participant"])) is not None:
-                listener.ear.hear(sample.message, sample.received_ns)
+                listener.reader.push(sample.message, sample.received_ns)
         for sample in self._controls.take():
             if (listener := self._listeners.get(sample.names["participant"])) is not None:
-                listener.obey(sample.message, self._things, now_ns)
+                listener.set_control(sample.message, self._things, now_ns)
         for sample in self._said.take():
-            self._echoes.hear(sample.message)
+            self._echoes.add(sample.message)
         for inbox in self._results:
             for sample in inbox.take():
                 self._listeners[sample.names["participant"]].answered(sample.message, now_ns)
@@ -95,11 +95,11 @@ class _Site:
 
     def _replied_at(self, t_ns: int) -> bool:
         """Whether the room's own voice, whoever it answers, could be heard at this site then."""
-        return any(listener.mouth.spoke_at(t_ns) for listener in self._listeners.values())
+        return any(listener.replies.spoke_at(t_ns) for listener in self._listeners.values())
 
     def close(self) -> None:
         """Stop listening."""
         for subscription in (self._voices, self._controls, self._said, self._keys, *self._results):
             subscription.close()
         for listener in self._listeners.values():
-            listener.mouth.close()
+            listener.replies.close()

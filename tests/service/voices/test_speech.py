@@ -19,7 +19,7 @@ from vistel.v1.audio_pb2 import VoiceControl
 from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.topics import BY_NAME
 from vistel_services import audio, speech
-from vistel_services.speech import mouth
+from vistel_services.speech import replies
 from vistel_sim.sayings import Sayings
 from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
 
@@ -166,7 +166,7 @@ def test_a_sentence_after_the_wake_word_is_done_and_answered_aloud_where_espeak_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, installed: bool
 ) -> None:
     if not installed:
-        monkeypatch.setattr(mouth, "voices", lambda: ())
+        monkeypatch.setattr(replies, "voices", lambda: ())
     said = ["いたをかくして", "こんぴゅーたいたをかくして"]
     aloud: list[Any] = []
     listening: list[Any] = []

@@ -11,15 +11,15 @@ import pytest
 
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder
 from vistel.speech.grammar_file import load_grammar
-from vistel.speech.heard import Heard, Hypotheses, Samples
+from vistel.speech.recognition import Hypotheses, Hypothesis, Samples
 from vistel.v1.audio_pb2 import Voice, VoiceControl
 from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel_services.speech.config import Config, Speaker
-from vistel_services.speech.ear import BEHIND_NS, Ear
 from vistel_services.speech.echoes import Echoes
 from vistel_services.speech.listener import Listener
+from vistel_services.speech.voice_reader import BEHIND_NS, VoiceReader
 
 START_NS = 1_000_000_000_000
 
@@ -61,7 +61,7 @@ class Believes:
         before, self._count = self._count, self._count + len(samples)
         if not before < 16_000 <= self._count:
             return []
-        return [(Heard(self._heard, self._confidence, 0.2, 0.9),)]
+        return [(Hypothesis(self._heard, self._confidence, 0.2, 0.9),)]
 
     def flush(self) -> list[Hypotheses]:
         return []
@@ -74,8 +74,8 @@ class Told(Echoes):
         super().__init__()
         self.utterances: list[Utterance] = []
 
-    def hear(self, utterance: Utterance) -> None:
-        super().hear(utterance)
+    def add(self, utterance: Utterance) -> None:
+        super().add(utterance)
         self.utterances.append(utterance)
 
 
@@ -108,7 +108,7 @@ class Person:
             message = Voice(opus=self._encoder.encode(pcm), talking=talking, level_db=-20.0)
             message.header.t_ns = self.now_ns
             if k not in lost:
-                self.listener.ear.hear(message, self.now_ns)
+                self.listener.reader.push(message, self.now_ns)
             self.now_ns += FRAME_NS
             if not at_once:
                 self.listener.round((), self.now_ns)
@@ -144,7 +144,7 @@ def test_a_single_word_needs_more_belief_where_the_microphone_is_open_and_is_ask
 @in_a_loop
 def test_where_people_say_when_they_speak_a_single_word_needs_no_more() -> None:
     person = Person(PUSH, 0.6, "push")
-    person.listener.obey(VoiceControl(talk=True), (), person.now_ns)
+    person.listener.set_control(VoiceControl(talk=True), (), person.now_ns)
     assert person.hears() == ["SENT"]
 
 
@@ -168,9 +168,9 @@ def test_the_same_words_at_two_microphones_are_done_once() -> None:
 def test_what_is_cut_off_by_muting_is_not_done_and_nothing_is_heard_while_muted() -> None:
     person = Person()
     person.hears(0.8)
-    person.listener.obey(VoiceControl(muted=True), (), person.now_ns)
+    person.listener.set_control(VoiceControl(muted=True), (), person.now_ns)
     assert person.hears(1.4) == []
-    person.listener.obey(VoiceControl(), (), person.now_ns)
+    person.listener.set_control(VoiceControl(), (), person.now_ns)
     assert person.hears(1.4) == ["SENT"]
 
 
@@ -178,15 +178,15 @@ def test_a_service_that_was_kept_from_listening_hears_every_sample_all_the_same(
     """Under load rounds are late: skipping what came meanwhile would leave "おして" of "もとにもどして"."""
 
     def sound(every: int) -> np.ndarray:
-        ear, encoder = Ear(), Encoder(1, 24_000)
+        reader, encoder = VoiceReader(), Encoder(1, 24_000)
         rng = np.random.default_rng(1)
         out: list[np.ndarray] = []
         for k in range(100):
             message = Voice(opus=encoder.encode(rng.uniform(-0.3, 0.3, FRAME).astype(np.float32)), talking=True)
             message.header.t_ns = START_NS + k * FRAME_NS
-            ear.hear(message, message.header.t_ns)
+            reader.push(message, message.header.t_ns)
             if k == 0 or k % every == every - 1:
-                out += [p.sound for p in ear.listen(START_NS + (k + 1) * FRAME_NS)]
+                out += [p.sound for p in reader.read(START_NS + (k + 1) * FRAME_NS)]
         return np.concatenate(out)
 
     steady, late = sound(1), sound(15)
@@ -198,31 +198,31 @@ def test_a_service_that_was_kept_from_listening_hears_every_sample_all_the_same(
 @pytest.mark.parametrize("late_ms", [30, 53, 67, 190])
 def test_frames_that_all_come_late_are_waited_for(late_ms: int) -> None:
     """A microphone may hold sound back, and so may a busy capture: 50 ms were enough to lose nearly all of somebody's words."""
-    ear, encoder = Ear(), Encoder(1, 24_000)
+    reader, encoder = VoiceReader(), Encoder(1, 24_000)
     t = np.arange(FRAME) / RATE
     heard = 0
     for k in range(100):
         message = Voice(opus=encoder.encode((0.2 * np.sin(2 * np.pi * 220.0 * t)).astype(np.float32)), talking=True)
         message.header.t_ns = START_NS + k * FRAME_NS
         now_ns = message.header.t_ns + late_ms * 1_000_000 + (k % 3) * 5_000_000
-        ear.hear(message, now_ns)
-        heard += sum(len(p.sound) for p in ear.listen(now_ns + 7_000_000))
+        reader.push(message, now_ns)
+        heard += sum(len(p.sound) for p in reader.read(now_ns + 7_000_000))
     assert heard > 24_000
-    assert ear.came(START_NS, START_NS + 100 * FRAME_NS).lost <= 0.04
+    assert reader.reception(START_NS, START_NS + 100 * FRAME_NS).lost <= 0.04
 
 
 def test_an_hour_in_which_nobody_listened_is_not_caught_up_with() -> None:
-    ear = Ear()
-    assert list(ear.listen(START_NS)) == []
-    assert list(ear.listen(START_NS + 3_600_000_000_000)) == []
-    assert ear.resting
+    reader = VoiceReader()
+    assert list(reader.read(START_NS)) == []
+    assert list(reader.read(START_NS + 3_600_000_000_000)) == []
+    assert reader.resting
 
 
 @in_a_loop
 def test_time_is_told_from_when_the_button_was_pressed() -> None:
     person = Person(listen="push")
     person.hears(2.0)
-    person.listener.obey(VoiceControl(talk=True), (), person.now_ns)
+    person.listener.set_control(VoiceControl(talk=True), (), person.now_ns)
     pressed_ns = person.now_ns
     assert person.hears(1.4) == ["SENT"]
     assert pressed_ns + 50_000_000 < person.said_ns < pressed_ns + 300_000_000

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from vistel.space import actions as ask
-from vistel.speech.dialogue import AWAKE_NS, PATIENCE_NS, Dialogue, Known, Outcome, Reading, there
+from vistel.speech.dialogue import AWAKE_NS, PATIENCE_NS, Dialogue, KnownThing, Reading, ResponseKind, exists
 from vistel.speech.grammar_file import load_grammar
 
 GRAMMAR, _ = load_grammar()
 AWAITED = GRAMMAR.awaited()
-ROOM = (Known("box", "blue box", "box", "blue"), Known("ball", "yellow ball", "ball", "yellow"))
+ROOM = (KnownThing("box", "blue box", "box", "blue"), KnownThing("ball", "yellow ball", "ball", "yellow"))
 
 
 def reading(text: str, confidence: float = 0.9) -> Reading:
@@ -20,63 +20,63 @@ def reading(text: str, confidence: float = 0.9) -> Reading:
 
 
 def test_what_is_sure_is_done_at_once() -> None:
-    turn = Dialogue("en").heard([reading("move the blue box left")], ROOM, 0)
-    assert turn.outcome is Outcome.ACT
+    turn = Dialogue("en").respond([reading("move the blue box left")], ROOM, 0)
+    assert turn.outcome is ResponseKind.ACT
     assert turn.action == ask.MoveBy(ask.Which(shape="box", colour="blue"), ask.Towards.LEFT, 0.1)
 
 
 @pytest.mark.parametrize(("text", "confidence"), [("move the blue box left", 0.3), ("start over", 0.9), ("delete everything", 0.9)])
 def test_doubt_and_grave_things_are_asked_back_and_done_after_yes(text: str, confidence: float) -> None:
     dialogue = Dialogue("en")
-    question = dialogue.heard([reading(text, confidence)], ROOM, 0)
-    assert (question.outcome, question.action) == (Outcome.QUESTION, None)
+    question = dialogue.respond([reading(text, confidence)], ROOM, 0)
+    assert (question.outcome, question.action) == (ResponseKind.QUESTION, None)
     assert text in question.reply
-    answer = dialogue.heard([reading("yes")], ROOM, PATIENCE_NS - 1)
-    assert answer.outcome is Outcome.ACT
-    assert dialogue.heard([reading("yes")], ROOM, PATIENCE_NS).outcome is Outcome.NOTED
+    answer = dialogue.respond([reading("yes")], ROOM, PATIENCE_NS - 1)
+    assert answer.outcome is ResponseKind.ACT
+    assert dialogue.respond([reading("yes")], ROOM, PATIENCE_NS).outcome is ResponseKind.NOTED
 
 
 def test_no_and_a_late_yes_leave_all_as_it_is() -> None:
     dialogue = Dialogue("ja")
-    dialogue.heard([reading("さいしょから")], ROOM, 0)
-    assert dialogue.heard([reading("いいえ")], ROOM, 1).outcome is Outcome.NOTED
-    assert dialogue.heard([reading("はい")], ROOM, 2).action is None
-    dialogue.heard([reading("さいしょから")], ROOM, 3)
-    assert dialogue.heard([reading("はい")], ROOM, 4 + PATIENCE_NS).action is None
+    dialogue.respond([reading("さいしょから")], ROOM, 0)
+    assert dialogue.respond([reading("いいえ")], ROOM, 1).outcome is ResponseKind.NOTED
+    assert dialogue.respond([reading("はい")], ROOM, 2).action is None
+    dialogue.respond([reading("さいしょから")], ROOM, 3)
+    assert dialogue.respond([reading("はい")], ROOM, 4 + PATIENCE_NS).action is None
 
 
 def test_what_is_hardly_believed_is_rejected() -> None:
-    turn = Dialogue("en").heard([reading("delete this", 0.1)], ROOM, 0)
-    assert (turn.outcome, turn.action) == (Outcome.REJECTED, None)
-    assert Dialogue("en").heard([Reading(None, 0.0)], ROOM, 0).outcome is Outcome.REJECTED
+    turn = Dialogue("en").respond([reading("delete this", 0.1)], ROOM, 0)
+    assert (turn.outcome, turn.action) == (ResponseKind.REJECTED, None)
+    assert Dialogue("en").respond([Reading(None, 0.0)], ROOM, 0).outcome is ResponseKind.REJECTED
 
 
 def test_of_readings_that_sound_alike_the_one_about_things_that_are_there_is_taken() -> None:
     alike = [reading("delete the red ball", 0.8), reading("delete the blue box", 0.7)]
     dialogue = Dialogue("en", accept=0.5)
-    assert dialogue.heard(alike, ROOM, 0).action == ask.Delete(ask.Which(shape="box", colour="blue"))
-    assert dialogue.heard(alike, (), 0).action == ask.Delete(ask.Which(shape="ball", colour="red"))
+    assert dialogue.respond(alike, ROOM, 0).action == ask.Delete(ask.Which(shape="box", colour="blue"))
+    assert dialogue.respond(alike, (), 0).action == ask.Delete(ask.Which(shape="ball", colour="red"))
 
 
 def test_again_does_the_last_thing_once_more_and_not_a_taking_back() -> None:
     dialogue = Dialogue("ja")
-    assert dialogue.heard([reading("もういちど")], ROOM, 0).outcome is Outcome.NOTED
-    first = dialogue.heard([reading("これをまわして")], ROOM, 1)
-    dialogue.heard([reading("もとにもどして")], ROOM, 2)
-    assert dialogue.heard([reading("もういちど")], ROOM, 3).action == first.action
+    assert dialogue.respond([reading("もういちど")], ROOM, 0).outcome is ResponseKind.NOTED
+    first = dialogue.respond([reading("これをまわして")], ROOM, 1)
+    dialogue.respond([reading("もとにもどして")], ROOM, 2)
+    assert dialogue.respond([reading("もういちど")], ROOM, 3).action == first.action
 
 
 def test_with_a_wake_word_nothing_else_is_heard() -> None:
     dialogue = Dialogue("en", wake=True)
-    assert dialogue.heard([reading("delete this")], ROOM, 0).outcome is Outcome.IGNORED
-    assert dialogue.heard([Reading(None, 0.0)], ROOM, 0).outcome is Outcome.IGNORED
-    assert dialogue.heard([reading("computer delete this")], ROOM, 1).outcome is Outcome.ACT
-    assert dialogue.heard([reading("copy this")], ROOM, AWAKE_NS).outcome is Outcome.ACT
-    assert dialogue.heard([reading("copy this")], ROOM, 3 * AWAKE_NS).outcome is Outcome.IGNORED
-    assert dialogue.heard([reading("computer")], ROOM, 4 * AWAKE_NS).reply == "yes?"
+    assert dialogue.respond([reading("delete this")], ROOM, 0).outcome is ResponseKind.IGNORED
+    assert dialogue.respond([Reading(None, 0.0)], ROOM, 0).outcome is ResponseKind.IGNORED
+    assert dialogue.respond([reading("computer delete this")], ROOM, 1).outcome is ResponseKind.ACT
+    assert dialogue.respond([reading("copy this")], ROOM, AWAKE_NS).outcome is ResponseKind.ACT
+    assert dialogue.respond([reading("copy this")], ROOM, 3 * AWAKE_NS).outcome is ResponseKind.IGNORED
+    assert dialogue.respond([reading("computer")], ROOM, 4 * AWAKE_NS).reply == "yes?"
 
 
 def test_what_is_there_is_known_by_shape_colour_and_name() -> None:
-    assert there(ask.THIS, ROOM)
-    assert there(ask.Which(name="blue box"), ROOM)
-    assert not there(ask.Which(shape="ball", colour="blue"), ROOM)
+    assert exists(ask.THIS, ROOM)
+    assert exists(ask.Which(name="blue box"), ROOM)
+    assert not exists(ask.Which(shape="ball", colour="blue"), ROOM)

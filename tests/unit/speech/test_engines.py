@@ -21,8 +21,8 @@ from vistel.speech.engines.choice import Chosen, EngineName
 from vistel.speech.features import Resampler
 from vistel.speech.grammar import Language
 from vistel.speech.grammar_file import load_grammar
-from vistel.speech.heard import SAMPLE_RATE, Recogniser
 from vistel.speech.recognisers import RecogniserError, recogniser
+from vistel.speech.recognition import SAMPLE_RATE, Recogniser
 from vistel.speech.synthesis import synthesise, voices
 
 GRAMMAR, _ = load_grammar()

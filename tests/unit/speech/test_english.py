@@ -10,8 +10,8 @@ import pytest
 from vistel.speech.denoise import Denoiser
 from vistel.speech.features import Resampler
 from vistel.speech.grammar_file import load_grammar
-from vistel.speech.heard import SAMPLE_RATE
 from vistel.speech.recognisers import checked_grammar, recogniser, unrecognisable
+from vistel.speech.recognition import SAMPLE_RATE
 from vistel.speech.synthesis import SynthesisError, synthesise, voices
 
 VOICE = next((v for v in ("flite:slt", "flite:rms") if v in voices()), "espeak-ng:en-us")

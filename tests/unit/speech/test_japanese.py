@@ -15,9 +15,9 @@ from vistel.speech.automaton import compile_automaton
 from vistel.speech.features import BANDS, LogMel, Normaliser, as_float
 from vistel.speech.grammar import Grammar
 from vistel.speech.grammar_file import load_grammar
-from vistel.speech.heard import Hypotheses
 from vistel.speech.japanese import ACCEPT, JapaneseRecogniser
 from vistel.speech.phones import PHONES, kana_phones
+from vistel.speech.recognition import Hypotheses
 
 RECORDINGS = sorted((Path(__file__).parent / "recordings").glob("*.wav"))
 

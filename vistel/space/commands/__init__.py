@@ -1,5 +1,4 @@
-"""What people ask of the world, and how it is done or refused.
+"""How commands of the world (`vistel.space.actions`) are done or refused.
 
-`actions` says what may be asked, `reference` which things are meant, `reshape` what a thing becomes, `perform` does it,
-`history` takes it back, `ledger` remembers what was answered.
+`reference` finds the things that are meant, `reshape` makes what a thing becomes, `perform` does a command.
 """

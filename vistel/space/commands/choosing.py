@@ -11,7 +11,7 @@ from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
-from vistel.space.commands.asked import Answer, Asked, changed, exchanged, on_its_foot, performs
+from vistel.space.commands.context import Answer, Context, changed, exchanged, on_its_foot, performs
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
 from vistel.space.history import History, PlacedThing
@@ -23,47 +23,52 @@ NEAR = 0.03
 
 
 @performs(ask.Select)
-def select(asked: Asked, action: ask.Select) -> Answer:
-    ids = () if action.nothing else tuple(asked.state.things[n].id for n in asked.rows(action.which))
-    chosen = dict(asked.state.selected) | {asked.who: ids}
-    return replace(asked.state, selected=tuple(sorted((who, some) for who, some in chosen.items() if some))), ids
+def select(context: Context, action: ask.Select) -> Answer:
+    """ "This" is these things for the speaker from now on; or no things."""
+    ids = () if action.nothing else tuple(context.state.things[n].id for n in context.rows(action.which))
+    chosen = dict(context.state.selected) | {context.who: ids}
+    return replace(context.state, selected=tuple(sorted((who, some) for who, some in chosen.items() if some))), ids
 
 
 @performs(ask.Hide)
-def hide(asked: Asked, action: ask.Hide) -> Answer:
-    rows = asked.mine(action.which, tracked=True)
-    seen = [n for n in rows if not asked.state.things[n].hidden]
+def hide(context: Context, action: ask.Hide) -> Answer:
+    """Draw things no more."""
+    rows = context.mine(action.which, tracked=True)
+    seen = [n for n in rows if not context.state.things[n].hidden]
     if not seen:
-        raise Refused(f"the {asked.state.things[rows[0]].name} is hidden already")
-    return _veiled(asked, seen, True)
+        raise Refused(f"the {context.state.things[rows[0]].name} is hidden already")
+    return _veiled(context, seen, True)
 
 
 @performs(ask.Show)
-def show(asked: Asked, action: ask.Show) -> Answer:
+def show(context: Context, action: ask.Show) -> Answer:
     """\"This" is all that is hidden: nobody can point at it."""
-    if not any(t.hidden for t in asked.state.things):
+    if not any(t.hidden for t in context.state.things):
         raise Refused("nothing is hidden")
     if action.which.is_this:
-        return _veiled(asked, [n for n, t in enumerate(asked.state.things) if t.hidden], False)
-    return _veiled(asked, asked.rows(action.which, hidden=True), False)
+        return _veiled(context, [n for n, t in enumerate(context.state.things) if t.hidden], False)
+    return _veiled(context, context.rows(action.which, hidden=True), False)
 
 
-def _veiled(asked: Asked, rows: Sequence[int], hidden: bool) -> Answer:
-    after = [replace(asked.stood(n), thing=replace(asked.state.things[n], hidden=hidden), dents=asked.dents(n)) for n in rows]
-    return changed(asked, rows, after), tuple(x.thing.id for x in after)
+def _veiled(context: Context, rows: Sequence[int], hidden: bool) -> Answer:
+    after = [
+        replace(context.placed(n), thing=replace(context.state.things[n], hidden=hidden), dents=context.dents(n)) for n in rows
+    ]
+    return changed(context, rows, after), tuple(x.thing.id for x in after)
 
 
 @performs(ask.Grip)
-def grip(asked: Asked, action: ask.Grip) -> Answer:
-    n = asked.one(action.which)
-    thing, posed, s = asked.state.things[n], asked.speaker.posed, asked.solids
-    asked.check_mine(n, held=action.force)
-    if asked.who in holding.holders(asked.state, thing.id):
-        return ownership.forced(asked.state, asked.who, thing.id), (thing.id,)
-    busy = {g.right for g in asked.state.grasps if g.participant == asked.who}
+def grip(context: Context, action: ask.Grip) -> Answer:
+    """Put a free hand of the speaker round a thing that it reaches, even if it is open."""
+    n = context.one(action.which)
+    thing, posed, s = context.state.things[n], context.speaker.posed, context.solids
+    context.check_mine(n, held=action.force)
+    if context.who in holding.holders(context.state, thing.id):
+        return ownership.forced(context.state, context.who, thing.id), (thing.id,)
+    busy = {g.right for g in context.state.grasps if g.participant == context.who}
     found: list[tuple[bool, hands.Reach]] = []
     if posed is not None:
-        m = asked.state.motions
+        m = context.state.motions
         near = find_contacts(posed.primitives, s.part(n).moved(matrix_from_quaternion(m.rotation[n]), m.position[n]), margin=NEAR)
         owner = np.full(len(s.part(n)), n, np.int64)
         found = [(right, r) for right in (False, True) if right not in busy for r in hands.reaches(posed, near, owner, right)]
@@ -71,71 +76,76 @@ def grip(asked: Asked, action: ask.Grip) -> Answer:
         raise Refused(f"none of your free hands is at the {thing.name}; bring it nearer than {1e2 * NEAR:.0f} cm")
     right, reach = min(found, key=lambda f: (f[1].nearest, f[0]))
     reach = reach if any(reach.engaged) else replace(reach, engaged=(True,) * 4)
-    return holding.grasped(ownership.forced(asked.state, asked.who, thing.id), s, posed, right, reach), (thing.id,)
+    return holding.grasped(ownership.forced(context.state, context.who, thing.id), s, posed, right, reach), (thing.id,)
 
 
 @performs(ask.Release)
-def release(asked: Asked, action: ask.Release) -> Answer:
+def release(context: Context, action: ask.Release) -> Answer:
+    """Take things out of the speaker's hands."""
     which = replace(action.which, shown=ask.Shown.HELD, every=True) if action.which.is_this else action.which
-    ids = [asked.state.things[n].id for n in asked.rows(which)]
+    ids = [context.state.things[n].id for n in context.rows(which)]
     for thing in ids:
-        if asked.who not in holding.holders(asked.state, thing):
-            raise Refused(f"{asked.who} does not hold the {asked.state.things[asked.state.rows[thing]].name}")
-    return holding.drop(asked.state, lambda g: g.thing in ids and g.participant == asked.who), tuple(ids)
+        if context.who not in holding.holders(context.state, thing):
+            raise Refused(f"{context.who} does not hold the {context.state.things[context.state.rows[thing]].name}")
+    return holding.drop(context.state, lambda g: g.thing in ids and g.participant == context.who), tuple(ids)
 
 
 @performs(ask.Undo)
-def undo(asked: Asked, action: ask.Undo) -> Answer:
-    change = asked.state.history.last(asked.who)
+def undo(context: Context, action: ask.Undo) -> Answer:
+    """Take back the speaker's last change."""
+    change = context.state.history.last(context.who)
     if change is None:
         raise Refused("you have done nothing that can be taken back")
-    state = _reverted(asked, change.after, change.before)
-    return replace(state, history=asked.state.history.taken_back(change)), tuple(x.thing.id for x in change.before)
+    state = _reverted(context, change.after, change.before)
+    return replace(state, history=context.state.history.taken_back(change)), tuple(x.thing.id for x in change.before)
 
 
 @performs(ask.Redo)
-def redo(asked: Asked, action: ask.Redo) -> Answer:
-    change = asked.state.history.last(asked.who, undone=True)
+def redo(context: Context, action: ask.Redo) -> Answer:
+    """Do again what the speaker took back last."""
+    change = context.state.history.last(context.who, undone=True)
     if change is None:
         raise Refused("you have taken nothing back since you last did something")
-    state = _reverted(asked, change.before, change.after)
-    return replace(state, history=asked.state.history.done_again(change)), tuple(x.thing.id for x in change.after)
+    state = _reverted(context, change.before, change.after)
+    return replace(state, history=context.state.history.done_again(change)), tuple(x.thing.id for x in change.after)
 
 
-def _reverted(asked: Asked, there: Sequence[PlacedThing], instead: Sequence[PlacedThing]) -> State:
+def _reverted(context: Context, there: Sequence[PlacedThing], instead: Sequence[PlacedThing]) -> State:
     """`instead` in the place of `there`, which must still be as they were made."""
     rows: list[int] = []
     for x in there:
-        n = asked.state.rows.get(x.thing.id)
-        if n is None or asked.state.things[n] is not x.thing:
+        n = context.state.rows.get(x.thing.id)
+        if n is None or context.state.things[n] is not x.thing:
             raise Refused(f"the {x.thing.name} has been changed since")
-        asked.check_mine(n)
+        context.check_mine(n)
         rows.append(n)
     known = {x.thing.id: x for x in there}
     after: list[PlacedThing] = []
     for x in instead:
         old = known.get(x.thing.id)
-        if old is None and x.thing.id in asked.state.rows:
+        if old is None and x.thing.id in context.state.rows:
             raise Refused(f"there is another {x.thing.name} by now")
         reshaped = old is not None and old.thing is not x.thing and len(there) == len(instead)
         # What was only reshaped stays where it is now; what was moved, taken out or joined goes back.
-        here = on_its_foot(asked.stood(asked.state.rows[x.thing.id]), x.thing) if reshaped else x
+        here = on_its_foot(context.placed(context.state.rows[x.thing.id]), x.thing) if reshaped else x
         after.append(replace(here, dents=x.dents))
-    return exchanged(asked.state, asked.solids, rows, after)
+    return exchanged(context.state, context.solids, rows, after)
 
 
 @performs(ask.Stop)
-def stop(asked: Asked, action: ask.Stop) -> Answer:
-    mine = [g for g in asked.state.glides if g.participant == asked.who]
-    return holding.glides_ended(asked.state, {g.thing for g in mine}), tuple(g.thing for g in mine)
+def stop(context: Context, action: ask.Stop) -> Answer:
+    """End the glides that the speaker's commands have begun."""
+    mine = [g for g in context.state.glides if g.participant == context.who]
+    return holding.glides_ended(context.state, {g.thing for g in mine}), tuple(g.thing for g in mine)
 
 
 @performs(ask.Reset)
-def reset(asked: Asked, action: ask.Reset) -> Answer:
-    state = holding.drop(asked.state, lambda g: True)
+def reset(context: Context, action: ask.Reset) -> Answer:
+    """Everything as the room began; histories, dents and selections are gone."""
+    state = holding.drop(context.state, lambda g: True)
     before = range(len(state.things))
-    now = replace(asked, state=state)
-    after = [PlacedThing(t, t.position, t.rotation) for t in asked.room.things]
+    now = replace(context, state=state)
+    after = [PlacedThing(t, t.position, t.rotation) for t in context.room.things]
     out = exchanged(state, now.solids, before, after)
     out = replace(out, dents=(), bonds=(), glides=(), selected=(), history=History())
     return _asleep(out), ()

@@ -13,7 +13,7 @@ from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
-from vistel.space.commands.asked import Answer, Asked, changed, performs
+from vistel.space.commands.context import Answer, Context, changed, performs
 from vistel.space.commands.reshape import extent
 from vistel.space.dynamics.solids import outline
 from vistel.space.history import PlacedThing
@@ -28,27 +28,27 @@ _HALVINGS = 24
 
 
 @performs(ask.Dent)
-def dent(asked: Asked, action: ask.Dent) -> Answer:
+def dent(context: Context, action: ask.Dent) -> Answer:
     """Do it. What springs back is plastic from then on."""
     if not 0.0 < action.depth <= 1.0:
         raise Refused(f"a dent is above 0 and up to 1 times half of a thing's smallest extent deep, not {action.depth:g}")
-    rows = asked.rows(action.which)
+    rows = context.rows(action.which)
     after: list[PlacedThing] = []
-    number = asked.state.marks
+    number = context.state.marks
     for n in rows:
-        thing = asked.state.things[n]
+        thing = context.state.things[n]
         if thing.fixed:
             raise Refused(f"the {thing.name} is fixed to the room and cannot be dented")
-        asked.check_mine(n)
+        context.check_mine(n)
         if thing.compliance < SOFT:
             raise Refused(f"the {thing.name} is too hard to be dented; make it softer first")
-        at = asked.stood(n)
-        shape, depth = _pressed(asked, at, action.depth)
+        at = context.placed(n)
+        shape, depth = _pressed(context, at, action.depth)
         matter = thing.matter if thing.matter.material != "elastic" else _plastic(thing.matter)
-        new = Dent(number, thing.id, "", 0, shape, depth, left_ns=max(1, asked.state.t_ns), fade_ns=round(matter.recovery * 1e9))
+        new = Dent(number, thing.id, "", 0, shape, depth, left_ns=max(1, context.state.t_ns), fade_ns=round(matter.recovery * 1e9))
         number += 1
-        after.append(replace(at, thing=replace(thing, matter=matter), dents=deepest((*asked.dents(n), new), MOST)))
-    state = changed(asked, rows, after)
+        after.append(replace(at, thing=replace(thing, matter=matter), dents=deepest((*context.dents(n), new), MOST)))
+    state = changed(context, rows, after)
     return replace(state, marks=number), tuple(x.thing.id for x in after)
 
 
@@ -56,13 +56,13 @@ def _plastic(matter: Matter) -> Matter:
     return replace(matter, material="plastic", recovery=0.0)
 
 
-def _pressed(asked: Asked, at: PlacedThing, share: float) -> tuple[Primitive, float]:
+def _pressed(context: Context, at: PlacedThing, share: float) -> tuple[Primitive, float]:
     """The ball in the thing's frame, and how far its field reaches into the thing's."""
     one = outline(at.thing)
     body = one.part(0)
     half = 0.5 * float(np.ptp(extent(one), axis=0).min())
     radius, deep = WIDE * half, share * half
-    towards = matrix_from_quaternion(at.rotation).T @ _side_seen(asked, at.position)
+    towards = matrix_from_quaternion(at.rotation).T @ _side_seen(context, at.position)
     inside, outside = 0.0, float(one.radius[0]) + radius
     for _ in range(_HALVINGS):
         middle = 0.5 * (inside + outside)
@@ -76,9 +76,9 @@ def _pressed(asked: Asked, at: PlacedThing, share: float) -> tuple[Primitive, fl
     return Primitive("sphere", (radius,), outside * towards), depth
 
 
-def _side_seen(asked: Asked, position: F64) -> F64:
+def _side_seen(context: Context, position: F64) -> F64:
     """(3,) unit vector in the room from a thing to the speaker's eyes; upwards where nobody knows of them."""
-    posed = asked.speaker.posed
+    posed = context.speaker.posed
     if posed is None:
         return np.array([0.0, 1.0, 0.0])
     eyes = posed.joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]].mean(axis=0)

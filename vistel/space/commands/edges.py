@@ -14,7 +14,7 @@ import numpy as np
 
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
-from vistel.space.commands.asked import Answer, Asked, performs
+from vistel.space.commands.context import Answer, Context, performs
 from vistel.space.commands.reshape import THINNEST, curved, sound
 from vistel.space.commands.shaping import edited
 from vistel.space.things.things import Primitive, Thing
@@ -26,11 +26,11 @@ _LEAST = 0.01
 
 
 @performs(ask.Sharpen)
-def sharpen(asked: Asked, action: ask.Sharpen) -> Answer:
+def sharpen(context: Context, action: ask.Sharpen) -> Answer:
     """Do it."""
     if not 0.0 < abs(action.by) <= 1.0:
         raise Refused(f"things are made sharper or rounder by a share of up to 1, not by {action.by:g}")
-    return edited(asked, action.which, lambda n: sharpened(asked.state.things[n], action.by))
+    return edited(context, action.which, lambda n: sharpened(context.state.things[n], action.by))
 
 
 def sharpened(thing: Thing, by: float) -> Thing:

@@ -11,7 +11,7 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
-from vistel.space.commands.asked import Answer, Asked, performs
+from vistel.space.commands.context import Answer, Context, performs
 from vistel.space.commands.placing import GAP, glide, is_free, table_edge
 from vistel.space.dynamics.solids import outline
 from vistel.space.holding import holding
@@ -25,21 +25,21 @@ _SUNK = 0.004
 
 
 @performs(ask.Align)
-def align(asked: Asked, action: ask.Align) -> Answer:
+def align(context: Context, action: ask.Align) -> Answer:
     """In their order along the row, as far apart as they were or as there is room, each as it is turned."""
-    rows = _at_rest(asked, action.which) if action.which.every else asked.loose(action.which)
+    rows = _at_rest(context, action.which) if action.which.every else context.loose(action.which)
     if len(rows) < 2:
         raise Refused("one thing alone stands in no row; select several, or say all of them")
-    position = asked.state.motions.position[rows]
-    right, ahead = asked.speaker.right, asked.speaker.ahead
+    position = context.state.motions.position[rows]
+    right, ahead = context.speaker.right, context.speaker.ahead
     across = float(np.ptp(position @ right)) >= float(np.ptp(position @ ahead))
     along, aside = (right, ahead) if across else (ahead, right)
     order = np.argsort(position @ along, kind="stable")
     rows = [rows[int(k)] for k in order]
     position = position[order]
-    low, high = _reach(asked, rows, along)
+    low, high = _reach(context, rows, along)
     width = high - low
-    edge = table_edge(asked)
+    edge = table_edge(context)
     on_table = bool((position[:, 1] > TABLE_HEIGHT).all() and (np.hypot(position[:, 0], position[:, 2]) < edge).all())
     for shift in _ASIDE:
         beside = float((position @ aside).mean()) + shift
@@ -48,31 +48,31 @@ def align(asked: Asked, action: ask.Align) -> Answer:
         if place is None:
             continue
         shifts = (place - position @ along)[:, None] * along + (beside - position @ aside)[:, None] * aside
-        if _free(asked, rows, position + shifts):
-            return _sent(asked, rows, shifts)
+        if _free(context, rows, position + shifts):
+            return _sent(context, rows, shifts)
     raise Refused(f"there is no room for a row of {len(rows)} things")
 
 
-def _sent(asked: Asked, rows: Sequence[int], shifts: F64) -> Answer:
+def _sent(context: Context, rows: Sequence[int], shifts: F64) -> Answer:
     way = dict(zip(rows, shifts, strict=True))
-    return glide(asked, rows, lambda n: (way[n], np.zeros(3)))
+    return glide(context, rows, lambda n: (way[n], np.zeros(3)))
 
 
-def _at_rest(asked: Asked, which: ask.Which) -> list[int]:
+def _at_rest(context: Context, which: ask.Which) -> list[int]:
     """Of all that are meant those that nothing leads: what is in somebody's hand is left there."""
-    led = {g.thing for g in asked.state.grasps} | holding.tracked_things(asked.state)
-    rows = [n for n in asked.rows(which) if asked.state.things[n].id not in led]
+    led = {g.thing for g in context.state.grasps} | holding.tracked_things(context.state)
+    rows = [n for n in context.rows(which) if context.state.things[n].id not in led]
     for n in rows:
-        asked.check_mine(n)
+        context.check_mine(n)
     return rows
 
 
-def _reach(asked: Asked, rows: Sequence[int], along: F64) -> tuple[F64, F64]:
+def _reach(context: Context, rows: Sequence[int], along: F64) -> tuple[F64, F64]:
     """(n,) how far each thing reaches from its middle along an axis of the room, to both sides [m]."""
     low, high = np.zeros(len(rows)), np.zeros(len(rows))
     for k, n in enumerate(rows):
-        one = outline(asked.state.things[n])
-        at = one.contact_point @ (matrix_from_quaternion(asked.state.motions.rotation[n]).T @ along)
+        one = outline(context.state.things[n])
+        at = one.contact_point @ (matrix_from_quaternion(context.state.motions.rotation[n]).T @ along)
         low[k], high[k] = (at - one.contact_point_radius).min(), (at + one.contact_point_radius).max()
     return low, high
 
@@ -90,12 +90,12 @@ def _row(at: F64, width: F64, before: F64, half: float) -> F64 | None:
     return first + np.concatenate([[0.0], np.cumsum(width[:-1] + gap)]) + before
 
 
-def _free(asked: Asked, rows: Sequence[int], spots: F64) -> bool:
+def _free(context: Context, rows: Sequence[int], spots: F64) -> bool:
     """Nothing but themselves stands where they would stand, not even furniture."""
-    others = [n for n in range(len(asked.state.things)) if n not in set(rows)]
+    others = [n for n in range(len(context.state.things)) if n not in set(rows)]
     for n, spot in zip(rows, spots + np.array([0.0, _SUNK, 0.0]), strict=True):
-        turned = matrix_from_quaternion(asked.state.motions.rotation[n])
-        shape = asked.solids.part(n).moved(turned, spot)
-        if not is_free(asked, shape, spot, float(asked.solids.radius[n]), others):
+        turned = matrix_from_quaternion(context.state.motions.rotation[n])
+        shape = context.solids.part(n).moved(turned, spot)
+        if not is_free(context, shape, spot, float(context.solids.radius[n]), others):
             return False
     return True

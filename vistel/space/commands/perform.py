@@ -1,4 +1,4 @@
-"""Doing what is asked: each action gives the state that follows, or is refused in one line for who asked."""
+"""Doing commands: each gives the state that follows, or is refused in one line for the person who asked."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from vistel.space.actions import Action, Refused
 from vistel.space.commands import choosing, denting, edges, lining, placing, shaping
-from vistel.space.commands.asked import PERFORMERS, Asked
+from vistel.space.commands.context import PERFORMERS, Context
 from vistel.space.dynamics.solids import Solids
 from vistel.space.holding import ownership
 from vistel.space.inputs import CommandInput
@@ -19,7 +19,7 @@ from vistel.space.state import State
 from vistel.space.view import Outcome
 
 PERFORMING = (choosing, denting, edges, lining, placing, shaping)
-"""The modules whose functions are under `asked.performs`."""
+"""The modules whose functions are under `context.performs`."""
 
 
 def obey(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[State, Outcome]:
@@ -61,7 +61,7 @@ def _done(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[S
     for number in _numbers(command.action):
         if not math.isfinite(number):
             raise Refused("the command holds a number that is not finite")
-    return PERFORMERS[type(command.action)](Asked(state, s, room, command.participant), command.action)
+    return PERFORMERS[type(command.action)](Context(state, s, room, command.participant), command.action)
 
 
 def _numbers(action: Action) -> Iterable[float]:

@@ -10,8 +10,8 @@ from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.engine import Engine, EngineError, Maker, Transcript
 from vistel.speech.engines.segmenter import I16, Segmenter, Stage
 from vistel.speech.grammar import Grammar, Language
-from vistel.speech.heard import SAMPLE_RATE, Heard, Hypotheses, Samples
 from vistel.speech.nearest import Nearest
+from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Hypothesis, Samples
 
 log = logging.getLogger("vistel.speech")
 
@@ -46,7 +46,7 @@ class EngineRecogniser:
             if stage is Stage.BEGIN:
                 self._engine.begin()
                 self._heard = 0
-            self._hear(sound)
+            self._feed(sound)
             if stage is Stage.END:
                 found += self._understood()
         return found
@@ -55,8 +55,8 @@ class EngineRecogniser:
         """As `Recogniser`."""
         return self._understood() if self._segments.flush() else []
 
-    def _hear(self, sound: I16) -> None:
-        self._engine.hear(sound)
+    def _feed(self, sound: I16) -> None:
+        self._engine.feed(sound)
         self._heard += len(sound)
 
     def _understood(self) -> list[Hypotheses]:
@@ -85,5 +85,5 @@ def readings(texts: list[Transcript], nearest: Nearest, start_s: float, end_s: f
             sure = min(1.0, max(0.0, text.confidence)) * (1.0 - near.distance / FARTHEST)
             out[words] = max(sure, out.get(words, 0.0))
     if not out:
-        return (Heard((), 0.0, start_s, end_s),)
-    return tuple(Heard(w, c, start_s, end_s) for w, c in sorted(out.items(), key=lambda each: -each[1]))
+        return (Hypothesis((), 0.0, start_s, end_s),)
+    return tuple(Hypothesis(w, c, start_s, end_s) for w, c in sorted(out.items(), key=lambda each: -each[1]))

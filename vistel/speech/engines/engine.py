@@ -30,7 +30,7 @@ class Engine(Protocol):
         """An utterance begins; what was heard of one before that was not finished is forgotten."""
         ...
 
-    def hear(self, samples: I16) -> None:
+    def feed(self, samples: I16) -> None:
         """The next samples of it, at 16 kHz."""
         ...
 

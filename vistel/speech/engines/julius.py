@@ -20,8 +20,8 @@ import numpy as np
 
 from vistel.speech.engines.engine import I16, EngineError, Transcript
 from vistel.speech.grammar import Grammar, Language, Sentence
-from vistel.speech.heard import SAMPLE_RATE
 from vistel.speech.phones import kana_phones
+from vistel.speech.recognition import SAMPLE_RATE
 from vistel.speech.word_graph import word_graph
 
 _QUIET = np.zeros(SAMPLE_RATE // 5, np.int16)
@@ -92,7 +92,7 @@ class Julius:
         """As `Engine`."""
         self._said = []
 
-    def hear(self, samples: I16) -> None:
+    def feed(self, samples: I16) -> None:
         """As `Engine`."""
         self._said.append(samples)
 

@@ -16,7 +16,7 @@ from vistel.arrays import I16
 from vistel.speech.denoise import STEP, Denoiser
 from vistel.speech.engines.sphinx import sphinx
 from vistel.speech.features import as_float
-from vistel.speech.heard import SAMPLE_RATE, Samples
+from vistel.speech.recognition import SAMPLE_RATE, Samples
 
 FRAME = 480
 """Samples of a stage of an utterance, but for its beginning."""

@@ -16,7 +16,7 @@ import numpy as np
 
 from vistel.speech.engines.engine import I16, EngineError, Transcript, file_of, folder_of, package
 from vistel.speech.grammar import Grammar, Language
-from vistel.speech.heard import SAMPLE_RATE
+from vistel.speech.recognition import SAMPLE_RATE
 
 PACKAGE = "sherpa-onnx==2.0.1"
 _THREADS = 1
@@ -80,7 +80,7 @@ class Sherpa:
         """As `Engine`."""
         self._stream = self._recognizer.create_stream()
 
-    def hear(self, samples: I16) -> None:
+    def feed(self, samples: I16) -> None:
         """As `Engine`."""
         self._accept(samples.astype(np.float32) / np.float32(32768.0))
 

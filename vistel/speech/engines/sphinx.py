@@ -7,7 +7,7 @@ from functools import cache
 from typing import Any
 
 from vistel.speech.engines.engine import package
-from vistel.speech.heard import SAMPLE_RATE
+from vistel.speech.recognition import SAMPLE_RATE
 
 PACKAGE = "pocketsphinx==5.1.1"
 

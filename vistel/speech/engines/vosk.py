@@ -15,7 +15,7 @@ from typing import Any
 
 from vistel.speech.engines.engine import I16, EngineError, Transcript, folder_of, package
 from vistel.speech.grammar import Grammar, Language
-from vistel.speech.heard import SAMPLE_RATE
+from vistel.speech.recognition import SAMPLE_RATE
 
 PACKAGE = "vosk==0.3.45"
 _MOST = 5
@@ -67,7 +67,7 @@ class Vosk:
         self._recognizer.Reset()
         self._texts = []
 
-    def hear(self, samples: I16) -> None:
+    def feed(self, samples: I16) -> None:
         """As `Engine`."""
         if self._recognizer.AcceptWaveform(samples.tobytes()):  # it found a pause of its own
             self._texts.append(transcripts(self._recognizer.Result()))

@@ -15,7 +15,7 @@ import numpy as np
 
 from vistel.speech.engines.engine import I16, EngineError, Transcript, package
 from vistel.speech.grammar import Grammar, Language
-from vistel.speech.heard import SAMPLE_RATE
+from vistel.speech.recognition import SAMPLE_RATE
 
 PACKAGE = "pywhispercpp==1.5.1"
 _MAGIC = b"lmgg"
@@ -65,7 +65,7 @@ class Whisper:
         """As `Engine`."""
         self._said = []
 
-    def hear(self, samples: I16) -> None:
+    def feed(self, samples: I16) -> None:
         """As `Engine`."""
         self._said.append(samples)
 

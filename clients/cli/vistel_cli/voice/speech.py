@@ -21,7 +21,7 @@ from vistel_cli.terminal import FAILED, USAGE, fail, out
 if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --help` need not
     from vistel.arrays import F32
     from vistel.speech.grammar import Grammar, Language
-    from vistel.speech.heard import Heard, Recogniser
+    from vistel.speech.recognition import Hypothesis, Recogniser
     from vistel_services.audio.inputs import CardInput
 
 app = typer.Typer(help="Spoken commands: try them, score recordings, check grammars.", no_args_is_help=True)
@@ -134,7 +134,7 @@ def try_(
         out.print("no speech was heard")
 
 
-def _show(known: Grammar, tongue: Language, heard: tuple[Heard, ...], accept: float) -> None:
+def _show(known: Grammar, tongue: Language, heard: tuple[Hypothesis, ...], accept: float) -> None:
     best = heard[0]
     said = known.said(best.words, tongue) if best.words else None
     when = f"{best.start_s:6.2f}–{best.end_s:.2f} s"
@@ -150,7 +150,7 @@ def _show(known: Grammar, tongue: Language, heard: tuple[Heard, ...], accept: fl
             out.print(f"{'':16}  [dim]or {also.text}  {other.confidence:.2f}[/]", highlight=False)
 
 
-def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Heard, ...]]:
+def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Hypothesis, ...]]:
     import numpy as np
 
     from vistel.speech.features import Resampler
@@ -182,11 +182,11 @@ def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Heard,
             signal.signal(number, handler)
 
 
-def _understood(path: Path, hears: Recogniser) -> list[tuple[Heard, ...]]:
+def _understood(path: Path, hears: Recogniser) -> list[tuple[Hypothesis, ...]]:
     """The utterances of a recording."""
     hears.reset()
     sound = _sound_of(path)
-    found: list[tuple[Heard, ...]] = []
+    found: list[tuple[Hypothesis, ...]] = []
     for at in range(0, len(sound), 1600):
         found += hears.feed(sound[at : at + 1600])
     return found + hears.flush()

@@ -42,7 +42,7 @@ class Piece:
 
 
 @dataclass(frozen=True)
-class Came:
+class Reception:
     """How a stretch of a voice came. talking: share of its frames in which the talker was above the noise at their own
     microphone; lost: share of its time that was made up, because what was said then never came."""
 
@@ -50,8 +50,8 @@ class Came:
     lost: float
 
 
-class Ear:
-    """`hear` what comes, `listen` now and then.
+class VoiceReader:
+    """`push` what comes, `read` now and then.
 
     How late frames come depends on the microphone (a wireless one holds sound back by 200 ms) and on who else needs the
     processor: it is measured, and listening stays that much behind. Nobody hears a recogniser's delay as an echo, and
@@ -76,7 +76,7 @@ class Ear:
         """Nobody speaks; nothing is fed."""
         return self._silent_ns >= REST_NS
 
-    def hear(self, message: Voice, received_ns: int) -> None:
+    def push(self, message: Voice, received_ns: int) -> None:
         """A frame, and when it came."""
         late_ns = received_ns - message.header.t_ns + _MARGIN_NS
         wanted_ns = max(late_ns, self._behind_ns - _FORGET * FRAME_NS)
@@ -86,26 +86,26 @@ class Ear:
         if message.opus:
             self._talking.append((message.header.t_ns, message.talking))
 
-    def listen(self, now_ns: int) -> Iterator[Piece]:
+    def read(self, now_ns: int) -> Iterator[Piece]:
         """All that was said since the last call, piece by piece, none left out however long ago that was; none while there
         is nothing to listen to."""
         due_ns = now_ns - round(self._behind_ns - BEHIND_NS)
         if self._next_ns is None or due_ns - self._next_ns > _BACKLOG_NS:
             self._next_ns, self._silent_ns = due_ns, REST_NS
         while self._next_ns <= due_ns:
-            piece = self._listen(self._next_ns)
+            piece = self._read(self._next_ns)
             self._next_ns += FRAME_NS
             if piece is not None:
                 yield piece
         self._forget(now_ns)
 
-    def came(self, begin_ns: int, end_ns: int) -> Came:
+    def reception(self, begin_ns: int, end_ns: int) -> Reception:
         """Between two moments of conference time, not long ago."""
         talking = [spoke for t_ns, spoke in self._talking if begin_ns - FRAME_NS < t_ns < end_ns]
         lost = sum(begin_ns - FRAME_NS < t_ns < end_ns for t_ns in self._made_up)
-        return Came(sum(talking) / max(1, len(talking)), lost * FRAME_NS / max(FRAME_NS, end_ns - begin_ns))
+        return Reception(sum(talking) / max(1, len(talking)), lost * FRAME_NS / max(FRAME_NS, end_ns - begin_ns))
 
-    def _listen(self, at_ns: int) -> Piece | None:
+    def _read(self, at_ns: int) -> Piece | None:
         before = self._stream.counters.concealed
         block = self._stream.read(float(at_ns), FRAME, float(BEHIND_NS))
         self._made_up.extend([at_ns - BEHIND_NS] * (self._stream.counters.concealed - before))

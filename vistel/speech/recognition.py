@@ -16,7 +16,7 @@ Samples = NDArray[np.int16] | NDArray[np.float32]
 
 
 @dataclass(frozen=True)
-class Heard:
+class Hypothesis:
     """One reading of one utterance.
 
     words: the words of the grammar in the order spoken, as the automaton names them.
@@ -30,7 +30,7 @@ class Heard:
     end_s: float
 
 
-Hypotheses = tuple[Heard, ...]
+Hypotheses = tuple[Hypothesis, ...]
 """Readings of one utterance, the likeliest first, each with other words; never empty."""
 
 

@@ -17,7 +17,7 @@ from talking import Talk, done, refused
 from vistel.messages.commands import action_of, write_action
 from vistel.space.actions import THIS, Refused, Which
 from vistel.space.command_description import COMMANDS, Action, Quantity, command, phrase, spoken, typed
-from vistel.space.commands.asked import PERFORMERS, Answer, Asked, performs
+from vistel.space.commands.context import PERFORMERS, Answer, Context, performs
 from vistel.space.commands.phrase import PhraseError, read, usage
 from vistel.space.commands.placing import glide
 from vistel.speech.grammar_file import load_grammar
@@ -40,12 +40,12 @@ class Spin(Action):
     turns: Annotated[float, Quantity("TURNS", "how often?", {"": 1.0, "little": 0.5, "more": 1.75}, tag="turns")] = 1.0
 
 
-def spin(asked: Asked, action: Spin) -> Answer:
+def spin(context: Context, action: Spin) -> Answer:
     """The second thing."""
     if not 0.0 < action.turns <= 2.0:
         raise Refused(f"things spin up to 2 times, not {action.turns:g} times")
     turn = np.array([0.0, 2.0 * math.pi * action.turns, 0.0])
-    return glide(asked, asked.loose(action.which), lambda n: (np.zeros(3), turn))
+    return glide(context, context.loose(action.which), lambda n: (np.zeros(3), turn))
 
 
 def message_with_spin() -> Any:

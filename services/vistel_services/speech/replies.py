@@ -33,7 +33,7 @@ def _sound(text: str, language: Language) -> F32:
     return _LOUD * np.interp(np.arange(count) * (rate / RATE), np.arange(len(pcm)), pcm).astype(np.float32)
 
 
-class Mouth:
+class SpokenReplies:
     """Says one thing after the other; 20 ms at each `round`."""
 
     def __init__(self, language: Language, bus: Bus, participant: str, *, aloud: bool) -> None:

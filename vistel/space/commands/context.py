@@ -25,7 +25,7 @@ from vistel.space.things.things import Thing
 
 
 @dataclass(frozen=True)
-class Asked:
+class Context:
     """The room as it is when somebody asks."""
 
     state: State
@@ -35,6 +35,7 @@ class Asked:
 
     @cached_property
     def speaker(self) -> Speaker:
+        """The participant who asks."""
         figure = next(f for f in self.state.figures if f.name == self.who)
         selected = dict(self.state.selected).get(self.who, ())
         held = tuple(g.thing for g in self.state.grasps if g.participant == self.who)
@@ -52,6 +53,7 @@ class Asked:
         return [rows[k] for k in meant(which, self.speaker, things, position, radius)]
 
     def one(self, which: Which) -> int:
+        """The row of the one thing that is meant. Raises Refused where none is, or several are."""
         rows = self.rows(which)
         if len(rows) > 1:
             raise Refused("this can be done with one thing at a time")
@@ -86,7 +88,8 @@ class Asked:
                 raise Refused(f"the {thing.name} is in your own hand; let go of it first")
         return rows
 
-    def stood(self, n: int) -> PlacedThing:
+    def placed(self, n: int) -> PlacedThing:
+        """A thing and where it stands."""
         m = self.state.motions
         return PlacedThing(self.state.things[n], m.position[n].copy(), m.rotation[n].copy())
 
@@ -105,14 +108,14 @@ Answer = tuple[State, tuple[str, ...]]
 
 A = TypeVar("A", bound=Action)
 
-PERFORMERS: dict[type[Action], Callable[[Asked, Any], Answer]] = {}
+PERFORMERS: dict[type[Action], Callable[[Context, Any], Answer]] = {}
 """What each action does."""
 
 
-def performs(action: type[A]) -> Callable[[Callable[[Asked, A], Answer]], Callable[[Asked, A], Answer]]:
-    """The function below does this. It raises Refused with one line for who asked."""
+def performs(action: type[A]) -> Callable[[Callable[[Context, A], Answer]], Callable[[Context, A], Answer]]:
+    """The function below does this. It raises Refused, with one line for the person who asked."""
 
-    def registered(function: Callable[[Asked, A], Answer]) -> Callable[[Asked, A], Answer]:
+    def registered(function: Callable[[Context, A], Answer]) -> Callable[[Context, A], Answer]:
         PERFORMERS[action] = function
         return function
 
@@ -160,11 +163,11 @@ def exchanged(state: State, s: Solids, before: Sequence[int], after: Sequence[Pl
         selected=tuple((who, tuple(t for t in ids if t not in gone)) for who, ids in state.selected),
     )
     for x in after:
-        state = _stood(state, x)
+        state = _placed(state, x)
     return state
 
 
-def _stood(state: State, x: PlacedThing) -> State:
+def _placed(state: State, x: PlacedThing) -> State:
     """A thing stands still at a place, unless it is held."""
     n = state.rows[x.thing.id]
     if state.motions.mode[n] == HELD and holding.holders(state, x.thing.id):
@@ -175,17 +178,19 @@ def _stood(state: State, x: PlacedThing) -> State:
     return replace(state, motions=m)
 
 
-def changed(asked: Asked, before: Sequence[int], after: Sequence[PlacedThing]) -> State:
+def changed(context: Context, before: Sequence[int], after: Sequence[PlacedThing]) -> State:
     """The same, remembered as the speaker's doing."""
     as_before = {id(x.thing) for x in after}
     was = tuple(
-        asked.stood(n) if id(asked.state.things[n]) in as_before else replace(asked.stood(n), dents=asked.dents(n)) for n in before
+        context.placed(n) if id(context.state.things[n]) in as_before else replace(context.placed(n), dents=context.dents(n))
+        for n in before
     )
-    state = exchanged(asked.state, asked.solids, before, after)
-    return replace(state, history=state.history.with_change(Change(asked.who, was, tuple(after))))
+    state = exchanged(context.state, context.solids, before, after)
+    return replace(state, history=state.history.with_change(Change(context.who, was, tuple(after))))
 
 
 def lowest(thing: Thing, position: F64, rotation: F64) -> float:
+    """Height of a thing's lowest point above the floor [m]. position (3,), rotation (4,): in the room."""
     one = outline(thing)
     heights = one.contact_point @ matrix_from_quaternion(rotation)[1] - one.contact_point_radius
     return float(position[1] + heights.min())
