@@ -165,8 +165,7 @@ def test_by_force_a_room_goes_on_from_the_newest_state_that_was_heard_here(tmp_p
             ask(site, 1)
             await plays_until(site, lambda: "c1" in done(site))
             first = said(site)[-1][0]
-            await site.play(1.2)
-            await asyncio.sleep(1.2)  # a world that waits listens once a second
+            await site.play(1.2)  # a world that waits listens once a second
             await osaka.kill()
         assert (await asked_to(site, "hub", force=True)).outcome == WorldMoveReply.OUTCOME_MOVING
         await plays_until(site, lambda: term(site) == 2)
