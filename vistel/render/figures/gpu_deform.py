@@ -221,9 +221,9 @@ class GpuDeformer:
     def __init__(self, ctx: moderngl.Context) -> None:
         self.ctx = ctx
         head = constants()
-        self.skin = feedback(ctx, "deform_skin", ("position", "normal"), head)
-        self.solve = feedback(ctx, "deform_solve", ("placed",), head)
-        self.corner = feedback(ctx, "deform_corner", ("position", "normal"), head, interleaved=True)
+        self.skin = feedback(ctx, "deform/skin", ("position", "normal"), head)
+        self.solve = feedback(ctx, "deform/solve", ("placed",), head)
+        self.corner = feedback(ctx, "deform/corner", ("position", "normal"), head, interleaved=True)
         self._displaced: moderngl.Program | None = None
         for program in (self.skin, self.solve, self.corner):
             self._bind(program)
@@ -234,7 +234,7 @@ class GpuDeformer:
     def displaced(self) -> moderngl.Program:
         """The solve for skins with a displacement; made when the first one comes."""
         if self._displaced is None:
-            self._displaced = feedback(self.ctx, "deform_solve", ("placed",), "#define DISPLACED\n" + constants())
+            self._displaced = feedback(self.ctx, "deform/solve", ("placed",), "#define DISPLACED\n" + constants())
             self._bind(self._displaced)
         return self._displaced
 

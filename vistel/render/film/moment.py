@@ -36,5 +36,5 @@ def moment(reader: LogReader, t_ns: int, site: str | None, size: tuple[int, int]
 
 def _shown(data: Mapping[str, Any], size: tuple[int, int]) -> dict[str, Any]:
     """A conference file as data, with displays of this size in place of walls and windows."""
-    display = {"width": size[0], "height": size[1], "window": False, "screens": []}
+    display: dict[str, Any] = {"width": size[0], "height": size[1], "window": False, "screens": []}
     return {**data, "sites": [{**s, "display": {**s.get("display", {}), **display}} for s in data["sites"]]}

@@ -16,7 +16,7 @@ def source(name: str) -> str:
     """The text of a shader with its includes in place."""
     folder = resources.files("vistel.render") / "shaders"
     text = (folder / name).read_text("utf-8")
-    return re.sub(r'#include "([\w.]+)"', lambda m: source(m.group(1)), text)
+    return re.sub(r'#include "([\w./]+)"', lambda m: source(m.group(1)), text)
 
 
 def program(ctx: moderngl.Context, vertex: str, fragment: str | None = None, defines: Sequence[str] = ()) -> moderngl.Program:

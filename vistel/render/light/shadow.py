@@ -75,8 +75,8 @@ class ShadowMap:
         # moderngl copies depth only along with colour.
         self._from, self._to = (ctx.framebuffer([ctx.texture((size, size), 1)], depth) for depth in (still, self.texture))
         self._still: tuple[moderngl.VertexArray, ...] | None = None
-        self._solid_program = program(ctx, "shadow_solid", "shadow")
-        self._limb_program = program(ctx, "shadow_limb", "shadow")
+        self._solid_program = program(ctx, "shadow/solid", "shadow/plain")
+        self._limb_program = program(ctx, "shadow/limb", "shadow/plain")
         self._holes_program: moderngl.Program | None = None
         vertices, triangles = _split_sphere(9, 3)
         self._limbs = ctx.buffer(reserve=_MAX_LIMBS * 32, dynamic=True)
@@ -107,7 +107,7 @@ class ShadowMap:
         if holes is None:
             return Caster(self.solid(vertices, "3f 12x", triangles), None, both_sides)
         if self._holes_program is None:
-            self._holes_program = program(self.ctx, "shadow_holes")
+            self._holes_program = program(self.ctx, "shadow/holes")
         layout = [(vertices, "3f 12x", "position"), (uv, "2f 4x", "uv")]
         return Caster(vertex_array(self.ctx, self._holes_program, layout, triangles), holes, both_sides)
 

@@ -1,6 +1,6 @@
 #version 330
 // The rigid component: vistel.figure.rigid.skinning_kernels.skin_dual_quaternion for one vertex (Kavan 2008, shortest arcs).
-#include "deform_plan.glsl"
+#include "deform/plan.glsl"
 in vec3 rest;
 in vec3 rest_normal;
 in ivec4 bone;

@@ -1,7 +1,7 @@
 #version 330
 // A drawn corner: its vertex's place, and the normal of the triangles round it where any of them moved
 // (vistel.implicit.deformation.normals_kernels).
-#include "deform_plan.glsl"
+#include "deform/plan.glsl"
 uniform sampler2D placed;
 uniform sampler2D rigid_normals;
 uniform isampler2D fans;

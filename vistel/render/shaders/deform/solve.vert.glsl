@@ -1,8 +1,8 @@
 #version 330
 // A vertex along its normal to F = T (mathematics M6.5), as vistel.implicit.deformation.solve_kernels does it for 64 of them.
-#include "deform_plan.glsl"
-#include "deform_fields.glsl"
-#include "deform_ghosts.glsl"
+#include "deform/plan.glsl"
+#include "deform/fields.glsl"
+#include "deform/ghosts.glsl"
 uniform sampler2D overlap;   // shares with which neighbours collide, LANES per row
 
 in vec4 position;            // rigid; w: what layers add to the offset
