@@ -1,4 +1,4 @@
-"""Things that give way: their dents, what presses on them now and what is stuck to them, in the vertices that are drawn."""
+"""Soft things: their dents, what presses on them now and what is stuck to them, in the vertices that are drawn."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ log = logging.getLogger("vistel.renderer")
 
 
 SOFT_FROM = 0.1
-"""Compliance up to which nobody would see a thing give way."""
+"""Compliance up to which nobody would see a thing deform."""
 DRAWN = 0.004
 """How far a bond is drawn out before it shows in full [m]."""
 PLATEAU = 0.3
@@ -153,7 +153,7 @@ class SoftThing:
 
 
 class SoftThings:
-    """All that give way."""
+    """All soft things."""
 
     def __init__(self) -> None:
         self._things: dict[str, SoftThing] = {}

@@ -11,7 +11,7 @@ from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import standard_skeleton
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.render.stage.held import AGREES, BLEND_NS, HeldThings, Shown
+from vistel.render.stage.held import AGREES, BLEND_NS, HeldThings, ShownPerson
 from vistel.render.stage.world_view import WorldView
 from vistel.space.people import HAND_JOINT
 from vistel.v1 import geometry_pb2
@@ -38,8 +38,8 @@ def walking(k: int) -> Posture:
     return Posture(p.dofs, p.hands, Stance(np.array([0.3 * math.sin(4.7 * k / 60), 0.0, 0.0]), 0.0))
 
 
-def shown(k: int) -> Shown:
-    return Shown(walking(k), pose_joints(SKELETON, walking(k)))
+def shown(k: int) -> ShownPerson:
+    return ShownPerson(walking(k), pose_joints(SKELETON, walking(k)))
 
 
 def in_hand(k: int, right: bool = True) -> np.ndarray:
