@@ -19,13 +19,13 @@ from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import quaternion_from_matrix
+from vistel.messages.world.encoder import WorldEncoder
 from vistel.space.eyes import Eyes
 from vistel.space.view import ThingView, WorldView
 from vistel.v1.world_pb2 import WorldDetail, WorldState
 from vistel.wire.topics import MESSAGE_VERSION
 from vistel.wire.world.decoder import RoomState, WorldDecoder
 from vistel_services.world.service import warm_up
-from vistel_services.world.world_encoder import WorldEncoder
 
 ABOVE = np.array([0.0, 0.3, 0.0])
 SETTLE, STEPS = 60, 300

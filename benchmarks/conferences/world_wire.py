@@ -17,6 +17,7 @@ from benchmarks.row import Row, machine
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import quaternion_from_matrix
+from vistel.messages.world.encoder import WorldEncoder
 from vistel.render.stage.stage import Stage
 from vistel.space.inputs import PropInput, StepInputs
 from vistel.space.view import WorldView
@@ -24,7 +25,6 @@ from vistel.v1.world_pb2 import WorldSnapshot, WorldState
 from vistel.wire.topics import MESSAGE_VERSION
 from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
 from vistel_services.world.service import warm_up
-from vistel_services.world.world_encoder import WorldEncoder
 
 MOVING = 5
 SEATS = 14

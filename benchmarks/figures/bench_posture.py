@@ -20,6 +20,8 @@ import numpy as np
 
 from benchmarks.row import Row, machine
 from vistel.arrays import F64
+from vistel.capture.body import Capture, warm_up
+from vistel.capture.config import Person
 from vistel.figure.calibration.arms import START, ArmSamples, fit_comfort
 from vistel.figure.posture.posture import Stance, pose_joints
 from vistel.figure.posture.sensors import receiver_mounts
@@ -27,8 +29,6 @@ from vistel.figure.posture.swivel import Comfort
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
-from vistel_services.posture.capture import Capture, warm_up
-from vistel_services.posture.config import Person
 from vistel_sim.motion.bvh import load_bvh
 from vistel_sim.motion.recording import INDEX, SIDES, Recording, beginning
 from vistel_sim.motion.six_dof import load_hand_over

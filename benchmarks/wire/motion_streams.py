@@ -16,6 +16,9 @@ import numpy as np
 
 from benchmarks.leap import finger_angles
 from vistel.arrays import F64
+from vistel.capture.body import Capture
+from vistel.capture.config import Person
+from vistel.capture.one_euro import AngleFilter
 from vistel.conference.model import Conference
 from vistel.figure.face.marks import Expressions
 from vistel.figure.posture.posture import Posture, Stance
@@ -24,9 +27,6 @@ from vistel.protocol.glove_calibration import default_calibration
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.wire.motion_codec.layout import NUMBERS, PLACES
-from vistel_services.posture.capture import Capture
-from vistel_services.posture.config import Person
-from vistel_services.posture.one_euro import AngleFilter
 from vistel_sim.motion import open_motion
 from vistel_sim.motion.bvh import parse_bvh
 from vistel_sim.motion.source import MotionSource, Place, places

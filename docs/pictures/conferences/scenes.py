@@ -24,6 +24,7 @@ from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stanc
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_rotvec, rotation_y, rotvec_from_matrix
+from vistel.messages.world.encode import world_state
 from vistel.render.config import render_config
 from vistel.render.figures.people import load_figure
 from vistel.render.scene_renderer import SceneRenderer, View
@@ -40,7 +41,6 @@ from vistel.v1 import motion_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.proportions import to_message
 from vistel.wire.world.decoder import WorldDecoder
-from vistel_services.world.encode import world_state
 from vistel_sim.motion.open import open_motion
 
 ROOT = Path(__file__).resolve().parents[3]

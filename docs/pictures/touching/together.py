@@ -31,6 +31,7 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotvec_from_matrix
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.implicit.ghosts.mesh_ghosts import pulled
+from vistel.messages.world.encode import bond_message, thing_message
 from vistel.render.stage.hand_correction import ShownPerson, hand_offset, moved_hand
 from vistel.render.things.soft import SoftThing, bond_pulls
 from vistel.space.inputs import MotionInput, Person, StepInputs
@@ -42,7 +43,6 @@ from vistel.space.things.tessellate import tessellate_thing
 from vistel.space.things.things import Matter, Primitive, Thing
 from vistel.space.view import WorldView
 from vistel.space.world import World
-from vistel_services.world.encode import bond_message, thing_message
 
 STEP_NS, SIZE = 16_666_667, (330, 300)
 AVATAR = builtin_avatar("builtin:seed=7,hair_style=0", name="together", height=1.75)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass
 
+from vistel.capture.config import Person
 from vistel.conference.avatar_files import keep_parcel
 from vistel.figure.avatar.avatar import scaled
 from vistel.figure.avatar.proportions import Proportions
@@ -13,7 +14,6 @@ from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.parcels import digest_of, parts_of
 from vistel.wire.topics import BY_NAME
-from vistel_services.posture.config import Person
 
 log = logging.getLogger("vistel.posture")
 

@@ -11,6 +11,10 @@ from operator import or_
 
 from prometheus_client import Counter, Gauge, Histogram
 
+from vistel.capture.body import RATE_HZ, Capture, warm_up
+from vistel.capture.config import Config, Person, TrackedProp
+from vistel.capture.face import FaceCapture
+from vistel.capture.props import PropCapture
 from vistel.conference.model import Conference
 from vistel.figure.posture.solve import Solved
 from vistel.messages.postures import sample_of
@@ -22,11 +26,7 @@ from vistel.wire.clock import Clock
 from vistel.wire.motion import MotionEncoder, StalePart
 from vistel.wire.proportions import to_message
 from vistel.wire.topics import BY_NAME
-from vistel_services.posture.capture import RATE_HZ, Capture, warm_up
-from vistel_services.posture.config import Config, Person, TrackedProp
-from vistel_services.posture.face import FaceCapture
 from vistel_services.posture.own_avatar import OwnAvatar, own_avatar, send_parts
-from vistel_services.posture.props import PropCapture
 
 log = logging.getLogger("vistel.posture")
 

@@ -17,9 +17,9 @@ import numpy as np
 from google.protobuf.message import DecodeError
 
 from vistel.figure.posture.posture import Posture, Stance
+from vistel.messages.world.decode import command_input, people_of, prop_input
 from vistel.space.inputs import MotionInput, StepInputs
 from vistel.v1.world_pb2 import JournalStep, WorldInputs
-from vistel_services.world.decode import command_input, people_of, prop_input
 
 _FRAME = struct.Struct("<II")
 LONGEST = 1 << 26

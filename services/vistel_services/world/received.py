@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from prometheus_client import Counter
 
+from vistel.messages.world.decode import motion_input, person
 from vistel.space.inputs import MotionInput, Person
 from vistel.space.things.props import SILENT_NS as PROP_SILENT_NS
 from vistel.v1.command_pb2 import Command
@@ -16,7 +17,6 @@ from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel.wire.bus import Sample
 from vistel.wire.motion import MotionDecoder
-from vistel_services.world.decode import motion_input, person
 
 log = logging.getLogger("vistel.world")
 

@@ -11,6 +11,9 @@ from collections.abc import Sequence
 from google.protobuf.message import DecodeError
 from prometheus_client import Counter, Gauge, Histogram
 
+from vistel.messages.world.decode import command_input, prop_input
+from vistel.messages.world.encode import bond_torn, carries_state, command_result, hand_force, input_person, ownership
+from vistel.messages.world.encoder import WorldEncoder
 from vistel.space.hands.claims import ClaimEvent
 from vistel.space.inputs import StepInputs
 from vistel.space.view import HandForce, Outcome, WorldView
@@ -20,11 +23,8 @@ from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock, sleep, within
 from vistel.wire.topics import BY_NAME
 from vistel_services.world import journal
-from vistel_services.world.decode import command_input, prop_input
-from vistel_services.world.encode import bond_torn, carries_state, command_result, hand_force, input_person, ownership
 from vistel_services.world.received import InputCollector, ReceivedInputs
 from vistel_services.world.store import Store
-from vistel_services.world.world_encoder import WorldEncoder
 
 log = logging.getLogger("vistel.world")
 

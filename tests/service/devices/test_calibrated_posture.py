@@ -7,6 +7,9 @@ import math
 import numpy as np
 import pytest
 
+from vistel.capture.body import Capture
+from vistel.capture.config import Person
+from vistel.capture.one_euro import PoseFilter
 from vistel.conference.model import Conference, Participant, Site
 from vistel.figure.calibration.distortion import Distortion
 from vistel.figure.calibration.files import Body
@@ -15,9 +18,6 @@ from vistel.figure.posture.sensors import receiver_mounts
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, measured_skeleton, standard_skeleton
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
-from vistel_services.posture.capture import Capture
-from vistel_services.posture.config import Person
-from vistel_services.posture.one_euro import PoseFilter
 from vistel_sim.motion import open_motion
 from vistel_sim.motion.source import places, receivers_of
 

@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
+from vistel.capture.one_euro import AngleFilter, PoseFilter
+from vistel.capture.peaks import PeakHold
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
-from vistel_services.posture.one_euro import AngleFilter, PoseFilter
-from vistel_services.posture.peaks import PeakHold
 
 STATION_S = 1.0 / 30.0
 GLOVE_S = 1.0 / 60.0

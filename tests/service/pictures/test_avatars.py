@@ -19,6 +19,7 @@ from vistel.conference.paths import RunPaths
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.formats.parcel import pack, unpack
 from vistel.figure.formats.usd import save_usd
+from vistel.messages.world.verify import verify
 from vistel.render.figures.people import load_avatar_of
 from vistel.render.stage.stage import ParticipantInfo, Stage
 from vistel.space.people import build_like
@@ -33,7 +34,6 @@ from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_services import posture
 from vistel_services.posture.own_avatar import own_avatar
 from vistel_services.renderer.deliveries import Deliveries
-from vistel_services.world.verify import verify
 
 FILE = """
 [[sites]]

@@ -10,6 +10,7 @@ from waiting import wait_until
 
 from vistel.figure.posture.posture import standing
 from vistel.geometry.pose import Pose
+from vistel.messages.world.encoder import WorldEncoder
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.stage import Instant
 from vistel.render.stage.world_view import WorldView, thing_of, view_of
@@ -21,7 +22,6 @@ from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.wire.world.decoder import SnapshotBuilder, WorldDecoder
-from vistel_services.world.world_encoder import WorldEncoder
 
 STEP_NS = 16_666_667
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from vistel.capture.face import FaceCapture
+from vistel.capture.peaks import PeakHold
 from vistel.v1.device_pb2 import FaceFrame
-from vistel_services.posture.face import FaceCapture
-from vistel_services.posture.peaks import PeakHold
 
 
 def test_a_peak_between_two_motions_is_said_and_the_newest_follows() -> None:

@@ -8,10 +8,10 @@ from typing import Any
 
 from world_site import TICK_NS, WorldSite
 
+from vistel.messages.world.verify import verify
 from vistel.space.holding.ownership import LEASE_NS
 from vistel.v1.world_pb2 import Ownership
 from vistel.wire.topics import BY_NAME
-from vistel_services.world.verify import verify
 
 
 def told(reader: Any) -> list[Ownership]:

@@ -22,10 +22,10 @@ from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.messages.world.verify import verify
 from vistel.render.stage.stage import Instant, Stage
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.decoder import WorldDecoder
-from vistel_services.world.verify import verify
 
 SKELETON = standard_skeleton()
 BODY = standard_body(SKELETON)

@@ -11,10 +11,12 @@ import pytest
 from waiting import until
 from world_site import WorldSite
 
+from vistel.capture.props import PropCapture
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.figure.posture.posture import standing
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.messages.world.verify import verify
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel.wire.clock import SystemClock
@@ -22,8 +24,6 @@ from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel_services import posture, tracker
-from vistel_services.posture.props import PropCapture
-from vistel_services.world.verify import verify
 from vistel_sim.device import run_devices
 from vistel_sim.motion.source import prop_transmitter, receiver_on_prop
 from vistel_sim.process import simulators

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from world_site import TICK_NS, WorldSite, scenario
 
+from vistel.messages.world.encoder import MOST_KEYED
 from vistel.space.room import Extra, table_radius
 from vistel.v1.command_pb2 import Command, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Vec3
@@ -17,7 +18,6 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world.codec.frame import MOST_ENCODED
 from vistel.wire.world.decoder import RoomState
 from vistel.wire.world.listener import WorldListener
-from vistel_services.world.world_encoder import MOST_KEYED
 
 SEATS, THINGS = 14, 110
 

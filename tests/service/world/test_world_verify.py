@@ -10,12 +10,12 @@ from itertools import pairwise
 import pytest
 from world_site import WorldSite
 
+from vistel.messages.world.verify import Record, verify
 from vistel.v1.command_pb2 import Command, MoveThing, ResetRoom
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.v1.world_pb2 import HandForce
 from vistel.wire.motion import MotionDecoder, MotionEncoder
 from vistel.wire.topics import BY_NAME
-from vistel_services.world.verify import Record, verify
 
 
 @pytest.fixture(scope="module")

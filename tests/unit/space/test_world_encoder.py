@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from test_world_steps import START, Play, reaching
 
+from vistel.messages.world.encode import world_state
+from vistel.messages.world.encoder import KEY_STEPS, EncodedStep, WorldEncoder
 from vistel.space.actions import Create, Delete, Paint, Which
 from vistel.space.inputs import CommandInput
 from vistel.space.view import WorldView
 from vistel.v1.world_pb2 import WorldState
 from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
-from vistel_services.world.encode import world_state
-from vistel_services.world.world_encoder import KEY_STEPS, EncodedStep, WorldEncoder
 
 
 def handled(steps: int, *commands: tuple[int, CommandInput]) -> list[WorldView]:

@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+from vistel.messages.world.encoder import KEY_STEPS, MOST_KEYED, WorldEncoder
+from vistel.messages.world.interest import MOST_DETAILED
 from vistel.space.eyes import Eyes
 from vistel.space.room import meeting_room
 from vistel.space.view import ThingView, WorldView
@@ -18,8 +20,6 @@ from vistel.wire.world.codec.detail import read_detail
 from vistel.wire.world.codec.frame import MOST_ENCODED
 from vistel.wire.world.codec.touches import Touch, read_touches, write_touches
 from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
-from vistel_services.world.interest import MOST_DETAILED
-from vistel_services.world.world_encoder import KEY_STEPS, MOST_KEYED, WorldEncoder
 
 STEP_NS = 16_666_667
 AXES = np.array([0.0, 1.0, 0.0, 0.0])

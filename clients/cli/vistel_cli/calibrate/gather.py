@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from vistel.capture.body import USABLE, receiver_pose
 from vistel.conference.device_names import both_units, tracker_name
 from vistel.conference.devices import TrackerConfig
 from vistel.conference.model import Conference, Participant
@@ -30,7 +31,6 @@ from vistel_cli.devices.session import alone, running
 from vistel_cli.people import person_of
 from vistel_cli.terminal import USAGE, fail
 from vistel_services import tracker
-from vistel_services.posture.capture import USABLE, receiver_pose
 
 START_S = 20.0
 """Longest wait for the first values of all receivers."""

@@ -10,7 +10,7 @@ VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_st
 
 def verify_log(reader: LogReader, as_json: bool) -> int:
     """Run the world again on the log. Returns the exit code."""
-    from vistel_services.world.verify import verify  # its kernels take a second to load
+    from vistel.messages.world.verify import verify  # its kernels take a second to load
 
     report = verify((r.topic.name, r.names, r.message, r.log_ns) for r in reader.records(topics=VERIFIED_TOPICS))
     if as_json:

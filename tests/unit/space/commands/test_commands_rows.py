@@ -7,12 +7,12 @@ import pytest
 from talking import Talk, done, refused
 from test_world_steps import BATON
 
+from vistel.messages.world.encoder import WorldEncoder
 from vistel.space import actions as ask
 from vistel.space.actions import Shown, Which
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.world import World
 from vistel.wire.world.decoder import SnapshotBuilder, WorldDecoder
-from vistel_services.world.world_encoder import WorldEncoder
 
 SOME = ("box", "can", "cone", "tile")
 

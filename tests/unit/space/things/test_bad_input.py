@@ -10,6 +10,7 @@ import pytest
 from test_world_steps import START, Play, reaching
 
 from vistel.figure.posture.posture import Posture
+from vistel.messages.world.encode import hand_force, world_state
 from vistel.space.actions import Move, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
@@ -17,7 +18,6 @@ from vistel.space.things.things import Matter
 from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldState
-from vistel_services.world.encode import hand_force, world_state
 
 SECOND = 1_000_000_000
 CLAY = Matter("plastic", sticky=0.02)

@@ -12,6 +12,7 @@ from test_world_steps import Play, reaching
 
 from vistel.figure.posture.posture import Posture
 from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.messages.world.encoder import WorldEncoder
 from vistel.space.actions import Move, Reset, Which
 from vistel.space.inputs import CommandInput
 from vistel.space.memory.bonds import Bond
@@ -21,7 +22,6 @@ from vistel.space.things.things import Matter, Primitive
 from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel.wire.world.decoder import WorldDecoder
-from vistel_services.world.world_encoder import WorldEncoder
 
 BALL = PrimitiveSet.of_cone_spheres(np.zeros((1, 3)), np.zeros((1, 3)), np.array([0.04]), np.array([0.04]))
 SECOND = 1_000_000_000

@@ -9,6 +9,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from vistel.messages.world.encode import bond_message, dent_message, grasp_message, selections, thing_message, world_state
+from vistel.messages.world.interest import InterestFilter
+from vistel.messages.world.touching import Touching
 from vistel.space.eyes import Eyes
 from vistel.space.things.things import Thing
 from vistel.space.view import GraspView, WorldView
@@ -19,9 +22,6 @@ from vistel.wire.world.codec.frame import MOST_ENCODED, Book, ChangedLists, Move
 from vistel.wire.world.codec.poses import GridPose, rounded
 from vistel.wire.world.codec.touches import Pair, Touch
 from vistel.wire.world.decoder import check_of, crc_of, crc_of_marks
-from vistel_services.world.encode import bond_message, dent_message, grasp_message, selections, thing_message, world_state
-from vistel_services.world.interest import InterestFilter
-from vistel_services.world.touching import Touching
 
 KEY_STEPS = 120
 """Steps from one whole message to the next: two seconds."""

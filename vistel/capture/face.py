@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.capture.peaks import PeakHold
 from vistel.figure.face.marks import MARK_COUNT
 from vistel.v1.device_pb2 import FaceFrame
 from vistel.wire.motion import StalePart
-from vistel_services.posture.peaks import PeakHold
 
 SILENT_NS = 250_000_000
 """A face not seen for this long keeps its last expression and is flagged."""

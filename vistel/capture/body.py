@@ -8,6 +8,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.capture.config import Person
+from vistel.capture.one_euro import AngleFilter, PoseFilter
+from vistel.capture.peaks import PeakHold
+from vistel.capture.whole_body import WholeBody, whole_body
 from vistel.figure.posture.carry_over import CarryOver
 from vistel.figure.posture.limits import SIDES
 from vistel.figure.posture.posture import HAND_DOF_COUNT, pose_joints, standing
@@ -16,10 +20,6 @@ from vistel.figure.posture.solve import PostureSolver, Solved
 from vistel.figure.posture.swivel import Comfort
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.v1.device_pb2 import GloveFrame, TrackerFrame, TrackerReceiver
-from vistel_services.posture.config import Person
-from vistel_services.posture.one_euro import AngleFilter, PoseFilter
-from vistel_services.posture.peaks import PeakHold
-from vistel_services.posture.whole_body import WholeBody, whole_body
 
 RATE_HZ = 60.0
 SILENT_S = 0.25

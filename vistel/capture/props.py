@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.capture.body import RATE_HZ, USABLE, receiver_pose
+from vistel.capture.config import TrackedProp
+from vistel.capture.one_euro import PoseFilter
 from vistel.figure.posture.sensors import out_of_frame
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
-from vistel_services.posture.capture import RATE_HZ, USABLE, receiver_pose
-from vistel_services.posture.config import TrackedProp
-from vistel_services.posture.one_euro import PoseFilter
 
 
 class PropCapture:

@@ -13,15 +13,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from vistel.messages.world.decode import command_input, motion_input, people_of, prop_input
+from vistel.messages.world.encode import hand_force
+from vistel.messages.world.encoder import WorldEncoder
 from vistel.space.inputs import MotionInput, StepInputs
 from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import HandForce, WorldDetail, WorldInputs, WorldState
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.world.codec.bits import FrameError
-from vistel_services.world.decode import command_input, motion_input, people_of, prop_input
-from vistel_services.world.encode import hand_force
-from vistel_services.world.world_encoder import WorldEncoder
 
 _Told = WorldState | HandForce | WorldDetail
 Record = tuple[str, dict[str, str], Any, int]
@@ -45,7 +45,7 @@ class VerifyReport:
     difference: str = ""
     hand_forces: int = 0
     skipped: int = 0
-    skipped_because: dict[str, int] = field(default_factory=dict)
+    skipped_because: dict[str, int] = field(default_factory=dict[str, int])
     lives: int = 0
 
 

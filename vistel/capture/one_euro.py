@@ -66,7 +66,8 @@ class AngleFilter:
 
     def __init__(self) -> None:
         self._t = -math.inf
-        self._angles = self._speed = np.zeros(0)
+        self._angles: F64 = np.zeros(0)
+        self._speed: F64 = np.zeros(0)
 
     def update(self, t: float, angles: F64) -> F64:
         """The filtered angles (n,) after a sample; of one that is not newer than the last, those of the last."""
