@@ -50,15 +50,15 @@ def _lines(path: Path, faults: list[str]) -> str:
 def _room_faults(conference: Conference) -> list[str]:
     if not conference.room.things and not any(s.props for s in conference.sites):
         return []
-    from vistel.conference.room_things import faults_of  # noqa: PLC0415  loads the mathematics; only for who has things
+    from vistel.conference.room_things import faults_of  # loads the mathematics; only for who has things
 
     return faults_of(conference)
 
 
 def with_seats(conference: Conference) -> Conference:
     """The conference with as many seats as its room's file has, if it has any. Raises ConferenceError, ValidationError."""
-    from vistel.conference.seats import seats_of  # noqa: PLC0415  loads the mathematics
-    from vistel.space.files.faults import RoomFileError  # noqa: PLC0415
+    from vistel.conference.seats import seats_of  # loads the mathematics
+    from vistel.space.files.faults import RoomFileError
 
     try:
         count = len(seats_of(conference.room))

@@ -30,7 +30,7 @@ def seat_place(room: Room, index: int) -> tuple[F64, float]:
 
 @lru_cache(4)
 def _seats_in(file: Path, stamp: int) -> tuple[Seat, ...]:
-    from vistel.space.files.load import load_seats  # noqa: PLC0415  a second; only for rooms from files
+    from vistel.space.files.load import load_seats  # a second; only for rooms from files
 
     return load_seats(file)
 

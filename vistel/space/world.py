@@ -175,8 +175,8 @@ class World:
         for person in inputs.people:
             old = figures.get(person.participant)
             sound = math.isfinite(person.height) and 0.5 <= person.height <= 2.6
-            person = person if sound else replace(person, height=1.75)  # noqa: PLW2901
-            figures[person.participant] = replace(old, person=person) if old else Figure(person)
+            usual = person if sound else replace(person, height=1.75)
+            figures[person.participant] = replace(old, person=usual) if old else Figure(usual)
         for motion in inputs.motions:
             if motion.participant in figures and usable(motion.posture):
                 figures[motion.participant] = figures[motion.participant].moved(motion, inputs.step)

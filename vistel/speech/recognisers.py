@@ -27,7 +27,7 @@ def recogniser(language: Language, grammar: Grammar, voice: Path | None = None, 
     try:
         if chosen is None or chosen.name == "own":
             return MAKERS[language](grammar, voice)
-        from vistel.speech.engines.adapter import made  # noqa: PLC0415  others are used by few
+        from vistel.speech.engines.adapter import made  # others are used by few
 
         return made(chosen, grammar, language)
     except EngineError as e:
@@ -43,7 +43,7 @@ def unrecognisable(language: Language, text: str) -> str | None:
             return str(e)
         return None
     # Loads pocketsphinx, which Japanese does without.
-    from vistel.speech.engines.sphinx import unknown_word  # noqa: PLC0415
+    from vistel.speech.engines.sphinx import unknown_word
 
     try:
         return unknown_word(text)
@@ -57,9 +57,9 @@ def checked_grammar(*extra: Path) -> tuple[Grammar, list[Fault]]:
 
 
 def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
-    from vistel.speech import acoustic, enrolment, japanese  # noqa: PLC0415  as above
-    from vistel.speech.automaton import compile_automaton  # noqa: PLC0415
-    from vistel.speech.phones import PHONES  # noqa: PLC0415
+    from vistel.speech import acoustic, enrolment, japanese
+    from vistel.speech.automaton import compile_automaton
+    from vistel.speech.phones import PHONES
 
     try:
         model = acoustic.japanese()
@@ -70,7 +70,7 @@ def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
 
 
 def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
-    from vistel.speech.english import EnglishRecogniser  # noqa: PLC0415  as above
+    from vistel.speech.english import EnglishRecogniser
 
     return EnglishRecogniser(grammar)
 

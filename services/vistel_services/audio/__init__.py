@@ -17,13 +17,13 @@ __all__ = ["Config", "Microphone", "configure", "preload", "run"]
 def preload(conference: Conference) -> None:
     """Load what its sites will need."""
     if any(site.audio is not None for site in conference.sites):
-        import vistel_services.audio.service  # noqa: F401, PLC0415
+        import vistel_services.audio.service  # noqa: F401
 
 
 async def run(config: Config | None, bus: Bus, clock: Clock) -> None:
     """Until cancelled; at a site without sound, nothing."""
     if config is None:
         return
-    from vistel_services.audio.service import run_audio  # noqa: PLC0415  a site without sound need not load it
+    from vistel_services.audio.service import run_audio  # a site without sound need not load it
 
     await run_audio(config, bus, clock)

@@ -18,7 +18,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """One task per device, until cancelled; at a site without equipment, nothing."""
     if not config.devices:
         return
-    from vistel_services.delay.service import run_device  # noqa: PLC0415  a site without equipment need not load it
+    from vistel_services.delay.service import run_device  # a site without equipment need not load it
 
     async with asyncio.TaskGroup() as group:
         for device in config.devices:

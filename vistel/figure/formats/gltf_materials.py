@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from PIL import Image
 
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch, patch_of
@@ -112,8 +113,6 @@ def primitives(into: Binary, avatar: Avatar, mesh: Mesh, shared: dict[str, Any])
 
 def with_alpha(albedo: NDArray[np.uint8], patch: Patch) -> NDArray[np.uint8]:
     """(H, W, 4) the avatar's texture with the opacity of a patch where that lies, nowhere else solid."""
-    from PIL import Image  # noqa: PLC0415
-
     assert patch.opacity is not None
     h, w = albedo.shape[:2]
     left, bottom, right, top = (round(t * n) for t, n in zip(patch.box, (w, h, w, h), strict=True))

@@ -25,7 +25,7 @@ def load_any(path: Path) -> Avatar:
         return _load_gltf(path)
     if ending not in USD_ENDINGS:
         raise AvatarFileError(f"{path}: no avatar file; expected .usda, .usdc, .usd or .usdz (make one: vistel avatar import)")
-    from vistel.figure.formats.usd import load_usd  # noqa: PLC0415 - USD takes long to load
+    from vistel.figure.formats.usd import load_usd  # USD takes long to load
 
     return load_usd(path)
 

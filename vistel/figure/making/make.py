@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from vistel.arrays import F64, I32
 from vistel.figure.avatar.avatar import Avatar, Mesh, Target
@@ -224,8 +225,6 @@ def refit(avatar: Avatar, primitives: int) -> tuple[Avatar, BodyFit]:
 
 def _of_level(level: Avatar, finest: Avatar, fit: BodyFit, head: int) -> Avatar:
     """A coarser level's vertices are a part of the finest's: the limb comes from the nearest of them."""
-    from scipy.spatial import KDTree  # noqa: PLC0415
-
     _, nearest = KDTree(finest.mesh.vertices).query(level.mesh.vertices)
     return _relimbed(level, fit, fit.limb[nearest], head)
 

@@ -111,7 +111,7 @@ class _Stage:
     """The file over the parts."""
 
     def __init__(self, path: Path, rate: float, count: int) -> None:
-        from pxr import Sdf, Usd, UsdGeom  # noqa: PLC0415 - takes long to load
+        from pxr import Sdf, Usd, UsdGeom  # takes long to load
 
         self._path, self._count = path, count
         # A layer of its own until it is whole: what is there already stays when something fails.
@@ -132,7 +132,7 @@ class _Stage:
 
     def room(self, file: str, moving: dict[str, _Kept]) -> None:
         """The room, and its things that the log ever describes."""
-        from pxr import Gf, UsdGeom  # noqa: PLC0415
+        from pxr import Gf, UsdGeom
 
         self._stage.DefinePrim("/Conference/Room").GetReferences().AddReference(file)
         for prim in self._stage.GetPrimAtPath("/Conference/Room/Things").GetChildren():
@@ -149,7 +149,7 @@ class _Stage:
 
     def person(self, name: str, file: str, kept: _Kept) -> None:
         """An avatar that moves."""
-        from pxr import Gf, UsdGeom, UsdSkel, Vt  # noqa: PLC0415
+        from pxr import Gf, UsdGeom, UsdSkel, Vt
 
         at = f"/Conference/People/{name.replace('-', '_')}"
         prim = self._stage.DefinePrim(at)
@@ -168,7 +168,7 @@ class _Stage:
 
     def camera(self, site: str, kept: _Kept) -> None:
         """What the first participant of a site sees."""
-        from pxr import Gf, UsdGeom  # noqa: PLC0415
+        from pxr import Gf, UsdGeom
 
         if not kept.frames:
             return

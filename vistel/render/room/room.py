@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 
 from vistel.arrays import F32, F64, I32, U8
@@ -142,8 +143,6 @@ def _quad(origin: F64, right: F64, up: F64, finished: U8) -> ShellPanel:
 
 def _baked(size: tuple[int, int], origin: F64, right: F64, up: F64, discs: F64) -> F32:
     """Light on a plane, computed on a coarse grid and smoothed up to `size` (h, w)."""
-    import cv2  # noqa: PLC0415
-
     h, w = max(8, size[0] // 6), max(8, size[1] // 6)
     normal = np.cross(right, up)
     points = _plane(h, w, origin, right, up).reshape(-1, 3)

@@ -100,7 +100,7 @@ def _one_line(path: Path, fault: Exception) -> RoomFileError:
 
 
 def _opened(path: Path) -> Any:
-    from pxr import Tf, Usd  # noqa: PLC0415 - takes long to load
+    from pxr import Tf, Usd  # takes long to load
 
     try:
         return Usd.Stage.Open(str(path))
@@ -113,7 +113,7 @@ def _made(path: Path, fixed: bool | None, room: bool) -> Interior:
     ending = path.suffix.lower()
     seats: list[Seat] = []
     if ending in USD_ENDINGS:
-        from vistel.figure.making.files.read_usd import read_usd  # noqa: PLC0415 - USD takes long to load
+        from vistel.figure.making.files.read_usd import read_usd  # USD takes long to load
 
         stage = _opened(path)
         source = read_usd(path, lambda prim: str(_component(prim).GetPath()))
@@ -160,7 +160,7 @@ def _in_place(whole: Found, seats: list[Seat]) -> tuple[tuple[Thing, ...], list[
 
 def _component(prim: Any) -> Any:
     """The prim that is one thing with this mesh: a component or rigid body above it, or the Xform that holds it alone."""
-    from pxr import Usd, UsdPhysics  # noqa: PLC0415
+    from pxr import Usd, UsdPhysics
 
     at = prim
     while at and not at.IsPseudoRoot():
@@ -174,7 +174,7 @@ def _component(prim: Any) -> Any:
 
 def _said(stage: Any) -> dict[str, Said]:
     """Properties of things from UsdPhysics and our attributes, by the path of their prim."""
-    from pxr import UsdPhysics  # noqa: PLC0415
+    from pxr import UsdPhysics
 
     out: dict[str, Said] = {}
     for prim in stage.Traverse():

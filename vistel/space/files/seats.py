@@ -46,7 +46,7 @@ def seats_at_chairs(things: Iterable[Thing]) -> list[Seat]:
 
 def usd_seats(stage: Any, to_room: F64) -> list[Seat]:
     """Of a stage of others: prims with vistel:seat, else those called so. to_room: (4, 4) from the stage's frame."""
-    from pxr import UsdGeom  # noqa: PLC0415
+    from pxr import UsdGeom
 
     cache = UsdGeom.XformCache()
     told: list[tuple[str, F64]] = []
@@ -63,8 +63,8 @@ def usd_seats(stage: Any, to_room: F64) -> list[Seat]:
 
 def gltf_seats(path: Path) -> list[Seat]:
     """Of a glTF file. Raises MakingError, OSError."""
-    from vistel.figure.making.files.gltf import read_document  # noqa: PLC0415
-    from vistel.figure.making.files.gltf_nodes import Nodes  # noqa: PLC0415
+    from vistel.figure.making.files.gltf import read_document
+    from vistel.figure.making.files.gltf_nodes import Nodes
 
     nodes = Nodes(read_document(path))
     return nodes_called_seat((nodes.name(k), nodes.matrix[k]) for k in range(len(nodes)))

@@ -72,7 +72,7 @@ class _Reader:
         return Interior(room, notes=tuple(self.notes)).with_things(found, self.models)
 
     def _thing(self, prim: Any) -> Thing:
-        from pxr import UsdGeom  # noqa: PLC0415
+        from pxr import UsdGeom
 
         where = f"{self.path}: {_get(prim, 'id')}"
         try:
@@ -122,7 +122,7 @@ class _Reader:
         )
 
     def _look(self, prim: Any) -> Look:
-        from pxr import UsdGeom  # noqa: PLC0415
+        from pxr import UsdGeom
 
         told, colour = str(_get(prim, "model")), _colour(_get(prim, "colour"))
         if told not in self.models:
@@ -138,7 +138,7 @@ class _Reader:
         return Look(told, np.ascontiguousarray(whole[:3, :3].T), np.ascontiguousarray(whole[3, :3]), colour)
 
     def _model(self, prim: Any) -> Model:
-        from pxr import UsdGeom  # noqa: PLC0415
+        from pxr import UsdGeom
 
         mesh = UsdGeom.Mesh(prim)
         vertices = np.array(mesh.GetPointsAttr().Get(), np.float32).reshape(-1, 3)
@@ -178,7 +178,7 @@ class _Reader:
         return f"{self.path.stem}_textures"
 
     def _decoded(self, asset: str) -> NDArray[np.uint8] | None:
-        from pxr import Ar, Sdf  # noqa: PLC0415
+        from pxr import Ar, Sdf
 
         layer = self.stage.GetRootLayer()
         found = Ar.GetResolver().Resolve(Sdf.ComputeAssetPathRelativeToLayer(layer, asset))

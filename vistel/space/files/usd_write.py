@@ -44,7 +44,7 @@ def save_usd(interior: Interior, path: Path) -> None:
     ending = path.suffix.lower()
     if ending not in USD_ENDINGS:
         raise ValueError(f"{path}: expected a name that ends in {', '.join(USD_ENDINGS)}")
-    from pxr import Tf, UsdUtils  # noqa: PLC0415 - takes long to load
+    from pxr import Tf, UsdUtils  # takes long to load
 
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=f".{path.stem}") as folder:
         packed = ending == ".usdz"
@@ -83,7 +83,7 @@ def _tidy(folder: Path, used: set[str]) -> None:
 
 class _Writer:
     def __init__(self, path: Path, pictures: Path) -> None:
-        from pxr import Usd, UsdGeom, UsdPhysics  # noqa: PLC0415
+        from pxr import Usd, UsdGeom, UsdPhysics
 
         self.stage: Any = Usd.Stage.CreateNew(str(path))
         self.pictures = pictures
@@ -93,7 +93,7 @@ class _Writer:
         UsdPhysics.SetStageKilogramsPerUnit(self.stage, 1.0)
 
     def room(self, interior: Interior) -> None:
-        from pxr import Sdf, Usd, UsdGeom  # noqa: PLC0415
+        from pxr import Sdf, Usd, UsdGeom
 
         root = UsdGeom.Xform.Define(self.stage, "/Room").GetPrim()
         self.stage.SetDefaultPrim(root)
@@ -116,7 +116,7 @@ class _Writer:
         self.stage.GetRootLayer().Save()
 
     def _placed(self, at: str, position: NDArray[np.float64], rotation: NDArray[np.float64]) -> Any:
-        from pxr import Gf, UsdGeom  # noqa: PLC0415
+        from pxr import Gf, UsdGeom
 
         form = UsdGeom.Xform.Define(self.stage, at)
         form.AddTranslateOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Vec3d(*position.tolist()))
@@ -125,7 +125,7 @@ class _Writer:
         return form.GetPrim()
 
     def _thing(self, t: Thing, name: str, interior: Interior) -> None:
-        from pxr import Sdf, Usd, UsdGeom, UsdPhysics  # noqa: PLC0415
+        from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
         at, types = f"/Room/Things/{name}", Sdf.ValueTypeNames
         prim = self._placed(at, t.position, t.rotation)
@@ -159,7 +159,7 @@ class _Writer:
         self._body(f"{at}/Body", t)
 
     def _primitives(self, prim: Any, t: Thing) -> None:
-        from pxr import Gf, Sdf  # noqa: PLC0415
+        from pxr import Gf, Sdf
 
         types = Sdf.ValueTypeNames
         keep(prim, "primitive:kind", types.StringArray, [p.kind for p in t.primitives])
@@ -170,7 +170,7 @@ class _Writer:
         keep(prim, "primitive:colour", types.StringArray, [f"#{p.colour:08x}" for p in t.primitives])
 
     def _look(self, at: str, digest: str, matrix: Any, offset: Any, colour: int, models: Any) -> None:
-        from pxr import Gf, Sdf, UsdGeom, Vt  # noqa: PLC0415
+        from pxr import Gf, Sdf, UsdGeom, Vt
 
         types = Sdf.ValueTypeNames
         m: Model = models[digest]
@@ -192,7 +192,7 @@ class _Writer:
         self._bind(mesh, m, colour)
 
     def _bind(self, mesh: Any, m: Model, colour: int) -> None:
-        from pxr import Sdf  # noqa: PLC0415
+        from pxr import Sdf
 
         keep(mesh.GetPrim(), "materials", Sdf.ValueTypeNames.StringArray, [self._told(x) for x in m.materials])
         if colour:
@@ -202,7 +202,7 @@ class _Writer:
 
     def _paint(self, mesh: Any, colours: list[int], of_face: NDArray[np.int32]) -> None:
         """Plain colours, 0xRRGGBBAA, for programs that draw materials and for those that draw display colours."""
-        from pxr import UsdGeom  # noqa: PLC0415
+        from pxr import UsdGeom
 
         numbers, number = np.unique(of_face, return_inverse=True)
         used = [colours[n] for n in numbers.tolist()]
@@ -218,7 +218,7 @@ class _Writer:
 
     def _share(self, made: list[Any], mesh: Any, of_face: NDArray[np.integer[Any]]) -> None:
         """Bind a material to each face; of_face: (F,) which of those `made`."""
-        from pxr import UsdGeom, UsdShade  # noqa: PLC0415
+        from pxr import UsdGeom, UsdShade
 
         if len(made) == 1:
             UsdShade.MaterialBindingAPI.Apply(mesh.GetPrim()).Bind(made[0])
@@ -234,7 +234,7 @@ class _Writer:
         return json.dumps([m.name, m.colour, _digest(m.picture), *finish_told(m)], ensure_ascii=False)
 
     def _material(self, m: Material) -> Any:
-        from pxr import Sdf, UsdShade  # noqa: PLC0415
+        from pxr import Sdf, UsdShade
 
         key = self._told(m)
         if key in self.materials:
@@ -275,7 +275,7 @@ class _Writer:
 
     def _body(self, at: str, t: Thing) -> None:
         """What is drawn of its own primitives."""
-        from pxr import Sdf  # noqa: PLC0415
+        from pxr import Sdf
 
         drawn = t.curve.straight if t.curve else t
         seen = [(s, p.colour or t.colour) for s, p in zip(tessellate_thing(t, 0.7), drawn.primitives, strict=True) if p.seen]
@@ -289,7 +289,7 @@ class _Writer:
         self._paint(mesh, colours, of_face.astype(np.int32))
 
     def _mesh(self, at: str, vertices: Any, triangles: Any) -> Any:
-        from pxr import UsdGeom, UsdPhysics, Vt  # noqa: PLC0415
+        from pxr import UsdGeom, UsdPhysics, Vt
 
         mesh = UsdGeom.Mesh.Define(self.stage, at)
         mesh.CreateSubdivisionSchemeAttr(UsdGeom.Tokens.none)
@@ -304,7 +304,7 @@ class _Writer:
 
 def keep(prim: Any, name: str, kind: Any, value: Any) -> None:
     """An attribute of ours."""
-    from pxr import Sdf  # noqa: PLC0415
+    from pxr import Sdf
 
     prim.CreateAttribute(f"vistel:{name}", kind, True, Sdf.VariabilityUniform).Set(value)
 
@@ -326,15 +326,15 @@ def _digest(picture: NDArray[np.uint8] | None) -> str:
 
 
 def _vec(v: NDArray[np.float64]) -> Any:
-    from pxr import Gf  # noqa: PLC0415
+    from pxr import Gf
 
     return Gf.Vec3d(*v.tolist())
 
 
 def _linear(colour: int) -> Any:
     """USD's colours are linear light."""
-    from pxr import Gf  # noqa: PLC0415
+    from pxr import Gf
 
-    from vistel.colour import linear  # noqa: PLC0415
+    from vistel.colour import linear
 
     return Gf.Vec3f(*linear(np.array([colour >> s & 0xFF for s in (24, 16, 8)]) / 255.0).tolist())

@@ -69,7 +69,7 @@ class Stream:
     async def open(self) -> None:
         """Serve. Raises OSError where the address cannot be used."""
         await asyncio.to_thread(import_module, "aiohttp.web")  # slow to load: the others are listened to meanwhile
-        from aiohttp import web  # noqa: PLC0415  few sites stream
+        from aiohttp import web  # few sites stream
 
         app = web.Application()
         for path in _SERVED:
@@ -136,7 +136,7 @@ class Stream:
                 reader.put_text(json.dumps(state | {"left_out": reader.left_out}))
 
     async def _page(self, request: web.Request) -> web.Response:
-        from aiohttp import web  # noqa: PLC0415
+        from aiohttp import web
 
         if not answered(request.headers.get("Host"), None):
             raise web.HTTPForbidden(text="ask for this page by the address of its machine\n")
@@ -145,7 +145,7 @@ class Stream:
         return web.Response(text=text, content_type=kind, charset="utf-8", headers=_HEADERS)
 
     async def _watch(self, request: web.Request) -> web.StreamResponse:
-        from aiohttp import web  # noqa: PLC0415
+        from aiohttp import web
 
         if not answered(request.headers.get("Host"), request.headers.get("Origin")):
             log.warning("event=stream_refused origin=%r host=%r", request.headers.get("Origin"), request.headers.get("Host"))

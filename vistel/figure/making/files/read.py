@@ -87,7 +87,7 @@ def read_mesh(path: Path) -> Source:
     if ending in GLTF_ENDINGS:
         return read_gltf(path)
     if ending in USD_ENDINGS:
-        from vistel.figure.making.files.read_usd import read_usd  # noqa: PLC0415 - USD takes long to load
+        from vistel.figure.making.files.read_usd import read_usd  # USD takes long to load
 
         return read_usd(path)
     raise MakingError(f"{path}: no format for {ending or 'a name without an ending'!r}, expected {', '.join(ENDINGS)}")
