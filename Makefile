@@ -60,6 +60,7 @@ docs: setup  ## make the pictures and reference pages of docs/
 	@for script in docs/pictures/*/*.py; do echo $$script; $(PY) -m $$(echo $${script%.py} | tr / .); done
 	@$(PY) -m vistel.wire.reference
 	@$(PY) -m vistel_services.process.metrics_reference
+	@$(PY) -m scripts.python_reference
 
 clean:  ## remove what was built
 	rm -rf $(VENV) out run .pytest_cache .ruff_cache .hypothesis

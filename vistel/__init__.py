@@ -14,16 +14,16 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vistel import figure, implicit, log, render
-    from vistel.session.join import join
+    from vistel import figure, implicit, log, render, session
+    from vistel.session.blocking import join
 
-__all__ = ["figure", "implicit", "join", "log", "render"]
+__all__ = ["figure", "implicit", "join", "log", "render", "session"]
 
 
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used: `import vistel` alone loads no mathematics."""
     if name == "join":
-        return import_module("vistel.session.join").join
+        return import_module("vistel.session.blocking").join
     if name in __all__:
         return import_module(f"vistel.{name}")
     raise AttributeError(f"module 'vistel' has no attribute {name!r}")

@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from vistel.conference.files import ConferenceError
-from vistel.session.join import place_of
+from vistel.session.blocking import place_of
 from vistel.session.session import AsyncSession, opened
 from vistel.space.commands.phrase import PhraseError
 from vistel.wire.zenoh.bus import BusError

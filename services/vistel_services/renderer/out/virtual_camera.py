@@ -1,4 +1,7 @@
-"""The site's picture as a camera that other programs can choose: a v4l2loopback device (Linux), written to directly."""
+"""The site's picture as a camera that other programs can choose: a v4l2loopback device (Linux), written to directly.
+
+The package pyvirtualcam does the same. It is not used because its licence is the GPL, version 2, and VISTEL's is Apache-2.0.
+"""
 
 from __future__ import annotations
 
