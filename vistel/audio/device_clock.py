@@ -8,10 +8,16 @@ _BUCKET_NS = 500_000_000
 _BUCKETS = 40
 _LEAST_BUCKETS = 8
 _EARLY_S = 0.010
-_LATE_S, _LOST_NS, _LOST_SIGHTINGS = 0.060, 200_000_000, 4
-"""When all that is seen for so long, so many times at least, is so late, samples are missing."""
-_STEP_S, _STEP_BUCKETS = 0.005, 3
-"""When the earliest sightings of so many half seconds in a row are so late, a few samples are missing: no clock drifts so."""
+_LATE_S = 0.060
+"""A sighting that is later than this makes the clock doubtful [s]."""
+_LOST_NS = 200_000_000
+"""Samples are missing when all sightings of this time are that late."""
+_LOST_SIGHTINGS = 4
+"""Fewest late sightings that show missing samples."""
+_STEP_S = 0.005
+"""Lateness of the earliest sighting of a half second that no drift explains: a few samples are missing [s]."""
+_STEP_BUCKETS = 3
+"""Half seconds in a row that must be so late."""
 MOST_PPM = 1000.0
 """No sound card is further off; a line that says so is one of late arrivals."""
 

@@ -23,8 +23,15 @@ FRAME = 960
 FRAME_NS = 20_000_000
 
 _MOST_BYTES = 1500
-_VOIP, _AUDIO = 2048, 2049
-_SET_BITRATE, _SET_COMPLEXITY, _SET_FEC, _SET_LOSS, _SET_DTX, _GET_LOOKAHEAD = 4002, 4010, 4012, 4014, 4016, 4027
+# Of opus_defines.h: kinds of sound, and requests to an encoder.
+_VOIP = 2048  # OPUS_APPLICATION_VOIP: speech
+_AUDIO = 2049  # OPUS_APPLICATION_AUDIO: any sound
+_SET_BITRATE = 4002  # bits per second
+_SET_COMPLEXITY = 4010  # 0 to 10
+_SET_FEC = 4012  # 1: packets repeat the one before, for a receiver that lost it
+_SET_LOSS = 4014  # expected share of lost packets [%]
+_SET_DTX = 4016  # 1: silence is not sent
+_GET_LOOKAHEAD = 4027  # samples by which the encoder delays
 
 
 class OpusError(RuntimeError):

@@ -16,7 +16,10 @@ HEAD_RADIUS = 0.0875
 SOUND_SPEED = 343.0
 _REFERENCE_M = 1.2
 """At this distance a voice is as loud as its microphone took it: across a table."""
-_NEAREST_M, _FARTHEST_M = 0.3, 12.0
+_NEAREST_M = 0.3
+"""A nearer voice is no louder."""
+_FARTHEST_M = 12.0
+"""A farther voice is no quieter."""
 _SHADOW = 0.75
 _FAR_LOSS = 0.45
 MOST_LATE_S = HEAD_RADIUS / SOUND_SPEED * (1.0 + math.pi / 2.0)

@@ -26,8 +26,10 @@ _RESTART_FRAMES = 250
 """A packet further off than five seconds belongs to a stream that began anew."""
 _GUESSED_MOST = 5
 """Frames made up in a row (the codec fades them out itself); then the stream is silent until it returns."""
-_CLOSE, _HIT = _MS // 2, 2
-"""Within half a millisecond nothing is done; what is done goes on until it is this near [samples]."""
+_CLOSE = _MS // 2
+"""A smaller error is left alone: half a millisecond [samples]."""
+_HIT = 2
+"""A correction goes on until the error is no larger [samples]."""
 _SPLICE = 4 * _MS
 """Errors from here on are stretched away, smaller ones resampled."""
 _JUMP = 250 * _MS

@@ -7,8 +7,10 @@ from dataclasses import dataclass, replace
 from vistel.space.inputs import CommandInput
 from vistel.space.view import Outcome
 
-BURST, PER_STEP = 20.0, 10.0 / 60.0
-"""Commands somebody may send at once, and how fast that allowance comes back (ten a second)."""
+BURST = 20.0
+"""Commands that somebody may send at once."""
+PER_STEP = 10.0 / 60.0
+"""How much of that allowance comes back at each step: ten commands a second."""
 REMEMBERED = 128
 """Number of kept answers. A command that arrives twice is answered twice and done once."""
 

@@ -10,8 +10,12 @@ from numpy.typing import NDArray
 from vistel.speech.decoder import Sentence
 
 FEATURES = 5
-WHOLE, PACE, SHORTNESS = 1, 3, 4
-"""Which of them are how well the whole fits, how far the speed is from the usual, and how short it was."""
+WHOLE = 1
+"""Which feature is how well the whole sentence fits."""
+PACE = 3
+"""Which feature is how far the speed is from the usual."""
+SHORTNESS = 4
+"""Which feature is how short the sentence was."""
 _USUAL = 3.8
 """Frames that a state lasts when people speak as usual."""
 _SHORT = 30.0

@@ -11,14 +11,19 @@ import numpy as np
 from vistel.arrays import F32
 from vistel.speech.recognition import SAMPLE_RATE
 
-FRAME, STEP = 512, 256
+FRAME = 512
+"""Samples of a spectrum."""
+STEP = 256
+"""Samples from one spectrum to the next: half a frame, so that the windows add up to 1."""
 _BINS = FRAME // 2 + 1
 _WINDOW = np.sqrt(0.5 - 0.5 * np.cos(2.0 * np.pi * np.arange(FRAME) / FRAME)).astype(np.float32)
 _SMOOTH = 0.8
 _FLOOR = 0.2
 """Least gain in much noise: what is left keeps the recogniser's features in the range it was trained in."""
-_NOISY_DB, _QUIET_DB = 15.0, 30.0
-"""Speech over noise: from the first to the second less and less is taken out, above that nothing."""
+_NOISY_DB = 15.0
+"""Speech over noise up to which the least gain is `_FLOOR`; above, it rises."""
+_QUIET_DB = 30.0
+"""Speech over noise above which nothing is taken out."""
 _FORGET = 0.995
 _BLOCK = round(0.4 * SAMPLE_RATE / STEP)
 _BLOCKS = 4

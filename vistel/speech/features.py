@@ -19,7 +19,10 @@ FRAME_S = HOP / SAMPLE_RATE
 _FFT = 512
 _FLOOR = 1e-7
 """Energy that is added to each band's: 70 dB under a full scale sine; less is silence and all silence is alike."""
-_LOWEST_HZ, _HIGHEST_HZ = 60.0, 7600.0
+_LOWEST_HZ = 60.0
+"""Where the lowest band begins."""
+_HIGHEST_HZ = 7600.0
+"""Where the highest band ends, a little below half the sample rate."""
 
 
 def _mel_weights() -> F32:

@@ -20,8 +20,10 @@ ACCEPT = 0.5
 """The confidence from which a sentence is to be believed, unless somebody decides otherwise."""
 _BEFORE = 40
 """Frames before speech was noticed that belong to the utterance."""
-_ENOUGH, _LONG = 14, 50
-"""Silent frames that end an utterance: after a whole sentence, and otherwise."""
+_ENOUGH = 14
+"""Silent frames that end an utterance after a whole sentence."""
+_LONG = 50
+"""Silent frames that end any utterance."""
 _WHOLE = 20.0
 """How far [log] a whole sentence may be behind the best beginning of another and still be what was said."""
 _LONGEST = 1000

@@ -21,10 +21,17 @@ log = logging.getLogger("vistel.bus")
 
 MOST_READY = 64 << 20
 """Bytes that are kept packed for who asks next."""
-AT_ONCE, PART_EVERY_S = 4, 0.02
-"""Parts asked for at one time, and how fast they may follow one another: 2.4 MB a second, which leaves room for motion."""
+AT_ONCE = 4
+"""Parts asked for at one time."""
+PART_EVERY_S = 0.02
+"""Time from one part to the next: 2.4 MB a second, which leaves room for motion."""
 PATIENCE_S = 3.0
-_AGAIN_S, _AGAIN_MOST_S, _NOT_READY_S = 0.5, 8.0, 0.1
+_AGAIN_S = 0.5
+"""Wait before a part that nobody served is asked for again; it doubles each time."""
+_AGAIN_MOST_S = 8.0
+"""Longest such wait."""
+_NOT_READY_S = 0.1
+"""Wait before a part is asked for again that is still being packed."""
 
 
 class AssetRefusedError(ValueError):

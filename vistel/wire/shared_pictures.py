@@ -37,8 +37,13 @@ MAGIC = b"VISTEL1\0"
 RGBA = 1
 HEAD = struct.Struct("<8sIIIIII")
 HEAD_BYTES = 64
-_NEWEST, _OPEN = 32 // 8, 40 // 8
-_LOCK, _NUMBER, _TIME = 0, 1, 2
+# Places in the file's head, counted in u64.
+_NEWEST = 32 // 8
+_OPEN = 40 // 8
+# Places in a picture's head, counted in u64.
+_LOCK = 0
+_NUMBER = 1
+_TIME = 2
 _PICTURES = 3
 _TRIES = 8
 _PAGE = 4096

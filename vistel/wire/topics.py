@@ -78,8 +78,12 @@ class Topic:
 
 _SITE = "vistel/{conference}/site/{site}"
 _WORLD = "vistel/{conference}/world"
-_N, _R, _Q = Delivery.NEWEST, Delivery.RELIABLE, Delivery.QUERY
-_S, _W, _H = Publisher.SITE, Publisher.WORLD, Publisher.HUB
+_N = Delivery.NEWEST
+_R = Delivery.RELIABLE
+_Q = Delivery.QUERY
+_S = Publisher.SITE
+_W = Publisher.WORLD
+_H = Publisher.HUB
 
 TOPICS: tuple[Topic, ...] = (
     Topic("tracker", f"{_SITE}/device/{{device}}/tracker", device_pb2.TrackerFrame, 120, _N, _S, True,

@@ -14,7 +14,10 @@ from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.shape import Shape
 from vistel.wrinkle.texture import Lighting, wrinkled_texture
 
-CLOTH, SKIN = (112, 134, 170), (222, 178, 152)
+CLOTH = (112, 134, 170)
+"""Colour of plain cloth, sRGB."""
+SKIN = (222, 178, 152)
+"""Colour of plain skin, sRGB."""
 MARGIN = 1.35
 """Half the side of a picture in the shape's unit."""
 

@@ -22,11 +22,19 @@ _RETRY_NS = 1_000_000_000
 _SOON_NS = 200_000_000
 """After it was lost: others may only have had all cards looked for."""
 _SILENT_NS = 1_000_000_000
-_CLOSE_S, _JUMP_S = 0.0005, 0.06
-_STEER, _STEER_MORE, _FAR_S = 0.002, 0.01, 0.005
-"""How much faster or slower samples are taken than they come, while their times are off by little and by more."""
-_SLIP_S, _QUIET = 0.002, 0.003
-"""So much is made good at once where nobody says anything; root mean square below which that is not heard."""
+_CLOSE_S = 0.0005
+"""Samples of a device without drift whose time is off by less are taken as they came, not resampled [s]."""
+_JUMP_S = 0.06
+"""A larger error means that samples are missing: it is made good at once [s]."""
+_STEER = 0.002
+"""Share by which samples are taken faster or slower than they come while the error is small."""
+_STEER_MORE = 0.01
+"""The same share while the error is above `_FAR_S`."""
+_FAR_S = 0.005
+_SLIP_S = 0.002
+"""A larger error is made good at once where nobody speaks [s]."""
+_QUIET = 0.003
+"""Root mean square below which nobody speaks; full scale is 1."""
 _MOST_FRAMES = 25
 
 

@@ -23,7 +23,10 @@ from vistel_services.audio.cards import CardOpener, InputError, closed, find_car
 log = logging.getLogger("vistel.audio")
 
 _PIPE_BYTES = 65536
-_LOWEST, _HIGHEST = 8_000, 96_000
+_LOWEST = 8_000
+"""Samples per second below which a recording is refused."""
+_HIGHEST = 96_000
+"""Samples per second above which a recording is refused."""
 _LONGEST_S = 900.0
 _QUEUED_MOST = 200
 """Pieces from a pipe that nobody fetches."""

@@ -28,7 +28,10 @@ _REFUSALS = Counter("vistel_delay_refusals_total", "Modbus exceptions in answers
 _ACOUSTIC = Gauge("vistel_delay_acoustic_seconds", "Delay of a delay unit, its own latency included", ["equipment"])
 
 _ROUND_NS = 200_000_000
-_RETRY_NS, _RETRY_MOST_NS = 100_000_000, 2_000_000_000
+_RETRY_NS = 100_000_000
+"""Wait before a unit that did not answer is asked again; it doubles once nothing is known of the unit."""
+_RETRY_MOST_NS = 2_000_000_000
+"""Longest such wait, and the one after a refusal or a wrong device."""
 _TRUST_NS = 1_000_000_000
 _WATCHDOG_S = 10.0
 _S = EquipmentStatus

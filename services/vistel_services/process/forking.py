@@ -23,7 +23,10 @@ READY = b"ready\n"
 
 LOADING_S = 60.0
 """Until then processes wait for it to be ready; afterwards they are started without it."""
-RETRY_FIRST_S, RETRY_MOST_S = 5.0, 300.0
+RETRY_FIRST_S = 5.0
+"""Wait before a fork server that ended is started again; it doubles each time that it was not ready."""
+RETRY_MOST_S = 300.0
+"""Longest such wait."""
 ANSWER_S = 5.0
 STOP_S = 2.0
 _PR_SET_CHILD_SUBREAPER = 36

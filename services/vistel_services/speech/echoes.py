@@ -6,8 +6,10 @@ from collections import deque
 
 from vistel.v1.speech_pb2 import Utterance
 
-_BEFORE_NS, _AFTER_NS = 200_000_000, 1_000_000_000
-"""What begins so little before or after the same words of somebody else is those words, heard a second time."""
+_BEFORE_NS = 200_000_000
+"""What begins at most so long before the same words of somebody else is those words, heard a second time."""
+_AFTER_NS = 1_000_000_000
+"""The same, for what begins after them."""
 _KEPT = 24
 
 

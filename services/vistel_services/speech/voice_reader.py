@@ -14,8 +14,10 @@ from vistel.audio.stream import VoiceStream
 from vistel.speech.features import Resampler
 from vistel.v1.audio_pb2 import Voice
 
-BEHIND_NS, _BEHIND_MOST_NS = 60_000_000, 800_000_000
-"""How long after it was said a moment is listened to, at the least and at the most."""
+BEHIND_NS = 60_000_000
+"""How long after it was said a moment is listened to, at the least."""
+_BEHIND_MOST_NS = 800_000_000
+"""The same, at the most."""
 _FIRST_NS = 150_000_000
 """Before anything is known: the first word is not the price of finding out."""
 _MARGIN_NS = 2 * FRAME_NS

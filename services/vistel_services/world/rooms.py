@@ -16,7 +16,10 @@ from vistel_services.world.service import Config, run
 
 log = logging.getLogger("vistel.world")
 
-AGAIN_FIRST_S, AGAIN_MOST_S = 0.1, 5.0
+AGAIN_FIRST_S = 0.1
+"""Wait before a room that failed is started again; it doubles each time."""
+AGAIN_MOST_S = 5.0
+"""Longest such wait."""
 STEADY_S = 10.0
 """A room that ran for less has failed early, and waits longer each time."""
 

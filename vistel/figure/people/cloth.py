@@ -10,7 +10,12 @@ from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.trunk import ARM_Y, HEM_Y
 from vistel.geometry.smoothstep import smoothstep
 
-PLAIN, KNIT, STRIPES, CHECKS, JACKET = range(5)
+# Patterns of the upper garment (`Recipe.pattern`).
+PLAIN = 0
+KNIT = 1
+STRIPES = 2
+CHECKS = 3
+JACKET = 4  # over a shirt
 _ARMHOLE = 0.172
 
 

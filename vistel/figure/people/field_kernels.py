@@ -15,11 +15,36 @@ from vistel.jit.kernel_jit import compiled
 
 GROUPS = 28
 
-CONE, CAPPED, ELLIPSOID, PLANE, LOFT = range(5)
-ADD, CARVE, CUT = range(3)
+# Kinds of primitives.
+CONE = 0  # cone-sphere
+CAPPED = 1  # cone with flat ends
+ELLIPSOID = 2  # or superellipsoid
+PLANE = 3
+LOFT = 4  # superellipses stacked along y
+
+# What a primitive does to the field.
+ADD = 0
+CARVE = 1  # subtracts softly
+CUT = 2  # removes for good
+
 # Columns of a primitive's row.
-KIND, MODE, GROUP, WEIGHT, WIDTH, MATERIAL, RA, RB, EXPONENT, PART = range(10)
-CENTRE, MATRIX, A, B, LOW, HIGH, COLUMNS = 10, 13, 22, 25, 28, 31, 34
+KIND = 0
+MODE = 1
+GROUP = 2  # of selective blending
+WEIGHT = 3
+WIDTH = 4  # of the blend [m]
+MATERIAL = 5
+RA = 6  # radius at A [m]; of a loft: number of its table
+RB = 7  # radius at B [m]; of a loft: rounding of its ends [m]
+EXPONENT = 8  # of a superellipsoid
+PART = 9  # equal in primitives of one chain, of which the nearest counts
+CENTRE = 10  # 3 columns [m]
+MATRIX = 13  # 9 columns: to the primitive's own frame, by rows
+A = 22  # 3 columns: the axis' beginning in that frame [m]; a plane's normal; of a loft lowest and highest y [m] and shear
+B = 25  # 3 columns: the axis' end in that frame [m]
+LOW = 28  # 3 columns: lower corner of its bounds [m]
+HIGH = 31  # 3 columns: upper corner [m]
+COLUMNS = 34
 LEVELS = 96  # of a loft's table
 CELL = 0.03  # of the grid that finds the primitives near a point [m]
 MARGIN = 0.002  # how far beyond its cell a point may look [m]

@@ -11,7 +11,13 @@ from vistel.figure.people.noise_kernels import noise
 from vistel.figure.people.recipe import Recipe
 from vistel.geometry.rotation import rotation_x
 
-SHORT, PARTED, BOB, BUN, CROPPED, LONG = range(6)
+# Styles of hair (`Recipe.hair_style`).
+SHORT = 0
+PARTED = 1  # at one side
+BOB = 2
+BUN = 3
+CROPPED = 4
+LONG = 5
 
 
 def add_hair(s: Sculpture, r: Recipe) -> None:

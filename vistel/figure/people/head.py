@@ -11,7 +11,10 @@ from vistel.figure.people.material import LIP, SKIN
 from vistel.figure.people.recipe import Recipe
 from vistel.figure.people.trunk import turn
 
-UPPER_LIP, LOWER_LIP, EARS = 20, 21, 22
+# Groups of selective blending: these blend with the head, not with each other.
+UPPER_LIP = 20
+LOWER_LIP = 21
+EARS = 22
 EYE = (0.032, 1.645, 0.085)
 EYE_RADIUS = 0.0128
 EYE_HALF_WIDTH = 0.0133

@@ -17,12 +17,22 @@ from vistel.figure.people.head import MOUTH_Y
 
 HALF = 0.0222
 """From the middle of the mouth to where the cut ends."""
-_FRONT, _NEAR = 0.06, 0.012
-_APART, _SNAP = 6e-5, 0.0005
-"""Between the lips' edges at rest; a vertex so close to the line is moved onto it."""
+_FRONT = 0.06
+"""The lips are in front of this z [m]."""
+_NEAR = 0.012
+"""The lips are no farther than this from the line between them, and reach so far beyond its ends [m]."""
+_APART = 6e-5
+"""Between the lips' edges at rest [m]."""
+_SNAP = 0.0005
+"""A vertex so close to the line is moved onto it [m]."""
 
-_LIP, _GUM, _TOOTH, _TONGUE = (132.0, 58.0, 56.0), (150.0, 72.0, 70.0), (226.0, 217.0, 198.0), (150.0, 74.0, 72.0)
-_DARK, _THROAT = (58.0, 20.0, 20.0), (14.0, 5.0, 5.0)
+# Colours inside the mouth, sRGB 0..255.
+_LIP = (132.0, 58.0, 56.0)
+_GUM = (150.0, 72.0, 70.0)
+_TOOTH = (226.0, 217.0, 198.0)
+_TONGUE = (150.0, 74.0, 72.0)
+_DARK = (58.0, 20.0, 20.0)  # behind the teeth
+_THROAT = (14.0, 5.0, 5.0)
 
 # Rings of the bag from the lips' edges inwards: how far behind the edge, how far above the line between the lips (upper half) and
 # below it (lower half) [mm], how wide for the mouth's width, colours of both halves.

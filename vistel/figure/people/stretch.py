@@ -10,7 +10,10 @@ from vistel.arrays import F64
 from vistel.geometry.smoothstep import smooth
 
 _ARM_Y = 1.41
-_HAND, _HEAD = 1.8, 2.2  # extra stretch
+_HAND = 1.8
+"""Stretch of a hand over that of the body: 1 + this."""
+_HEAD = 2.2
+"""The same, of the head."""
 
 
 def _gain_along_arm(x: F64) -> F64:
@@ -27,8 +30,10 @@ def _integral(gain: Any, start: float, end: float) -> tuple[F64, F64]:
     return x, start + np.concatenate([[0.0], np.cumsum(0.5 * (g[1:] + g[:-1]) * np.diff(x))])
 
 
-_X, _X_STRETCHED = _integral(_gain_along_arm, 0.0, 1.0)
-_Y, _Y_STRETCHED = _integral(_gain_up, 0.0, 1.9)
+_ALONG = _integral(_gain_along_arm, 0.0, 1.0)
+"""Distances from the middle, and where they are stretched to [m]."""
+_UP = _integral(_gain_up, 0.0, 1.9)
+"""Heights, and where they are stretched to [m]."""
 
 
 def stretch(points: F64) -> F64:
@@ -36,6 +41,6 @@ def stretch(points: F64) -> F64:
     x, y, z = points[:, 0], points[:, 1], points[:, 2]
     arm = _gain_along_arm(np.abs(x))
     head: F64 = np.where(np.abs(x) < 0.4, _gain_up(y), 1.0)
-    along: F64 = np.sign(x) * np.interp(np.abs(x), _X, _X_STRETCHED) * head
-    up: F64 = np.where(head > 1.0, np.interp(y, _Y, _Y_STRETCHED), _ARM_Y + (y - _ARM_Y) * arm)
+    along: F64 = np.sign(x) * np.interp(np.abs(x), *_ALONG) * head
+    up: F64 = np.where(head > 1.0, np.interp(y, *_UP), _ARM_Y + (y - _ARM_Y) * arm)
     return np.stack([along, up, z * arm * head], axis=1)

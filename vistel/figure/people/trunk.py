@@ -14,7 +14,9 @@ from vistel.figure.people.material import COLLAR, SHOE, SKIN, SOLE, TOP, TROUSER
 from vistel.figure.people.recipe import Recipe
 from vistel.geometry.rotation import rotation_x, rotation_y, rotation_z
 
-LEFT_LEG, RIGHT_LEG = 1, 2
+# Groups of selective blending: the legs blend with the hips, not with each other.
+LEFT_LEG = 1
+RIGHT_LEG = 2
 ARM_Y = 1.41
 HEM_Y = 0.965
 """Height of the top's hem over the trousers."""

@@ -36,7 +36,7 @@ def _places() -> tuple[dict[str, slice], dict[str, tuple[int, slice]]]:
     return dofs, hands
 
 
-_IN_DOFS, _IN_HANDS = _places()
+_PLACES = _places()
 _KNEES = ("left_lower_leg", "right_lower_leg")
 
 
@@ -49,14 +49,15 @@ def with_joints(posture: Posture, degrees: Mapping[str, Degrees]) -> Posture:
     Raises ValueError, in one line, for a name that is no joint and for another number of angles.
     """
     dofs, hands, joints = posture.dofs.copy(), posture.hands.copy(), dict(posture.joints)
+    in_dofs, in_hands = _PLACES
     for name, given in degrees.items():
         if name not in JOINTS:
             raise ValueError(_unknown(name))
         angles = np.radians(np.atleast_1d(np.asarray(given, np.float64)))
-        if name in _IN_DOFS:
-            target = dofs[_IN_DOFS[name]]
-        elif name in _IN_HANDS:
-            row, columns = _IN_HANDS[name]
+        if name in in_dofs:
+            target = dofs[in_dofs[name]]
+        elif name in in_hands:
+            row, columns = in_hands[name]
             target = hands[row, columns]
         else:
             target = np.zeros(1 if name in _KNEES else 3)

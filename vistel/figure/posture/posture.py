@@ -48,8 +48,12 @@ from vistel.jit.kernel_jit import compiled
 
 DOF_COUNT = 25
 HAND_DOF_COUNT = 20
-ANKLE, KNEE = 0, 1
-SPINE_ROTATION, SPINE_SHIFT, NECK = slice(2, 5), slice(5, 8), slice(8, 11)
+# Where in the dofs (25,) [rad], but for the shift [m]: the module's order.
+ANKLE = 0
+KNEE = 1
+SPINE_ROTATION = slice(2, 5)
+SPINE_SHIFT = slice(5, 8)
+NECK = slice(8, 11)
 SHOULDER = {"left": slice(11, 14), "right": slice(18, 21)}
 ELBOW = {"left": 14, "right": 21}
 WRIST = {"left": slice(15, 18), "right": slice(22, 25)}
@@ -254,7 +258,9 @@ def collar_scale(shoulder: F64, side: float, shortening: float) -> float:
 
 
 _I_SPINE = JOINT_INDEX["spine_1"]
-_I_NECK, _I_HEAD, _I_JAW = JOINT_INDEX["neck"], JOINT_INDEX["head"], JOINT_INDEX["jaw"]
+_I_NECK = JOINT_INDEX["neck"]
+_I_HEAD = JOINT_INDEX["head"]
+_I_JAW = JOINT_INDEX["jaw"]
 _I_EYES = (JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"])
 _I_ARM = (JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"])  # shoulder, upper_arm, lower_arm, hand follow
 _I_LEG = (JOINT_INDEX["left_upper_leg"], JOINT_INDEX["right_upper_leg"])  # upper_leg, lower_leg, foot, toes follow

@@ -12,8 +12,10 @@ from vistel.figure.posture.trunk import hips_below
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
 from vistel.geometry.rotation import rotation_y
 
-STANDING_SLACK, SITTING_SLACK = 0.12, 0.30
-"""Metres the hips may be off their natural place over the feet before the feet follow."""
+STANDING_SLACK = 0.12
+"""How far the hips of somebody who stands may be off their natural place over the feet before the feet follow [m]."""
+SITTING_SLACK = 0.30
+"""The same, of somebody who sits [m]."""
 TURN_SLACK = math.radians(40.0)
 """How far the chest may be turned from where the toes point before they follow."""
 SETTLED = 0.15

@@ -48,7 +48,8 @@ GOLDEN_STEPS = 11
 
 # Comfortable limits of forearm and wrist [rad]: pronation and supination, radial and ulnar deviation, flexion.
 TWIST_LIMIT = math.radians(85.0)
-RADIAL_LIMIT, ULNAR_LIMIT = math.radians(22.0), math.radians(35.0)
+RADIAL_LIMIT = math.radians(22.0)
+ULNAR_LIMIT = math.radians(35.0)
 FLEXION_LIMIT = math.radians(70.0)
 AXIAL_LIMIT = math.radians(80.0)
 

@@ -27,10 +27,14 @@ HINGE_JOINTS: I32 = np.array([[JOINT_INDEX[j] for j in hinge] for hinge in HINGE
 BENDS: F64 = np.radians((0.0, 40.0, 70.0, 95.0, 115.0, 132.0, 150.0))
 """Bends of the table [rad]; straight on between them, constant after the last."""
 
-_AWAY, _NEAR = 0.72, 0.1
-"""Where a shape ends: share of its limb's length from the joint, and beyond the joint."""
-_INSIDE, _OUTSIDE = 0.85, 0.45
-"""How much less it stands out towards the crease, where the other limb is, and at the bone on the other side."""
+_AWAY = 0.72
+"""Where a shape ends along its limb: share of the limb's length from the joint."""
+_NEAR = 0.1
+"""Where it ends beyond the joint: share of the limb's length."""
+_INSIDE = 0.85
+"""Share by which it stands out less towards the crease, where the other limb is."""
+_OUTSIDE = 0.45
+"""Share by which it stands out less at the bone on the other side."""
 
 
 @dataclass(frozen=True)

@@ -11,9 +11,10 @@ import numpy as np
 from vistel.geometry.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix
 from vistel.jit.kernel_jit import compiled
 
-WITH_TWIST_OF, WITHOUT_TWIST_FROM = 0, 1
-"""Kinds of added bones: the joint turned by the twist of another (its child); the joint without its twist
-relative to another (its parent)."""
+WITH_TWIST_OF = 0
+"""Kind of added bone: the joint turned by the twist of another (its child)."""
+WITHOUT_TWIST_FROM = 1
+"""Kind of added bone: the joint without its twist relative to another (its parent)."""
 
 
 @compiled

@@ -19,8 +19,12 @@ from vistel.space.commands.reshape import THINNEST, curved, sound
 from vistel.space.commands.shaping import edited
 from vistel.space.things.things import Primitive, Thing
 
-SHARPEST, ROUND, POINTED = 0.1, 1.0, 1.9
-"""Exponents: of the sharpest edge, of an ellipsoid, of the sharpest points."""
+SHARPEST = 0.1
+"""Exponent of the sharpest edge."""
+ROUND = 1.0
+"""Exponent of an ellipsoid."""
+POINTED = 1.9
+"""Exponent of the sharpest points."""
 _LEAST = 0.01
 """Who is nearer to the end of the way than this is there."""
 

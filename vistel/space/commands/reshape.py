@@ -20,8 +20,10 @@ from vistel.space.dynamics.solids import Solids, outline
 from vistel.space.things.arc import Arc
 from vistel.space.things.things import Axis, Curve, Look, Part, Primitive, Thing
 
-SMALLEST, LARGEST = 0.004, 0.8
-"""Radius about its centre that a thing may have [m]."""
+SMALLEST = 0.004
+"""Least radius about its centre that a thing may have [m]."""
+LARGEST = 0.8
+"""Largest such radius [m]."""
 THINNEST = 0.002
 HEAVIEST = 50.0
 MOST_BEND = math.radians(300.0)

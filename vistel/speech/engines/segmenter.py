@@ -22,8 +22,10 @@ FRAME = 480
 """Samples of a stage of an utterance, but for its beginning."""
 FRAME_S = FRAME / SAMPLE_RATE
 _LONGEST_S = 10.0
-_WINDOW_S, _SHARE = 0.24, 0.85
-"""Of the last `window` this share is speech where an utterance begins, and none where it ends."""
+_WINDOW_S = 0.24
+"""The beginning and the end of an utterance are found in so much of the latest sound."""
+_SHARE = 0.85
+"""Share of that window's frames that is speech where an utterance begins, and silence where it ends."""
 _STRICT = 2
 """How sure WebRTC's detector has to be of speech, 0 to 3."""
 _FAINT = 0.04

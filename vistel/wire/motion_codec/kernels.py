@@ -17,25 +17,45 @@ import numpy as np
 # these are all in this file, which Numba's own cache does watch.
 _compiled: Any = nb.njit(cache=True, nogil=True, error_model="numpy")
 
-# Where what stands in the coder's state.
-LOW, RANGE, CACHE, WAITING, AT, CODE, SIZE = range(7)
+# Places in the range coder's state.
+LOW = 0  # lower end of the interval; encoder only, up to 33 bits
+RANGE = 1  # width of the interval
+CACHE = 2  # last byte that a carry may still change
+WAITING = 3  # bytes held back until a carry is excluded, that one included
+AT = 4  # byte that is written or read next
+CODE = 5  # where in the interval the bytes read point; decoder only
+SIZE = 6  # bytes to read
 STATE_SIZE = 7
 TOP = 1 << 24
 FULL_RANGE = (1 << 32) - 1
 
-# What a header holds; SPAN is the reference's and is not sent.
-IS_FULL, VERSION, HAS, GRAIN, KEEP, DISTANCE, STALE, SPAN = range(8)
+# Places in a header.
+IS_FULL = 0  # 1: refers to no other frame
+VERSION = 1  # of the format
+HAS = 2  # which optional parts there are
+GRAIN = 3  # index of `GRAINS_TENTHS`: how fine the steps are
+KEEP = 4  # 1: later frames may refer to this one
+DISTANCE = 5  # frames since the reference
+STALE = 6  # parts whose sensor is silent, or SAME
+SPAN = 7  # frames from the reference to its own reference; of the reference, not sent
 HEADER_SIZE = 8
 WORK_SIZE = HEADER_SIZE + STATE_SIZE
 """Of the array that a kernel takes for both, the header first."""
 SAME = -1
 """STALE as in the reference; in a full frame: none."""
 
-FULL, AFTER_FULL, AFTER_CHANGE = 0, 1, 2
-"""Kinds of frames: without reference; referring to a key frame without, or with, a reference of its own."""
+# Kinds of frames.
+FULL = 0  # without reference
+AFTER_FULL = 1  # refers to a key frame without reference
+AFTER_CHANGE = 2  # refers to a key frame that has a reference of its own
 
-NEAR, NEAR_2, GROUP, ALL, CHANGE, PARTNER = range(6)
-"""Rows of the weights: what the expected size of a residual is made of."""
+# Places among a group's weights: what the expected size of a residual is made of.
+NEAR = 0  # size of the last residual
+NEAR_2 = 1  # of the one before it
+GROUP = 2  # running mean of the group
+ALL = 3  # running mean of all
+CHANGE = 4  # change expected from the reference and its own reference
+PARTNER = 5  # size of the partner's residual
 FEATURES = 6
 
 LOGS = 64

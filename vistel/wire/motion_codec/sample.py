@@ -61,7 +61,6 @@ MASKS = 1 << len(OPTIONAL)
 _ALWAYS = sum(1 << i for i, part in enumerate(PARTS) if part not in BITS)
 THERE = [_ALWAYS | sum(1 << PARTS.index(p) for p in OPTIONAL if mask & BITS[p]) for mask in range(MASKS)]
 """By the optional parts that are there (`BITS`): a bit for each of PARTS."""
-_FACE, _GAZE, _LIDS, _LEGS, _COLLARS, _JAW = (BITS[p] for p in ("face", "gaze", "lids", "legs", "collars", "jaw"))
 
 
 def flat(sample: MotionSample) -> tuple[F64, int]:
@@ -88,11 +87,11 @@ def sample_of(seq: int, t_ns: int, numbers: F64, mask: int, stale: int) -> Motio
         numbers[PLACES["body"]],
         numbers[PLACES["hands"]].reshape(2, 20),
         numbers[PLACES["stance"]],
-        numbers[PLACES["gaze"]] if mask & _GAZE else None,
-        numbers[PLACES["face"]] if mask & _FACE else None,
+        numbers[PLACES["gaze"]] if mask & BITS["gaze"] else None,
+        numbers[PLACES["face"]] if mask & BITS["face"] else None,
         StalePart(stale & ALL_STALE) if stale else NOTHING_STALE,
-        numbers[PLACES["lids"]] if mask & _LIDS else None,
-        numbers[PLACES["legs"]].reshape(8, 3) if mask & _LEGS else None,
-        numbers[PLACES["collars"]].reshape(2, 3) if mask & _COLLARS else None,
-        numbers[PLACES["jaw"]] if mask & _JAW else None,
+        numbers[PLACES["lids"]] if mask & BITS["lids"] else None,
+        numbers[PLACES["legs"]].reshape(8, 3) if mask & BITS["legs"] else None,
+        numbers[PLACES["collars"]].reshape(2, 3) if mask & BITS["collars"] else None,
+        numbers[PLACES["jaw"]] if mask & BITS["jaw"] else None,
     )

@@ -8,7 +8,12 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-LEADS, LEAVING, WAITS = "leads", "leaving", "waits"
+LEADS = "leads"
+"""It leads, or has led, under its term."""
+LEAVING = "leaving"
+"""It still leads and hands the room over."""
+WAITS = "waits"
+"""It is ready to lead."""
 _TOKEN = re.compile(r"world-(\d{1,9})-([0-9a-f]{8})-(leads|leaving|waits)-([a-z0-9][a-z0-9_\-]*)")
 
 

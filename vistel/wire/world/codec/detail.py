@@ -11,7 +11,12 @@ HOLD_STEPS = 120
 """A correction holds until a frame tells of the thing, or until the step passes a multiple of this."""
 MOST = 64
 """Things in one detail."""
-_COUNT, _GAP, _ORDER, _MOST_ORDER = 3, 3, 1, 20
+# Orders of Exp-Golomb codes (`bits`).
+_COUNT = 3  # of how many things there are
+_GAP = 3  # of how many numbers of things are left out before the next
+_ORDER = 1  # of a correction's own order
+_MOST_ORDER = 20
+"""No correction has a higher order: bytes that say so are no frame."""
 
 
 def coded(correction: GridPose) -> str:

@@ -23,7 +23,12 @@ FARTHEST_M = FARTHEST * POSITION_STEP
 """131 m: what lies farther is told to be there."""
 STILL: GridPose = (0, 0, 0, 0, 0, 0, 1024)
 
-_KEY_POSITION, _KEY_ROTATION, _STATE = 10, 12, 4
+_KEY_POSITION = 10
+"""Order of the Exp-Golomb code of a whole position, and of a quaternion in `write_all`: 11 bits up to 512 steps."""
+_KEY_ROTATION = 12
+"""Bits of a component of a quaternion in a key frame."""
+_STATE = 4
+"""Order of the Exp-Golomb code of what else both ends know of a track: stillness, age, misses and speed."""
 _MISS = 32
 """What foresight is thought to miss at first, in sixteenths of a step."""
 _MOST = 14

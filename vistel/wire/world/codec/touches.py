@@ -15,7 +15,10 @@ FORCE_STEP = 0.1
 MOST_LEVEL = 31
 MOST_PRIMITIVES = 4096
 MOST_PAIRS = 1 << 20
-_TARGET, _SOURCE, _GAP = 1, 3, 1
+# Orders of Exp-Golomb codes (`bits`).
+_TARGET = 1  # of the number of the deformed body: people come first
+_SOURCE = 3  # of the number of the body that deforms it
+_GAP = 1  # of how many primitives are left out before the next
 
 
 class Touch(NamedTuple):
