@@ -60,7 +60,9 @@ class Subscription(Protocol):
         """What has arrived since the last call, without waiting (NEWEST: at most one per key, unless `queue_all`)."""
         ...
 
-    def close(self) -> None: ...
+    def close(self) -> None:
+        """No more arrives; iteration ends."""
+        ...
 
 
 class Bus(Protocol):
@@ -112,7 +114,9 @@ class Bus(Protocol):
         """`callback(site, token, alive)` on the event loop for every present and future token."""
         ...
 
-    async def close(self) -> None: ...
+    async def close(self) -> None:
+        """Leave the conference: nothing arrives any more, and this side's presence ends."""
+        ...
 
 
 @dataclass

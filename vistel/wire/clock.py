@@ -67,6 +67,7 @@ class SystemClock:
         self._lock = threading.Lock()  # of all above: the bus, sound cards and devices ask from threads of their own
 
     def now_ns(self) -> int:
+        """As `Clock.now_ns`. Safe from any thread."""
         with self._lock:
             return self._slewed_ns()
 
@@ -86,9 +87,11 @@ class SystemClock:
         return int(mono + self._base_ns + self._offset_ns)
 
     async def sleep_until_ns(self, t_ns: int) -> None:
+        """As `Clock.sleep_until_ns`."""
         await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9))
 
     def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
+        """As `Clock.call_after`."""
         return asyncio.get_running_loop().call_later(seconds, callback).cancel
 
 
@@ -101,9 +104,11 @@ class SimulatedClock:
         self._count = 0
 
     def now_ns(self) -> int:
+        """The time that was last moved to [ns]."""
         return self._now_ns
 
     async def sleep_until_ns(self, t_ns: int) -> None:
+        """As `Clock.sleep_until_ns`: until `advance_to_ns` gets there."""
         if t_ns <= self._now_ns:
             await asyncio.sleep(0)
             return
@@ -112,6 +117,7 @@ class SimulatedClock:
         await future
 
     def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
+        """As `Clock.call_after`, during `advance_to_ns`."""
         sleeper = self._call_at(self._now_ns + round(seconds * 1e9), callback)
         return lambda: sleeper not in self._sleepers or self._sleepers.remove(sleeper)
 

@@ -142,6 +142,7 @@ class Inbox:
         return len(self._raw) + len(self._ready) >= RELIABLE_LIMIT or self._raw_bytes + self._ready_bytes >= RELIABLE_BYTES
 
     def take(self) -> list[Sample]:
+        """As `Subscription.take`. Raises OverflowedError where a RELIABLE topic has lost messages."""
         self._drain()
         self._check()
         self._arrived.clear()
@@ -162,6 +163,7 @@ class Inbox:
             await self._arrived.wait()
 
     def close(self) -> None:
+        """As `Subscription.close`; what has arrived can still be read."""
         if not self.closed:
             self.closed = True
             self._arrived.set()

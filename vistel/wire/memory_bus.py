@@ -110,17 +110,20 @@ class MemoryBus:
         self._watchers: list[Callable[[str, str, bool], None]] = []
 
     def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
+        """As `Bus.publish`."""
         key = topic.format(**self._filled(topic, names))
         if key not in self._publications:
             self._publications[key] = _MemoryPublication(self._network, topic, key, verbatim, self.fence)
         return self._publications[key]
 
     def withdraw(self, publisher: Publisher) -> None:
+        """As `Bus.withdraw`."""
         for key, publication in list(self._publications.items()):
             if publication.topic.publisher is publisher:
                 del self._publications[key]
 
     def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Inbox:
+        """As `Bus.subscribe`. Raises ValueError for a QUERY topic."""
         if topic.delivery is Delivery.QUERY:
             raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
         wanted = {"conference": self.conference} | names
@@ -142,18 +145,22 @@ class MemoryBus:
         return inbox
 
     async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
+        """As `Bus.query`, answered at once: `timeout_s` is not needed."""
         key = topic.format(**self._filled(topic, {}))
         await asyncio.sleep(0)
         payload = self._network.answer(key, request.SerializeToString() if request is not None else b"")
         return Decoder(topic, self.counters).decode(key, payload) if payload is not None else None
 
     def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
+        """As `Bus.serve`."""
         self._network.serve(self, topic.format(**self._filled(topic, {})), answer)
 
     def announce(self, token: str) -> None:
+        """As `Bus.announce`; it goes with `close`."""
         self._network.announce(self, token)
 
     def watch_presence(self, callback: Callable[[str, str, bool], None]) -> None:
+        """As `Bus.watch_presence`."""
         self._watchers.append(callback)
         for site, token in self._network.present(self.conference):
             self._loop.call_soon(callback, site, token, True)

@@ -31,10 +31,12 @@ class Stamp:
     oldest: int
 
     def to_bytes(self) -> bytes:
+        """24 bytes: epoch, seq and oldest as little-endian u64."""
         return _STAMP.pack(self.epoch, self.seq, self.oldest)
 
     @staticmethod
     def from_bytes(data: bytes) -> Stamp | None:
+        """The other end of `to_bytes`; None for bytes of another length."""
         return Stamp(*_STAMP.unpack(data)) if len(data) == _STAMP.size else None
 
 

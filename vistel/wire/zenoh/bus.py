@@ -165,6 +165,7 @@ class ZenohBus:
         return not self._session.is_closed() and bool(self._session.info.routers_zid())
 
     def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
+        """As `Bus.publish`. The first RELIABLE key starts the heartbeat, by which receivers notice what they have lost."""
         key = topic.format(**self._filled(topic, names))
         found = self._publications.get(key)
         if found is None:
@@ -174,6 +175,7 @@ class ZenohBus:
         return found
 
     def withdraw(self, publisher: Publisher) -> None:
+        """As `Bus.withdraw`."""
         for key, publication in list(self._publications.items()):
             if publication.topic.publisher is publisher:
                 del self._publications[key]
@@ -182,6 +184,7 @@ class ZenohBus:
         self._epoch = secrets.randbits(63) | 1
 
     def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Inbox:
+        """As `Bus.subscribe`. Raises ValueError for a QUERY topic."""
         if topic.delivery is Delivery.QUERY:
             raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
         held: list[Any] = []
@@ -211,6 +214,7 @@ class ZenohBus:
         return inbox
 
     async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
+        """As `Bus.query`: the first valid answer of all who serve the topic."""
         key = topic.format(**self._filled(topic, {}))
         answered: asyncio.Future[Any | None] = self._loop.create_future()
 
@@ -240,6 +244,7 @@ class ZenohBus:
             return None
 
     def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
+        """As `Bus.serve`. An exception of `answer` is logged, and there is no answer."""
         key = topic.format(**self._filled(topic, {}))
 
         def on_loop(query: zenoh.Query) -> None:
@@ -259,10 +264,12 @@ class ZenohBus:
         self._held.append(self._session.declare_queryable(key, lambda query: wake(self._loop, lambda: on_loop(query))))
 
     def announce(self, token: str) -> None:
+        """As `Bus.announce`."""
         key = f"vistel/{self.conference}/alive/{self.site}/{token}"
         self._held.append(self._session.liveliness().declare_token(key))
 
     def watch_presence(self, callback: Callable[[str, str, bool], None]) -> None:
+        """As `Bus.watch_presence`."""
         present: set[str] = set()
 
         def on_loop(key: str, alive: bool) -> None:
