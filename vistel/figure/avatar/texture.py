@@ -6,8 +6,6 @@ registered). What is drawn and exported are the coordinates that come of it; the
 each can be changed or taken back.
 """
 
-# pyright: basic
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -61,6 +59,8 @@ def island_of(avatar: Avatar) -> list[I32]:
         corner = mesh.corner_triangles
         ends = np.concatenate([corner[:, [0, 1]], corner[:, [1, 2]]])
         graph = coo_array((np.ones(len(ends)), (ends[:, 0], ends[:, 1])), shape=(len(mesh.uv), len(mesh.uv)))
+        count: int
+        label: I32
         count, label = connected_components(graph, directed=False)
         area = np.bincount(label[corner[:, 0]], _face_areas(mesh), count)
         rank = np.empty(count, np.int32)

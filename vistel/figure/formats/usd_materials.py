@@ -6,9 +6,6 @@
 A mesh has a GeomSubset for each patch it shows.
 """
 
-
-# pyright: basic, reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 from collections.abc import Callable

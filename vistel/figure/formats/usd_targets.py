@@ -1,8 +1,5 @@
 """Targets of expressions in USD: blend shapes of UsdSkel, under the mesh that they move."""
 
-
-# pyright: basic, reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 from typing import Any

@@ -1,7 +1,5 @@
 """Texture coordinates and the one picture of an avatar, from the file's materials; plain clothes where it has none."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -70,7 +68,8 @@ def dress(source: Source, bone: I32, eye: NDArray[Any], height_of: F64, height: 
     slot = np.empty(len(source.triangles), np.int64)
     flat, eye_painted = np.ones(len(source.triangles), np.bool_), np.zeros(len(source.triangles), np.bool_)
     raw = np.full((len(source.triangles), 3, 2), 0.5)
-    for m in np.unique(source.material).tolist():
+    numbers: list[int] = np.unique(source.material).tolist()
+    for m in numbers:
         rows = np.flatnonzero(source.material == m)
         material = source.materials[m]
         if material.picture is not None and has_uv[rows].any():

@@ -4,8 +4,6 @@ Arms: rings of equal distance along the surface from the fingertips have their m
 to the girth of the trunk, the shoulder begins. Legs: middles of slices. Lengths between are divided as in an average body.
 """
 
-# pyright: basic
-
 from __future__ import annotations
 
 from typing import Any
@@ -58,7 +56,7 @@ def joints_by_shape(points: F64, triangles: I32) -> dict[str, F64]:
     return out
 
 
-def _graph(points: F64, triangles: I32, scale: float) -> csr_array:
+def _graph(points: F64, triangles: I32, scale: float) -> Any:
     """Lengths of the edges between vertices; pieces that nearly touch, as a hand and its sleeve, hang together there."""
     ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     ends = np.unique(np.sort(ends, axis=1), axis=0).astype(np.int64)
@@ -118,9 +116,10 @@ def _arm(points: F64, surface: Any, side: str, sign: float, scale: float) -> dic
     path = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(total, axis=0), axis=1))])
     straight = np.linalg.norm(points[tip] - shoulder)
     path *= straight / path[-1] if path[-1] < 1.3 * straight else 1.0
-    out = {f"{side}_upper_arm": shoulder}
+    out: dict[str, F64] = {f"{side}_upper_arm": shoulder}
     for joint, share in (("lower_arm", _ELBOW), ("hand", _WRIST)):
-        out[f"{side}_{joint}"] = np.array([np.interp(share * path[-1], path, total[:, k]) for k in range(3)])
+        place: list[float] = [np.interp(share * path[-1], path, total[:, k]) for k in range(3)]
+        out[f"{side}_{joint}"] = np.array(place)
     return out
 
 

@@ -1,7 +1,5 @@
 """From what a file held to an avatar: upright, jointed, in the T-pose, fitted, dressed."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
@@ -273,7 +271,8 @@ def _limb_joints(joints: Jointed, p: F64, file: NDArray[np.float32] | None, join
     best = np.array([-1 if joint_of[c] == SPINE else JOINT_INDEX[joint_of[c]] for c in columns], np.int32)[
         np.argmax(file[:, columns], axis=1)
     ]
-    trunk = np.flatnonzero([JOINTS[j] == "hips" or JOINTS[j].startswith("spine") for j in body.joint])
+    names: list[str] = [JOINTS[j] for j in body.joint]
+    trunk = np.flatnonzero([name == "hips" or name.startswith("spine") for name in names])
     of_trunk = body.joint[trunk[np.argmin(ratio[trunk], axis=0)]]
     return np.where((best < 0) | (best == JOINT_INDEX["hips"]), of_trunk, best).astype(np.int32)
 

@@ -1,7 +1,5 @@
 """Pictures of a material that lie otherwise on the surface than its colour does, laid as that one is; and put together."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -35,8 +33,10 @@ def laid(picture: U8, its: Lying, like: Lying) -> U8 | None:
     way = its.matrix @ np.linalg.inv(like.matrix)
     if np.allclose(way, np.eye(3), atol=1e-6):
         return picture
-    h, w = picture.shape[:2]
-    down, across = (np.arange(h) + 0.5) / h, (np.arange(w) + 0.5) / w
+    size: tuple[int, ...] = picture.shape
+    h, w = size[:2]
+    down: F64 = (np.arange(h) + 0.5) / h
+    across: F64 = (np.arange(w) + 0.5) / w
     u, v = np.broadcast_to(across, (h, w)), np.broadcast_to(1.0 - down[:, None], (h, w))
     at = np.stack([u, v, np.ones_like(u)], axis=-1) @ way.T
     x = (wrapped(at[..., 0], its.wrap[0]) * w).astype(np.int64).clip(0, w - 1)
@@ -102,7 +102,7 @@ def steeper(normal: U8 | None, scale: float) -> U8 | None:
     """A normal map whose slopes are `scale` times as steep."""
     if normal is None or scale == 1.0:
         return normal
-    n = normal.astype(np.float64) / 127.5 - 1.0
+    n: F64 = normal.astype(np.float64) / 127.5 - 1.0
     n[..., :2] *= scale
     n /= np.maximum(np.linalg.norm(n, axis=-1, keepdims=True), 1e-9)
     return np.round((n + 1.0) * 127.5).clip(0, 255).astype(np.uint8)

@@ -1,7 +1,5 @@
 """Which faces of a file are the person's skin, which are eyeballs, which are not to be seen; and what is wrong with them."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -49,8 +47,10 @@ def parts_of(source: Source, gaze: Mask | None = None) -> Parts:
     hidden = np.array([n.startswith(_HIDDEN) or any(w in n for w in _INSIDE) for n in names])[source.group] & ~eyes
     skin = ~eyes & ~hidden
     if hidden.any():
-        left_out = sorted({source.groups[g] for g in np.unique(source.group[hidden]).tolist()})
-        kept = sorted({source.groups[g] or "(no name)" for g in np.unique(source.group[skin]).tolist()})
+        hidden_groups: list[int] = np.unique(source.group[hidden]).tolist()
+        kept_groups: list[int] = np.unique(source.group[skin]).tolist()
+        left_out = sorted({source.groups[g] for g in hidden_groups})
+        kept = sorted({source.groups[g] or "(no name)" for g in kept_groups})
         shown = ", ".join(left_out[:4]) + (f" and {len(left_out) - 4} more" if len(left_out) > 4 else "")
         notes.append(f"kept {', '.join(kept)}; left out {shown}")
     if skin.sum() < _FEWEST:

@@ -8,8 +8,6 @@ Figures move as their joints do; that skin deforms where people touch is not in 
 is invisible.
 """
 
-# pyright: basic, reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import math
@@ -40,8 +38,8 @@ APERTURE = 24.0
 class _Kept:
     """A person or a thing over time: number of the frame, and where it was."""
 
-    frames: list[int] = field(default_factory=list)
-    where: list[Any] = field(default_factory=list)
+    frames: list[int] = field(default_factory=list[int])
+    where: list[Any] = field(default_factory=list[Any])
 
 
 def write_usd(

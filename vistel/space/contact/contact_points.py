@@ -1,7 +1,5 @@
 """Contact points of things: small spheres that together reach the surface from inside."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import itertools
@@ -12,10 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.arrays import F64
+from vistel.arrays import F64, I32, I64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.implicit.contacts.contact_surface_kernels import surface
+from vistel.implicit.contacts.contact_surface_kernels import surface  # pyright: ignore[reportUnknownVariableType]
 from vistel.jit.kernel_jit import compiled
 from vistel.space.things.things import Primitive, Thing
 
@@ -77,7 +75,9 @@ def _spread(centre: F64, radius: F64, owner: NDArray[np.int64], thing: Thing) ->
 
 
 @compiled
-def _hidden(centre, radius, owner, kind, start, params, rotation, position):
+def _hidden(
+    centre: F64, radius: F64, owner: I64, kind: I32, start: I32, params: F64, rotation: F64, position: F64
+) -> NDArray[np.bool_]:
     """(M,) whether a contact point reaches no surface: another primitive covers all of it."""
     out = np.zeros(len(centre), np.bool_)
     seen = np.empty(5)

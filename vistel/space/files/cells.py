@@ -1,7 +1,5 @@
 """A polymesh as the cells of a regular grid that it fills."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -49,7 +47,8 @@ def surface_points(vertices: F64, triangles: I32, spacing: float) -> F64:
     while (cuts * (cuts + 1) // 2).sum() > MOST_SAMPLES and (cuts > 1).any():
         cuts = np.maximum(1, cuts * 3 // 4)
     out: list[F64] = []
-    for n in np.unique(cuts).tolist():
+    numbers: list[int] = np.unique(cuts).tolist()
+    for n in numbers:
         rows = cuts == n
         i, j = (x.ravel() for x in np.meshgrid(np.arange(n), np.arange(n), indexing="ij"))
         u, v = ((x[i + j < n] + 1.0 / 3.0) / n for x in (i, j))

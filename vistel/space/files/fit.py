@@ -5,8 +5,6 @@ how well it fits, parts where one does not). Parts are cut where that leaves the
 hulls (Mamou & Ghorbel 2009), then joined again as long as the joined shape fits about as well.
 """
 
-# pyright: basic
-
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -83,13 +81,14 @@ def _upright(points: F64) -> F64:
     """(3, 3) whose columns are the axes of the smallest of some boxes round the points: the file's, turned about its
     vertical, or the principal ones."""
     centred = points - points.mean(axis=0)
-    candidates = [np.eye(3)]
+    candidates: list[F64] = [np.eye(3)]
     for angle in np.radians(np.arange(5.0, 90.0, 5.0)):
         c, s = np.cos(angle), np.sin(angle)
         candidates.append(np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]))
     _, principal = np.linalg.eigh(centred.T @ centred)
     candidates.append(principal * np.sign(np.linalg.det(principal)))
-    volumes = [float(np.prod(np.ptp(centred @ axes, axis=0) + 1e-4)) for axes in candidates]
+    extents: list[F64] = [np.ptp(centred @ axes, axis=0) + 1e-4 for axes in candidates]
+    volumes = [float(np.prod(extent)) for extent in extents]
     best = int(np.argmin(volumes))
     return candidates[best if volumes[best] < 0.93 * volumes[0] else 0]
 

@@ -1,7 +1,5 @@
 """Polymeshes that are drawn for things: triangles, texture coordinates, colours, pictures; and their mass properties."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import hashlib

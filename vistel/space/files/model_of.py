@@ -1,7 +1,5 @@
 """Models of the parts of a file: in metres with Y up, welded, no larger than is sensible."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import numpy as np
@@ -47,14 +45,14 @@ def model_of(source: Source, points: F64, faces: NDArray[np.bool_], notes: list[
         vertices, triangles, places, uv_triangles, material = _coarser(vertices, triangles, places, uv_triangles, material)
         notes.append(f"{count:,} triangles, made {len(triangles):,}")
     numbers, number = np.unique(material, return_inverse=True)
-    materials = tuple(source.materials[n] for n in numbers)
+    materials: list[Material] = [source.materials[n] for n in numbers]
     return Model(
         vertices.astype(np.float32),
         triangles.astype(np.int32),
         places.astype(np.float32),
         uv_triangles.astype(np.int32),
         number.reshape(-1).astype(np.int32),
-        materials,
+        tuple(materials),
     )
 
 

@@ -1,7 +1,5 @@
 """The superellipsoid that fills some cells of a polymesh best."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import math
@@ -13,7 +11,7 @@ import numpy as np
 from vistel.arrays import F64, I64
 from vistel.geometry.rotation import quaternion_from_matrix
 from vistel.implicit.contacts.contact_set import SUPERELLIPSOID
-from vistel.implicit.contacts.contact_surface_kernels import surface
+from vistel.implicit.contacts.contact_surface_kernels import surface  # pyright: ignore[reportUnknownVariableType]
 from vistel.jit.kernel_jit import compiled
 from vistel.space.files.cells import Cells
 from vistel.space.things.things import Primitive
@@ -92,7 +90,7 @@ def gap(points: F64, shape: Shape) -> F64:
 
 
 @compiled
-def _distances(points, params):
+def _distances(points: F64, params: F64) -> F64:
     """The nearer of the distance to first order and that along the ray from the middle."""
     out = np.empty(len(points))
     seen = np.empty(5)

@@ -1,12 +1,11 @@
 """Triangles that are drawn for a thing: those of its looks with their pictures, and of its own primitives."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -130,8 +129,9 @@ def _corner_normals(model: Model) -> F64:
     other = order[first + nth]
     smooth = np.einsum("ni,ni->n", unit[mine // 3], unit[other // 3]) > CREASE
     mine, other = mine[smooth], other[smooth]
-    out = np.stack([np.bincount(mine, face[other // 3, k], len(at)) for k in range(3)], axis=1)
-    length = np.linalg.norm(out, axis=1, keepdims=True)
+    columns: list[Any] = [np.bincount(mine, face[other // 3, k], len(at)) for k in range(3)]
+    out: F64 = np.stack(columns, axis=1)
+    length: F64 = np.linalg.norm(out, axis=1, keepdims=True)
     out = np.where(length > 1e-20, out / np.maximum(length, 1e-20), unit[np.arange(len(at)) // 3])
     return out.reshape(-1, 3, 3)
 

@@ -4,8 +4,6 @@ A polymesh goes without its pictures, which several may share: it names them. A 
 content, not of the bytes, so that a receiver can check the assembled one.
 """
 
-# pyright: basic
-
 from __future__ import annotations
 
 import hashlib
@@ -13,6 +11,7 @@ import io
 import json
 import zipfile
 from collections.abc import Callable, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -113,7 +112,7 @@ def packers(interior: Interior) -> dict[str, Callable[[], bytes]]:
     return out
 
 
-def _read(data: bytes) -> dict[str, NDArray]:
+def _read(data: bytes) -> dict[str, NDArray[Any]]:
     """The arrays of a packed polymesh. Raises ValueError."""
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as whole:
@@ -141,8 +140,8 @@ def finish_read(more: list[list[float]]) -> Finish | None:
     return found
 
 
-def _materials(arrays: Mapping[str, NDArray]) -> list[tuple[str, list[int] | None, str, Finish | None]]:
-    told = json.loads(arrays["materials"].tobytes())
+def _materials(arrays: Mapping[str, NDArray[Any]]) -> list[tuple[str, list[int] | None, str, Finish | None]]:
+    told: list[Any] | dict[str, Any] | str | float | None = json.loads(arrays["materials"].tobytes())
     if not isinstance(told, list) or len(told) > MOST_MATERIALS:
         raise ValueError("polymesh: materials that are none")
     out: list[tuple[str, list[int] | None, str, Finish | None]] = []

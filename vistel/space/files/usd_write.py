@@ -9,8 +9,6 @@
                      (inside a .usdz)
 """
 
-# pyright: basic, reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import hashlib
@@ -205,7 +203,7 @@ class _Writer:
         from pxr import UsdGeom
 
         numbers, number = np.unique(of_face, return_inverse=True)
-        used = [colours[n] for n in numbers.tolist()]
+        used: list[int] = [colours[n] for n in numbers.tolist()]
         if len(used) == 1:
             mesh.CreateDisplayColorAttr([_linear(used[0])])
         else:

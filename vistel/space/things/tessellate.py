@@ -3,8 +3,6 @@
 Kinds and parameters are those of `vistel.space.things.things.Primitive` (surface sizes in metres).
 """
 
-# pyright: basic
-
 from __future__ import annotations
 
 import math
@@ -126,7 +124,8 @@ def fine_cone_sphere(params: Sequence[float], spacing: float) -> Surface3:
 
 def _grid(points: F64, normals: F64, wrap_rows: bool = False) -> Surface3:
     """(rows, columns, 3) points; columns close round. Counter-clockwise when rows x columns points outwards."""
-    rows, columns = points.shape[:2]
+    size: tuple[int, ...] = points.shape
+    rows, columns = size[:2]
     i, j = np.meshgrid(np.arange(rows if wrap_rows else rows - 1), np.arange(columns), indexing="ij")
     up, along = (i + 1) % rows, (j + 1) % columns
     a, b, c, d = i * columns + j, i * columns + along, up * columns + along, up * columns + j
@@ -226,7 +225,8 @@ def _rounded_polygon(r: float, corners: F64, rings: int) -> Surface3:
     out = np.cross(edges, normal)
     out /= np.linalg.norm(out, axis=1, keepdims=True)
     before = np.roll(out, 1, axis=0)
-    owners, directions = [], []
+    owners: list[F64] = []
+    directions: list[F64] = []
     for corner, n0, n1 in zip(corners, before, out, strict=True):
         turn = math.acos(float(np.clip(n0 @ n1, -1.0, 1.0)))
         for s in np.linspace(0.0, 1.0, 2 + int(turn / _CORNER_STEP)):

@@ -1,7 +1,5 @@
 """The texture of a blended joint: the two limbs' own near their ends, passing into one another between (Singh §5.1)."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from collections.abc import Sequence
@@ -144,7 +142,8 @@ def colour_at(limb: Piece, points: F64, materials: Sequence[Material]) -> F64:
     row, share, _ = closest(points, limb.points[limb.triangles], 8)
     uv = np.einsum("nk,nkc->nc", share, limb.uv[row])
     out = np.empty((len(points), 3))
-    for m in np.unique(limb.material[row]).tolist():
+    numbers: list[int] = np.unique(limb.material[row]).tolist()
+    for m in numbers:
         mine = limb.material[row] == m
         material = materials[m]
         out[mine] = material.colour or PLAIN

@@ -6,8 +6,6 @@ come out as they were, without the swelling of a plain sum, and ends that do not
 is polygonised there, and polygons outside the zone are kept (Singh §3.3.4).
 """
 
-# pyright: basic
-
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
@@ -325,9 +323,11 @@ def _centre(solid: Piece, frame: Frame) -> tuple[F64, int]:
     area = np.linalg.norm(normal, axis=1)
     normal = normal / np.maximum(area, 1e-30)[:, None]
     level = np.einsum("fi,fi->f", normal, corner[:, 0])
-    low, high = p[:, 2].min(), p[:, 2].max()
+    low: float = p[:, 2].min()
+    high: float = p[:, 2].max()
     best: tuple[int, float, F64] | None = None
-    for z in np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 9).tolist():
+    levels: list[float] = np.linspace(low + 0.15 * (high - low), high - 0.15 * (high - low), 9).tolist()
+    for z in levels:
         slab = p[np.abs(p[:, 2] - z) < 0.2 * (high - low)]
         at = np.append(slab[:, :2].mean(axis=0), z)
         for _ in range(60):

@@ -1,7 +1,5 @@
 """The container of glTF 2.0: JSON, buffers, accessors and pictures, from .glb, .vrm or .gltf with files beside it."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 import base64
@@ -93,7 +91,8 @@ class Document:
         if not isinstance(view.get("buffer"), int) or not 0 <= view["buffer"] < len(self._buffers):
             raise MakingError(f"{self.path}: a buffer that is not there; export the file again")
         start, length = int(view.get("byteOffset", 0)), int(view.get("byteLength", 0))
-        data = self._buffers[view["buffer"]]
+        number: int = view["buffer"]
+        data = self._buffers[number]
         if start < 0 or length < 0 or start + length > len(data):
             raise MakingError(f"{self.path}: {len(data)} bytes of data, {start + length} expected; it is cut short, fetch it again")
         return data[start : start + length], int(view.get("byteStride", 0))

@@ -1,7 +1,5 @@
 """Materials of glTF: colour, and what a surface is like beside it, each picture laid as that of the colour."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from dataclasses import replace
@@ -180,7 +178,7 @@ def layout(row: dict[str, Any]) -> dict[str, Any]:
         row.get("occlusionTexture"),
         row.get("emissiveTexture"),
     )
-    return next((i for i in map(as_object, (colour_texture(row), *others)) if "index" in i), {})
+    return next((i for i in map(as_object, (colour_texture(row), *others)) if "index" in i), dict[str, Any]())
 
 
 def _small(channel: U8) -> U8:

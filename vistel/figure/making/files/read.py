@@ -1,7 +1,5 @@
 """A person's mesh from whatever file it is in, with what was given beside it."""
 
-# pyright: basic
-
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -5,8 +5,6 @@ for whole. It leaves pentagons as they are, and fails on texture coordinates at 
 of corners.
 """
 
-# pyright: basic
-
 from __future__ import annotations
 
 from dataclasses import dataclass

@@ -1,8 +1,5 @@
 """A person's mesh from USD made by others: meshes as the stage shows them, UsdSkel rig and weights, materials, textures."""
 
-
-# pyright: basic, reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 from collections.abc import Callable
@@ -202,7 +199,7 @@ class _Stage:
             world = np.array(self._world_of(skeleton), np.float64)
             place = {name: k for k, name in enumerate(names)}
             order = [str(j) for j in skeleton.GetJointOrder()]
-            up = list(skeleton.GetTopology().GetParentIndices())
+            up: list[int] = list(skeleton.GetTopology().GetParentIndices())
             for k, name in enumerate(order):
                 if name in place:
                     continue

@@ -1,12 +1,9 @@
 """Materials of USD meshes as a figure needs them: colour or picture of a UsdPreviewSurface, and what it says beside that."""
 
-
-# pyright: basic, reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,7 +71,7 @@ class Materials:
     def _read(self, material: Any) -> Material:
         name = str(material.GetPrim().GetName())
         surface: Any = material.ComputeSurfaceSource()
-        shader: Any = surface[0] if isinstance(surface, tuple) else surface
+        shader = cast(tuple[Any, ...], surface)[0] if isinstance(surface, tuple) else surface
         if not shader:
             return Material(name)
         for wanted in ("diffuseColor", "base_color", "baseColor", "diffuse_color_constant", "diffuse_texture"):

@@ -1,8 +1,5 @@
 """What a UsdPreviewSurface says beside its colour, each picture laid as that of the colour."""
 
-
-# pyright: basic, reportAttributeAccessIssue=false
-
 from __future__ import annotations
 
 import math
