@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
 
 @contextmanager
-def whole_file(path: Path, *, private: bool = False, sync: bool = False) -> Iterator[BinaryIO]:
+def whole_file(path: Path, *, private: bool = False, sync: bool = False) -> Generator[BinaryIO]:
     """A stream into a new file beside `path`. At the end of the block the file takes the place of `path`; after an error it is
     removed and `path` stays as it was.
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.wire.motion_streams import HALVES, seated, streams
 from vistel.arrays import F64, I64
-from vistel.wire.motion_codec.kernels import AFTER_CHANGE, FULL, LOGS, MIDDLE
+from vistel.wire.motion_codec.codec_kernels import AFTER_CHANGE, FULL, LOGS, MIDDLE
 from vistel.wire.motion_codec.layout import GROUP_OF, GROUPS, NUMBERS, scale
 from vistel.wire.motion_codec.model import Model, from_numbers
 

@@ -13,7 +13,8 @@ X = TypeVar("X", float, F32, F64)
 
 def ease(u: X) -> X:
     """3 u^2 - 2 u^3 of numbers or arrays from 0 to 1, which are not cut off: without slope at either end."""
-    return u * u * (3.0 - 2.0 * u)
+    out: Any = u * u * (3.0 - 2.0 * u)
+    return out
 
 
 def smooth(x: X) -> X:

@@ -25,7 +25,7 @@ def wide(_context: Any) -> Any:
 
     def codegen(context: Any, builder: Any, _signature: Any, _args: Any) -> Any:
         for attribute in _ATTRIBUTES:
-            add: Any = set.add  # past the check of `AttributeSet.add`
+            add: Any = getattr(set, "add")  # noqa: B009  past the check of `AttributeSet.add`
             add(builder.function.attributes, attribute)
         return context.get_dummy_value()
 

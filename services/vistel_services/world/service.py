@@ -17,7 +17,7 @@ from vistel.conference.model import Room as RoomKeys
 from vistel.conference.paths import RunPaths
 from vistel.conference.room_things import extras_of
 from vistel.figure.posture.posture import standing
-from vistel.space.dynamics.kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.dynamics.motion_kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import Extra, meeting_room
 from vistel.space.room import Room as RoomShape

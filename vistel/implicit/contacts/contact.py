@@ -29,18 +29,22 @@ class ConeSpheres(Protocol):
     @property
     def a(self) -> F64:
         """(N, 3) one end of each limb [m]."""
+        ...
 
     @property
     def b(self) -> F64:
         """(N, 3) the other end [m]."""
+        ...
 
     @property
     def radius_a(self) -> F64:
         """(N,) surface radius at a [m]."""
+        ...
 
     @property
     def radius_b(self) -> F64:
         """(N,) the same at b [m]."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -360,8 +360,9 @@ def _kernels() -> Any:
         from vistel.implicit.evaluation import evaluate_kernels
         from vistel.jit.kernel_jit import is_cold
 
-        _loaded.append(evaluate_kernels)
-        if is_cold(evaluate_kernels.evaluate_points) and sys.stderr.isatty():
+        kernels: Any = evaluate_kernels
+        _loaded.append(kernels)
+        if is_cold(kernels.evaluate_points) and sys.stderr.isatty():
             print("vistel.implicit: compiling field kernels (once) ...", file=sys.stderr, flush=True)
     return _loaded[0]
 

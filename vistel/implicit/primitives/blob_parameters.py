@@ -29,30 +29,37 @@ class Blob(Protocol):
     @property
     def volume(self) -> Volume:
         """The star-shaped volume."""
+        ...
 
     @property
     def centre(self) -> Vec3:
         """(3,) the point S."""
+        ...
 
     @property
     def blend(self) -> Blend:
         """The blend of all of it."""
+        ...
 
     @property
     def reach(self) -> float:
         """The ratio to the volume is multiplied by it."""
+        ...
 
     @property
     def vertex_blends(self) -> tuple[Blend, ...] | None:
         """A blend for each vertex."""
+        ...
 
     @property
     def vertex_reaches(self) -> tuple[float, ...]:
         """Each vertex' reach."""
+        ...
 
     @property
     def fan(self) -> Fan:
         """The polyhedron's cones about the centre."""
+        ...
 
 
 def packed(blobs: Sequence[Blob], smoothing: float, printed: bool) -> F64:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, Self
+from typing import Any, Self, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,7 @@ from vistel.implicit.checks import ShapeError, Vec3, point_rows, positive, withi
 from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.graph.primitive import Primitive, unit_rows
 from vistel.implicit.graph.shape import Sample
-from vistel.implicit.primitives.blob_parameters import packed
+from vistel.implicit.primitives.blob_parameters import Blob, packed
 from vistel.implicit.primitives.polyhedron import Polyhedron
 from vistel.implicit.primitives.volume import Fan, Volume, checked_centre, ray_ratio
 
@@ -152,7 +152,7 @@ class Pointblob(Primitive):
     @property
     @override
     def parameters(self) -> F64:
-        return packed((self,), 1.0, False)
+        return packed(cast("tuple[Blob, ...]", (self,)), 1.0, False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -276,4 +276,4 @@ class PointSetblob(Primitive):
     @property
     @override
     def parameters(self) -> F64:
-        return packed(self.blobs, self.smoothing, self.printed)
+        return packed(cast("tuple[Blob, ...]", self.blobs), self.smoothing, self.printed)

@@ -15,7 +15,7 @@ import numpy as np
 from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.dynamics.collide_kernels import PUSHER, WIDTH, detect  # pyright: ignore[reportUnknownVariableType]
-from vistel.space.dynamics.kernels import matrices, solve  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.dynamics.motion_kernels import matrices, solve  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.solids import Solids, pose_solids
 
 FIXED = 0

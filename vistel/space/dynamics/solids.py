@@ -13,7 +13,7 @@ from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.contact_points import contact_points_of
 from vistel.space.contact.near import Placed, placed
-from vistel.space.dynamics.kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.dynamics.motion_kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.things.things import Primitive, Thing
 
 YIELD = 0.2

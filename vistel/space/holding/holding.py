@@ -14,7 +14,7 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.implicit.contacts.contact import ContactArray, find_contacts
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions, wake_around
-from vistel.space.dynamics.kernels import MAX_SPEED, MAX_SPIN
+from vistel.space.dynamics.motion_kernels import MAX_SPEED, MAX_SPIN
 from vistel.space.dynamics.solids import Solids
 from vistel.space.hands import grasp as hands
 from vistel.space.hands.grasp import Grasp

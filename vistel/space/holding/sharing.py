@@ -14,7 +14,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.space.dynamics.kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.dynamics.motion_kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.hands.grasp import Grasp, out_of_hand
 from vistel.space.people import HAND_JOINT, PALM, Posed
 from vistel.space.view import DigitTouch, HandForce

@@ -17,7 +17,7 @@ from vistel.arrays import F64
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.dynamics.dynamics import ASLEEP, FREE, Motions
-from vistel.space.dynamics.kernels import GRAVITY
+from vistel.space.dynamics.motion_kernels import GRAVITY
 from vistel.space.dynamics.solids import Solids
 from vistel.space.hands.grasp import into_hand
 from vistel.space.holding.sharing import Anchor, Pull

@@ -12,7 +12,7 @@ import numpy as np
 
 from vistel.arrays import I64, U8
 from vistel.v1.motion_pb2 import Motion
-from vistel.wire.motion_codec import kernels as k
+from vistel.wire.motion_codec import codec_kernels as k
 from vistel.wire.motion_codec.encoder import MOST_BYTES
 from vistel.wire.motion_codec.layout import NUMBERS, PARTS, PLACES, scale
 from vistel.wire.motion_codec.lists import ListKey, parts_of, read_key, well_formed

@@ -9,7 +9,7 @@ import numpy as np
 
 from vistel.arrays import F64, I64
 from vistel.v1.motion_pb2 import Motion
-from vistel.wire.motion_codec import kernels as k
+from vistel.wire.motion_codec import codec_kernels as k
 from vistel.wire.motion_codec.layout import NUMBERS, USUAL_GRAIN, scale
 from vistel.wire.motion_codec.model import NEWEST, table
 from vistel.wire.motion_codec.references import PLANS, Losses, kept

@@ -59,7 +59,7 @@ def assemble(
         }
         for j in whole.joints
     ]
-    facts = {
+    made_of = {
         "output": str(output),
         **facts(made.avatar),
         "joints_blended": len(joints),
@@ -69,11 +69,11 @@ def assemble(
         "seconds": round(time.perf_counter() - began, 2),
     }
     if as_json:
-        facts |= {"joints": joints, "notes": list(made.notes)}
+        made_of |= {"joints": joints, "notes": list(made.notes)}
     else:
         for j in joints:
             gap = f"{1e3 * abs(j['gap_m']):.0f} mm {'gap' if j['gap_m'] >= 0 else 'overlap'}"
             out.print(f"  {' and '.join(j['between'])}: {gap}, blended over {2e3 * j['zone_m']:.0f} mm", soft_wrap=True)
         for note in made.notes:
             out.print(f"  {escape(note)}", soft_wrap=True)
-    report(as_json, facts)
+    report(as_json, made_of)
