@@ -19,7 +19,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any, cast
+from typing import Any
 
 from numba import types
 from numba.extending import intrinsic
@@ -63,7 +63,8 @@ def words(width: int) -> Any:
 @extending.register_model(LanesType)
 class _LanesModel(extending.models.PrimitiveModel):
     def __init__(self, manager: Any, kind: Any) -> None:
-        cast(Any, super()).__init__(manager, kind, floats(kind.width))
+        base: Any = super()
+        base.__init__(manager, kind, floats(kind.width))
 
 
 @extending.register_model(MaskType)
@@ -71,7 +72,8 @@ class _MaskModel(extending.models.PrimitiveModel):
     """In memory a mask is the bits of an integer: vectors of bits have no certain layout there."""
 
     def __init__(self, manager: Any, kind: Any) -> None:
-        cast(Any, super()).__init__(manager, kind, ir.VectorType(ir.IntType(1), kind.width))
+        base: Any = super()
+        base.__init__(manager, kind, ir.VectorType(ir.IntType(1), kind.width))
         self._width = kind.width
 
     def get_data_type(self) -> Any:
