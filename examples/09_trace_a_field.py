@@ -9,7 +9,8 @@ import sys
 from pathlib import Path
 
 import vistel.implicit as vi
-from vistel.implicit.ghosts.deformable import Deformable, collisions, deformed
+from vistel.implicit.ghosts.composition import collisions, deformed
+from vistel.implicit.ghosts.deformable import Deformable
 from vistel.implicit.scene import Camera, Light, Material, Scene, write_png
 from vistel.implicit.trace import render
 

@@ -106,7 +106,7 @@ class WorldSite:
         await killed(self._task)
         await self._bus.close()
         for path in folder.iterdir() if folder.exists() else ():
-            path.unlink()
+            path.unlink(missing_ok=True)  # the world's disk may still be at work
         for name, data in kept.items():
             (folder / name).write_bytes(data)
         self._task = None

@@ -41,14 +41,14 @@ class Site:
     def __init__(self, tokyo: ZenohBus, paris: ZenohBus, clock: SystemClock, lost: Callable[[Prop], bool]) -> None:
         self.clock, self.wire = clock, WindowWire(tokyo, clock, "aiko", {"tokyo": ("aiko",)})
         self.told: list[Prop] = []
-        tell = self.wire._tell
+        publish = self.wire._publish
 
         def through(message: Prop) -> None:
             self.told.append(message)
             if not lost(message):
-                tell(message)
+                publish(message)
 
-        self.wire._tell = through  # type: ignore[method-assign]
+        self.wire._publish = through  # type: ignore[method-assign]
         self.room, self.now = WorldListener(paris, clock), None
         self.inputs = paris.subscribe(BY_NAME["world_inputs"], queue_all=True)
         self.steps: list[WorldInputs] = []

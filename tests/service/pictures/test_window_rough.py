@@ -63,7 +63,7 @@ def test_a_window_made_as_small_as_can_be_goes_on_and_is_whole_again_when_it_is_
 def test_a_card_lost_in_the_middle_of_a_drag_gives_a_new_window_with_what_was_set_and_lets_go(
     hands: Hands, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    monkeypatch.setattr(drawing_thread, "RETRY_S", 0.05)
+    monkeypatch.setattr(drawing_thread, "RETRY_NS", 50_000_000)
 
     async def play(p: Pictures) -> None:
         x, y = p.at("ball")

@@ -36,7 +36,7 @@ class Tab:
 
     async def settled(self) -> None:
         """Shows what the server computed of all that was asked."""
-        await self.page.until(READY, 120.0)
+        await self.page.until(READY)
 
     async def state(self, what: str) -> Any:
         return await self.page.value(f"(() => {{ const {{ state, plane }} = window.studio; void plane; return {what}; }})()")

@@ -320,4 +320,4 @@ def test_without_a_world_that_has_it_one_line_says_so(machine: Callable[[str], P
             with_room(guest, "oslo", router.endpoint, 0.5)
     finally:
         router.close()
-    assert "no world answers" in capsys.readouterr().err
+    assert "no world that has it answers" in capsys.readouterr().err
