@@ -138,7 +138,7 @@ async def _drag_undo_save(folder: Path) -> None:
 
         before = load_usd(tab.path)
         await tab.page.click("#mode-photograph")
-        await tab.page.until("document.getElementById('notice').textContent.startsWith('Click the net')", 60.0)
+        await tab.page.until("document.getElementById('notice').textContent.startsWith('Click the net')")
         own = "view.laid.island.findIndex((n) => n === view.island)"
         corner = f"[0, 1].map((k) => view.laid.uv[2 * {own} + k] * view.laid.size[k])"
         await tab.drag(await tab.on_screen("pins", corner), (30.0, 12.0))
@@ -147,7 +147,7 @@ async def _drag_undo_save(folder: Path) -> None:
         await tab.settled()
 
         await tab.key("s", CONTROL)
-        await tab.page.until("document.getElementById('notice').className === 'good'", 60.0)
+        await tab.page.until("document.getElementById('notice').className === 'good'")
         saved = load_usd(tab.path)
         sets = sets_in(saved.wrinkles, "saved")
         assert [s.entry for s in sets] == [s.entry for s in load_sets(tab.path.with_name("somebody_wrinkles.toml"))]
