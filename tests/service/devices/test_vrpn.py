@@ -256,7 +256,7 @@ def test_vrpns_own_server_with_its_fastrak_driver_on_the_simulated_fastrak_is_re
         async with real_server(tmp_path, unit, "vrpn_Tracker_Fastrak\tTracker0\tPTY\t115200\n", 115200) as port:
             person = {"gloves": {}, "tracker": {"kind": "vrpn", "port": f"Tracker0@127.0.0.1:{port}"}}
             async with site.running({}, person=person):
-                await site.until(lambda: len(frames(site)) >= 80, 60.0)
+                await site.until(lambda: len(frames(site)) >= 80)
                 await site.until(lambda: site.bus.status(T).state == STATE.STATE_STREAMING)
                 for r in frames(site)[-1].receivers:
                     p, q = still(r.station, 0.0)
@@ -275,7 +275,7 @@ def test_vrpns_own_server_with_its_driver_of_a_data_glove_5_is_read(tmp_path: Pa
         async with real_server(tmp_path, unit, "vrpn_5dt Glove0 PTY 19200 2 0\n", 19200) as port:
             worn = {"kind": "vrpn", "sensors": 5, "port": f"Glove0@127.0.0.1:{port}"}
             async with site.running({}, person={"tracker": None, "gloves": {"left": worn}}):
-                await site.until(lambda: len(site.bus.on("glove", L)) >= 30, 30.0)
+                await site.until(lambda: len(site.bus.on("glove", L)) >= 30)
                 await site.until(lambda: site.bus.status(L).state == STATE.STATE_STREAMING)
         angles = site.bus.on("glove", L)[-1].angles
         for base in (4, 8, 12, 16):
