@@ -14,7 +14,7 @@ from hypothesis.internal.conjecture import providers
 
 # No deadline: the first call of a kernel may compile it, and no test is about time.
 settings.register_profile("same", deadline=None, database=None, derandomize=True)
-settings.register_profile("fuzz", deadline=None, database=None, max_examples=2_000)
+settings.register_profile("fuzz", deadline=None, database=None, derandomize=False, max_examples=2_000)  # where CI is set, too
 settings.load_profile("same")
 
 ROUNDS = 20

@@ -4,7 +4,7 @@ import { build } from "esbuild";
 const root = process.argv[2] ?? "../../";
 const pages = {
   "watch/main.ts": "services/vistel_services/renderer/out/page/watch.js",
-  "studio/main.ts": "clients/cli/vistel_cli/studio/page/studio.js",
+  "studio/main.ts": "clients/cli/vistel_cli/wrinkle/studio/page/studio.js",
 };
 
 for (const [from, to] of Object.entries(pages)) {

@@ -85,7 +85,7 @@ def test_points_that_were_not_looked_at_are_left_out_and_too_few_refused(tmp_pat
 def test_real_eyes_are_told_open_or_closed_and_their_pupils_found(shared_data: Path) -> None:
     """Every fifth picture; the bench takes all."""
     folder = shared_data / "eye" / "mrgaze"
-    with (Path(__file__).parents[3] / "benchmarks" / "eye_pupils.csv").open(encoding="utf-8") as f:
+    with (Path(__file__).parents[3] / "benchmarks" / "figures" / "eye_pupils.csv").open(encoding="utf-8") as f:
         marked = list(csv.DictReader(f))[::5]
     widths = {line.split()[0]: float(line.split()[4]) for line in (folder / "open_bbox.txt").read_text().splitlines()}
     hits = 0
