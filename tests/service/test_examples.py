@@ -11,6 +11,8 @@ import pytest
 from PIL import Image
 from recorded_meeting import record
 
+pytestmark = pytest.mark.timeout(900)  # where no kernel is compiled yet, the first picture compiles most of them
+
 FOLDER = Path(__file__).parents[2] / "examples"
 NUMBERED = sorted(FOLDER.glob("[0-9][0-9]_*"))
 
