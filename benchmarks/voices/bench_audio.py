@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from benchmarks.row import Row, machine
 from vistel.arrays import F32
 from vistel.audio.delay_policy import Policy
+from vistel.audio.hearing import Hearing
 from vistel.audio.hrtf import EAR_ANGLE, response
 from vistel.audio.levels import Meter
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder, version
@@ -18,7 +19,6 @@ from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, Head, place_of
 from vistel.audio.ways import Spatial
 from vistel.v1.audio_pb2 import Voice
 from vistel.v1.service_pb2 import ImageDelay
-from vistel_services.audio.hearing import Hearing
 from vistel_sim.talker import babble
 
 TALKERS, SECONDS = 20, 10
@@ -82,7 +82,7 @@ def _mixed(
         for k, payload in enumerate(packets)
         if rng.random() >= loss
     )
-    hearing = Hearing("tokyo", Policy(), frozenset(), spatial)
+    hearing = Hearing(Policy(), frozenset(), spatial)
     listener = Head(np.zeros(3), np.eye(3))
     angles = np.linspace(-2.5, 2.5, talkers)
     around = [Head(1.5 * np.array([np.sin(a), 0.0, np.cos(a)]), np.eye(3)) for a in angles]

@@ -24,7 +24,7 @@ import json, sys, time
 import numpy as np
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import SystemClock
-from vistel_services.audio.capture import Capture
+from vistel.audio.capture import Capture
 from vistel_services.audio.inputs import InputOpener
 from vistel_services.audio.outputs import Loudspeaker
 from vistel_sim.talker import clap

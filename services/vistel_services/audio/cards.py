@@ -15,14 +15,12 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from typing import Any, Generic, Protocol, TypeVar
 
+from vistel.audio.capture import InputError
+
 log = logging.getLogger("vistel.audio")
 
 _LOOK_NS = 15_000_000_000
 """As seldom are others' cards interrupted to look for one."""
-
-
-class InputError(Exception):
-    """A microphone or a loudspeaker that cannot be used now; one line for a person."""
 
 
 class Card(Protocol):

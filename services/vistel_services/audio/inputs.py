@@ -10,40 +10,23 @@ import stat
 import threading
 from collections import deque
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from vistel.arrays import F32
+from vistel.audio.capture import Input, InputError
 from vistel.audio.opus import RATE
+from vistel.audio.recording import read_recording
 from vistel.wire.clock import Clock
 from vistel_services.audio import cards
-from vistel_services.audio.cards import CardOpener, InputError, closed, find_card, opened, sound_cards, with_card
+from vistel_services.audio.cards import CardOpener, closed, find_card, opened, sound_cards, with_card
 
 log = logging.getLogger("vistel.audio")
 
 _PIPE_BYTES = 65536
-_LOWEST = 8_000
-"""Samples per second below which a recording is refused."""
-_HIGHEST = 96_000
-"""Samples per second above which a recording is refused."""
-_LONGEST_S = 900.0
 _QUEUED_MOST = 200
 """Pieces from a pipe that nobody fetches."""
-
-
-class Input(Protocol):
-    """An open microphone."""
-
-    about: str
-    rate_hz: float
-
-    def take(self) -> list[tuple[F32, int]]:
-        """What has come since the last call: samples (n,), and by when they had been captured. Raises InputError when
-        the device is gone."""
-        ...
-
-    def close(self) -> None: ...
 
 
 class InputOpener:
@@ -152,35 +135,6 @@ class PipeInput:
             same = False
         if not same:
             raise InputError(f"{self._path}: is gone")
-
-
-def read_recording(path: Path) -> tuple[F32, float]:
-    """(n,) samples, mono, and their rate. Raises InputError."""
-    import av  # noqa: PLC0415
-    from av.error import FFmpegError  # noqa: PLC0415
-
-    try:
-        with av.open(str(path)) as container:
-            if not container.streams.audio:
-                raise InputError(f"{path}: holds no sound")
-            rate = container.streams.audio[0].rate
-            if not _LOWEST <= rate <= _HIGHEST:
-                raise InputError(f"{path}: expected 8000 to 96000 samples per second, got {rate}; convert it")
-            convert = av.AudioResampler(format="flt", layout="mono", rate=rate)
-            parts: list[F32] = []
-            length = 0
-            for frame in container.decode(audio=0):
-                for out in convert.resample(frame):
-                    parts.append(out.to_ndarray().reshape(-1).astype(np.float32))
-                    length += len(parts[-1])
-                if length > _LONGEST_S * rate:
-                    log.warning("event=recording_cut path=%s after_s=%.0f", path, _LONGEST_S)
-                    break
-    except (FFmpegError, OSError) as e:
-        raise InputError(f"{path}: cannot be read as sound: {e}") from e
-    if not length:
-        raise InputError(f"{path}: holds no samples")
-    return np.concatenate(parts), float(rate)
 
 
 class RecordingInput:

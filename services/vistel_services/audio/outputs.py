@@ -12,11 +12,12 @@ from typing import Any, Protocol
 import numpy as np
 
 from vistel.arrays import F32
+from vistel.audio.capture import InputError
 from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import Clock
 from vistel_services.audio import cards
-from vistel_services.audio.cards import CardOpener, InputError, closed, find_card, opened, sound_cards, with_card
+from vistel_services.audio.cards import CardOpener, closed, find_card, opened, sound_cards, with_card
 
 log = logging.getLogger("vistel.audio")
 

@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import logging
 
-from prometheus_client import Gauge
+from prometheus_client import Counter, Gauge
 
 from vistel.arrays import F32
+from vistel.audio.capture import Capture
+from vistel.audio.hearing import Hearing
 from vistel.audio.opus import FRAME_NS, Encoder, version
 from vistel.v1.audio_pb2 import Sound, SoundStatus
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel_services.audio.buttons import Buttons
-from vistel_services.audio.capture import Capture
 from vistel_services.audio.config import Config
 from vistel_services.audio.heads import Heads
-from vistel_services.audio.hearing import Hearing
 from vistel_services.audio.inputs import InputOpener
 from vistel_services.audio.outputs import Loudspeaker
 from vistel_services.audio.speaking import Speaker
@@ -25,6 +25,10 @@ from vistel_services.audio.unit import DelayUnit
 log = logging.getLogger("vistel.audio")
 
 _KNOWN = Gauge("vistel_audio_acoustic_delay_known", "1 while the delay after the sound card is known", ["site"])
+_MOUTH_TO_EAR = Gauge("vistel_audio_mouth_to_ear_seconds", "Time from capture to ear", ["site", "participant"])
+_TARGET = Gauge("vistel_audio_target_delay_seconds", "Wanted time from capture to ear", ["site", "participant"])
+_SKEW = Gauge("vistel_audio_skew_seconds", "Time from a picture to its voice", ["site", "participant"])
+_CONCEALED = Counter("vistel_audio_concealed_frames_total", "Frames concealed, lost or late", ["site", "participant"])
 
 _REPORT_NS = 250_000_000
 _PLACES_NS = 200_000_000
@@ -79,7 +83,7 @@ class _Site:
             )
             for m in config.microphones
         ]
-        self._hearing = Hearing(config.site, config.policy, frozenset(m.participant for m in config.microphones), config.spatial)
+        self._hearing = Hearing(config.policy, frozenset(m.participant for m in config.microphones), config.spatial)
         self._loudspeaker = Loudspeaker(config.loudspeaker, clock)
         self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
         self._status = bus.publish(BY_NAME["sound_status"])
@@ -91,6 +95,7 @@ class _Site:
         self._unit = DelayUnit(bus, config.delay_unit, config.site) if config.delay_unit else None
         self._places_ns = self._report_ns = 0
         self._heard_ns = 0.0
+        self._concealed = dict[str, int]()
         self._shown: frozenset[str] = frozenset()
 
     def round(self, now_ns: int) -> None:
@@ -153,7 +158,18 @@ class _Site:
         for speaker in self._speakers:
             speaker.fill(message.microphones.add(), now_ns)
         _KNOWN.labels(self._config.site).set(float(message.acoustic_known))
+        self._measure(message)
         self._status.put(message)
+
+    def _measure(self, message: SoundStatus) -> None:
+        for voice in message.streams:
+            whose = self._config.site, voice.participant
+            _TARGET.labels(*whose).set(voice.target_s)
+            _MOUTH_TO_EAR.labels(*whose).set(voice.actual_s)
+            _CONCEALED.labels(*whose).inc(voice.concealed - self._concealed.get(voice.participant, 0))
+            self._concealed[voice.participant] = voice.concealed
+            if voice.HasField("skew_s"):
+                _SKEW.labels(*whose).set(voice.skew_s)
 
     def close(self) -> None:
         """Let go of everything."""

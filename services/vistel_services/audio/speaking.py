@@ -8,12 +8,12 @@ from collections import deque
 from prometheus_client import Counter, Gauge
 
 from vistel.arrays import F32
+from vistel.audio.capture import Capture
 from vistel.audio.levels import SILENT_DB, Level, Meter
 from vistel.audio.opus import FRAME_NS, Encoder
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Publication
 from vistel_services.audio.buttons import Button
-from vistel_services.audio.capture import Capture
 
 log = logging.getLogger("vistel.audio")
 

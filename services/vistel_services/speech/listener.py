@@ -13,6 +13,7 @@ from vistel.messages.commands import message_of
 from vistel.speech.dialogue import Dialogue, KnownThing, Reading, Response, ResponseKind, reply
 from vistel.speech.grammar import Grammar
 from vistel.speech.recognition import Hypotheses, Recogniser
+from vistel.speech.voice_reader import VoiceReader
 from vistel.v1.audio_pb2 import VoiceControl
 from vistel.v1.command_pb2 import CommandResult
 from vistel.v1.speech_pb2 import Utterance
@@ -21,7 +22,6 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.speech.config import Config, Speaker
 from vistel_services.speech.echoes import Echoes
 from vistel_services.speech.replies import SpokenReplies
-from vistel_services.speech.voice_reader import VoiceReader
 
 log = logging.getLogger("vistel.speech")
 

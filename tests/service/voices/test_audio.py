@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vistel.audio.capture import Capture
 from vistel.audio.delay_policy import Policy
 from vistel.audio.opus import FRAME_NS, RATE
 from vistel.v1.audio_pb2 import EquipmentStatus, SoundStatus, VoiceControl
@@ -19,7 +20,6 @@ from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, run
-from vistel_services.audio.capture import Capture
 from vistel_services.audio.inputs import InputOpener
 from vistel_sim.faults import Fault
 from vistel_sim.talker import SimulatedMicrophone, Voice, clap, run_microphones

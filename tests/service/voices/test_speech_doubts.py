@@ -12,6 +12,7 @@ import pytest
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder
 from vistel.speech.grammar_file import load_grammar
 from vistel.speech.recognition import Hypotheses, Hypothesis, Samples
+from vistel.speech.voice_reader import BEHIND_NS, VoiceReader
 from vistel.v1.audio_pb2 import Voice, VoiceControl
 from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.clock import SimulatedClock
@@ -19,7 +20,6 @@ from vistel.wire.memory_bus import MemoryNetwork
 from vistel_services.speech.config import Config, Speaker
 from vistel_services.speech.echoes import Echoes
 from vistel_services.speech.listener import Listener
-from vistel_services.speech.voice_reader import BEHIND_NS, VoiceReader
 
 START_NS = 1_000_000_000_000
 

@@ -153,9 +153,10 @@ def _show(known: Grammar, tongue: Language, heard: tuple[Hypothesis, ...], accep
 def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Hypothesis, ...]]:
     import numpy as np
 
+    from vistel.audio.capture import InputError
     from vistel.speech.features import Resampler
     from vistel.wire.clock import SystemClock
-    from vistel_services.audio.inputs import CardInput, InputError
+    from vistel_services.audio.inputs import CardInput
 
     stopped = False
 
@@ -321,8 +322,9 @@ def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, 
     """Shows sentences, and records each."""
     import random
 
+    from vistel.audio.capture import InputError
     from vistel.wire.clock import SystemClock
-    from vistel_services.audio.inputs import CardInput, InputError
+    from vistel_services.audio.inputs import CardInput
 
     rng = random.Random(1)
     said: list[tuple[F32, str]] = []
@@ -342,8 +344,8 @@ def _recorded_for(card: CardInput, seconds: float) -> F32:
     """(n,) sound at 16 kHz from now on. Raises InputError."""
     import numpy as np
 
+    from vistel.audio.capture import InputError
     from vistel.speech.features import Resampler
-    from vistel_services.audio.cards import InputError
 
     card.take()  # drop earlier sound
     parts: list[F32] = []
@@ -365,8 +367,9 @@ def _sound_of(path: Path) -> F32:
     """(n,) at 16 kHz, with quiet before and after."""
     import numpy as np
 
+    from vistel.audio.capture import InputError
+    from vistel.audio.recording import read_recording
     from vistel.speech.features import Resampler
-    from vistel_services.audio.inputs import InputError, read_recording
 
     try:
         samples, rate = read_recording(path)

@@ -13,8 +13,6 @@ from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.audio.resample import at_positions, reach
 from vistel.audio.tape import Tape
-from vistel_services.audio.cards import InputError
-from vistel_services.audio.inputs import Input
 
 log = logging.getLogger("vistel.audio")
 
@@ -36,6 +34,26 @@ _SLIP_S = 0.002
 _QUIET = 0.003
 """Root mean square below which nobody speaks; full scale is 1."""
 _MOST_FRAMES = 25
+
+
+class InputError(Exception):
+    """A microphone or a loudspeaker that cannot be used now; one line for a person."""
+
+
+class Input(Protocol):
+    """An open microphone."""
+
+    about: str
+    rate_hz: float
+
+    def take(self) -> list[tuple[F32, int]]:
+        """What has come since the last call: samples (n,), and by when they had been captured. Raises InputError when
+        the device is gone."""
+        ...
+
+    def close(self) -> None:
+        """Let go of it."""
+        ...
 
 
 class Opener(Protocol):

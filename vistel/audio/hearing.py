@@ -5,8 +5,6 @@ from __future__ import annotations
 import logging
 from collections.abc import Mapping
 
-from prometheus_client import Counter, Gauge
-
 from vistel.arrays import F32
 from vistel.audio.binaural import Binaural
 from vistel.audio.delay_policy import MARGIN_S, Policy, Target
@@ -22,11 +20,6 @@ from vistel.v1.service_pb2 import ImageDelay
 
 log = logging.getLogger("vistel.audio")
 
-_MOUTH_TO_EAR = Gauge("vistel_audio_mouth_to_ear_seconds", "Time from capture to ear", ["site", "participant"])
-_TARGET = Gauge("vistel_audio_target_delay_seconds", "Wanted time from capture to ear", ["site", "participant"])
-_SKEW = Gauge("vistel_audio_skew_seconds", "Time from a picture to its voice", ["site", "participant"])
-_CONCEALED = Counter("vistel_audio_concealed_frames_total", "Frames concealed, lost or late", ["site", "participant"])
-
 _HEARD_NS = 400_000_000
 """After a frame that somebody spoke in they are shown as talking so long."""
 
@@ -41,7 +34,6 @@ class Talker:
         self.wanted_s = 0.0
         self.level_db = SILENT_DB
         self._talked: list[int] = []
-        self._told = 0
 
     def hear(self, message: Voice, received_ns: int) -> None:
         """A frame has come."""
@@ -66,18 +58,13 @@ class Talker:
             self._talked.pop(0)
         return bool(self._talked) and self._talked[0] <= capture_ns < self._talked[0] + _HEARD_NS
 
-    def newly_concealed(self) -> int:
-        """Frames made up since the last call."""
-        told, self._told = self._told, self.stream.counters.concealed
-        return self._told - told
-
 
 class Hearing:
     """Voices in, blocks for two ears out."""
 
-    def __init__(self, site: str, policy: Policy, own: frozenset[str], spatial: Spatial = "pan") -> None:
+    def __init__(self, policy: Policy, own: frozenset[str], spatial: Spatial = "pan") -> None:
         """own: participants of this site, whom nobody here needs to hear through a loudspeaker."""
-        self._site, self._policy, self._own = site, policy, own
+        self._policy, self._own = policy, own
         self._talkers: dict[str, Talker] = {}
         self._mixing: Mixing = Binaural() if spatial == "hrtf" else Panning()
         self.places: Mapping[str, Place | None] = {}
@@ -143,11 +130,6 @@ class Hearing:
                 frames=counters.played + counters.recovered + counters.concealed,
                 concealed=counters.concealed,
             )
-            _TARGET.labels(self._site, name).set(talker.wanted_s)
-            _MOUTH_TO_EAR.labels(self._site, name).set(actual_s)
-            _CONCEALED.labels(self._site, name).inc(talker.newly_concealed())
-            if skew_s is not None:
-                _SKEW.labels(self._site, name).set(skew_s)
 
     def talking(self, heard_ns: float) -> frozenset[str]:
         """Who is heard speaking."""
