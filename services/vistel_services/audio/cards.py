@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import contextlib
 import logging
+import threading
 from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, TypeVar
 
 from vistel.audio.capture import InputError
 
@@ -23,16 +24,53 @@ _LOOK_NS = 15_000_000_000
 """As seldom are others' cards interrupted to look for one."""
 
 
-class Card(Protocol):
-    """Who has a card open."""
+class Card:
+    """A stream of a sound card."""
+
+    about = ""
+
+    def __init__(self, kind: str) -> None:
+        """kind: "microphone" or "loudspeaker"."""
+        self._kind = kind
+        self._stream_lock = threading.Lock()  # never held while PortAudio may wait
+        self._stream: Any = None
+
+    def open_with(self, open_it: Callable[[], None], now_ns: int) -> None:
+        """Open it; where that fails, look again at what is plugged in and try once more. On `thread`. Raises InputError."""
+        if not _open:
+            look_again(now_ns)
+            open_it()
+        else:
+            try:
+                open_it()
+            except InputError:
+                if not look_again(now_ns):
+                    raise
+                open_it()
+        _open.append(self)
+
+    def check(self) -> None:
+        """Raises InputError where the card is gone."""
+        with self._stream_lock:
+            if self._stream is None or not self._stream.active:
+                raise InputError(f"{self.about}: the {self._kind} is gone")
 
     def close(self) -> None:
         """Use it no more; it is let go of on `thread`."""
-        ...
+        thread.submit(self.release)
 
     def release(self) -> None:
         """Let go of it at once. On `thread`."""
-        ...
+        if self in _open:
+            _open.remove(self)
+        with self._stream_lock:
+            stream, self._stream = self._stream, None
+        if stream is None:
+            return
+        try:
+            stream.close()
+        except Exception as e:
+            log.debug("event=%s_close reason=%r", self._kind, str(e))
 
 
 C = TypeVar("C", bound=Card)
@@ -115,28 +153,3 @@ def look_again(now_ns: int) -> bool:
     cards._terminate()
     cards._initialize()
     return True
-
-
-def with_card(open_it: Callable[[], None], now_ns: int) -> None:
-    """Open a card; where that fails, look again at what is plugged in and try once more. Raises InputError."""
-    if not _open:
-        look_again(now_ns)
-        open_it()
-        return
-    try:
-        open_it()
-    except InputError:
-        if not look_again(now_ns):
-            raise
-        open_it()
-
-
-def opened(who: Card) -> None:
-    """`who` has a card open now."""
-    _open.append(who)
-
-
-def closed(who: Card) -> None:
-    """`who` has none any more."""
-    if who in _open:
-        _open.remove(who)

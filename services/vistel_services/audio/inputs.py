@@ -19,8 +19,7 @@ from vistel.audio.capture import Input, InputError
 from vistel.audio.opus import RATE
 from vistel.audio.recording import read_recording
 from vistel.wire.clock import Clock
-from vistel_services.audio import cards
-from vistel_services.audio.cards import CardOpener, closed, find_card, opened, sound_cards, with_card
+from vistel_services.audio.cards import Card, CardOpener, find_card, sound_cards
 
 log = logging.getLogger("vistel.audio")
 
@@ -162,7 +161,7 @@ class RecordingInput:
         pass
 
 
-class CardInput:
+class CardInput(Card):
     """A sound card, read in PortAudio's thread; at 48 kHz, or where it refuses that, at its own rate.
 
     keep_s: how much is kept of what nobody fetches. Blocks may be of any length, and some drivers hand over a second of
@@ -170,14 +169,12 @@ class CardInput:
     """
 
     def __init__(self, name: str, clock: Clock, keep_s: float = 2.0) -> None:
+        super().__init__("microphone")
         self._clock, self._keep_s = clock, keep_s
         self._blocks: deque[tuple[F32, int]] = deque()
         self._waiting = 0
         self._lock = threading.Lock()
-        self._stream_lock = threading.Lock()  # never held while PortAudio may wait
-        self._stream: Any = None
-        with_card(lambda: self._open(name), clock.now_ns())
-        opened(self)
+        self.open_with(lambda: self._open(name), clock.now_ns())
 
     def _open(self, name: str) -> None:
         portaudio = sound_cards()
@@ -210,27 +207,9 @@ class CardInput:
                 self._waiting -= len(self._blocks.popleft()[0])
 
     def take(self) -> list[tuple[F32, int]]:
-        with self._stream_lock:
-            if self._stream is None or not self._stream.active:
-                raise InputError(f"{self.about}: the microphone is gone")
+        self.check()
         with self._lock:
             out = list(self._blocks)
             self._blocks.clear()
             self._waiting = 0
         return out
-
-    def close(self) -> None:
-        """Read it no more."""
-        cards.thread.submit(self.release)
-
-    def release(self) -> None:
-        """Let go of the card. On the thread of the sound cards."""
-        closed(self)
-        with self._stream_lock:
-            stream, self._stream = self._stream, None
-        if stream is None:
-            return
-        try:
-            stream.close()
-        except Exception as e:
-            log.debug("event=microphone_close reason=%r", str(e))

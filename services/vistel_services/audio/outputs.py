@@ -16,8 +16,7 @@ from vistel.audio.capture import InputError
 from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import Clock
-from vistel_services.audio import cards
-from vistel_services.audio.cards import CardOpener, closed, find_card, opened, sound_cards, with_card
+from vistel_services.audio.cards import Card, CardOpener, find_card, sound_cards
 
 log = logging.getLogger("vistel.audio")
 
@@ -100,22 +99,19 @@ class WavOutput(PacedOutput):
             log.error("event=sound_file_not_closed path=%s reason=%r", self.about, str(e))
 
 
-class CardOutput:
+class CardOutput(Card):
     """A sound card at 48 kHz, fed from PortAudio's thread. Its clock is followed: the voices' own time stretching takes up
     its drift."""
 
     def __init__(self, name: str, clock: Clock) -> None:
+        super().__init__("loudspeaker")
         self._conference = clock
         self._clock = DeviceClock(RATE)
         self._queue: deque[F32] = deque()
         self._lock = threading.Lock()
-        self._stream_lock = threading.Lock()  # never held while PortAudio may wait
         self._played = 0
-        self._handed = 0
         self.missed = 0
-        self._stream: Any = None
-        with_card(lambda: self._open(name), clock.now_ns())
-        opened(self)
+        self.open_with(lambda: self._open(name), clock.now_ns())
 
     def _open(self, name: str) -> None:
         portaudio = sound_cards()
@@ -143,9 +139,7 @@ class CardOutput:
         out[:] = 0.0 if block is None or len(block) != frames else block
 
     def due(self, now_ns: int) -> float | None:
-        with self._stream_lock:
-            if self._stream is None or not self._stream.active:
-                raise InputError(f"{self.about}: the loudspeaker is gone")
+        self.check()
         with self._lock:
             if self._played == 0 or len(self._queue) >= _AHEAD_BLOCKS:
                 return None
@@ -154,21 +148,6 @@ class CardOutput:
     def put(self, block: F32 | None) -> None:
         with self._lock:
             self._queue.append(np.zeros((FRAME, 2), np.float32) if block is None else block)
-
-    def close(self) -> None:
-        cards.thread.submit(self.release)
-
-    def release(self) -> None:
-        """Let go of the card. On the thread of the sound cards."""
-        closed(self)
-        with self._stream_lock:
-            stream, self._stream = self._stream, None
-        if stream is None:
-            return
-        try:
-            stream.close()
-        except Exception as e:
-            log.debug("event=loudspeaker_close reason=%r", str(e))
 
 
 class Loudspeaker:
