@@ -1,10 +1,9 @@
 """The Motion message: a participant's posture in some forty bytes, sixty times a second.
 
-Every number is rounded to a whole number of steps (`MOTION_FIELDS`), foreseen from a frame that was sent shortly before,
-and what is left is entropy coded. Which frame that is says a plan (`PLANS`): with `losses="many"` every frame decodes
-from the last full frame, with "rare" it takes those between, for fewer bytes. At least every 0.4 s a full frame refers to
-nothing: a late joiner, and whoever lost a frame that others refer to, goes on there. docs/reference/motion-stream.md has
-the layout of the bytes.
+Every number is rounded to whole steps (`MOTION_FIELDS`) and predicted from a recent frame; the residual is entropy coded.
+A plan (`PLANS`) fixes which frame refers to which: with `losses="many"` every frame decodes from the last full frame alone;
+with "rare" it needs those between, for fewer bytes. A full frame comes at least every 0.4 s: late joiners begin there, as
+does whoever lost a frame that others refer to. docs/reference/motion-stream.md describes the bytes.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ __all__ = (
 
 
 def warm_up() -> None:
-    """Have the codec compiled, so that the first frame is as quick as the others."""
+    """Compile the codec, so that the first frame is as quick as the others."""
     encoder, decoder = MotionEncoder(), MotionDecoder()
     for seq in (1, 2):
         decoder.decode(encoder.encode(MotionSample(seq, 0, np.zeros(25), np.zeros((2, 20)), np.zeros(4))))

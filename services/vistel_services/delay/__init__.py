@@ -1,4 +1,4 @@
-"""The room's equipment on Modbus: delay units, amplifiers, projectors; what is asked of them and what they do."""
+"""The equipment of a site on Modbus: delay units, amplifiers, projectors. Desired values are written, observed ones published."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ __all__ = ["Config", "Device", "configure", "run"]
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
-    """One task per device, until cancelled; at a site without equipment, nothing."""
+    """Runs one task per device, until cancelled."""
     if not config.devices:
         return
-    from vistel_services.delay.service import run_device  # a site without equipment need not load it
+    from vistel_services.delay.service import run_device  # not needed at a site without equipment
 
     async with asyncio.TaskGroup() as group:
         for device in config.devices:

@@ -1,4 +1,4 @@
-"""One Modbus device: connected, read, brought to hold what is desired, and connected again."""
+"""A Modbus client for one device: connects, reads and writes registers by name."""
 
 from __future__ import annotations
 
@@ -14,27 +14,27 @@ from pymodbus.client import AsyncModbusSerialClient, AsyncModbusTcpClient
 from vistel.protocol.equipment import BUSY_CODES, Block, Register, blocks
 
 log = logging.getLogger("vistel.delay")
-logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # what it would say of a device is in the device's status
+logging.getLogger("pymodbus").setLevel(logging.CRITICAL)  # the device's status has it
 
 TIMEOUT_S = 0.3
 _RETRIES = 1
 
 
 class NoAnswerError(Exception):
-    """The device does not answer, or is not there; one line for a person."""
+    """The device does not answer, is busy or cannot be reached; one line for a person."""
 
 
 class RefusedError(Exception):
-    """The device answered with an exception that will not go by itself; one line for a person."""
+    """The device answered with an exception that trying again does not mend; one line for a person."""
 
 
 _MEANING = {
-    1: "it does not know this function",
-    2: "it has no such register",
-    3: "it does not take this value",
-    4: "it failed",
-    10: "the gateway has no way to it",
-    11: "the gateway cannot reach it",
+    1: "the device does not know this function",
+    2: "the device has no such register",
+    3: "the device does not accept this value",
+    4: "the device failed",
+    10: "the gateway has no path to the device",
+    11: "the gateway cannot reach the device",
 }
 
 
@@ -50,7 +50,7 @@ class ModbusDevice:
         self._blocks = blocks(registers)
         self.refusals = 0
         kind, _, rest = address.partition(":")
-        # The client's own reconnecting is off: one place decides when to try again.
+        # The client does not reconnect by itself: service.py decides when to try again.
         settings: dict[str, Any] = {"timeout": TIMEOUT_S, "retries": _RETRIES, "reconnect_delay": 0}
         if kind == "rtu":
             self._client: Any = AsyncModbusSerialClient(rest, baudrate=baud, parity=parity, **settings)
@@ -60,23 +60,23 @@ class ModbusDevice:
             self._client = AsyncModbusTcpClient(host, port=int(port), framer=framer, **settings)
 
     async def connect(self) -> None:
-        """Connect if not connected."""
+        """Does nothing if already connected."""
         if self._client.connected:
             return
         try:
             connected = await self._client.connect()
         except (OSError, ModbusException, ValueError, termios.error) as e:
-            # A serial port that cannot be set as asked fails only here, and pymodbus passes on what it says.
+            # A serial port that does not accept its settings fails only here; pymodbus passes that error on.
             raise NoAnswerError(f"{self.address}: cannot be reached: {e}") from e
         if not connected:
-            raise NoAnswerError(f"{self.address}: nobody is there")
+            raise NoAnswerError(f"{self.address}: nothing answers")
 
     def close(self) -> None:
         """Disconnect."""
         self._client.close()
 
     async def read_all(self) -> dict[str, float]:
-        """Every register of the map, in its unit."""
+        """The value of every register, in its unit."""
         words: dict[tuple[str, int], Any] = {}
         for block in self._blocks:
             got = await self._read(block)
@@ -84,7 +84,7 @@ class ModbusDevice:
         return {name: r.value([words[r.table, r.address + i] for i in range(r.words)]) for name, r in self._registers.items()}
 
     async def write(self, name: str, value: float) -> None:
-        """One register. Raises ValueError for what it cannot hold."""
+        """Write one register. Raises ValueError for a value that it cannot hold."""
         register = self._registers[name]
         raw = register.raw(value)
         if register.table == "coil":
@@ -111,7 +111,7 @@ class ModbusDevice:
         try:
             reply = await call(*arguments, device_id=self._id, **named)
         except ModbusException as e:
-            # A device that answers late would answer the next question with this one's answer: begin anew.
+            # A late answer would be taken for that to the next request: connect anew.
             self.close()
             raise NoAnswerError(f"{self.address}: no answer: {what}") from e
         except (OSError, asyncio.IncompleteReadError) as e:

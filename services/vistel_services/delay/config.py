@@ -1,4 +1,4 @@
-"""A site's equipment, from the conference file."""
+"""The equipment of a site, from the conference file."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from vistel.protocol.equipment import Register
 
 @dataclass(frozen=True)
 class Device:
-    """address: "tcp:HOST:PORT", "rtu:PORT", "rtu+tcp:HOST:PORT"; announce: the file that holds it instead, for a simulated
-    one. delay_channel: of a delay unit, 0 for other devices. settings: what registers are to hold from the start."""
+    """address: "tcp:HOST:PORT", "rtu:PORT", "rtu+tcp:HOST:PORT"; announce: the file that has the address of a simulated
+    device. delay_channel: of a delay unit, 0 for other devices. settings: what is desired from the start, by register."""
 
     name: str
     address: str

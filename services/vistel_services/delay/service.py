@@ -1,8 +1,7 @@
-"""Keeps one device of the room as it is desired to be, and says what it does.
+"""Keeps the registers of one device at their desired values, and publishes the observed ones.
 
-What is desired and what is observed are kept apart: after every reconnection, and whenever the two differ, what is desired
-is written again, so that a unit that was switched off and on holds it within a round. Without a good answer for a second
-nothing may be assumed: a delay unit's delay is then unknown.
+Whenever desired and observed values differ, the desired ones are written again: a unit that was switched off and on has
+them within a round. After a second without a valid answer the device's state, and a delay unit's delay, is unknown.
 """
 
 from __future__ import annotations
@@ -29,24 +28,25 @@ _ACOUSTIC = Gauge("vistel_delay_acoustic_seconds", "Delay of a delay unit, its o
 
 _ROUND_NS = 200_000_000
 _RETRY_NS = 100_000_000
-"""Wait before a unit that did not answer is asked again; it doubles once nothing is known of the unit."""
+"""Pause after a failed attempt; it doubles once the state is unknown."""
 _RETRY_MOST_NS = 2_000_000_000
-"""Longest such wait, and the one after a refusal or a wrong device."""
-_TRUST_NS = 1_000_000_000
+"""Longest such pause, and the one after a refusal or a wrong device."""
+_VALID_NS = 1_000_000_000
+"""For this time after an answer the observed values are taken as still true."""
 _WATCHDOG_S = 10.0
 _S = EquipmentStatus
 
 
-class DelayRequest:
-    """What is desired of each register."""
+class DesiredValues:
+    """The desired value of each register, from settings and requests."""
 
     def __init__(self, registers: Mapping[str, Register], settings: Mapping[str, float], channel: int) -> None:
         self._registers, self._channel = registers, channel
         self.values = dict(settings)
-        self.complaint = ""
+        self.refused = ""
 
     def follow(self, message: EquipmentRequest) -> None:
-        """Take a request; what makes no sense is told and left out."""
+        """Take over a request; a setting that the map does not allow is logged and left out."""
         for setting in message.settings:
             name = f"delay_{self._channel}" if self._channel and setting.name == "delay" else setting.name
             register = self._registers.get(name)
@@ -55,13 +55,13 @@ class DelayRequest:
                     raise ValueError("no register that can be written")
                 register.raw(setting.value)
             except ValueError as e:
-                self.complaint = f"{name} = {setting.value:g} was asked: {e}"
-                log.warning("event=bad_request reason=%r", self.complaint)
+                self.refused = f"{name} = {setting.value:g} was requested: {e}"
+                log.warning("event=bad_request reason=%r", self.refused)
                 continue
             self.values[name] = setting.value
 
     def limit(self, observed: Mapping[str, float]) -> dict[str, float]:
-        """What is desired as far as the device can do it."""
+        """Desired values, delays no longer than the device's longest."""
         most = observed.get("max_delay")
         return {
             name: min(value, most) if most is not None and name.startswith("delay_") else value
@@ -69,7 +69,7 @@ class DelayRequest:
         }
 
     def missing(self, observed: Mapping[str, float]) -> dict[str, float]:
-        """What must be written."""
+        """Desired values that the device does not have yet."""
         return {
             name: value
             for name, value in self.limit(observed).items()
@@ -77,84 +77,84 @@ class DelayRequest:
         }
 
 
-class DelayUnit:
-    """What a delay unit's registers mean."""
+class DelayRegisters:
+    """Reads the registers of a delay unit, of which one channel is used."""
 
     def __init__(self, channel: int) -> None:
         self._channel = channel
 
     def check(self, observed: Mapping[str, float]) -> str:
-        """What speaks against its being a delay unit; "" for nothing."""
+        """Why this is not the delay unit that is expected; "" if it is."""
         if int(observed["magic"]) != MAGIC:
             return f"no delay unit of this map: input register 0 holds {int(observed['magic']):#06x}, expected {MAGIC:#06x}"
         if int(observed["map_version"]) != MAP_VERSION:
             return f"map version {int(observed['map_version'])}, expected {MAP_VERSION}"
         if self._channel > int(observed["channels"]):
-            return f"channel {self._channel} was asked for; it has {int(observed['channels'])}"
+            return f"channel {self._channel} is configured; the unit has {int(observed['channels'])}"
         return ""
 
     def acoustic_s(self, observed: Mapping[str, float]) -> float:
-        """From its input to its output."""
+        """Delay from input to output [s]."""
         bypassed = observed[f"bypass_{self._channel}"] or observed["watchdog_tripped"]
         return observed["own_latency"] + (0.0 if bypassed else observed[f"actual_{self._channel}"])
 
-    def wishes(self) -> dict[str, float]:
-        """What is always desired: the channel is not bypassed, and goes to bypass when nobody asks any more."""
+    def desired(self) -> dict[str, float]:
+        """What is always desired: the channel is not bypassed until its watchdog misses the heartbeat."""
         return {f"bypass_{self._channel}": 0.0, "watchdog": _WATCHDOG_S}
 
 
 async def run_device(device: Device, bus: Bus, clock: Clock) -> None:
-    """Until cancelled."""
-    keeper = _Keeper(device, bus, clock)
+    """Runs until cancelled."""
+    loop = _DeviceLoop(device, bus, clock)
     try:
         while True:
-            await keeper.round()
+            await loop.round()
     finally:
-        keeper.close()
+        loop.close()
 
 
-class _Keeper:
+class _DeviceLoop:
     def __init__(self, device: Device, bus: Bus, clock: Clock) -> None:
         self._device, self._clock = device, clock
-        self._unit = DelayUnit(device.delay_channel) if device.delay_channel else None
-        always = self._unit.wishes() if self._unit is not None else {}
-        self._request = DelayRequest(device.registers, always | dict(device.settings), device.delay_channel)
+        self._unit = DelayRegisters(device.delay_channel) if device.delay_channel else None
+        always = self._unit.desired() if self._unit is not None else {}
+        self._desired = DesiredValues(device.registers, always | dict(device.settings), device.delay_channel)
         self._requests = bus.subscribe(BY_NAME["equipment_request"], site=bus.site, equipment=device.name)
         self._publication = bus.publish(BY_NAME["equipment_status"], equipment=device.name)
         self._modbus: ModbusDevice | None = None
         self._observed: dict[str, float] = {}
         self._good_ns: int | None = None
         self._retry_ns = _RETRY_NS
-        self._beats = self._told_refusals = 0
+        self._beats = self._counted_refusals = 0
         self.reconnects = 0
         self._last: tuple[int, str] = (-1, "")
 
     async def round(self) -> None:
-        """Once: hear what is asked, read, write, tell."""
+        """Take requests, read, write, publish; then wait."""
         started_ns = self._clock.now_ns()
         for sample in self._requests.take():
-            self._request.follow(sample.message)
+            self._desired.follow(sample.message)
         try:
             await self._work()
         except NoAnswerError as e:
-            unknown = self._good_ns is None or self._clock.now_ns() - self._good_ns > _TRUST_NS
+            unknown = self._good_ns is None or self._clock.now_ns() - self._good_ns > _VALID_NS
             if unknown:
                 self._observed = {}
             state = _S.STATE_SEARCHING if self._good_ns is None else _S.STATE_UNKNOWN if unknown else _S.STATE_SETTLING
-            self._tell(state, str(e))
+            self._publish(state, str(e))
             await self._clock.sleep_until_ns(self._clock.now_ns() + self._retry_ns)
             self._retry_ns = min(_RETRY_MOST_NS, 2 * self._retry_ns) if unknown else _RETRY_NS
             return
         except (RefusedError, _WrongDeviceError) as e:
             self._observed = {}
-            self._tell(_S.STATE_FAULT, str(e))
+            self._publish(_S.STATE_FAULT, str(e))
             await self._clock.sleep_until_ns(self._clock.now_ns() + _RETRY_MOST_NS)
             return
         self._retry_ns = _RETRY_NS
         await self._clock.sleep_until_ns(started_ns + _ROUND_NS)
 
     def close(self) -> None:
-        """Let it be: a delay unit's watchdog takes it to bypass."""
+        """Disconnect; a delay unit's watchdog then bypasses its channel."""
         self._requests.close()
         if self._modbus is not None:
             self._modbus.close()
@@ -167,11 +167,11 @@ class _Keeper:
         if self._unit is not None and (complaint := self._unit.check(observed)):
             raise _WrongDeviceError(f"{device.address}: {complaint}")
         if not was_there:
-            self._came(observed)
+            self._count_reached(observed)
         restarted = bool(self._observed) and observed.get("uptime", 0.0) < self._observed.get("uptime", 0.0)
         if restarted:
             log.warning("event=equipment_restarted equipment=%s action=written_again", self._device.name)
-        missing = self._request.missing(observed)
+        missing = self._desired.missing(observed)
         for name, value in missing.items():
             await device.write(name, value)
         if self._unit is not None and "heartbeat" in self._device.registers:
@@ -180,8 +180,8 @@ class _Keeper:
         self._observed, self._good_ns = observed, self._clock.now_ns()
         settling = bool(missing) or bool(observed.get("ramping"))
         fault = observed.get("fault", 0.0) != 0.0
-        detail = f"it reports fault {observed.get('fault_code', 0.0):.0f}" if fault else self._request.complaint
-        self._tell(_S.STATE_FAULT if fault else _S.STATE_SETTLING if settling else _S.STATE_OBSERVED, detail)
+        detail = f"the device reports fault {observed.get('fault_code', 0.0):.0f}" if fault else self._desired.refused
+        self._publish(_S.STATE_FAULT if fault else _S.STATE_SETTLING if settling else _S.STATE_OBSERVED, detail)
 
     def _reach(self) -> ModbusDevice:
         address = self._device.address
@@ -189,23 +189,23 @@ class _Keeper:
             try:
                 address = self._device.announce.read_text().strip()
             except OSError:
-                raise NoAnswerError(f"{self._device.announce.name}: no simulated device is plugged in") from None
+                raise NoAnswerError(f"{self._device.announce.name}: the simulated device is not running") from None
         if self._modbus is None or self._modbus.address != address:
             if self._modbus is not None:
                 self._modbus.close()
             d = self._device
-            parity = d.parity if d.announce is None else "N"  # a simulated line is a pseudo-terminal and knows no parity
+            parity = d.parity if d.announce is None else "N"  # a simulated device is at a pseudo-terminal, which has no parity
             self._modbus = ModbusDevice(address, d.device_id, d.registers, d.baud, parity)
-            self._told_refusals = 0
+            self._counted_refusals = 0
         return self._modbus
 
-    def _came(self, observed: Mapping[str, float]) -> None:
+    def _count_reached(self, observed: Mapping[str, float]) -> None:
         log.info("event=equipment_reached equipment=%s registers=%d", self._device.name, len(observed))
         if self._good_ns is not None:
             self.reconnects += 1
             _RECONNECTS.labels(self._device.name).inc()
 
-    def _tell(self, state: EquipmentStatus.State, detail: str) -> None:
+    def _publish(self, state: EquipmentStatus.State, detail: str) -> None:
         name, now_ns = self._device.name, self._clock.now_ns()
         if (state, detail) != self._last and {state, self._last[0]} - {_S.STATE_SETTLING, _S.STATE_OBSERVED}:
             level = logging.INFO if state in (_S.STATE_OBSERVED, _S.STATE_SETTLING) else logging.WARNING
@@ -214,16 +214,16 @@ class _Keeper:
                 _UNKNOWN.labels(name).inc()
         self._last = (state, detail)
         refusals = self._modbus.refusals if self._modbus is not None else 0
-        _REFUSALS.labels(name).inc(refusals - self._told_refusals)
-        self._told_refusals = refusals
+        _REFUSALS.labels(name).inc(refusals - self._counted_refusals)
+        self._counted_refusals = refusals
         message = EquipmentStatus(equipment=name, state=state, detail=detail, reconnects=self.reconnects, refusals=refusals)
         message.header.t_ns = now_ns
-        wished = self._request.values
+        desired = self._desired.values
         for key, value in self._observed.items():
             unit = self._device.registers[key].unit
-            message.values.add(name=key, observed=value, desired=wished.get(key, 0.0), asked=key in wished, unit=unit)
-        trusted = self._good_ns is not None and now_ns - self._good_ns <= _TRUST_NS and state != _S.STATE_FAULT
-        if self._unit is not None and self._observed and trusted:
+            message.values.add(name=key, observed=value, desired=desired.get(key, 0.0), asked=key in desired, unit=unit)
+        valid = self._good_ns is not None and now_ns - self._good_ns <= _VALID_NS and state != _S.STATE_FAULT
+        if self._unit is not None and self._observed and valid:
             message.delay_known = True
             message.acoustic_s = self._unit.acoustic_s(self._observed)
             _ACOUSTIC.labels(name).set(message.acoustic_s)
@@ -231,4 +231,4 @@ class _Keeper:
 
 
 class _WrongDeviceError(Exception):
-    """It answers, and is not what the conference file says."""
+    """What answers is not the device of the conference file."""

@@ -1,4 +1,4 @@
-"""Writes everything that crosses the bus into one log."""
+"""Writes every recorded topic into one log."""
 
 from vistel_services.recorder.service import Config, configure, run
 

@@ -1,4 +1,4 @@
-"""The recorder as a service: every recorded topic of the table into an MCAP log."""
+"""The recorder: every recorded topic into an MCAP log."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _RETRY_NS = 2_000_000_000
 
 @dataclass(frozen=True)
 class Config:
-    """path: the log to write; conference: the text of the conference file, kept inside it; raw: keep devices' bytes."""
+    """path: of the log; conference: text of the conference file, kept in the log; raw: record the bytes of devices, too."""
 
     path: Path
     conference: str | None = None
@@ -37,41 +37,41 @@ class Config:
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
-    """The recorder of a conference; it belongs to no site."""
+    """The recorder of a conference, which runs at the hub."""
     text = tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True))
     return Config(paths.log, text, conference.record_raw)
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
-    """Record until cancelled; then the log gets its index."""
+    """Record until cancelled; then write the index."""
     subscriptions = [
         bus.subscribe(topic, queue_all=True, polled=True)
         for topic in TOPICS
         if topic.recorded and topic.delivery is not Delivery.QUERY and (config.raw or topic.name != "device_raw")
     ]
-    book = _Book(config)
+    recording = _Recording(config)
     due_ns = clock.now_ns()
     try:
         while True:
-            book.write(_arrived(subscriptions), clock.now_ns())
+            recording.write(_take_all(subscriptions), clock.now_ns())
             due_ns = max(due_ns + _ROUND_NS, clock.now_ns())
             await clock.sleep_until_ns(due_ns)
     finally:
-        book.write(_arrived(subscriptions), clock.now_ns())
+        recording.write(_take_all(subscriptions), clock.now_ns())
         for subscription in subscriptions:
             subscription.close()
-        book.close()
+        recording.close()
 
 
-def _arrived(subscriptions: list[Subscription]) -> list[Sample]:
-    """Everything new, in the order of arrival."""
+def _take_all(subscriptions: list[Subscription]) -> list[Sample]:
+    """The new messages, in the order of arrival."""
     samples = [sample for subscription in subscriptions for sample in subscription.take()]
     samples.sort(key=lambda s: s.received_ns)
     return samples
 
 
 def free_path(path: Path) -> Path:
-    """`path`, or when a log stands there already (the recorder was started again) the next free "name.2.mcap"."""
+    """`path`, or, if it exists (the recorder was restarted), the next free "name.2.mcap"."""
     if not path.exists():
         return path
     number = 2
@@ -80,8 +80,8 @@ def free_path(path: Path) -> Path:
     return other
 
 
-class _Book:
-    """The log being written. A disk that refuses costs messages, which are counted, and never the recorder."""
+class _Recording:
+    """The log being written. When the disk fails, messages are lost and counted, and the recorder goes on."""
 
     def __init__(self, config: Config) -> None:
         self._config = config
@@ -91,7 +91,7 @@ class _Book:
         self._lost = 0
 
     def write(self, samples: list[Sample], now_ns: int) -> None:
-        """Append what has arrived; what was written reaches the disk within a second."""
+        """Append samples; they reach the disk within a second."""
         writer = self._open(now_ns)
         for sample in samples:
             if writer is None:

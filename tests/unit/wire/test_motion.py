@@ -27,7 +27,7 @@ from vistel.wire.motion import (
 )
 from vistel.wire.motion_codec.decoder import ListFrame
 from vistel.wire.motion_codec.layout import GRAINS_TENTHS, USUAL_GRAIN, scale
-from vistel.wire.motion_codec.references import kept
+from vistel.wire.motion_codec.references import key_frames
 
 FRAME_NS = 1_000_000_000 // 60
 DAMAGED = int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "100000"))
@@ -159,10 +159,10 @@ def references(losses: Losses, count: int) -> list[int | None]:
 
 
 @pytest.mark.parametrize("losses", LOSSES)
-def test_what_is_lost_comes_with_the_next_messages_where_they_repeat_it(losses: Losses) -> None:
+def test_lost_frames_are_recovered_from_messages_that_repeat_them(losses: Losses) -> None:
     samples = random_motion(4, 199)
     encoder, decoder = MotionEncoder(losses=losses, repeats=2), MotionDecoder()
-    heard: list[int] = []
+    received: list[int] = []
     for sample in samples:
         message = over_the_wire(encoder.encode(sample))
         assert len(message.earlier) == min(2, sample.seq - 1)
@@ -170,29 +170,29 @@ def test_what_is_lost_comes_with_the_next_messages_where_they_repeat_it(losses: 
             continue
         newest = decoder.open(message)
         assert newest is not None
-        heard += [frame.seq for frame in [*decoder.regained(), newest]]
-    assert heard == list(range(1, heard[-1] + 1))
+        received += [frame.seq for frame in [*decoder.recovered(), newest]]
+    assert received == list(range(1, received[-1] + 1))
 
 
-def test_repetitions_of_what_was_heard_and_of_another_life_of_the_sender_change_nothing() -> None:
+def test_repetitions_of_received_frames_and_of_an_earlier_run_change_nothing() -> None:
     samples = random_motion(5, 19)
     encoder, decoder = MotionEncoder(repeats=1), MotionDecoder()
     messages = [over_the_wire(encoder.encode(sample)) for sample in samples]
     for message in messages:
         assert decoder.open(message) is not None
-        assert decoder.regained() == []
+        assert decoder.recovered() == []
     again = MotionEncoder(repeats=1)
     message = over_the_wire(again.encode(samples[0]))
     assert not message.earlier
     message.earlier.add(back=5, t_ns=message.header.t_ns + 1, frame=b"\x01\x02")
     assert decoder.open(message) is not None
-    assert decoder.regained() == []
+    assert decoder.recovered() == []
 
 
 @pytest.mark.parametrize("losses", LOSSES)
 def test_a_receiver_still_holds_what_a_frame_refers_to(losses: Losses) -> None:
     plan = PLANS[losses]
-    keys = kept(plan)
+    keys = key_frames(plan)
     assert plan[0] == 0 and all(0 < back <= i for i, back in enumerate(plan) if i)
     for i, back in enumerate(plan):
         assert sum(i - back <= key < i for key in keys) <= 8
@@ -355,8 +355,8 @@ def test_fuzz_a_hundred_thousand_damaged_frames_give_nothing_or_numbers_in_their
             frame[places[k] % len(frame)] = bytes_[k]
         opened = before.open(Motion(header=message.header, frame=frame[: len(frame) - (k % 7 == 0)].tobytes()))
         if isinstance(opened, MotionFrame):
-            numbers, fine = opened.numbers()
-            whole += fine
+            numbers = opened.numbers()
+            whole += opened.intact
             bad += int(np.any(numbers < low) or np.any(numbers > high))
     assert bad == 0
     assert whole > DAMAGED // 10

@@ -39,5 +39,5 @@ class MotionReader:
         """Capture times and postures, oldest first: of the message, and of lost ones that it repeats. None when the key
         frame it refers to was lost or it is broken."""
         newest = self._decoder.open(message)
-        frames = [*self._decoder.regained(), *([] if newest is None else [newest])]
+        frames = [*self._decoder.recovered(), *([] if newest is None else [newest])]
         return [(frame.t_ns, ReceivedPosture(frame)) for frame in frames]

@@ -1,6 +1,5 @@
-"""The motion codec: what the numbers of a Motion are, how they are foreseen, and how they become bytes.
+"""The motion codec: what the numbers of a Motion are, how they are predicted, and how they are encoded.
 
-`layout` says what is sent and in which steps, `model` how the numbers are foreseen and how likely what is left of them
-is, `kernels` does it, `lists` reads what older versions sent. docs/reference/motion-stream.md tells it all for whoever
-writes another decoder.
+`layout` lists the numbers and their steps, `model` predicts them and the sizes of their residuals, `codec_kernels` codes
+frames, `lists` reads messages of older versions. docs/reference/motion-stream.md describes the bytes.
 """

@@ -1,7 +1,7 @@
 """Messages of one participant to samples.
 
-A message that arrives is only looked at: which frame it refers to, whether that one was heard. Who draws ten pictures a
-second has few of the sixty frames worked out, with those that they refer to.
+Of a message that arrives only the first bytes are read: to which frame it refers, and whether that one was received. A
+receiver that draws ten pictures a second decodes few of the sixty frames, and those to which they refer.
 """
 
 from __future__ import annotations
@@ -17,22 +17,22 @@ from vistel.wire.motion_codec.encoder import MOST_BYTES
 from vistel.wire.motion_codec.layout import NUMBERS, PARTS, PLACES, scale
 from vistel.wire.motion_codec.lists import ListKey, parts_of, read_key, well_formed
 from vistel.wire.motion_codec.model import VERSIONS, table
-from vistel.wire.motion_codec.sample import BITS, MASKS, THERE, MotionSample, sample_of
+from vistel.wire.motion_codec.sample import BITS, MASKS, PRESENT, MotionSample, sample_of
 
 KEYS_KEPT = 8
 OLDEST_KEY_NS = 1_000_000_000
-"""A frame never refers to a key frame older than this; one that says so is from another life of its sender."""
-HEARD_KEPT = 64
-"""Frames that are known to have been opened, a second of them: their repetitions push no key frame out."""
-MOST_WAITING = 32
-"""So many frames that refer to each other are left to be worked out, no more."""
-_NOTHING: I64 = np.zeros(NUMBERS, np.int64)
+"""A frame never refers to an older key frame than this; one that seems to is from an earlier run of its sender."""
+RECENT_KEPT = 64
+"""Remembered frames, a second of them: a repetition of one of them replaces no key frame."""
+MOST_UNDECODED = 32
+"""The longest chain of references that is left undecoded, frames."""
+_ZEROS: I64 = np.zeros(NUMBERS, np.int64)
 
 
 class MotionFrame:
-    """A message whose numbers are worked out when they are asked for.
+    """A message that is decoded when its numbers are needed.
 
-    seq, t_ns: of the message's header. waiting: how many frames may have to be worked out for this one.
+    seq, t_ns: of the message's header. undecoded: how many frames `sample` decodes, at most.
     """
 
     __slots__ = (
@@ -45,45 +45,38 @@ class MotionFrame:
         "_stale",
         "_values",
         "_version",
-        "_whole",
         "_work",
+        "intact",
         "seq",
         "t_ns",
-        "waiting",
+        "undecoded",
     )
 
     def __init__(self, seq: int, t_ns: int, data: U8, work: I64, reference: MotionFrame | None) -> None:
-        """data: the bytes; work: what `kernels.begin_frame` has left; reference: the key frame, None for a full frame."""
+        """data: the bytes; work: as `begin_frame` leaves it; reference: the key frame, None for a full frame."""
         self.seq, self.t_ns = seq, t_ns
         self._data, self._work, self._reference = data, work, reference
         self._values: I64 | None = None
-        self._change, self._span, self._whole = _NOTHING, 0, True
+        self._change, self._span = _ZEROS, 0
+        self.intact = True
+        """False once decoding has shown that its bytes, or those it refers to, are damaged."""
         stale = int(work[k.STALE])
         if reference is None:
-            self._version, self._mask, self._grain = int(work[k.VERSION]), int(work[k.HAS]), int(work[k.GRAIN])
+            self._version, self._mask, self._grain = int(work[k.VERSION]), int(work[k.PARTS]), int(work[k.GRAIN])
             self._stale = 0 if stale == k.SAME else stale
-            self.waiting = 1
+            self.undecoded = 1
         else:
             self._version, self._mask, self._grain = reference._version, reference._mask, reference._grain
             self._stale = reference._stale if stale == k.SAME else stale
             self._span = int(work[k.DISTANCE])
-            self.waiting = 1 + reference.waiting
+            self.undecoded = 1 + reference.undecoded
 
     def sample(self) -> MotionSample:
-        """What the participant does."""
-        return sample_of(self.seq, self.t_ns, self._worked_out() * scale(self._grain).step, self._mask, self._stale)
+        """The decoded sample, even if the bytes are damaged: see `intact`."""
+        return sample_of(self.seq, self.t_ns, self.numbers() * scale(self._grain).step, self._mask, self._stale)
 
-    @property
-    def whole(self) -> bool:
-        """False where working it out has shown that its bytes, or those it refers to, are damaged; `sample` gives what they
-        say all the same."""
-        return self._whole
-
-    def numbers(self) -> tuple[I64, bool]:
-        """The whole numbers, (NUMBERS,); and whether the bytes seem undamaged."""
-        return self._worked_out(), self._whole
-
-    def _worked_out(self) -> I64:
+    def numbers(self) -> I64:
+        """(NUMBERS,) in steps."""
         if self._values is None:
             chain: list[MotionFrame] = []
             frame: MotionFrame | None = self
@@ -91,29 +84,30 @@ class MotionFrame:
                 chain.append(frame)
                 frame = frame._reference
             while chain:
-                chain.pop()._work_out()
+                chain.pop()._decode()
             assert self._values is not None
         return self._values
 
-    def _work_out(self) -> None:
-        """The numbers, those of the reference being known."""
+    def _decode(self) -> None:
+        """Needs a decoded reference."""
         values, reference = np.empty(NUMBERS, np.int64), self._reference
-        before, change = _NOTHING, _NOTHING
+        before, change = _ZEROS, _ZEROS
         if reference is not None and reference._values is not None:
             before, change = reference._values, reference._change
             self._work[k.SPAN] = reference._span
-        whole = k.decode_frame(self._data, self._work, values, before, change, THERE[self._mask], table(self._version, self._grain))
-        self._whole = bool(whole) and (reference is None or reference._whole)
+        model = table(self._version, self._grain)
+        intact = k.decode_frame(self._data, self._work, values, before, change, PRESENT[self._mask], model)
+        self.intact = bool(intact) and (reference is None or reference.intact)
         if reference is not None and self._work[k.KEEP]:
             self._change = values - before
-        self._values, self._reference, self.waiting = values, None, 0
+        self._values, self._reference, self.undecoded = values, None, 0
 
 
 class ListFrame:
-    """A message as older versions sent it; see `MotionFrame`."""
+    """A message of an older version; see `MotionFrame`."""
 
     __slots__ = ("_key", "_message", "seq", "t_ns")
-    whole = True
+    intact = True
 
     def __init__(self, message: Motion, key: ListKey) -> None:
         self.seq: int = message.header.seq
@@ -121,7 +115,7 @@ class ListFrame:
         self._message, self._key = message, key
 
     def sample(self) -> MotionSample:
-        """What the participant does."""
+        """The decoded sample."""
         message = self._message
         parts = parts_of(message, self._key, message.key_seq != self.seq)
         numbers, mask = np.zeros(NUMBERS), 0
@@ -133,39 +127,39 @@ class ListFrame:
 
 
 class MotionDecoder:
-    """Messages of one participant to samples. A late joiner waits for the first full key frame, 0.5 s at most."""
+    """Decodes the messages of one participant. A late joiner waits for the first full frame, 0.4 s at most."""
 
     def __init__(self) -> None:
         self._keys: dict[int, MotionFrame] = {}
         self._lists: dict[int, ListKey] = {}
-        self._opened: deque[tuple[int, int]] = deque(maxlen=HEARD_KEPT)
-        self._regained: deque[MotionFrame] = deque(maxlen=HEARD_KEPT)
+        self._opened: deque[tuple[int, int]] = deque(maxlen=RECENT_KEPT)
+        self._recovered: deque[MotionFrame] = deque(maxlen=RECENT_KEPT)
 
     def decode(self, message: Motion) -> MotionSample | None:
-        """The sample, or None: its key frame has not arrived, or the message is broken."""
+        """The sample; None if its key frame has not arrived or the message is damaged."""
         frame = self.open(message)
         if frame is None:
             return None
         sample = frame.sample()
-        return sample if frame.whole else None
+        return sample if frame.intact else None
 
     def open(self, message: Motion) -> MotionFrame | ListFrame | None:
-        """As `decode`, without the work; every message has to be opened, in the order they arrive."""
+        """As `decode`, but decodes when needed; every message has to be opened, in the order of arrival."""
         if not message.frame:
             return self._open_lists(message)
         header = message.header
         for past in message.earlier:
             seq = header.seq - past.back
             if (seq, past.t_ns) not in self._opened and past.t_ns < header.t_ns:
-                regained = self._open(past.frame, seq, past.t_ns)
-                if regained is not None:
-                    self._regained.append(regained)
+                recovered = self._open(past.frame, seq, past.t_ns)
+                if recovered is not None:
+                    self._recovered.append(recovered)
         return self._open(message.frame, header.seq, header.t_ns)
 
-    def regained(self) -> list[MotionFrame]:
-        """What later messages have brought of lost ones since the last call, oldest first; older than the newest opened."""
-        out = list(self._regained)
-        self._regained.clear()
+    def recovered(self) -> list[MotionFrame]:
+        """Lost frames that later messages repeated since the last call, oldest first; older than the newest opened."""
+        out = list(self._recovered)
+        self._recovered.clear()
         return out
 
     def _open(self, frame: bytes, seq: int, t_ns: int) -> MotionFrame | None:
@@ -176,20 +170,20 @@ class MotionDecoder:
         k.begin_frame(data, work)
         reference = None
         if work[k.IS_FULL]:
-            if work[k.VERSION] not in VERSIONS or work[k.HAS] >= MASKS:
+            if work[k.VERSION] not in VERSIONS or work[k.PARTS] >= MASKS:
                 return None
         else:
             reference = self._keys.get(seq - int(work[k.DISTANCE]))
-            if reference is None or not reference.whole or not 0 <= t_ns - reference.t_ns <= OLDEST_KEY_NS:
+            if reference is None or not reference.intact or not 0 <= t_ns - reference.t_ns <= OLDEST_KEY_NS:
                 return None
         opened = MotionFrame(seq, t_ns, data, work, reference)
         known = (seq, t_ns) in self._opened
         if not known:
             self._opened.append((seq, t_ns))
-        if opened.waiting > MOST_WAITING:
+        if opened.undecoded > MOST_UNDECODED:
             opened.numbers()
         held = self._keys.get(seq)
-        if work[k.KEEP] and (not known or (held is not None and not held.whole)):
+        if work[k.KEEP] and (not known or (held is not None and not held.intact)):
             self._keys.pop(seq, None)
             self._keys[seq] = opened
             if len(self._keys) > KEYS_KEPT:

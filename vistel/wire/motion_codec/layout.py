@@ -1,4 +1,4 @@
-"""What a Motion holds: every number, its unit, range, step and order."""
+"""The numbers of a Motion: unit, range, step and order of each."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ PI = float(np.pi)
 
 @dataclass(frozen=True)
 class MotionField:
-    """`count` consecutive numbers of the part `part`; the error of each is at most HOLD x step within [low, high].
+    """`count` consecutive numbers of the part `part`; the error of each is at most HYSTERESIS x step within [low, high].
 
-    group: numbers whose changes tell of each other's.
+    group: numbers of one group change together.
     """
 
     part: str
@@ -80,10 +80,10 @@ MOTION_FIELDS: tuple[MotionField, ...] = (
     _angles("collars", "left, right collar bone", 6, 0.07, 8),
     _angles("jaw", "jaw", 3, 0.2, 8),
 )
-"""Order, unit, range and step of every number of a Motion; what lies outside the range is sent as its end.
+"""All numbers of a Motion in order; a value outside its range is clamped.
 
-The steps are finer where an error moves much: chosen so that after forward kinematics the errors of all joints
-together stay within 0.2 degrees and 1 mm (99 of 100), at the fewest bits.
+Steps are finer where an error moves much: the coarsest ones for which, after forward kinematics, 99 of 100 errors stay
+within 0.2 degrees and 1 mm.
 """
 
 PARTS = ("body", "hands", "stance", "gaze", "face", "lids", "legs", "collars", "jaw")
@@ -92,14 +92,14 @@ OPTIONAL = ("gaze", "face", "lids", "legs", "collars", "jaw")
 GROUPS = 9
 
 GRAINS_TENTHS = (5, 7, 10, 14, 20, 28, 40, 56)
-"""Steps may be made finer or coarser as a whole, by half octaves; in tenths of the steps above."""
+"""All steps may be made finer or coarser, by half octaves; in tenths of the steps above."""
 USUAL_GRAIN = 2
 
 COUNTS = {part: sum(f.count for f in MOTION_FIELDS if f.part == part) for part in PARTS}
 NUMBERS = sum(COUNTS.values())
 _ENDS = dict(zip(PARTS, accumulate(COUNTS.values()), strict=True))
 PLACES = {part: slice(end - COUNTS[part], end) for part, end in _ENDS.items()}
-"""Where the numbers of each part stand among all."""
+"""The slice of each part among all numbers."""
 
 
 class Scale(NamedTuple):
@@ -120,7 +120,7 @@ def scale(grain: int = USUAL_GRAIN) -> Scale:
     tenths = GRAINS_TENTHS[grain]
     counts = [f.count for f in MOTION_FIELDS]
     step = np.repeat([f.step * tenths / 10 for f in MOTION_FIELDS], counts)
-    # Whole numbers from whole numbers: the same ends on every machine.
+    # Integers from integers: the same ends on every machine.
     low = np.repeat([-((-round(f.low / f.step) * 10) // tenths) for f in MOTION_FIELDS], counts).astype(np.int64)
     high = np.repeat([(round(f.high / f.step) * 10) // tenths for f in MOTION_FIELDS], counts).astype(np.int64)
     return Scale(step, low, high)

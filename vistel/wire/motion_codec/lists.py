@@ -1,6 +1,6 @@
-"""Motions as they were sent before they were bytes: lists of steps, as values or as differences to a key frame.
+"""Reads the Motion messages of older versions: lists of steps, as values or as differences to a key frame.
 
-Only read, so that old logs replay to the bit.
+So that old logs replay to the bit.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def read_key(message: Motion) -> ListKey:
 
 
 def parts_of(message: Motion, key: ListKey, difference: bool) -> dict[str, F64]:
-    """The values of every part that is there, in its unit."""
+    """The values of every part that is present, in its unit."""
     numbers = _numbers(message) + key.numbers if difference else key.numbers
     values = np.minimum(np.maximum(numbers, _LOW), _HIGH) * _STEP
     out: dict[str, F64] = {}

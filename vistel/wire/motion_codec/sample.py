@@ -1,4 +1,4 @@
-"""What a Motion says: a participant's posture at one time, as numbers in their units."""
+"""The content of a Motion: a participant's posture at one time, in units."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from vistel.wire.motion_codec.layout import COUNTS, NUMBERS, OPTIONAL, PARTS, PL
 
 
 class StalePart(IntFlag):
-    """Parts whose sensor is silent; their values are the last ones known."""
+    """Parts whose sensor is silent; their values are the last known ones."""
 
     LEFT_HAND = 1
-    """The tracker's receiver on the left hand; the glove is told apart."""
+    """The tracker's receiver on the left hand; the glove has a bit of its own."""
     RIGHT_HAND = 2
     LEFT_GLOVE = 4
     RIGHT_GLOVE = 8
@@ -36,10 +36,10 @@ class MotionSample:
 
     body: (25,) rad and m, order of `MOTION_FIELDS` (that of `vistel.figure.posture.posture`). hands: (2, 20) rad,
     left first. stance: (4,) x, y, z of the feet [m, room frame] and heading [rad]. stale: parts whose sensor is silent.
-    What the sensors do not tell is None: gaze: (2,) yaw and pitch [rad]; face: (26,) 13 marks [m, head frame];
-    lids: (2,) opening of the left and the right eye, 0 closed .. 1 as at rest. From a source that knows more of the body,
-    rotation vectors of joints relative to their parents [rad]: legs: (8, 3) upper leg, lower leg, foot and toes, left first;
-    collars: (2, 3), left first; jaw: (3,).
+    None if not measured: gaze: (2,) yaw and pitch [rad]; face: (26,) x, y of 13 marks [m, head frame]; lids: (2,) opening of
+    the left and the right eye, 0 closed .. 1 as at rest; and, from sources that measure the whole body, rotation vectors of
+    joints relative to their parents [rad]: legs: (8, 3) upper leg, lower leg, foot and toes, left first; collars: (2, 3),
+    left first; jaw: (3,).
     """
 
     seq: int
@@ -59,12 +59,12 @@ class MotionSample:
 BITS = {part: 1 << i for i, part in enumerate(OPTIONAL)}
 MASKS = 1 << len(OPTIONAL)
 _ALWAYS = sum(1 << i for i, part in enumerate(PARTS) if part not in BITS)
-THERE = [_ALWAYS | sum(1 << PARTS.index(p) for p in OPTIONAL if mask & BITS[p]) for mask in range(MASKS)]
-"""By the optional parts that are there (`BITS`): a bit for each of PARTS."""
+PRESENT = [_ALWAYS | sum(1 << PARTS.index(p) for p in OPTIONAL if mask & BITS[p]) for mask in range(MASKS)]
+"""For each set of optional parts (`BITS`): the parts that are present, a bit for each of PARTS."""
 
 
 def flat(sample: MotionSample) -> tuple[F64, int]:
-    """(NUMBERS,) all numbers in order, absent ones 0; and which optional parts there are, `BITS`."""
+    """(NUMBERS,) all numbers in order, absent ones 0; and the optional parts that are present, `BITS`."""
     out = np.zeros(NUMBERS)
     mask = 0
     for part in PARTS:
@@ -80,7 +80,7 @@ def flat(sample: MotionSample) -> tuple[F64, int]:
 
 
 def sample_of(seq: int, t_ns: int, numbers: F64, mask: int, stale: int) -> MotionSample:
-    """The other way: numbers (NUMBERS,), of which `mask` tells what is there."""
+    """The inverse of `flat`. stale: bits of `StalePart`."""
     return MotionSample(
         seq,
         t_ns,
