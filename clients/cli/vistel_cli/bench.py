@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from rich.markup import escape
+from rich.text import Text
 
 from vistel_cli.terminal import USAGE, fail, out
 
@@ -80,11 +80,11 @@ def _show(rows: list[dict[str, Any]]) -> None:
     met = {True: "yes", False: "no", None: ""}
     peers: dict[str, str] = {}
     case = ""
-    out.print(f"[bold]{'':32}{'value':>17}{'peer':>12}{'ratio':>7}{'target':>8}[/] met", highlight=False)
+    out.print(f"{'':32}{'value':>17}{'peer':>12}{'ratio':>7}{'target':>8} met", style="bold")
     for r in rows:
         if r["case"] != case:
             case = r["case"]
-            out.print(f"[bold]{escape(case)}[/]", highlight=False, soft_wrap=True)
+            out.print(case, style="bold", soft_wrap=True)
         peer = ""
         if r["peer"] is not None:
             sign = peers.setdefault(r["peer"], f"[{len(peers) + 1}]")
@@ -93,9 +93,10 @@ def _show(rows: list[dict[str, Any]]) -> None:
         target = (r["target"] or "").removeprefix("ratio ")
         figures = f"{r['value']:.4g} {r['unit']:8}".rjust(17) + f"{peer:>12}{ratio:>7}{target:>8}"
         colour = {True: "green", False: "red", None: "default"}[r["met"]]
-        line = f"  {escape(r['metric']):30}{escape(figures)} [{colour}]{met[r['met']]}[/]"
-        out.print(line.rstrip(), highlight=False, soft_wrap=True)
+        line = Text.assemble(f"  {r['metric']:30}{figures} ", (met[r["met"]], colour))
+        line.rstrip()
+        out.print(line, soft_wrap=True)
     for name, sign in peers.items():
-        out.print(escape(f"{sign} {name}"), highlight=False, soft_wrap=True)
+        out.print(f"{sign} {name}", soft_wrap=True)
     if rows:
-        out.print(f"on {rows[0]['machine']}", highlight=False, soft_wrap=True)
+        out.print(f"on {rows[0]['machine']}", soft_wrap=True)

@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import typer
 from rich.console import Console
-from rich.markup import escape
+from rich.text import Text
 
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 
-out = Console(highlight=False)
-err = Console(stderr=True, highlight=False)
+_PLAIN: dict[str, Any] = {"highlight": False, "markup": False, "emoji": False}
+"""What is printed is plain text: no square bracket or colon of a path is markup. Colours come with `style` and `Text`."""
+out = Console(**_PLAIN)
+err = Console(stderr=True, **_PLAIN)
 
 FAILED = 1
 """Exit code of a command that could not do what was asked."""
@@ -22,17 +24,17 @@ USAGE = 2
 
 
 def print_error(text: str) -> None:
-    """Print an error in one line on standard error. text: plain; square brackets are no markup in it."""
-    err.print(f"[red]error:[/red] {escape(text)}", soft_wrap=True)
+    """Print an error in one line on standard error."""
+    err.print(Text.assemble(("error:", "red"), f" {text}"), soft_wrap=True)
 
 
 def print_warning(text: str) -> None:
-    """Print a warning in one line on standard error. text: plain; square brackets are no markup in it."""
-    err.print(f"[yellow]{escape(text)}[/yellow]", soft_wrap=True)
+    """Print a warning in one line on standard error."""
+    err.print(text, style="yellow", soft_wrap=True)
 
 
 def fail(text: str, code: int = FAILED) -> NoReturn:
-    """Print what is wrong and how to mend it, and end the command. text: plain; square brackets are no markup in it."""
+    """Print what is wrong and how to mend it, and end the command."""
     print_error(text)
     raise typer.Exit(code)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.markup import escape
+from rich.text import Text
 
 from vistel_cli.avatar.files import Json, busy, check_output, facts, report, save
 from vistel_cli.terminal import USAGE, fail, out
@@ -34,7 +34,7 @@ def assemble(
     began = time.perf_counter()
     try:
         with busy(f"reading {file.name}", not as_json) as status:
-            step = (lambda text: status.update(escape(text))) if status else (lambda _: None)
+            step = (lambda text: status.update(Text(text))) if status else (lambda _: None)
             whole = making.assemble(file, step=step)
             blended = time.perf_counter()
             made = make_avatar(
@@ -75,5 +75,5 @@ def assemble(
             gap = f"{1e3 * abs(j['gap_m']):.0f} mm {'gap' if j['gap_m'] >= 0 else 'overlap'}"
             out.print(f"  {' and '.join(j['between'])}: {gap}, blended over {2e3 * j['zone_m']:.0f} mm", soft_wrap=True)
         for note in made.notes:
-            out.print(f"  {escape(note)}", soft_wrap=True)
+            out.print(f"  {note}", soft_wrap=True)
     report(as_json, made_of)

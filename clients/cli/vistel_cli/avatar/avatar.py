@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 
 from vistel_cli.avatar.assemble import assemble
 from vistel_cli.avatar.files import Json, busy, check_output, facts, load, load_or_make, own, report, save
@@ -158,10 +157,9 @@ def import_(
         said |= {"joint_names": dict(made.joint_of), "unknown_joints": list(made.unknown), "notes": list(made.notes)}
     else:
         for note in made.notes:
-            out.print(f"  {escape(note)}", soft_wrap=True)
+            out.print(f"  {note}", soft_wrap=True)
         if made.unknown:
-            unknown = escape(", ".join(made.unknown))
-            out.print(f"  joints with unknown names follow their parent joint: {unknown}", soft_wrap=True)
+            out.print(f"  joints with unknown names follow their parent joint: {', '.join(made.unknown)}", soft_wrap=True)
     report(as_json, said)
 
 
@@ -220,7 +218,7 @@ def inspect(
         said["sheet"] = str(sheet)
     if not as_json:
         for line in lines:
-            out.print(line, highlight=False, soft_wrap=True)
+            out.print(line, soft_wrap=True)
     report(as_json, said)
 
 

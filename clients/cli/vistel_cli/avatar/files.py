@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
+from rich.text import Text
 
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 
@@ -20,7 +20,7 @@ Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")
 
 def busy(text: str, show: bool) -> Any:
     """A spinner with the step that runs now, shown on a terminal only."""
-    return err.status(escape(text)) if show and err.is_terminal else nullcontext()
+    return err.status(Text(text)) if show and err.is_terminal else nullcontext()
 
 
 def load(file: Path) -> Avatar:
@@ -101,4 +101,4 @@ def report(as_json: bool, facts: dict[str, Any]) -> None:
         print(json.dumps(facts))
         return
     for key, value in facts.items():
-        out.print(f"{key.replace('_', ' '):26} {escape(str(value))}", soft_wrap=True)
+        out.print(f"{key.replace('_', ' '):26} {value}", soft_wrap=True)

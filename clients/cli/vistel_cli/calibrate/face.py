@@ -71,5 +71,5 @@ def face(
     out.print(f"they lie {found.misfit_mm:.1f} mm off those of a standard face")
     out.print(f"their colour stands out of the rest {found.key.contrast():.0f}:1")
     if found.wander_px > _STILL_PX:
-        out.print("[yellow]that is much: keep the face still and do it again[/yellow]")
-    out.print(f"wrote {path}")
+        out.print("that is much: keep the face still and do it again", style="yellow")
+    out.print(f"wrote {path}", soft_wrap=True)

@@ -98,10 +98,9 @@ def gaze(
         return
     out.print(f"residual on the points {found.residual_deg:.2f} degrees; on points left out {found.left_out_deg:.2f}")
     if found.left_out_deg > _GOOD_DEG:
-        out.print(
-            "[yellow]that is much: keep the head still, look at each point until the next is announced, and do it again[/yellow]"
-        )
-    out.print(f"wrote {path}")
+        advice = "keep the head still, look at each point until the next is announced, and do it again"
+        out.print(f"that is much: {advice}", style="yellow")
+    out.print(f"wrote {path}", soft_wrap=True)
 
 
 def _where(yaw_rad: float, pitch_rad: float) -> str:

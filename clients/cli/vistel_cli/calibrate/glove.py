@@ -83,7 +83,7 @@ def glove(
         rows.add_row(hand, f"{degrees:.1f}°")
     out.print(rows)
     for note in found.notes:
-        out.print(f"[yellow]{note}[/yellow]", soft_wrap=True)
+        out.print(note, style="yellow", soft_wrap=True)
     out.print(f"{device}: {verdict}. Written to {target}.", soft_wrap=True)
 
 

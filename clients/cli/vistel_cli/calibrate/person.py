@@ -9,6 +9,7 @@ from typing import Annotated, Any
 
 import typer
 from rich.table import Table
+from rich.text import Text
 
 from vistel.conference.device_names import tracker_name
 from vistel_cli.people import person_of
@@ -180,7 +181,7 @@ def _show(found: Any, table: dict[str, Any], as_json: bool, about: Sequence[Tabl
         rows = Table("move", "residual", "verdict")
         for name in (s.name for s in STEPS if s.name in verdicts):
             verdict = verdicts[name]
-            rows.add_row(name, f"{1e3 * found.residuals[name]:.1f} mm", f"[{_COLOURS[verdict]}]{verdict}[/]")
+            rows.add_row(name, f"{1e3 * found.residuals[name]:.1f} mm", Text(verdict, _COLOURS[verdict]))
         for shown in (rows, *about):
             out.print(shown, soft_wrap=isinstance(shown, str))
         if target is not None:

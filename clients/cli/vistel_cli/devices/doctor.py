@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
+from rich.text import Text
 
 from vistel.devices.kind import Finding, load
 from vistel.devices.registry import kinds, packaged_kinds
@@ -34,7 +35,7 @@ def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the findi
         colour = {"found": "green", "absent": "yellow", "broken": "red"}
         for f in findings:
             instead = f" → {f.instead}" if f.instead else ""
-            out.print(f"[{colour[f.state]}]{f.state:7}[/] {f.what:15} {f.detail}{instead}", soft_wrap=True)
+            out.print(Text.assemble((f"{f.state:7}", colour[f.state]), f" {f.what:15} {f.detail}{instead}"), soft_wrap=True)
     if any(f.state == "broken" for f in findings):
         raise typer.Exit(FAILED)
 

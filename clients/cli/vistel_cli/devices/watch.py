@@ -8,6 +8,7 @@ from typing import Any
 
 from rich.live import Live
 from rich.table import Table
+from rich.text import Text
 
 from vistel.conference.model import Conference
 from vistel.v1.device_pb2 import DeviceStatus, GloveFrame, TrackerFrame, TrackerReceiver
@@ -53,7 +54,7 @@ class Board:
         for row in self.rows():
             colour = _STATES.get(self.status[row["device"]].state, "default")
             table.add_row(
-                row["device"], f"[{colour}]{row['state']}[/]", f"{row['rate_hz']:.0f}", row["about"], "\n".join(row["values"])
+                row["device"], Text(row["state"], colour), f"{row['rate_hz']:.0f}", row["about"], "\n".join(row["values"])
             )
         return table
 

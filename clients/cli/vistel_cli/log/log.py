@@ -155,9 +155,9 @@ def _copy(reader: LogReader, log: Path, output: Path, begin_ns: int | None, end_
     try:
         with LogWriter(output, conference=reader.conference_toml) as writer:
             records = reader.records(begin_ns=begin_ns, end_ns=end_ns)
-            for r in track(records, description=f"writing {output.name}", console=err, transient=True):
+            for r in track(records, description="writing", console=err, transient=True):
                 writer.write(r.topic, r.key, r.message, r.log_ns)
                 count += 1
     except OSError as e:
         fail(f"--out {output}: cannot be written: {e.strerror}")
-    out.print(f"{count} messages written to {output}")
+    out.print(f"{count} messages written to {output}", soft_wrap=True)

@@ -87,7 +87,11 @@ def _render_site(
         spatial = site.audio is None or site.audio.spatial != "off"
         voices = FilmSound(begin_ns, config.delay_s, config.view.eyes if seated else None, spatial)
     pictures = film(config, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer, voices)
-    columns = (TextColumn("{task.description}"), BarColumn(bar_width=30), TextColumn("{task.completed:.0f} of {task.total:.0f}"))
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(bar_width=30),
+        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
+    )
     with Progress(*columns, TimeRemainingColumn(), console=out, transient=True) as bar:
         task = bar.add_task(name, total=count)
         if look.png:

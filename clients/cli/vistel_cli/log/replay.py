@@ -202,7 +202,7 @@ async def _play(
     for s in conference.sites:
         video = output / f"{s.name}.mp4"
         if video.exists():
-            out.print(f"  {video}  {video.stat().st_size / 1e6:.1f} MB")
+            out.print(f"  {video}  {video.stat().st_size / 1e6:.1f} MB", soft_wrap=True)
     out.print(f"{feeder.fed} messages fed from {source.value}")
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
     for name, code in bad.items():
@@ -230,4 +230,4 @@ async def _world(
 
 
 def _progress() -> Progress:
-    return Progress(TextColumn("{task.description}"), BarColumn(bar_width=30), console=out, transient=True)
+    return Progress(TextColumn("{task.description}", markup=False), BarColumn(bar_width=30), console=out, transient=True)

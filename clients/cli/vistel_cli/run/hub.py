@@ -69,7 +69,9 @@ async def _run(
         try:
             if not stop.is_set():
                 await supervisor.start()
-            out.print(f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}")
+            out.print(
+                f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}", soft_wrap=True
+            )
             with contextlib.suppress(TimeoutError):
                 async with asyncio.timeout(seconds or None):
                     await stop.wait()

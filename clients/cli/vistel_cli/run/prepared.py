@@ -33,7 +33,7 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, si
     """
     if stamp_of(conference).exists():
         return True
-    columns = (TextColumn("preparing, once: {task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
+    columns = (TextColumn("preparing, once: {task.description}", markup=False), BarColumn(bar_width=20), TimeElapsedColumn())
     command = (sys.executable, "-m", "vistel_cli.run.prepare", str(file))
     with Progress(*columns, console=err, transient=True, disable=silent) as bar:
         task = bar.add_task("starting", total=None)

@@ -9,6 +9,7 @@ import time
 from pathlib import Path
 
 import numpy as np
+from rich.text import Text
 
 from vistel.conference.files import ConferenceError, with_seats
 from vistel.conference.model import Conference
@@ -34,7 +35,7 @@ def with_room(conference: Conference, site: str, hub: str, wait_s: float = WAIT_
     if room.file is None or room.file.is_file():
         return conference.model_copy(update={"room": room}) if missing else conference
     try:
-        with out.status(f"asking the world for the room ({room.file.name} is not here)"):
+        with out.status(Text(f"asking the world for the room ({room.file.name} is not here)")):
             plan = asyncio.run(_asked(conference, site, hub, wait_s))
     except BusError as e:
         fail(str(e), FAILED)

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import tomli_w
 import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.text import Text
 
 from vistel.conference.device_list import simulated_names
 from vistel.conference.files import DEMO_FILE
@@ -156,8 +157,13 @@ class _Run:
         supervisor.on_exit = lambda name, code: print_warning(f"{name} ended ({code}); starting it again")
         started = time.monotonic()
         if not self.as_json:
-            out.print(f"[bold]{self.title}[/bold]: {len(conference.sites)} sites, {len(specs)} processes, bus {endpoint}")
-            out.print(f"pictures, log and report will be in [bold]{self.out}[/bold]; process logs in {self.out / 'logs'}")
+            size = f"{len(conference.sites)} sites, {len(specs)} processes, bus {endpoint}"
+            out.print(Text.assemble((self.title, "bold"), f": {size}"), soft_wrap=True)
+            results = (str(self.out), "bold")
+            out.print(
+                Text.assemble("pictures, log and report will be in ", results, f"; process logs in {self.out / 'logs'}"),
+                soft_wrap=True,
+            )
         ready_s: float | None = None
         cpu = CpuUse(supervisor)
         try:
@@ -250,12 +256,12 @@ def _show_report(report: dict[str, Any], folder: Path) -> None:
         out.print(f"{pair} touched")
     for name, size in report["files"].items():
         if size:
-            out.print(f"  {folder / name}  {size / 1e6:.1f} MB")
-    out.print(f"  {folder / 'report.json'}")
+            out.print(f"  {folder / name}  {size / 1e6:.1f} MB", soft_wrap=True)
+    out.print(f"  {folder / 'report.json'}", soft_wrap=True)
 
 
 def _progress(silent: bool) -> Progress:
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), BarColumn(bar_width=20), TimeElapsedColumn())
+    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(bar_width=20), TimeElapsedColumn())
     return Progress(*columns, console=out, transient=True, disable=silent)
 
 

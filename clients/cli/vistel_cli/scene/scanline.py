@@ -10,7 +10,7 @@ from typing import Annotated
 
 import numpy as np
 import typer
-from rich.markup import escape
+from rich.text import Text
 
 from vistel_cli.scene.trace import opened, picture_size, scene_errors_printed
 from vistel_cli.terminal import err, out
@@ -42,7 +42,7 @@ def scanline(
         if max(width, height) * smooth > 16384:
             raise SceneError(f"--smooth: {smooth} x {width}x{height} is more than 16384 pixels, expected a smaller picture")
         began = time.perf_counter()
-        with err.status(f"drawing {escape(scene.name)}") if err.is_terminal and not as_json else nullcontext():
+        with err.status(Text(f"drawing {scene.name}")) if err.is_terminal and not as_json else nullcontext():
             picture = render(read, (width * smooth, height * smooth))
         seconds = time.perf_counter() - began
         light = np.clip(picture.light, 0, 1).reshape(height, smooth, width, smooth, 3).mean(axis=(1, 3))
@@ -58,4 +58,4 @@ def scanline(
     if as_json:
         print(json.dumps(facts))
     else:
-        out.print(f"{escape(str(output))}: {width} x {height} in {seconds:.2f} s", soft_wrap=True)
+        out.print(f"{output}: {width} x {height} in {seconds:.2f} s", soft_wrap=True)

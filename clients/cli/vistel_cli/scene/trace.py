@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-from rich.markup import escape
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+from rich.text import Text
 
 from vistel_cli.terminal import USAGE, err, fail, out, print_error
 
@@ -55,7 +55,7 @@ def trace(
         facts: dict[str, Any] = report(read) if stats or as_json else {}
         began, cpu = time.perf_counter(), time.process_time()
         with _bar() as bar:
-            task = bar.add_task(f"tracing {escape(scene.name)}", total=1.0)
+            task = bar.add_task(f"tracing {scene.name}", total=1.0)
             picture = render(
                 read,
                 size=pixels,
@@ -82,7 +82,7 @@ def trace(
     if as_json:
         print(json.dumps(facts))
         return
-    out.print(f"{escape(str(output))}: {facts['width']} x {facts['height']} in {seconds:.1f} s", soft_wrap=True)
+    out.print(f"{output}: {facts['width']} x {facts['height']} in {seconds:.1f} s", soft_wrap=True)
     if stats:
         for key, value in facts.items():
             if key != "output":
@@ -111,7 +111,7 @@ def opened(scene: Path, output: Path) -> Scene:
     check_writable(output)
     read = load(scene)
     for line in warnings(read):
-        err.print(f"[yellow]warning:[/yellow] {escape(f'{scene}: {line}')}", soft_wrap=True)
+        err.print(Text.assemble(("warning:", "yellow"), f" {scene}: {line}"), soft_wrap=True)
     return read
 
 
@@ -130,5 +130,5 @@ def picture_size(text: str | None) -> tuple[int, int] | None:
 
 def _bar() -> Progress:
     """A progress bar on standard error, shown on a terminal only."""
-    columns = (TextColumn("{task.description}"), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
     return Progress(*columns, console=err, transient=True, disable=not err.is_terminal)

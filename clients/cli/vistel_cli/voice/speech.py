@@ -14,7 +14,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Annotated
 
 import typer
-from rich.markup import escape
+from rich.text import Text
 
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
@@ -64,7 +64,7 @@ def grammar(
 
     known, faults = checked_grammar(*(files or ()))
     for fault in faults:
-        out.print(f"[red]{escape(str(fault))}[/]", highlight=False, soft_wrap=True)
+        out.print(str(fault), style="red", soft_wrap=True)
     tongues: list[Language] = [_language(language)] if language else list(known.languages)
     if read is not None:
         _show_meaning(known, read)
@@ -75,13 +75,13 @@ def grammar(
         rng = random.Random(1)
         for tongue in tongues:
             for _ in range(examples):
-                out.print(known.pick(tongue, rng).text, highlight=False)
+                out.print(known.pick(tongue, rng).text)
     else:
         for tongue in tongues:
             count = len(known.by_language[tongue])
-            out.print(f"[bold]{NAMES[tongue]}[/]: {len(known.words(tongue))} words, {count} patterns", highlight=False)
+            out.print(Text.assemble((NAMES[tongue], "bold"), f": {len(known.words(tongue))} words, {count} patterns"))
             for name, words in phrase_table(known, tongue).items():
-                out.print(f"  {name:10} {' · '.join(w.written for w in words)}", highlight=False, soft_wrap=True)
+                out.print(f"  {name:10} {' · '.join(w.written for w in words)}", soft_wrap=True)
     if faults:
         raise typer.Exit(FAILED)
 
@@ -96,9 +96,9 @@ def _show_meaning(known: Grammar, text: str) -> None:
         wanted = asked_for(said.means)
     except MeaningError as e:
         fail(f"{text}: {e}", FAILED)
-    out.print(f"{said.text}  ({said.spoken})", highlight=False)
-    out.print(", ".join(f"{k} = {v}" for k, v in said.means.items()), highlight=False)
-    out.print(escape(str(wanted)), highlight=False, soft_wrap=True)
+    out.print(f"{said.text}  ({said.spoken})")
+    out.print(", ".join(f"{k} = {v}" for k, v in said.means.items()))
+    out.print(str(wanted), soft_wrap=True)
 
 
 @app.command("try")
@@ -139,15 +139,15 @@ def _show(known: Grammar, tongue: Language, heard: tuple[Hypothesis, ...], accep
     said = known.said(best.words, tongue) if best.words else None
     when = f"{best.start_s:6.2f}–{best.end_s:.2f} s"
     if said is None:
-        out.print(f"{when}  [yellow]no command[/]", highlight=False)
+        out.print(Text.assemble(f"{when}  ", ("no command", "yellow")))
         return
-    mark = "[green]✓[/]" if best.confidence >= accept else "[yellow]?[/]"
+    mark = ("✓", "green") if best.confidence >= accept else ("?", "yellow")
     means = ", ".join(f"{k} = {v}" for k, v in said.means.items())
-    out.print(f"{when}  {mark} [bold]{said.text}[/]  {best.confidence:.2f}  [dim]{escape(means)}[/]", highlight=False)
+    out.print(Text.assemble(f"{when}  ", mark, " ", (said.text, "bold"), f"  {best.confidence:.2f}  ", (means, "dim")))
     for other in heard[1:3]:
         also = known.said(other.words, tongue)
         if also is not None:
-            out.print(f"{'':16}  [dim]or {also.text}  {other.confidence:.2f}[/]", highlight=False)
+            out.print(f"{'':16}  or {also.text}  {other.confidence:.2f}", style="dim")
 
 
 def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Hypothesis, ...]]:
@@ -244,10 +244,11 @@ def test_(
         print(json.dumps(total))
         return
     for s in scores:
-        mark = "[green]✓[/]" if s.right else "[red]✗[/]"
+        mark = ("✓", "green") if s.right else ("✗", "red")
         believed = f"{s.confidence:.2f}" + ("" if s.accepted else " not accepted")
         heard = s.understood if s.understood != s.said else ""
-        out.print(f"{mark} {s.file:24} {s.said or '(other talk)'}  [dim]{believed}[/] {heard and '→ ' + heard}", highlight=False)
+        file = f" {s.file:24} {s.said or '(other talk)'}  "
+        out.print(Text.assemble(mark, file, (believed, "dim"), f" {heard and '→ ' + heard}"))
     out.print(
         f"{total['right']} of {len(commands)} commands right, {total['right_and_accepted']} right and accepted; "
         f"{total['false_accepts']} of {len(others)} others accepted"
@@ -310,7 +311,7 @@ def _recorded(folder: Path, known: Grammar) -> list[tuple[F32, str]]:
         text = _text_of(path)
         read = known.read(text)
         if read is None or read.language != "ja":
-            out.print(f"[yellow]{path.name}: {escape(text)!r} is no Japanese sentence of the grammar; left out[/]")
+            out.print(f"{path.name}: {text!r} is no Japanese sentence of the grammar; left out", style="yellow", soft_wrap=True)
             continue
         said.append((_sound_of(path), read.spoken))
     if not said:
@@ -332,7 +333,7 @@ def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, 
         with contextlib.closing(CardInput(microphone, SystemClock())) as card:  # open all the time: opening takes a second
             for n in range(count):
                 sentence = known.pick("ja", rng)
-                out.print(f"{n + 1:3}/{count}  [bold]{sentence.text}[/]  [dim]{sentence.spoken}[/]")
+                out.print(Text.assemble(f"{n + 1:3}/{count}  ", (sentence.text, "bold"), "  ", (sentence.spoken, "dim")))
                 typer.prompt("     Enter, then read", default="", show_default=False, prompt_suffix=" ")
                 said.append((_recorded_for(card, 1.5 + 0.25 * len(sentence.spoken)), sentence.spoken))
     except InputError as e:
@@ -388,7 +389,7 @@ def _prepared(
     tongue = _language(language)
     known, faults = checked_grammar(*(extra or ()))
     for fault in faults:
-        out.print(f"[yellow]{escape(str(fault))}[/]", highlight=False, soft_wrap=True)
+        out.print(str(fault), style="yellow", soft_wrap=True)
     try:
         chosen = next((Chosen(name, model) for name in ENGINES if name == engine), None)
         if chosen is None:

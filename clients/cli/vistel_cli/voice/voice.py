@@ -13,7 +13,7 @@ from typing import Annotated
 import typer
 from rich.console import Group
 from rich.live import Live
-from rich.markup import escape
+from rich.text import Text
 
 from vistel.conference.model import Conference
 from vistel.v1.audio_pb2 import EquipmentRequest, EquipmentStatus, SoundStatus, VoiceControl
@@ -149,7 +149,7 @@ def watch(file: File, hub: Hub = None, seconds: Annotated[float, typer.Option(he
             asyncio.get_running_loop().add_signal_handler(signum, stop.set)
         status = bus.subscribe(BY_NAME["sound_status"], polled=True)
         devices = bus.subscribe(BY_NAME["equipment_status"], polled=True)
-        lines: dict[str, list[str]] = {}
+        lines: dict[str, list[Text]] = {}
         over = asyncio.get_running_loop().time() + seconds if seconds else float("inf")
         with Live(console=out, refresh_per_second=4) as live:
             while not stop.is_set() and asyncio.get_running_loop().time() < over:
@@ -162,22 +162,20 @@ def watch(file: File, hub: Hub = None, seconds: Annotated[float, typer.Option(he
     _joined(conference, conference.sites[0].name, hub, shown)
 
 
-def _site_lines(status: SoundStatus) -> list[str]:
-    known = "" if status.acoustic_known else "  [yellow]acoustic delay unknown[/]"
-    speaker = escape(status.loudspeaker_detail or status.loudspeaker)
-    out_lines = [f"[bold]{status.site}[/]  delay {status.policy}, loudspeaker {speaker}{known}"]
+def _site_lines(status: SoundStatus) -> list[Text]:
+    known = "" if status.acoustic_known else "  acoustic delay unknown"
+    speaker = status.loudspeaker_detail or status.loudspeaker
+    lines = [Text.assemble((status.site, "bold"), f"  delay {status.policy}, loudspeaker {speaker}", (known, "yellow"))]
     for m in status.microphones:
-        state = "[yellow]muted[/]" if m.muted else f"{_bar(m.level_db)}{' [red]too loud[/]' if m.clipped else ''}"
-        out_lines.append(f"  mic {m.participant:12} {state if m.open else '[red]' + escape(m.detail) + '[/]'}")
+        level = Text("muted", "yellow") if m.muted else Text.assemble(_bar(m.level_db), (" too loud" if m.clipped else "", "red"))
+        lines.append(Text.assemble(f"  mic {m.participant:12} ", level if m.open else (m.detail, "red")))
     for s in status.streams:
         lost = 100.0 * s.concealed / max(1, s.frames)
-        mark = "[green]♪[/]" if s.talking else " "
+        mark = ("♪", "green") if s.talking else " "
         picture = f"picture {s.image_s * 1e3:4.0f} ms, skew {s.skew_s * 1e3:+4.0f} ms" if s.HasField("image_s") else "no picture"
-        out_lines.append(
-            f"  {mark} {s.participant:14} wanted {s.target_s * 1e3:4.0f} ms, heard {s.actual_s * 1e3:4.0f} ms, {picture}, "
-            f"made up {lost:.1f} %"
-        )
-    return out_lines
+        delays = f"wanted {s.target_s * 1e3:4.0f} ms, heard {s.actual_s * 1e3:4.0f} ms, {picture}, made up {lost:.1f} %"
+        lines.append(Text.assemble("  ", mark, f" {s.participant:14} {delays}"))
+    return lines
 
 
 def _bar(level_db: float) -> str:
@@ -185,10 +183,10 @@ def _bar(level_db: float) -> str:
     return f"{'█' * full}{'·' * (20 - full)} {level_db:4.0f} dB"
 
 
-def _device_line(status: EquipmentStatus) -> str:
+def _device_line(status: EquipmentStatus) -> Text:
     state = EquipmentStatus.State.Name(status.state).removeprefix("STATE_").lower()
     delay = f", {status.acoustic_s * 1e3:.1f} ms" if status.delay_known else ""
-    return f"  {status.equipment:14} {state}{delay} {escape(status.detail)}"
+    return Text(f"  {status.equipment:14} {state}{delay} {status.detail}")
 
 
 def _set(file: Path, who: str | None, hub: str | None, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, TypeVar
 
 import typer
-from rich.markup import escape
+from rich.text import Text
 
 from vistel.conference.model import HUB_PLACE, Conference
 from vistel.v1.world_pb2 import WorldMoveReply, WorldMoveRequest
@@ -47,7 +47,7 @@ def where(
         print(json.dumps({"worlds": [{"place": w.place, "leads": w.leads, "term": w.term} for w in worlds]}))
     elif worlds:
         for w in worlds:
-            out.print(f"{w.place:16} {'leads' if w.leads else 'waits'}   term {w.term}", highlight=False)
+            out.print(f"{w.place:16} {'leads' if w.leads else 'waits'}   term {w.term}")
     if not worlds:
         fail(f"no world of {conference.name} is there; is the conference running?", FAILED)
 
@@ -73,11 +73,11 @@ def move(
     async def moved(bus: Bus) -> str:
         return await _moved(bus, to, force)
 
-    with out.status(f"moving the room of {escape(conference.name)} to {to}"):
+    with out.status(Text(f"moving the room of {conference.name} to {to}")):
         reason = _with_bus(conference, endpoint, moved)
     if reason:
         fail(reason, FAILED)
-    out.print(f"the room of {escape(conference.name)} is led at {to}")
+    out.print(f"the room of {conference.name} is led at {to}")
 
 
 def check_place(place: str) -> None:

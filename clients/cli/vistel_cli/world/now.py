@@ -60,7 +60,7 @@ def of_log(log: Path, at: float | None) -> tuple[Interior, str]:
     end_ns = None if at is None else reader.begin_ns + round(at * 1e9)
     state, when_ns = b"", 0
     records = reader.records(("world_inputs",), end_ns=end_ns)
-    for r in track(records, description=f"reading {log.name}", console=err, transient=True):
+    for r in track(records, description="reading", console=err, transient=True):
         if r.message.private_state:
             state, when_ns = r.message.private_state, r.log_ns
     if not state:

@@ -70,7 +70,7 @@ async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds:
 
     rooms = [Served(c.name, *_room(c, endpoint, keep, at, wait)) for c, endpoint in conferences]
     for room, (_, endpoint) in zip(rooms, conferences, strict=True):
-        out.print(f"room {room.name} at {endpoint}, kept in {room.config.folder}")
+        out.print(f"room {room.name} at {endpoint}, kept in {room.config.folder}", soft_wrap=True)
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for signum in (signal.SIGINT, signal.SIGTERM):

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.markup import escape
 from rich.table import Table
 
 from vistel_cli.avatar.files import busy
@@ -84,7 +83,7 @@ def edit(
         fail(f"{fault}\n{LINES}", USAGE)
     _save(replace(changed, notes=()), target)
     for line in (*told, *changed.notes):
-        out.print(escape(line), soft_wrap=True)
+        out.print(line, soft_wrap=True)
 
 
 @app.command()
@@ -120,7 +119,7 @@ def export(
     else:
         interior, when = opened(source, show=True), "as it begins"
     _save(replace(interior, notes=()), output)
-    out.print(f"{escape(str(output))}: {len(interior.room.things)} things, {when}", soft_wrap=True)
+    out.print(f"{output}: {len(interior.room.things)} things, {when}", soft_wrap=True)
 
 
 def opened(file: Path, show: bool) -> Interior:
@@ -214,7 +213,7 @@ def _table(interior: Interior) -> None:
         matter = "" if t.matter.material == "elastic" else f" {t.matter.material}"
         drawn = f"{row['triangles']} tri" + (f", {row['pictures']} pic" if row["pictures"] else "") if t.looks else row["colour"]
         table.add_row(
-            escape(t.id),
+            t.id,
             "fixed" if t.fixed else f"{t.mass:.3g} kg",
             f"{row['rigidity']:g}{matter}",
             " ".join(f"{v:.2f}" for v in t.position.tolist()),

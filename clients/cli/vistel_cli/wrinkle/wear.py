@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from rich.text import Text
 
 from vistel_cli.avatar.files import Json, busy, check_output, load, report, save
 from vistel_cli.terminal import FAILED, USAGE, err, fail
@@ -47,7 +48,7 @@ def wear(
         with busy("looking where they fit", not as_json):
             facts |= _fitted(who, worn)
         for region, reason in facts["without"].items():
-            err.print(f"[yellow]{region}[/yellow]: no wrinkles: {reason}", soft_wrap=True, highlight=False)
+            err.print(Text.assemble((region, "yellow"), f": no wrinkles: {reason}"), soft_wrap=True)
         if changes and not facts["regions"]:
             fail(f"{avatar}: none of them fit; nothing is written", FAILED)
     if changes:
