@@ -8,52 +8,45 @@ import sys
 
 import typer
 
-from vistel.wire.background import TaskFailedError
-from vistel_cli import ask, bench, wall
-from vistel_cli.avatar import avatar
-from vistel_cli.calibrate import calibrate
-from vistel_cli.devices import devices, doctor
-from vistel_cli.log import log, replay
-from vistel_cli.run import record, sim, site, up
-from vistel_cli.scene import polygonise, scanline, trace
+from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.terminal import FAILED, print_error
-from vistel_cli.voice import speech, voice
-from vistel_cli.world import move as world_move
-from vistel_cli.world import serve as world_serve
-from vistel_cli.world import world
-from vistel_cli.wrinkle import wrinkle
 
+RUN, LOGS, PEOPLE, SHAPES = "Run a conference", "Record and replay", "People and devices", "Shapes, pictures, measurements"
+COMMANDS = {
+    "up": Lazy("vistel_cli.run.up:up", RUN),
+    "site": Lazy("vistel_cli.run.site:app", RUN, "Take part in a conference across machines."),
+    "ask": Lazy("vistel_cli.ask:ask", RUN),
+    "voice": Lazy("vistel_cli.voice.voice:app", RUN, "Microphones, loudspeakers and equipment of a running conference."),
+    "world": Lazy("vistel_cli.world.world:app", RUN, "Rooms and things on file: show, edit, export."),
+    "doctor": Lazy("vistel_cli.devices.doctor:doctor", RUN),
+    "record": Lazy("vistel_cli.run.record:record", LOGS),
+    "replay": Lazy("vistel_cli.log.replay:replay", LOGS),
+    "log": Lazy("vistel_cli.log.log:app", LOGS, "Inspect, repair, cut and export logs."),
+    "avatar": Lazy("vistel_cli.avatar.avatar:app", PEOPLE, "Make, inspect and export avatars: the people of a conference."),
+    "wrinkle": Lazy("vistel_cli.wrinkle.wrinkle:app", PEOPLE, "Wrinkles of cloth and skin: shapes, displacement maps, textures."),
+    "devices": Lazy("vistel_cli.devices.devices:devices", PEOPLE),
+    "calibrate": Lazy("vistel_cli.calibrate.calibrate:app", PEOPLE, "Measure people and devices, into files for a conference."),
+    "sim": Lazy("vistel_cli.run.sim:sim", PEOPLE),
+    "speech": Lazy("vistel_cli.voice.speech:app", PEOPLE, "Spoken commands: try them, score recordings, check grammars."),
+    "wall": Lazy("vistel_cli.wall:wall", PEOPLE),
+    "trace": Lazy("vistel_cli.scene.trace:trace", SHAPES),
+    "scanline": Lazy("vistel_cli.scene.scanline:scanline", SHAPES),
+    "polygonise": Lazy("vistel_cli.scene.polygonise:polygonise", SHAPES),
+    "bench": Lazy("vistel_cli.bench:bench", SHAPES),
+}
 app = typer.Typer(
     name="vistel",
-    help="Virtual Space Teleconferencing: people in different places meet as figures that move, touch and grasp.",
+    cls=lazy_group(COMMANDS),
     no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,
 )
-app.command("up")(up.up)
-app.command("replay")(replay.replay)
-app.command("record")(record.record)
-app.command("sim")(sim.sim)
-app.command("doctor")(doctor.doctor)
-app.command("devices")(devices.devices)
-app.command("trace")(trace.trace)
-app.command("scanline")(scanline.scanline)
-app.command("bench")(bench.bench)
-app.command("ask")(ask.ask)
-app.command("wall")(wall.wall)
-app.command("polygonise")(polygonise.polygonise)
-app.add_typer(avatar.app, name="avatar")
-app.add_typer(wrinkle.app, name="wrinkle")
-app.add_typer(calibrate.app, name="calibrate")
-app.add_typer(site.app, name="site")
-app.add_typer(voice.app, name="voice")
-app.add_typer(speech.app, name="speech")
-app.add_typer(log.app, name="log")
-world.app.command("serve")(world_serve.serve)
-world.app.command("where")(world_move.where)
-world.app.command("move")(world_move.move)
-app.add_typer(world.app, name="world")
+
+
+@app.callback()
+def vistel() -> None:
+    """Virtual Space Teleconferencing: people in different places meet as figures that move, touch and grasp."""
 
 
 def main() -> None:
@@ -63,11 +56,15 @@ def main() -> None:
         app()
     except KeyboardInterrupt:
         code = 0
-    except TaskFailedError as e:
-        print_error(f"{e}; the log says why")
-        code = FAILED
     except SystemExit as e:
         code = e.code
+    except Exception as e:
+        from vistel.wire.background import TaskFailedError
+
+        if not isinstance(e, TaskFailedError):
+            raise
+        print_error(f"{e}; the log says why")
+        code = FAILED
     if "zenoh" not in sys.modules or not isinstance(code, int):
         sys.exit(code)
     logging.shutdown()

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import typer
 from rich.console import Console
 from rich.text import Text
 
-from vistel.conference.files import ConferenceError, load
-from vistel.conference.model import Conference
+if TYPE_CHECKING:
+    from vistel.conference.model import Conference
 
 _PLAIN: dict[str, Any] = {"highlight": False, "markup": False, "emoji": False}
 """What is printed is plain text: no square bracket or colon of a path is markup. Colours come with `style` and `Text`."""
@@ -41,6 +41,8 @@ def fail(text: str, code: int = FAILED) -> NoReturn:
 
 def load_conference(path: Path, *, room_elsewhere: bool = False) -> Conference:
     """The conference of a file. Ends the command with one line per fault. room_elsewhere: see `load`."""
+    from vistel.conference.files import ConferenceError, load
+
     try:
         return load(path, room_elsewhere=room_elsewhere)
     except ConferenceError as e:

@@ -3,29 +3,72 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+import subprocess
+import sys
 from typing import Any
 
+import pytest
 import typer
 from rich.markup import render
+from typer.core import TyperGroup
 
+from vistel_cli.lazy import every_command
 from vistel_cli.main import app
 from vistel_cli.terminal import print_error
 
 STYLES = re.compile(r"\[/?(bold|dim)\]")
 
 
-def texts(command: Any, path: str) -> Iterator[tuple[str, str]]:
-    """The help texts of a command, of its parameters and of the commands below it."""
-    yield path, command.help or ""
-    for parameter in command.params:
-        yield f"{path} {parameter.name}", getattr(parameter, "help", None) or ""
-    for name, below in getattr(command, "commands", {}).items():
-        yield from texts(below, f"{path} {name}")
+FOLDERS = ("run", "voice", "world", "devices", "log", "avatar", "wrinkle", "calibrate", "scene")
+EVERY = dict(every_command(typer.main.get_command(app), "vistel"))
+OF_OTHERS = {"numpy", "numba", "zenoh", "pydantic", "google.protobuf", "cv2", "pxr", "av", "PIL", "scipy", "aiohttp", "psutil"}
+
+
+def modules_after(*words: str) -> set[str]:
+    """What a fresh Python has imported after `vistel WORDS`."""
+    script = """import sys
+from vistel_cli.lazy import every_command
+from vistel_cli.main import app
+try:
+    app(sys.argv[1:], standalone_mode=False)
+except SystemExit:
+    pass
+print("modules", *sys.modules)"""
+    done = subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True, check=True)
+    return set(done.stdout.splitlines()[-1].split()[1:])
+
+
+def first_paragraph(text: str) -> str:
+    return " ".join(text.split("\n\n", maxsplit=1)[0].split())
+
+
+def test_the_list_of_commands_imports_none_of_them() -> None:
+    seen = modules_after("--help")
+    own = {m for m in seen if m.startswith(("vistel.", "vistel_cli.", "vistel_s"))}
+    assert own <= {"vistel_cli.main", "vistel_cli.lazy", "vistel_cli.terminal", *(f"vistel_cli.{f}" for f in FOLDERS)}
+    assert seen & OF_OTHERS == set()
+
+
+@pytest.mark.parametrize(
+    ("command", "most"), [("up", 430), ("ask", 430), ("log", 300), ("trace", 250), ("avatar", 130), ("world", 130)]
+)
+def test_a_command_imports_only_its_own_room(command: str, most: int) -> None:
+    more = modules_after(command, "--help") - modules_after("--help")
+    assert len(more) <= most, sorted(more)
+    assert not more & {"numba", "cv2", "pxr", "av", "scipy"}
+
+
+def test_the_list_of_commands_says_what_each_command_says_of_itself() -> None:
+    for path, command in EVERY.items():
+        names = command.list_commands(None) if isinstance(command, TyperGroup) else ()
+        for name in names:
+            listed = command.commands[name].help
+            assert listed and first_paragraph(listed) == first_paragraph(EVERY[f"{path} {name}"].help)
 
 
 def test_no_square_bracket_of_a_help_text_vanishes_as_markup() -> None:
-    found = list(texts(typer.main.get_command(app), "vistel"))
+    found = [(path, command.help or "") for path, command in EVERY.items()]
+    found += [(f"{path} {p.name}", getattr(p, "help", None) or "") for path, command in EVERY.items() for p in command.params]
     assert len(found) > 100
     lost = [where for where, text in found if render(text).plain != STYLES.sub("", text).replace("\\[", "[")]
     assert lost == []

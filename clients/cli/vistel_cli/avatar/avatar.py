@@ -10,23 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vistel_cli.avatar.assemble import assemble
 from vistel_cli.avatar.files import Json, busy, check_output, facts, load, load_or_make, own, report, save
-from vistel_cli.avatar.layers import layers
-from vistel_cli.avatar.texture import islands, register
+from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 if TYPE_CHECKING:
     from vistel.figure.avatar.avatar import Avatar
 
-app = typer.Typer(
-    help="Make, inspect and export avatars: the people of a conference.", no_args_is_help=True, rich_markup_mode="rich"
-)
-
-app.command()(assemble)
-app.command()(layers)
-app.command()(islands)
-app.command()(register)
+LATER = {
+    "assemble": Lazy("vistel_cli.avatar.assemble:assemble"),
+    "layers": Lazy("vistel_cli.avatar.layers:layers"),
+    "islands": Lazy("vistel_cli.avatar.texture:islands"),
+    "register": Lazy("vistel_cli.avatar.texture:register"),
+}
+app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 
 Output = Annotated[Path, typer.Option("--output", "-o", help="Avatar to write: .usda, .usdc, .usd or .usdz.")]
 Primitives = Annotated[

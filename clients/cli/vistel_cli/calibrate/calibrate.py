@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import typer
 
-from vistel_cli.calibrate import distortion as calibrate_distortion
-from vistel_cli.calibrate import face as calibrate_face
-from vistel_cli.calibrate import gaze as calibrate_gaze
-from vistel_cli.calibrate import glove as calibrate_glove
-from vistel_cli.calibrate import person as calibrate_person
+from vistel_cli.lazy import Lazy, lazy_group
 
-app = typer.Typer(help="Measure people and devices. The results are files that a conference uses.", no_args_is_help=True)
-app.command("tracker")(calibrate_person.tracker)
-app.command("body")(calibrate_person.body)
-app.command("glove")(calibrate_glove.glove)
-app.command("distortion")(calibrate_distortion.distortion)
-app.command("face")(calibrate_face.face)
-app.command("gaze")(calibrate_gaze.gaze)
+LATER = {
+    "tracker": Lazy("vistel_cli.calibrate.person:tracker"),
+    "body": Lazy("vistel_cli.calibrate.person:body"),
+    "glove": Lazy("vistel_cli.calibrate.glove:glove"),
+    "distortion": Lazy("vistel_cli.calibrate.distortion:distortion"),
+    "face": Lazy("vistel_cli.calibrate.face:face"),
+    "gaze": Lazy("vistel_cli.calibrate.gaze:gaze"),
+}
+app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
+
+
+@app.callback()
+def calibrate() -> None:
+    """Typer makes a group only of what has commands or this."""

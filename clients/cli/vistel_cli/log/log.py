@@ -14,7 +14,7 @@ from rich.table import Table
 from vistel.wire.log import LogError, LogReader, LogWriter
 from vistel_cli.terminal import USAGE, err, fail, out, print_warning
 
-app = typer.Typer(help="Inspect, repair, cut and export logs.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 
 @dataclass

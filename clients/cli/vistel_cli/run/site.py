@@ -13,7 +13,7 @@ from vistel_cli.run.router import run_router
 from vistel_cli.terminal import USAGE, fail, load_conference
 from vistel_services.process.plan import hub_processes, site_processes
 
-app = typer.Typer(help="Take part in a conference across machines.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 
 @app.command()

@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --
     from vistel.speech.recognition import Hypothesis, Recogniser
     from vistel_services.audio.inputs import CardInput
 
-app = typer.Typer(help="Spoken commands: try them, score recordings, check grammars.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 _LOADING_S = 60.0
 """Longest time of a new recogniser for its first sentence. Sound that arrives meanwhile is kept."""

@@ -24,7 +24,7 @@ from vistel.wire.zenoh.bus import BusError, ZenohBus
 from vistel_cli.run.hub import endpoint_of
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
-app = typer.Typer(help="Microphones, loudspeakers and equipment of a running conference.", no_args_is_help=True)
+app = typer.Typer(no_args_is_help=True)
 
 _PATIENCE_S = 4.0
 

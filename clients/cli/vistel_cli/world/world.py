@@ -11,13 +11,19 @@ import typer
 from rich.table import Table
 
 from vistel_cli.avatar.files import busy
+from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_warning
 
 if TYPE_CHECKING:
     from vistel.space.files import Interior
     from vistel.space.things.things import Thing
 
-app = typer.Typer(help="Rooms and things on file: show, edit, export.", no_args_is_help=True)
+LATER = {
+    "serve": Lazy("vistel_cli.world.serve:serve"),
+    "where": Lazy("vistel_cli.world.move:where"),
+    "move": Lazy("vistel_cli.world.move:move"),
+}
+app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")]
 ENDINGS = (".usda", ".usdc", ".usd", ".usdz", ".glb")
 

@@ -14,16 +14,14 @@ import typer
 from rich.progress import track
 
 from vistel_cli.avatar.files import Json, busy, report
+from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
-from vistel_cli.wrinkle.open_studio import studio
-from vistel_cli.wrinkle.wear import wear
 
 if TYPE_CHECKING:
     from vistel.wrinkle.shape import Shape
 
-app = typer.Typer(help="Wrinkles of cloth and skin: shapes, displacement maps, wrinkled textures.", no_args_is_help=True)
-app.command("studio")(studio)
-app.command("wear")(wear)
+LATER = {"studio": Lazy("vistel_cli.wrinkle.open_studio:studio"), "wear": Lazy("vistel_cli.wrinkle.wear:wear")}
+app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 
 
 @app.command("show")

@@ -1,0 +1,81 @@
+"""Commands whose modules are imported when they are called, so that `vistel --help` imports none of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import typer
+from typer.core import TyperCommand, TyperGroup
+
+
+@dataclass(frozen=True)
+class Lazy:
+    """A command that is not imported yet. where: "module:name" of a function or of a `typer.Typer`; panel: its heading in the list
+    of commands; line: what that list says of a `typer.Typer`, which is also its help; of a function it says what the function
+    does."""
+
+    where: str
+    panel: str | None = None
+    line: str = ""
+
+    def load(self, name: str) -> Any:
+        """The command, called `name`. Imports its module."""
+        module, attribute = self.where.split(":")
+        found = getattr(import_module(module), attribute)
+        if isinstance(found, typer.Typer):
+            group = typer.main.get_group(found)
+            group.name, group.help = name, self.line
+            return group
+        alone = typer.Typer(add_completion=False, rich_markup_mode="rich")
+        alone.command(name)(found)
+        return typer.main.get_command(alone)
+
+    def first_line(self) -> str:
+        """`line`, else the beginning of the function's docstring, read from the source: an import may take a second."""
+        if self.line:
+            return self.line
+        module, attribute = self.where.split(":")
+        spec = find_spec(module)
+        source = Path(spec.origin).read_text("utf-8") if spec and spec.origin else ""
+        found = re.search(rf'^def {attribute}\(.*?\n    """(.*?)(?:\n\n|""")', source, re.DOTALL | re.MULTILINE)
+        return " ".join(found[1].split()) if found else ""
+
+
+def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
+    """The class of a group with `commands` after those that it has: `typer.Typer(cls=lazy_group({...}))`."""
+
+    class LazyGroup(TyperGroup):
+        """A group that imports a command when it is called."""
+
+        def __init__(self, **given: Any) -> None:
+            super().__init__(**given)
+            for name, lazy in commands.items():
+                self.add_command(TyperCommand(name, rich_help_panel=lazy.panel))
+
+        def list_commands(self, ctx: Any) -> list[str]:
+            for name, lazy in commands.items():
+                self.commands[name].help = lazy.first_line()
+            return super().list_commands(ctx)
+
+        def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+            name, command, rest = super().resolve_command(ctx, args)
+            return name, self.loaded(name) if name else command, rest
+
+        def loaded(self, name: str) -> Any:
+            """The command of that name, imported."""
+            return commands[name].load(name) if name in commands else self.commands[name]
+
+    return LazyGroup
+
+
+def every_command(group: Any, path: str) -> Iterator[tuple[str, Any]]:
+    """The group and all commands below it, imported, with their words, such as "vistel log cut"."""
+    yield path, group
+    for name, command in getattr(group, "commands", {}).items():
+        yield from every_command(group.loaded(name) if hasattr(group, "loaded") else command, f"{path} {name}")
