@@ -1,8 +1,7 @@
-"""Reading a conference file; every error names file, key and what was expected."""
+"""Reading a conference file; every error names file, line, key and what was expected."""
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +10,12 @@ from pydantic import ValidationError
 from vistel.conference.devices import Camera
 from vistel.conference.model import Conference, Participant, Room
 from vistel.conference.speech import Speech
+from vistel.toml import file as toml
+from vistel.toml.faults import faults_of
 
 
 class ConferenceError(ValueError):
-    """A conference file that cannot be used; the text is one line per fault: file: key: what was expected."""
+    """A conference file that cannot be used; the text is one line per fault: file:line: key: what was expected."""
 
 
 DEMO_FILE = Path(__file__).with_name("demo.toml")
@@ -24,27 +25,19 @@ DEMO_FILE = Path(__file__).with_name("demo.toml")
 def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
     """Read and check a conference file. room_elsewhere: the room's file may be missing, the world's site has it; then the seats
     are not known. Raises ConferenceError."""
+    told = toml.read(path, ConferenceError)
+    conference = _with_files(told.checked(Conference, ConferenceError), path.parent)
+    room = conference.room.file
     try:
-        data = tomllib.loads(path.read_text("utf-8"))
-    except OSError as e:
-        raise ConferenceError(f"{path}: cannot be read: {e.strerror}") from e
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
-        raise ConferenceError(f"{path}: not valid TOML: {e}") from e
-    try:
-        conference = _with_files(Conference.model_validate(data), path.parent)
-        room = conference.room.file
-        known = room is not None and (room.is_file() or not room_elsewhere)
-        conference = with_seats(conference) if known else conference
+        if room is not None and (room.is_file() or not room_elsewhere):
+            conference = with_seats(conference)
     except ValidationError as e:
-        faults = [f"{_key(err['loc'])}: {err['msg'].removeprefix('Value error, ')}" for err in e.errors()]
-        raise ConferenceError(_lines(path, faults)) from e
+        raise ConferenceError(told.told(faults_of(e, Conference, told.tables))) from e
+    except ConferenceError as e:
+        raise ConferenceError(told.told(str(e).splitlines())) from e
     if faults := _room_faults(conference):
-        raise ConferenceError(_lines(path, faults))
+        raise ConferenceError(told.told(faults))
     return conference
-
-
-def _lines(path: Path, faults: list[str]) -> str:
-    return "\n".join(f"{path}: {fault}" for fault in faults)
 
 
 def _room_faults(conference: Conference) -> list[str]:
@@ -128,10 +121,3 @@ def _avatar_file(avatar: str, folder: Path) -> str:
     if avatar.startswith("builtin") or not (folder / avatar).is_file():
         return avatar
     return str((folder / avatar).resolve())
-
-
-def _key(loc: tuple[int | str, ...]) -> str:
-    out = ""
-    for part in loc:
-        out += f"[{part}]" if isinstance(part, int) else f".{part}" if out else part
-    return out or "file"

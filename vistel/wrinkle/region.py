@@ -20,7 +20,8 @@ from vistel.arrays import F32, F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.smoothstep import smoothstep
-from vistel.wrinkle.errors import Entry, WrinkleError, checked, read_toml
+from vistel.toml import file as toml
+from vistel.wrinkle.errors import Entry, WrinkleError
 
 FILE = Path(__file__).with_name("regions.toml")
 
@@ -53,7 +54,7 @@ class _File(Entry):
 @cache
 def builtin_regions() -> dict[str, Region]:
     """By name; those of two sides once."""
-    return {r.name: r for r in checked(_File, read_toml(FILE), FILE).regions}
+    return {r.name: r for r in toml.read(FILE, WrinkleError).checked(_File, WrinkleError).regions}
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import cache
 from pathlib import Path
 
-from vistel.wrinkle.errors import WrinkleError, checked, read_toml
+from vistel.toml import file as toml
+from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.shape import Branch, Layer, Shape
 
 FOLDER = Path(__file__).with_name("shapes")
@@ -13,7 +14,7 @@ FOLDER = Path(__file__).with_name("shapes")
 
 def load_shape(path: Path) -> Shape:
     """Read and check a shape file. Raises WrinkleError, one line per fault."""
-    return checked(Shape, read_toml(path), path)
+    return toml.read(path, WrinkleError).checked(Shape, WrinkleError)
 
 
 def save_shape(shape: Shape, path: Path) -> None:

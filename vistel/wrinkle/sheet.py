@@ -11,8 +11,9 @@ import numpy as np
 from pydantic import Field
 
 from vistel.arrays import F64
+from vistel.toml import file as toml
 from vistel.wrinkle.curve import sampled
-from vistel.wrinkle.errors import Entry, WrinkleError, checked, read_toml
+from vistel.wrinkle.errors import Entry, WrinkleError
 from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.shape import Shape
 from vistel.wrinkle.shape_file import shape_of
@@ -70,7 +71,7 @@ class Sheet(Entry):
 
 def load_sheet(path: Path) -> tuple[Sheet, list[Instance]]:
     """Read and check a sheet. Raises WrinkleError, one line per fault."""
-    sheet = checked(Sheet, read_toml(path), path)
+    sheet = toml.read(path, WrinkleError).checked(Sheet, WrinkleError)
     if sheet.texture is not None:
         sheet = sheet.model_copy(update={"texture": path.parent / sheet.texture})
     return sheet, instances(sheet.wrinkles, sheet.size, path, lambda name: shape_of(name, path.parent), wraps=sheet.wraps)

@@ -6,14 +6,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from vistel.arrays import F64
+from vistel.toml import file as toml
 from vistel.wrinkle.drive import Drive, Finite
-from vistel.wrinkle.errors import Entry, WrinkleError, checked, parsed, read_toml
+from vistel.wrinkle.errors import Entry, WrinkleError
 from vistel.wrinkle.region import Region, builtin_regions
 from vistel.wrinkle.shape import Name, Shape
 from vistel.wrinkle.shape_file import shape_of
@@ -82,19 +83,19 @@ class WrinkleSet:
 
 def load_sets(path: Path) -> list[WrinkleSet]:
     """Read and check a file of sets. Raises WrinkleError, one line per fault."""
-    return sets_of(read_toml(path), path, lambda name: shape_of(name, path.parent))
+    return sets_of(toml.read(path, WrinkleError), lambda name: shape_of(name, path.parent))
 
 
 def sets_in(text: str, source: str) -> list[WrinkleSet]:
     """The sets of a text such as `wardrobe_text` writes: shapes are built-in or in the text itself, for it may be a stranger's.
     Raises WrinkleError, one line per fault, which begins with `source`."""
-    return sets_of(parsed(text, source), source, _builtin)
+    return sets_of(toml.parsed(text, source, WrinkleError), _builtin)
 
 
-def sets_of(data: dict[str, Any], source: Path | str, look: Callable[[str], Shape]) -> list[WrinkleSet]:
+def sets_of(told: toml.TomlFile, look: Callable[[str], Shape]) -> list[WrinkleSet]:
     """The sets of a file's tables; look: finds a shape that is not in it. Raises WrinkleError, one line per fault."""
-    known = builtin_regions()
-    file = checked(SetsFile, data, source)
+    known, source = builtin_regions(), told.source
+    file = told.checked(SetsFile, WrinkleError)
     own = {shape.name: shape for shape in file.shapes}
     found: dict[str, Shape] = {}
 
@@ -108,7 +109,7 @@ def sets_of(data: dict[str, Any], source: Path | str, look: Callable[[str], Shap
     out: list[WrinkleSet] = []
     for k, entry in enumerate(file.sets):
         if entry.region not in known:
-            raise WrinkleError(f"{source}: sets[{k}].region: is {entry.region!r}, expected one of {', '.join(known)}")
+            raise WrinkleError(told.told([f"sets[{k}].region: is {entry.region!r}, expected one of {', '.join(known)}"]))
         # A plane of the usual size: off its edges here is off them on everybody.
         instances(entry.wrinkles, (1.0, 1.0), source, shape, wraps=True, scale=1e-6)
         out.append(WrinkleSet(entry, known[entry.region], {w.shape: shape(w.shape) for w in entry.wrinkles}, source))

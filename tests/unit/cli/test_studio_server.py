@@ -136,7 +136,7 @@ def test_what_cannot_be_used_is_said_and_the_figure_stays_as_it_was(server: Serv
     assert "leaves the texture" in said(wrinkle(at=[0.3, 0.999]))
     assert "is not there" in said(wrinkle(shape="../../secret.toml"))
     assert "thickness" in said(wrinkle(thickness=-1))
-    assert "unknown attribute" in said(wrinkle(colour="red"))
+    assert "unknown key" in said(wrinkle(colour="red"))
     assert "cross at" in said(lambda form: form["shapes"].append({**shape, "name": "mine", "branches": crossing}))
     assert "another set of that name" in said(lambda form: form["sets"].append(form["sets"][0]))
     assert said(lambda form: form.update(sets="none")) == "expected shapes and sets"

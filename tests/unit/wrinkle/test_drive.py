@@ -97,9 +97,9 @@ intensity = 0.004
         (SET.replace("[[20, 0], [90, 1]]", "[[90, 0], [20, 1]]"), "knots' values are 90, 20; expected each above the one before"),
         (SET.replace("lower_arm", "elbow"), "there is no joint 'elbow'"),
         (SET.replace('joint = "lower_arm", ', ""), "give a joint or an action, one of the two"),
-        (SET.replace("[20, 0]", "[20, 2]"), "sets[0].drive.curve.knots[0][1]: is 2: Input should be less than or equal to 1"),
+        (SET.replace("[20, 0]", "[20, 2]"), "sets[0].drive.curve.knots[0][1]: is 2, expected at most 1"),
         (SET.replace("at = [0.3, 0.5]", "at = [0.3, 1.5]"), "wrinkles[0]: leaves the texture at 0.300, 1.500"),
-        (SET + "width = 3", "sets[0].wrinkles[0].width: unknown attribute; there are shape, at,"),
+        (SET + "width = 3", "sets[0].wrinkles[0].width: unknown key; expected one of shape, at,"),
         (SET.split("[[sets.wrinkles]]", maxsplit=1)[0], "sets[0]: has neither wrinkles nor pull"),
     ],
 )

@@ -83,7 +83,7 @@ def test_the_text_of_sets_read_again_is_the_same_with_shapes_of_ones_own(tmp_pat
         (TEXT[:200], "not valid TOML"),
         ("[" * 5000, "not valid TOML"),
         ("sets = 3", "sets: is 3"),
-        ("", "sets: Field required"),
+        ("", "sets: is missing"),
         (TEXT.replace("at = [0.5, 0.775]", "at = [0.5, 1.775]"), "leaves the texture"),
     ],
 )

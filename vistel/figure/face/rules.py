@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import tomllib
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vistel.arrays import F64
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
+from vistel.toml import file as toml
 
 FILE = Path(__file__).with_name("action_units.toml")
 SIDES = ("left", "right")
@@ -102,20 +102,12 @@ class FaceRules:
 
 def load_rules(path: Path) -> FaceRules:
     """Read and check a file. Raises FaceRuleError."""
-    try:
-        data: dict[str, Any] = tomllib.loads(path.read_text("utf-8"))
-        file = _File.model_validate(data)
-    except OSError as fault:
-        raise FaceRuleError(f"{path}: cannot be read: {fault.strerror or fault}") from fault
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise FaceRuleError(f"{path}: not valid TOML: {fault}") from fault
-    except ValidationError as fault:
-        lines = [f"{path}: {'.'.join(map(str, e['loc']))}: {str(e['msg']).removeprefix('Value error, ')}" for e in fault.errors()]
-        raise FaceRuleError("\n".join(dict.fromkeys(lines))) from fault
+    told = toml.read(path, FaceRuleError)
+    file = told.checked(_File, FaceRuleError)
     names = [u.name for u in file.units]
     twice = sorted({n for n in names if names.count(n) > 1})
     if twice:
-        raise FaceRuleError(f"{path}: units: {', '.join(twice)} twice; expected each once")
+        raise FaceRuleError(told.told([f"units: {', '.join(twice)} twice; expected each once"]))
     sided = [(u, side) for u in file.units for side in ((1, -1) if u.sides else (0,))]
     return FaceRules(tuple(_one(u, side) for u, side in sided))
 

@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Any, Literal, cast
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag, model_validator
 
 from vistel.implicit.blend import Blend
 
@@ -79,23 +79,19 @@ class ImageHeightEntry(ImageEntry):
     height: Number
 
 
-def _by_key(**kinds: type[Entry]) -> Any:
-    """A validator that picks the table's kind by the first of these keys it has."""
+def _by_key(*keys: str) -> Discriminator:
+    """Picks the table's kind by the first of these keys it has."""
 
-    def pick(value: Any) -> Any:
-        if not isinstance(value, dict):
-            raise ValueError(f"expected a table with one of the keys {', '.join(kinds)}")
-        for key, kind in kinds.items():
-            if key in value:
-                return kind.model_validate(value)
-        raise ValueError(f"expected one of the keys {', '.join(kinds)}")
+    def pick(value: Any) -> str | None:
+        return next((key for key in keys if isinstance(value, dict) and key in value), None)
 
-    return BeforeValidator(pick)
+    return Discriminator(pick, "no_key", f"expected a table with one of the keys {', '.join(keys)}")
 
 
-TextureEntry = Annotated[CheckerEntry | ImageEntry, _by_key(checker=CheckerEntry, image=ImageEntry)]
+TextureEntry = Annotated[Annotated[CheckerEntry, Tag("checker")] | Annotated[ImageEntry, Tag("image")], _by_key("checker", "image")]
 BumpEntry = Annotated[
-    WavesEntry | RipplesEntry | ImageHeightEntry, _by_key(waves=WavesEntry, ripples=RipplesEntry, image=ImageHeightEntry)
+    Annotated[WavesEntry, Tag("waves")] | Annotated[RipplesEntry, Tag("ripples")] | Annotated[ImageHeightEntry, Tag("image")],
+    _by_key("waves", "ripples", "image"),
 ]
 
 
@@ -191,7 +187,10 @@ def _blend(value: Any) -> Any:
     if isinstance(value, str):
         return Blend(value)
     if isinstance(value, dict):
-        return Blend(**cast("dict[str, Any]", value))
+        try:
+            return Blend(**cast("dict[str, Any]", value))
+        except TypeError as e:
+            raise ValueError("expected a table with family and warp") from e
     return value
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-import tomllib
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vistel.arrays import F64
 from vistel.figure.making.source import MakingError
+from vistel.toml import file as toml
 
 Triple = tuple[float, float, float]
 Name = Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_\-]*$")]
@@ -96,21 +96,13 @@ class Assembly(_Model):
 
 
 def read_assembly(path: Path) -> Assembly:
-    """Raises MakingError, one line that says what is wrong and where; OSError."""
-    try:
-        data = tomllib.loads(path.read_text("utf-8"))
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-        raise MakingError(f"{path}: not valid TOML: {fault}") from fault
-    try:
-        assembly = Assembly.model_validate(data)
-    except ValidationError as fault:
-        first = fault.errors()[0]
-        where = "".join(f"[{k}]" if isinstance(k, int) else f".{k}" for k in first["loc"]).lstrip(".")
-        raise MakingError(f"{path}: {where + ': ' if where else ''}{first['msg'].removeprefix('Value error, ')}") from fault
+    """Raises MakingError, one line per fault that says what is wrong and where."""
+    told = toml.read(path, MakingError)
+    assembly = told.checked(Assembly, MakingError)
     for i, part in enumerate(assembly.parts):
         for file in (part.file, part.texture):
             if file is not None and not (path.parent / file).is_file():
-                raise MakingError(f"{path}: parts[{i}], {part.part}: there is no file {file}")
+                raise MakingError(told.told([f"parts[{i}]: {part.part}: there is no file {file}"]))
     return assembly
 
 

@@ -3,12 +3,12 @@ names its set."""
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from vistel.wrinkle.errors import WrinkleError, checked
+from vistel.toml.file import TomlFile, parsed
+from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.shape import Shape
 from vistel.wrinkle.shape_file import builtin_shapes
 from vistel.wrinkle.wardrobe import SetsFile, WrinkleSet, sets_of
@@ -43,7 +43,7 @@ class Checked:
 
 def page_form(sets: Sequence[WrinkleSet]) -> dict[str, Any]:
     """Sets as the page edits them: their own `shapes`, and `sets` with every key."""
-    file = checked(SetsFile, tomllib.loads(wardrobe_text(sets)), "wrinkles")
+    file = parsed(wardrobe_text(sets), "wrinkles", WrinkleError).checked(SetsFile, WrinkleError)
     return file.model_dump(mode="json")
 
 
@@ -58,9 +58,9 @@ def check(form: Any, before: Checked | None = None) -> Checked:
     for data in form.get("shapes", []):
         name = str(data.get("name", "")) if isinstance(data, dict) else ""
         try:
-            shape = checked(Shape, data, f"shape {name}")
+            shape = TomlFile(f"shape {name}", data).checked(Shape, WrinkleError)
         except WrinkleError as fault:
-            faults += [Fault(line.replace(": file: ", ": "), None, name) for line in str(fault).splitlines()]
+            faults += [Fault(line, None, name) for line in str(fault).splitlines()]
             continue
         if shape.name in own or shape.name in builtin_shapes():
             faults.append(Fault(f"shape {shape.name}: there is another of that name; rename it", None, shape.name))
@@ -84,7 +84,7 @@ def check(form: Any, before: Checked | None = None) -> Checked:
             if name in names:
                 raise WrinkleError(f"{name}: there is another set of that name; rename one")
             names.add(name)
-            made = sets_of({"sets": [data]}, name, look)[0]
+            made = sets_of(TomlFile(name, {"sets": [data]}), look)[0]
         except WrinkleError as fault:
             for line in str(fault).splitlines():
                 # A shape's fault is reported once, and stands for the set's too.
