@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from benchmarks.row import Row, machine
 from vistel.arrays import F32
 from vistel.audio.delay_policy import Policy
-from vistel.audio.hearing import Hearing
 from vistel.audio.hrtf import EAR_ANGLE, response
 from vistel.audio.levels import Meter
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder, version
-from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, Head, place_of
-from vistel.audio.ways import Spatial
+from vistel.audio.received_voices import ReceivedVoices
+from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, Head, source_direction
+from vistel.audio.spatial_mode import SpatialMode
 from vistel.v1.audio_pb2 import Voice
 from vistel.v1.service_pb2 import ImageDelay
 from vistel_sim.talker import babble
@@ -72,7 +72,7 @@ def _spoken(pcm: F32) -> float:
 
 
 def _mixed(
-    packets: list[bytes], lookahead_ns: int, talkers: int, loss: float, seed: int, spatial: Spatial = "pan"
+    packets: list[bytes], lookahead_ns: int, talkers: int, loss: float, seed: int, spatial: SpatialMode = "pan"
 ) -> tuple[float, F32]:
     """Share of a core, and what is heard (n, 2)."""
     rng = np.random.default_rng(seed)
@@ -82,11 +82,11 @@ def _mixed(
         for k, payload in enumerate(packets)
         if rng.random() >= loss
     )
-    hearing = Hearing(Policy(), frozenset(), spatial)
+    voices = ReceivedVoices(Policy(), frozenset(), spatial)
     listener = Head(np.zeros(3), np.eye(3))
     angles = np.linspace(-2.5, 2.5, talkers)
     around = [Head(1.5 * np.array([np.sin(a), 0.0, np.cos(a)]), np.eye(3)) for a in angles]
-    hearing.places = {f"p{i}": place_of(listener, head) for i, head in enumerate(around)}
+    voices.directions = {f"p{i}": source_direction(listener, head) for i, head in enumerate(around)}
     delays = ImageDelay(site="tokyo")
     for i in range(talkers):
         delays.streams.add(participant=f"p{i}", delay_s=0.13)
@@ -97,12 +97,12 @@ def _mixed(
         now_ns = START_NS + block * FRAME_NS
         while at < len(arriving) and arriving[at][0] <= now_ns:
             received_ns, name, payload = arriving[at]
-            hearing.hear_voice(f"p{name}", Voice.FromString(payload), received_ns)
+            voices.receive(f"p{name}", Voice.FromString(payload), received_ns)
             at += 1
         if block % 25 == 0:
             delays.header.t_ns = now_ns
-            hearing.hear_image(delays)
-        mixed = hearing.mix(now_ns, float(now_ns), 0.0)
+            voices.receive_image_delay(delays)
+        mixed = voices.mix(now_ns, float(now_ns), 0.0)
         out.append(np.zeros((FRAME, 2), np.float32) if mixed is None else mixed)
     return (time.process_time() - began) / (len(packets) * FRAME_NS * 1e-9), np.concatenate(out)
 

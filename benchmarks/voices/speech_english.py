@@ -11,7 +11,7 @@ import numpy as np
 from benchmarks.row import Row, machine
 from benchmarks.voices.speech_english_sentences import TEST
 from benchmarks.voices.speech_score import false_accepts, score, share_of_core
-from benchmarks.voices.speech_sounds import Place
+from benchmarks.voices.speech_sounds import NoisyRoom
 from vistel.arrays import F32
 from vistel.speech.features import Resampler
 from vistel.speech.grammar import Grammar, Said
@@ -96,7 +96,7 @@ def rows(count: int = COUNT, talk_s: float = TALK_S) -> Iterator[Row]:
 def accuracy(grammar: Grammar, hears: Recogniser, condition: str, count: int, late: list[float], *, usual: bool) -> Iterator[Row]:
     """Of one set of sentences in one condition; late: gets how late each result was [s]."""
     spoken = list(_commands(grammar, count, usual=usual))
-    place = Place(condition, [sound for _, sound in spoken])
+    place = NoisyRoom(condition, [sound for _, sound in spoken])
     heard = [(place.heard(sound), 0.7 + _end_s(sound)) for _, sound in spoken]
 
     def understood(index: int, found: Hypotheses) -> bool:
@@ -113,7 +113,7 @@ def accuracy(grammar: Grammar, hears: Recogniser, condition: str, count: int, la
 def listening(hears: Recogniser, talk_s: float) -> Iterator[Row]:
     """What is believed of other talk, and what listening to a quiet room costs."""
     talk = _talk(talk_s)
-    heard = Place("clean", [talk[: 10 * SAMPLE_RATE]]).heard(talk)
+    heard = NoisyRoom("clean", [talk[: 10 * SAMPLE_RATE]]).heard(talk)
     wrong = len(false_accepts(hears, heard, BELIEVED)) * 600.0 * SAMPLE_RATE / len(talk)
     case = f"English, {talk_s / 60.0:.0f} minutes of other talk"
     yield _row(case, "false accepts in 10 minutes", "", wrong, "<= 1", wrong <= 1.0)

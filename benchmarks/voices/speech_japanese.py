@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from benchmarks.row import Row, machine
 from benchmarks.voices.speech_score import Score, false_accepts, score, share_of_core
-from benchmarks.voices.speech_sounds import CONDITIONS, Command, Place, commands, held_out, other_talk
+from benchmarks.voices.speech_sounds import CONDITIONS, Command, NoisyRoom, commands, held_out, other_talk
 from scripts.speech_model import rooms
 from scripts.speech_model.corpus import ESPEAK_TEST, seeded
 from scripts.speech_model.voices import RATE, Manner, missing, resampled
@@ -43,7 +43,7 @@ def rows() -> Iterator[Row]:
     late: list[NDArray[np.float64]] = []
     accepted: list[float] = []
     for condition in CONDITIONS:
-        found = _scored(grammar, said, Place(condition, sounds))
+        found = _scored(grammar, said, NoisyRoom(condition, sounds))
         yield _row(f"{COUNT} commands, held-out voice mei, {condition}", "understood", found.right, TARGETS[condition], where)
         late.append(found.late_s)
         accepted.append(found.accepted)
@@ -55,7 +55,7 @@ def rows() -> Iterator[Row]:
     yield _false(grammar, sounds, where)
     yield from _listening(grammar, where)
     other = list(commands(grammar, COUNT // 2, ESPEAK_TEST, seed=5))
-    found = _scored(grammar, other, Place("clean", sounds))
+    found = _scored(grammar, other, NoisyRoom("clean", sounds))
     yield _row(f"{COUNT // 2} commands, held-out espeak-ng voices, clean", "understood", found.right, None, where)
     yield from _enrolled(grammar, where)
 
@@ -69,7 +69,7 @@ def _recogniser(grammar: Grammar, adaptation: Adaptation | None = None) -> Japan
     return JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), adaptation=adaptation)
 
 
-def _scored(grammar: Grammar, said: list[Command], place: Place, adaptation: Adaptation | None = None) -> Score:
+def _scored(grammar: Grammar, said: list[Command], place: NoisyRoom, adaptation: Adaptation | None = None) -> Score:
     def understood(index: int, heard: Hypotheses) -> bool:
         sentence = grammar.said(heard[0].words, "ja")
         return sentence is not None and sentence.means == said[index].said.means
@@ -81,7 +81,7 @@ def _scored(grammar: Grammar, said: list[Command], place: Place, adaptation: Ada
 def _false(grammar: Grammar, sounds: list[F32], where: str) -> Row:
     talk = other_talk(TALK_S, held_out())
     half = len(talk) // 2
-    heard = np.concatenate([Place("clean", sounds).heard(talk[:half]), Place("20 dB", sounds).heard(talk[half:])])
+    heard = np.concatenate([NoisyRoom("clean", sounds).heard(talk[:half]), NoisyRoom("20 dB", sounds).heard(talk[half:])])
     found = len(false_accepts(_recogniser(grammar), heard, ACCEPT))
     rate = found / (len(heard) / RATE / 600.0)
     case = f"Japanese, {len(heard) / RATE / 60.0:.0f} minutes of other talk, held-out voice and texts, half of it at 20 dB"
@@ -102,11 +102,11 @@ def _enrolled(grammar: Grammar, where: str) -> Iterator[Row]:
     voice = held_out()[:1]
     read = [_shorter(each) for each in commands(grammar, int(ENROLMENT_S / 2.5), voice, seed=21, manner=far)]
     said = [_shorter(each) for each in commands(grammar, COUNT // 2, voice, seed=22, manner=far)]
-    room = Place("20 dB", [each.sound for each in read])
+    room = NoisyRoom("20 dB", [each.sound for each in read])
     learnt = adapt(japanese(), [(room.heard(each.sound, 0.3, 0.3), each.said.spoken) for each in read])
     case = f"{COUNT // 2} commands, a voice far from the training, 20 dB"
     for what, adaptation in (("before enrolment", None), (f"after {ENROLMENT_S:.0f} s of it", learnt)):
-        found = _scored(grammar, said, Place("20 dB", [each.sound for each in said]), adaptation)
+        found = _scored(grammar, said, NoisyRoom("20 dB", [each.sound for each in said]), adaptation)
         yield _row(f"{case}, {what}", "understood", found.right, None, where)
 
 

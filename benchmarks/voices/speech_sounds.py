@@ -85,7 +85,7 @@ def other_talk(seconds: float, names: Sequence[str], seed: int = 2, talk: Talk =
     return np.concatenate(parts)
 
 
-class Place:
+class NoisyRoom:
     """Puts speech into a condition of CONDITIONS, at a usual level, with quiet before and after."""
 
     def __init__(self, condition: str, speech: Sequence[F32], seed: int = 3) -> None:

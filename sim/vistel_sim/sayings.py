@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vistel.arrays import F32
-from vistel.audio.resample import at_positions, reach
+from vistel.audio.resample import reach, sinc_resample
 from vistel.speech.synthesis import PLAIN, SynthesisError, synthesise
 
 log = logging.getLogger("vistel.sim")
@@ -31,7 +31,7 @@ def said(text: str) -> F32:
     step = rate / RATE
     half = reach(step)
     padded = np.concatenate([np.zeros(half, np.float32), pcm, np.zeros(half + 2, np.float32)])
-    out = at_positions(padded, float(half), step, int(len(pcm) / step))
+    out = sinc_resample(padded, float(half), step, int(len(pcm) / step))
     gain = min(_LOUD / max(1e-6, float(np.sqrt(np.mean(out**2)))), _PEAK / max(1e-6, float(np.max(np.abs(out)))))
     return np.asarray(gain * out, np.float32)
 

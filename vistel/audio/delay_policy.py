@@ -1,4 +1,4 @@
-"""How long each voice is held back."""
+"""How long each voice is delayed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections import deque
 from dataclasses import dataclass
 
 _SLEW = 0.08
-"""How fast a wanted delay may move while somebody speaks [s/s]; stretching keeps up with it."""
+"""Fastest change of a wanted delay while somebody speaks [s/s]; time stretching keeps up with it."""
 _STILL_S = 0.003
 """Reports that differ by less are noise."""
 _REPORTS = 5
@@ -15,12 +15,12 @@ _FORGET_NS = 5_000_000_000
 _SHARE_NS = 4_000_000_000
 _SHARE_MARGIN_S = 0.020
 MARGIN_S = 0.020
-"""Besides the transit of frames: what is mixed reaches this far into the future."""
+"""Added to the transit of frames: a mixed block is as long."""
 
 
 @dataclass(frozen=True)
 class Policy:
-    """fixed_s: the same delay for all, as in the dissertation (Singh §6.1: 0.2 s); None: each voice as its picture."""
+    """fixed_s: the same delay for all, as in the dissertation (Singh §6.1: 0.2 s); None: each voice is delayed as its picture."""
 
     fixed_s: float | None = None
 
@@ -29,7 +29,7 @@ class Policy:
 
 
 MATCH = Policy()
-"""Each voice to its own picture."""
+"""Each voice is delayed as its own picture."""
 
 
 def read_policy(text: str) -> Policy:
@@ -42,8 +42,8 @@ def read_policy(text: str) -> Policy:
     return Policy(float(found[1]))
 
 
-class Target:
-    """The wanted delay of one voice: to its picture's, or to what the network needs where that is more."""
+class TargetDelay:
+    """The wanted delay of one voice: that of its picture, or what the network needs if that is more."""
 
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
@@ -52,8 +52,8 @@ class Target:
         self._value_s: float | None = None
         self._at_ns = 0
 
-    def hear_image(self, t_ns: int, delay_s: float) -> None:
-        """The renderer shows this talker so late."""
+    def receive_image_delay(self, t_ns: int, delay_s: float) -> None:
+        """A report of the renderer: delay from capture to picture [s]."""
         self._reports.append((t_ns, delay_s))
         delays = sorted(d for _, d in self._reports)
         middle = delays[len(delays) // 2]
@@ -61,13 +61,13 @@ class Target:
             self._image_s = middle
 
     def image_s(self, now_ns: int) -> float | None:
-        """Delay from capture to picture [s]; None: not known."""
+        """Delay from capture to picture [s]; None: unknown."""
         if not self._reports or now_ns - self._reports[-1][0] > _FORGET_NS:
             return None
         return self._image_s
 
     def wanted_s(self, now_ns: int, needed_s: float, *, speaking: bool) -> float:
-        """The delay to go to now. It moves smoothly while somebody speaks, at once while nobody does."""
+        """The wanted delay now [s]. It changes smoothly while somebody speaks, else at once."""
         goal = self._policy.fixed_s
         if goal is None:
             goal = max(self.image_s(now_ns) or 0.0, needed_s)
@@ -80,11 +80,11 @@ class Target:
         return self._value_s
 
 
-class UnitShare:
-    """How much of what all voices can spare a delay unit behind the loudspeaker takes over.
+class DelayUnitShare:
+    """How much of the delay that all voices have in common a delay unit takes over.
 
-    Voices follow their pictures from report to report; a unit moves slowly, and can be heard to move. So it takes what
-    was to spare all the time lately, and leaves a margin: it gives way before voices would be late because of it.
+    Voices follow their pictures from report to report; a unit changes slowly and audibly. So it takes what was spare
+    all through the last seconds, less a margin: it yields before a voice would be late because of it.
     """
 
     def __init__(self) -> None:
@@ -92,7 +92,7 @@ class UnitShare:
         self._since_ns: int | None = None
 
     def wanted_s(self, now_ns: int, spare_s: float) -> float | None:
-        """What to ask of it now; None: too little is known yet."""
+        """The unit's wanted delay [s]; None: too little is known yet."""
         if self._since_ns is None:
             self._since_ns = now_ns
         self._spare.append((now_ns, spare_s))

@@ -1,4 +1,4 @@
-"""A sound card's own clock against conference time."""
+"""The sample clock of a sound card, in conference time."""
 
 from __future__ import annotations
 
@@ -9,27 +9,27 @@ _BUCKETS = 40
 _LEAST_BUCKETS = 8
 _EARLY_S = 0.010
 _LATE_S = 0.060
-"""A sighting that is later than this makes the clock doubtful [s]."""
+"""An observation later than this makes the clock uncertain [s]."""
 _LOST_NS = 200_000_000
-"""Samples are missing when all sightings of this time are that late."""
-_LOST_SIGHTINGS = 4
-"""Fewest late sightings that show missing samples."""
+"""Samples are missing when all observations of this time are that late."""
+_LOST_OBSERVATIONS = 4
+"""Fewest late observations that show missing samples."""
 _STEP_S = 0.005
-"""Lateness of the earliest sighting of a half second that no drift explains: a few samples are missing [s]."""
+"""If the earliest observation of a half second is later than the line by more than this, a few samples are missing [s]."""
 _STEP_BUCKETS = 3
 """Half seconds in a row that must be so late."""
 MOST_PPM = 1000.0
-"""No sound card is further off; a line that says so is one of late arrivals."""
+"""No sound card drifts more; a steeper line is due to late observations."""
 
 
 class DeviceClock:
-    """From how many samples have come (or gone), and when that was seen, to when each of them was captured.
+    """Capture (or playing) times of samples, from observations of how many had arrived (or left) by when.
 
-    Samples are seen late, now and then very late, and never early: what counts is the earliest sighting of each half
-    second. A straight line through those of the last twenty seconds gives the drift.
+    Observations are late, some very late, none early. So the earliest of each half second counts; a straight line through
+    those of the last twenty seconds gives the drift.
 
-    A sighting that is very late means one of two things, and which of them only the next ones tell: the samples are seen
-    late, or some are missing and all that come from now on are later than they seem. Until then the clock is `doubtful`.
+    After a very late observation either only the observation was late, or samples are missing and all following times
+    shift. The next observations decide; until then the clock is `uncertain`.
     """
 
     def __init__(self, rate_hz: float) -> None:
@@ -44,17 +44,17 @@ class DeviceClock:
         self._above: list[tuple[float, float]] = []
 
     @property
-    def doubtful(self) -> bool:
-        """Whether what is seen now is so late that times may be wrong; for a fifth of a second at most."""
+    def uncertain(self) -> bool:
+        """Whether times may be wrong after a very late observation; for a fifth of a second at most."""
         return self._late is not None
 
     @property
     def drift_ppm(self) -> float:
-        """How much faster than named the device runs; 0 until it is known."""
+        """How much faster than its nominal rate the device runs [ppm]; 0 until known."""
         return -self._line[0] * 1e6
 
     def observe(self, count: int, t_ns: int) -> None:
-        """`count` samples had come at `t_ns`."""
+        """`count` samples had arrived by `t_ns`."""
         if self._origin_ns is None:
             self._origin_ns, self._origin_count, self._bucket_ns = t_ns, count, t_ns
         played_s = (count - self._origin_count) / self.rate_hz
@@ -62,7 +62,7 @@ class DeviceClock:
         if self._best is None or late_s < self._best[1]:
             self._best = (played_s, late_s)
         if late_s < self._expected(played_s) - _EARLY_S:
-            # Nothing is seen early: what was believed until now was late.
+            # No observation is early: the earlier ones were late.
             self._begin(played_s, late_s)
         elif self._missing(late_s - self._expected(played_s), t_ns):
             self._begin(played_s, late_s)
@@ -79,26 +79,26 @@ class DeviceClock:
                 self._fit()
 
     def _missing(self, over_s: float, t_ns: int) -> bool:
-        """Whether the device has left samples out, or was given new ones."""
+        """Whether the device has dropped samples."""
         if over_s <= _LATE_S:
             self._late = None
             return False
         since_ns, count = self._late or (t_ns, 0)
         self._late = since_ns, count + 1
-        return t_ns - since_ns >= _LOST_NS and count + 1 >= _LOST_SIGHTINGS
+        return t_ns - since_ns >= _LOST_NS and count + 1 >= _LOST_OBSERVATIONS
 
     def time_ns(self, count: float) -> float:
-        """When sample number `count` was captured. Raises ValueError before anything was seen."""
+        """When sample number `count` was captured [ns]. Raises ValueError before the first observation."""
         if self._origin_ns is None:
-            raise ValueError("device clock: nothing has been seen of it yet")
+            raise ValueError("device clock: nothing has been observed yet")
         played_s = (count - self._origin_count) / self.rate_hz
         slope, offset = self._line
         return self._origin_ns + (played_s + offset + slope * played_s) * 1e9
 
     def count_at(self, t_ns: float) -> float:
-        """Which sample was captured at `t_ns`; the inverse of `time_ns`."""
+        """Number of the sample captured at `t_ns`; the inverse of `time_ns`."""
         if self._origin_ns is None:
-            raise ValueError("device clock: nothing has been seen of it yet")
+            raise ValueError("device clock: nothing has been observed yet")
         slope, offset = self._line
         played_s = ((t_ns - self._origin_ns) * 1e-9 - offset) / (1.0 + slope)
         return self._origin_count + played_s * self.rate_hz
@@ -118,7 +118,7 @@ class DeviceClock:
             return
         x, y = points[:, 0], points[:, 1]
         slope, offset = np.polyfit(x, y, 1)
-        # Twice through what lies below the line: sightings are late, so the truth is the lower edge.
+        # Twice more through the points below the line: observations are late, so the lower edge is right.
         for _ in range(2):
             low = y <= slope * x + offset
             if np.count_nonzero(low) < 4:

@@ -1,4 +1,4 @@
-"""How loud, whether over-driven, whether somebody speaks."""
+"""Level of a microphone: loudness, clipping, voice activity."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from vistel.arrays import F32
 SILENT_DB = -100.0
 _CLIP = 0.999
 _CLIPPED_RUN = 3
-"""So many samples in a row at full scale are no coincidence."""
+"""So many samples in a row at full scale are clipping."""
 _ABOVE_FLOOR_DB = 9.0
 _LEAST_DB = -55.0
 _NOISE_DB = 5.0
 _HOLD_FRAMES = 15
-"""Pauses between words do not end a turn."""
+"""Voice activity goes on for so long after the last word."""
 _FLOOR_UP_DB = 0.02
-"""How fast the noise floor may rise, per frame: a held vowel is no noise."""
+"""Fastest rise of the noise floor, per frame: slow, since a held vowel is no noise."""
 
 
 @dataclass(frozen=True)
 class Level:
-    """Of a frame. rms_db: 0 is a full-scale square wave; talking: by the level over the noise there is;
-    idle: nothing but that noise, and for a while."""
+    """Level of a frame. rms_db: 0 is a full-scale square wave; talking: the level is well above the noise floor; idle: it
+    has not been for a while."""
 
     rms_db: float = SILENT_DB
     clipped: bool = False
@@ -34,7 +34,7 @@ class Level:
 
 
 class Meter:
-    """Follows one microphone."""
+    """Measures one microphone, frame after frame."""
 
     def __init__(self) -> None:
         self._floor_db = -60.0
@@ -55,7 +55,7 @@ class Meter:
 
 
 def is_clipped(pcm: F32) -> bool:
-    """Whether (n,) samples are cut off at full scale."""
+    """Whether (n,) samples are clipped."""
     full = np.abs(pcm) >= _CLIP
     if np.count_nonzero(full) < _CLIPPED_RUN:
         return False

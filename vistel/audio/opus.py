@@ -1,7 +1,6 @@
-"""Opus (RFC 6716): the reference library, which PyAV's wheel brings along, or else the system's.
+"""Opus (RFC 6716) by the reference library: that in PyAV's wheel, or else the system's.
 
-FFmpeg's own wrapper of it neither conceals a lost frame nor reads the copy that the next one carries, so it is called
-directly.
+It is called directly, since FFmpeg's wrapper neither conceals a lost frame nor reads the copy in the next packet.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import numpy as np
 from vistel.arrays import F32
 
 RATE = 48_000
-"""Samples per second, of everything between microphone and loudspeaker."""
+"""Sample rate of all sound between capture and playback [Hz]."""
 FRAME = 960
 """Samples of a frame."""
 FRAME_NS = 20_000_000
@@ -35,12 +34,12 @@ _GET_LOOKAHEAD = 4027  # samples by which the encoder delays
 
 
 class OpusError(RuntimeError):
-    """The codec is missing or refuses; one line."""
+    """The codec is missing or refuses its input; one line."""
 
 
 @cache
 def library() -> ctypes.CDLL:
-    """The loaded library. Raises OpusError when this machine has none."""
+    """The loaded library. Raises OpusError where it is missing."""
     for path in _candidates():
         try:
             found = ctypes.CDLL(path)
@@ -52,7 +51,7 @@ def library() -> ctypes.CDLL:
         for name in ("opus_encoder_destroy", "opus_decoder_destroy"):
             getattr(found, name).argtypes = [ctypes.c_void_p]
         return found
-    raise OpusError("libopus is not on this machine: pip install av, or install the system's libopus")
+    raise OpusError("libopus is missing: pip install av, or install the system's libopus")
 
 
 def _candidates() -> list[str]:
@@ -67,12 +66,12 @@ def _candidates() -> list[str]:
 
 
 def version() -> str:
-    """Of the library, such as "libopus 1.6.1". Raises OpusError."""
+    """The library's version, such as "libopus 1.6.1". Raises OpusError."""
     return str(library().opus_get_version_string().decode("ascii"))
 
 
 class Encoder:
-    """One stream to packets. voice: made for speech, with a coarse copy of each frame in the next (in-band FEC)."""
+    """Encodes one stream. voice: tuned for speech, with a coarse copy of each frame in the next packet (in-band FEC)."""
 
     def __init__(
         self,
@@ -101,14 +100,14 @@ class Encoder:
         lookahead = ctypes.c_int()
         self._lib.opus_encoder_ctl(self._handle, _GET_LOOKAHEAD, ctypes.byref(lookahead))
         self.lookahead_ns = lookahead.value * 1_000_000_000 // RATE
-        """How much earlier than a frame's first sample the first sample of its decoded packet is."""
+        """The first decoded sample of a packet is this much earlier than the first sample of its frame."""
 
     def __del__(self) -> None:
         if hasattr(self, "_handle"):
             self._lib.opus_encoder_destroy(self._handle)
 
     def encode(self, pcm: F32) -> bytes:
-        """A packet of a frame: (FRAME,) or (FRAME, channels), -1 to 1. Two bytes or fewer: silence, need not be sent."""
+        """The packet of a frame: (FRAME,) or (FRAME, channels), -1 to 1. One of at most two bytes is silence."""
         frame = np.ascontiguousarray(pcm, np.float32)
         if frame.size != FRAME * self._channels:
             raise ValueError(f"opus: expected {FRAME} samples of {self._channels} channels, got {frame.shape}")
@@ -119,7 +118,7 @@ class Encoder:
 
 
 class Decoder:
-    """Packets of one stream to frames, in order; lost ones are recovered or made up."""
+    """Decodes one stream, packet by packet; lost ones are recovered or concealed."""
 
     def __init__(self, channels: int = 1) -> None:
         self._lib = library()
@@ -135,7 +134,7 @@ class Decoder:
             self._lib.opus_decoder_destroy(self._handle)
 
     def decode(self, packet: bytes) -> F32:
-        """The frame of a packet. Raises OpusError for bytes that are none, or not of 20 ms."""
+        """The frame of a packet. Raises OpusError for bytes that are no packet of 20 ms."""
         return self._decode(packet, 0)
 
     def recover(self, following: bytes) -> F32:
@@ -143,12 +142,12 @@ class Decoder:
         return self._decode(following, 1)
 
     def carries_previous(self, packet: bytes) -> bool:
-        """Whether a packet has a copy of the frame before it; False where the library is too old to tell."""
+        """Whether a packet has a copy of the frame before it; False if the library is too old to know."""
         look = getattr(self._lib, "opus_packet_has_lbrr", None)
         return look is not None and look(packet, len(packet)) == 1
 
     def conceal(self) -> F32:
-        """What a lost frame may have sounded like."""
+        """A synthetic frame in place of a lost one."""
         return self._decode(b"", 0)
 
     def _decode(self, packet: bytes, fec: int) -> F32:

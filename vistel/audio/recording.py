@@ -1,4 +1,4 @@
-"""Sound from files."""
+"""Reads sound from files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from av.error import FFmpegError
 
 from vistel.arrays import F32
-from vistel.audio.capture import InputError
+from vistel.audio.capture import SoundDeviceError
 
 log = logging.getLogger("vistel.audio")
 
@@ -22,14 +22,14 @@ _LONGEST_S = 900.0
 
 
 def read_recording(path: Path) -> tuple[F32, float]:
-    """(n,) samples, mono, and their rate. Raises InputError."""
+    """(n,) samples, mono, and their rate. Raises SoundDeviceError."""
     try:
         with av.open(str(path)) as container:
             if not container.streams.audio:
-                raise InputError(f"{path}: holds no sound")
+                raise SoundDeviceError(f"{path}: has no sound")
             rate = container.streams.audio[0].rate
             if not _LOWEST <= rate <= _HIGHEST:
-                raise InputError(f"{path}: expected 8000 to 96000 samples per second, got {rate}; convert it")
+                raise SoundDeviceError(f"{path}: expected 8000 to 96000 samples per second, got {rate}; convert it")
             convert = av.AudioResampler(format="flt", layout="mono", rate=rate)
             parts: list[F32] = []
             length = 0
@@ -41,7 +41,7 @@ def read_recording(path: Path) -> tuple[F32, float]:
                     log.warning("event=recording_cut path=%s after_s=%.0f", path, _LONGEST_S)
                     break
     except (FFmpegError, OSError) as e:
-        raise InputError(f"{path}: cannot be read as sound: {e}") from e
+        raise SoundDeviceError(f"{path}: cannot be read as sound: {e}") from e
     if not length:
-        raise InputError(f"{path}: holds no samples")
+        raise SoundDeviceError(f"{path}: has no samples")
     return np.concatenate(parts), float(rate)

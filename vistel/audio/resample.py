@@ -1,4 +1,4 @@
-"""Sound at any rate to sound at any other, at positions that need not lie on samples."""
+"""Resampling at any ratio and at fractional positions."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ import numpy as np
 from vistel.arrays import F32
 
 TAPS = 32
-"""Of the interpolating filter, at its own rate."""
+"""Of the interpolation filter, in samples of the lower rate."""
 _PHASES = 512
 _ROLL_OFF = 0.94
-"""Where the pass band ends, as a share of half the lower rate."""
+"""End of the pass band, as a share of half the lower rate."""
 
 
 @cache
 def _table(stretch: float) -> F32:
-    """(_PHASES + 1, taps): a windowed sinc; `stretch` times wider where the rate goes down, so that nothing folds back."""
+    """(_PHASES + 1, taps) windowed sinc; `stretch` times wider when the rate goes down, against aliasing."""
     half = int(TAPS * stretch) // 2
     offsets = np.arange(-half + 1, half + 1)[None, :] - np.linspace(0.0, 1.0, _PHASES + 1)[:, None]
     cut = _ROLL_OFF / stretch
@@ -26,7 +26,7 @@ def _table(stretch: float) -> F32:
 
 
 def reach(step: float) -> int:
-    """Samples needed on either side of a position when positions are `step` apart."""
+    """Samples that `sinc_resample` needs on either side of a position, for positions `step` apart."""
     return int(TAPS * _stretch(step)) // 2
 
 
@@ -34,7 +34,7 @@ def _stretch(step: float) -> float:
     return max(1.0, round(step, 2)) if step > 1.02 else 1.0
 
 
-def at_positions(source: F32, first: float, step: float, count: int) -> F32:
+def sinc_resample(source: F32, first: float, step: float, count: int) -> F32:
     """(count,) samples of `source` (n,) at first, first + step, ... [samples].
 
     Needs `reach(step)` samples before the first and after the last position; raises ValueError where they are missing.
@@ -51,8 +51,8 @@ def at_positions(source: F32, first: float, step: float, count: int) -> F32:
     return np.einsum("ij,ij->i", windows[whole - half + 1], table[phase]).astype(np.float32)
 
 
-def cubic(source: F32, first: float, step: float, count: int) -> F32:
-    """The same for steps near 1, by four points (Catmull-Rom): enough for speech that is nudged by parts in a thousand.
+def cubic_resample(source: F32, first: float, step: float, count: int) -> F32:
+    """The same for steps near 1, by four points (Catmull-Rom): enough for speech resampled by parts in a thousand.
 
     Needs one sample before the first and two after the last position.
     """

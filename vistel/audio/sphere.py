@@ -1,7 +1,7 @@
-"""What a rigid sphere does to the sound of a point source on its way to a point of the sphere's surface (Rayleigh; computed
-as by Duda and Martens 1998, "Range dependence of the response of a spherical head model"): the physics of a head without
-a face. Delays and shadow come out of it together, at every frequency; Woodworth's delay round the head is its limit for
-high ones, 3/2 of the difference of the straight paths its limit for low ones (Kuhn 1977)."""
+"""The response at the surface of a rigid sphere to a point source (Rayleigh; computed as by Duda and Martens 1998, "Range
+dependence of the response of a spherical head model"): the acoustics of a head without a face. It gives delay and shadow at
+every frequency. For high ones the delay tends to Woodworth's path round the head, for low ones to 3/2 of the difference of
+the straight paths (Kuhn 1977)."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ import numpy as np
 from vistel.arrays import C128, F64
 
 _MORE_TERMS = 12
-"""Beyond 1.5 ka: what comes after is below 1e-6 of the sum."""
+"""Terms beyond 1.5 ka; the rest is below 1e-6 of the sum."""
 
 
 def at_surface(frequency_hz: F64, angle: F64, radius_m: float, source_m: float, speed: float) -> C128:
-    """(A, F) pressure at the surface over that which the source would cause where the centre is, without the sphere.
+    """(A, F) pressure at the surface, relative to that at the centre without the sphere.
 
-    frequency_hz: (F,), 0 allowed; angle: (A,) between source and surface point as seen from the centre [rad];
-    source_m: from the centre to the source, above the radius. exp(+iwt): a delay is a falling phase.
+    frequency_hz: (F,), 0 allowed; angle: (A,) at the centre, between source and surface point [rad];
+    source_m: from the centre to the source, more than the radius. With exp(+iwt): a delay is a falling phase.
     """
     ka = 2.0 * np.pi * np.maximum(frequency_hz, 1.0) / speed * radius_m
     kr = ka * source_m / radius_m
@@ -37,7 +37,7 @@ def at_surface(frequency_hz: F64, angle: F64, radius_m: float, source_m: float, 
 
 
 def _hankel(x: F64, most: int) -> C128:
-    """(most + 1, F) spherical Hankel functions of the first kind, by their recurrence; 1e200 and more where not needed."""
+    """(most + 1, F) spherical Hankel functions of the first kind, by recurrence; those not needed may overflow."""
     out = np.empty((most + 1, len(x)), np.complex128)
     out[0] = np.exp(1j * x) / (1j * x)
     out[1] = out[0] * (1.0 / x - 1j)

@@ -1,5 +1,5 @@
-"""Time stretching by waveform similarity (WSOLA, Verhelst and Roelands 1993): where sound is made shorter or longer, it is
-cut where it resembles itself a moment later, and the two are faded into one another. The pitch stays."""
+"""Time stretching by waveform similarity (WSOLA, Verhelst and Roelands 1993): sound is cut where it resembles itself a moment
+later, and cross-faded there. The pitch stays."""
 
 from __future__ import annotations
 
@@ -8,24 +8,24 @@ import numpy as np
 from vistel.arrays import F32
 
 OVERLAP = 240
-"""Samples over which the two are faded: 5 ms."""
+"""Samples of a cross-fade: 5 ms."""
 LEAST_SHIFT = 96
 MOST_SHIFT = 720
-"""2 to 15 ms: a period of a deep voice fits in."""
+"""15 ms: a period of a deep voice fits in. LEAST_SHIFT: 2 ms."""
 _COARSE = 4
 
 RISE = (0.5 - 0.5 * np.cos(np.pi * (np.arange(OVERLAP) + 0.5) / OVERLAP)).astype(np.float32)
-"""(OVERLAP,) 0 to 1."""
+"""(OVERLAP,) cross-fade, 0 to 1."""
 
 
 def fade(old: F32, new: F32) -> F32:
-    """(OVERLAP,) from `old` to `new`. For sounds that resemble one another: their amplitudes add up."""
+    """(OVERLAP,) cross-fade by amplitude, for sounds that resemble each other."""
     return np.asarray(old + RISE * (new - old), np.float32)
 
 
 def best_shift(reference: F32, candidates: F32) -> tuple[int, float]:
-    """Where in `candidates` (n,) a stretch of OVERLAP samples resembles `reference` (OVERLAP,) most: offset, and how much
-    (1: the same but for loudness; 0: nothing in common, or silence)."""
+    """Where `candidates` (n,) resemble `reference` (OVERLAP,) most: offset, and similarity (1: the same but for loudness; 0:
+    nothing in common, or silence)."""
     coarse = _correlate(reference[::_COARSE], candidates[::_COARSE])
     middle = int(np.argmax(coarse)) * _COARSE
     low = max(0, middle - _COARSE + 1)

@@ -8,7 +8,7 @@ from typing import Literal
 from pydantic import Field, field_validator, model_validator
 
 from vistel.audio.delay_policy import Policy, read_policy
-from vistel.audio.ways import Spatial
+from vistel.audio.spatial_mode import SpatialMode
 from vistel.conference.devices import Checked, Name
 from vistel.protocol.equipment import DELAY_UNIT, Kind, Register, Table
 
@@ -108,7 +108,7 @@ class Audio(Checked):
     """"auto" (the system's, where there is one), "none", a part of a device's name, or a .wav file to write."""
     delay: str = "match"
     """How long voices are held back: "match" (each to the picture of its talker) or "fixed SECONDS"."""
-    spatial: Spatial = "pan"
+    spatial: SpatialMode = "pan"
     """How voices come from where their talkers are: "pan" (for loudspeakers), "hrtf" (for headphones) or "off"."""
     push_to_talk: bool = False
     """Whether microphones are open only while a button is held."""

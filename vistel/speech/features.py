@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32
-from vistel.audio.resample import at_positions, reach
+from vistel.audio.resample import reach, sinc_resample
 from vistel.jit.kernel_jit import compiled
 from vistel.speech.recognition import SAMPLE_RATE, Samples
 
@@ -133,7 +133,7 @@ class Resampler:
         if count <= 0:
             self._kept = sound
             return np.zeros(0, np.float32)
-        out = at_positions(sound, self._at, self._step, count)
+        out = sinc_resample(sound, self._at, self._step, count)
         end = self._at + count * self._step
         first = int(end) - self._reach
         self._kept = sound[first:].copy()

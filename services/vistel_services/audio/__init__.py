@@ -1,4 +1,4 @@
-"""The sound of a site: microphones to Voice messages, everybody's voices to the loudspeaker, as late as their pictures."""
+"""The sound of a site: microphones to Voice messages; received voices to the loudspeaker, delayed to match their pictures."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ __all__ = ["Config", "Microphone", "configure", "preload", "run"]
 
 
 def preload(conference: Conference) -> None:
-    """Load what its sites will need."""
+    """Load what the sites of a conference need."""
     if any(site.audio is not None for site in conference.sites):
         import vistel_services.audio.service  # noqa: F401
 
 
 async def run(config: Config | None, bus: Bus, clock: Clock) -> None:
-    """Until cancelled; at a site without sound, nothing."""
+    """Runs until cancelled; returns at once at a site without sound."""
     if config is None:
         return
-    from vistel_services.audio.service import run_audio  # a site without sound need not load it
+    from vistel_services.audio.service import run_audio  # not needed at a site without sound
 
     await run_audio(config, bus, clock)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vistel.audio.delay_policy import MATCH, Policy
-from vistel.audio.ways import Spatial
+from vistel.audio.spatial_mode import SpatialMode
 from vistel.conference.device_names import microphone_name
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
@@ -14,7 +14,7 @@ from vistel.conference.paths import RunPaths
 
 @dataclass(frozen=True)
 class Microphone:
-    """source: as in the conference file, or the path of a simulated one's pipe."""
+    """source: as in the conference file, or the path of a simulated microphone's pipe."""
 
     participant: str
     source: str
@@ -23,16 +23,16 @@ class Microphone:
 
 @dataclass(frozen=True)
 class Config:
-    """listener: whose ears hear at this site; loudspeaker: as in the conference file; latency_s: from the sound card to the
-    ear; delay_unit: name of the unit that the loudspeaker's sound goes through, "" for none;
-    memory: where it is kept which microphones are muted."""
+    """listener: the participant for whom voices get directions; loudspeaker: as in the conference file; latency_s: from the
+    sound card to the ear; delay_unit: name of the unit between sound card and loudspeaker, "" for none; memory: file of the
+    microphones' switches."""
 
     site: str
     listener: str
     microphones: tuple[Microphone, ...] = ()
     loudspeaker: str = "none"
     policy: Policy = MATCH
-    spatial: Spatial = "pan"
+    spatial: SpatialMode = "pan"
     stream: bool = True
     bitrate: int = 24_000
     repeats: int = 1
@@ -42,9 +42,9 @@ class Config:
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config | None:
-    """The sound of `site`; None where it has none."""
+    """The sound of `site`; None if it has none."""
     if site is None:
-        raise ValueError("audio: runs at a site, and none was named")
+        raise ValueError("audio: runs at a site, but none is given")
     audio = site.audio
     if audio is None:
         return None

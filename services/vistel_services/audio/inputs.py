@@ -1,4 +1,4 @@
-"""Where a microphone's samples come from: a sound card, a recording, a pipe."""
+"""Microphones: a sound card, a recording, a pipe."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from vistel.arrays import F32
-from vistel.audio.capture import Input, InputError
+from vistel.audio.capture import Input, SoundDeviceError
 from vistel.audio.opus import RATE
 from vistel.audio.recording import read_recording
 from vistel.wire.clock import Clock
@@ -25,7 +25,7 @@ log = logging.getLogger("vistel.audio")
 
 _PIPE_BYTES = 65536
 _QUEUED_MOST = 200
-"""Pieces from a pipe that nobody fetches."""
+"""Blocks of a pipe that are kept until taken."""
 
 
 class InputOpener:
@@ -36,7 +36,7 @@ class InputOpener:
         self._card = CardOpener(lambda: CardInput(source, clock))
 
     def poll(self) -> Input | None:
-        """The open microphone; None while its card is being opened. Raises InputError."""
+        """The open microphone; None while its card is being opened. Raises SoundDeviceError."""
         path = Path(self._source)
         try:
             pipe = stat.S_ISFIFO(path.stat().st_mode)
@@ -47,19 +47,18 @@ class InputOpener:
         if path.is_file():
             return RecordingInput(path, self._clock)
         if path.is_absolute():
-            raise InputError(f"{self._source}: is not there; nobody has plugged it in yet")
+            raise SoundDeviceError(f"{self._source}: does not exist (yet)")
         return self._card.poll()
 
     def close(self) -> None:
-        """A card that is still being opened is let go of."""
+        """A card that is still being opened is closed."""
         self._card.close()
 
 
 class PipeInput:
-    """16-bit samples, mono, 48 kHz, from a named pipe; they are taken to have been captured when they come.
+    """16-bit samples, mono, 48 kHz, from a named pipe. Their capture time is that of their arrival.
 
-    Where an event loop runs they are read as soon as they come, not only when somebody asks for them: who asks every 20 ms
-    would stamp them up to 20 ms late, all of them alike.
+    With an event loop they are read as soon as they arrive: `take`, every 20 ms, would find them up to 20 ms late.
     """
 
     def __init__(self, path: Path, clock: Clock) -> None:
@@ -68,15 +67,15 @@ class PipeInput:
         try:
             self._file = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         except OSError as e:
-            raise InputError(f"{path}: cannot be opened: {e.strerror}") from e
+            raise SoundDeviceError(f"{path}: cannot be opened: {e.strerror}") from e
         self._odd = b""
-        self._come: list[tuple[F32, int]] = []
+        self._blocks: list[tuple[F32, int]] = []
         try:
             self._loop: asyncio.AbstractEventLoop | None = asyncio.get_running_loop()
         except RuntimeError:
             self._loop = None
         self._awaited = False
-        if self._loop is not None:  # what lies there was said at times that nobody knows
+        if self._loop is not None:  # nobody knows when what is in the pipe was captured
             with contextlib.suppress(OSError):
                 os.read(self._file, _PIPE_BYTES)
             self._await(True)
@@ -87,13 +86,13 @@ class PipeInput:
         except BlockingIOError:
             self._await(True)
         except OSError as e:
-            raise InputError(f"{self._path}: {e.strerror}") from e
+            raise SoundDeviceError(f"{self._path}: {e.strerror}") from e
         else:
             if data:
                 self._await(True)
             else:
                 self._check_there()
-        out, self._come = self._come, []
+        out, self._blocks = self._blocks, []
         return out
 
     def close(self) -> None:
@@ -106,17 +105,17 @@ class PipeInput:
             whole = self._odd + data
             self._odd = whole[len(whole) // 2 * 2 :]
             samples = np.frombuffer(whole, "<i2", len(whole) // 2).astype(np.float32) / 32768.0
-            self._come.append((samples, self._clock.now_ns()))
-            del self._come[:-_QUEUED_MOST]
+            self._blocks.append((samples, self._clock.now_ns()))
+            del self._blocks[:-_QUEUED_MOST]
         return data
 
     def _readable(self) -> None:
         try:
             data = self._read()
-        except OSError:  # `take` will tell
+        except OSError:  # `take` raises it
             data = b""
         if not data:
-            self._await(False)  # nobody writes any more: the pipe would be readable for ever
+            self._await(False)  # no writer: the pipe would stay readable for ever
 
     def _await(self, awaited: bool) -> None:
         if self._loop is not None and awaited != self._awaited:
@@ -127,17 +126,17 @@ class PipeInput:
                 self._loop.remove_reader(self._file)
 
     def _check_there(self) -> None:
-        """Nobody writes (yet), or the pipe was made anew under the same name. Raises InputError."""
+        """Raises SoundDeviceError if the pipe is gone or was made anew under the same name."""
         try:
             same = os.fstat(self._file).st_ino == self._path.stat().st_ino
         except OSError:
             same = False
         if not same:
-            raise InputError(f"{self._path}: is gone")
+            raise SoundDeviceError(f"{self._path}: the pipe is gone")
 
 
 class RecordingInput:
-    """A file, played at its own pace, again and again."""
+    """A sound file, in real time, again and again."""
 
     def __init__(self, path: Path, clock: Clock) -> None:
         self._samples, self.rate_hz = read_recording(path)
@@ -151,7 +150,7 @@ class RecordingInput:
         due = int((now_ns - self._start_ns) * 1e-9 * self.rate_hz)
         if due <= self._count:
             return []
-        begin = max(self._count, due - int(self.rate_hz))  # who was asleep for long need not hear all of it
+        begin = max(self._count, due - int(self.rate_hz))  # at most one second after a long pause
         at = np.arange(begin, due) % len(self._samples)
         seen_ns = self._start_ns + round(due / self.rate_hz * 1e9)
         self._count = due
@@ -162,10 +161,9 @@ class RecordingInput:
 
 
 class CardInput(Card):
-    """A sound card, read in PortAudio's thread; at 48 kHz, or where it refuses that, at its own rate.
+    """A sound card, read in PortAudio's thread; at 48 kHz or, if it refuses that, at its own rate.
 
-    keep_s: how much is kept of what nobody fetches. Blocks may be of any length, and some drivers hand over a second of
-    them at once.
+    keep_s: how much is kept until taken. Blocks may have any length; some drivers hand over a second at once.
     """
 
     def __init__(self, name: str, clock: Clock, keep_s: float = 2.0) -> None:
@@ -188,16 +186,16 @@ class CardInput(Card):
                 rate = float(known["default_samplerate"])
             self.about, self.rate_hz = str(known["name"]), rate
             self._stream = portaudio.InputStream(
-                device=device, channels=1, samplerate=rate, dtype="float32", latency="low", callback=self._heard
+                device=device, channels=1, samplerate=rate, dtype="float32", latency="low", callback=self._receive
             )
             self._latency_ns = round(float(self._stream.latency) * 1e9)
             self._stream.start()
         except Exception as e:
-            raise InputError(f"{name}: the microphone cannot be opened: {e}") from e
+            raise SoundDeviceError(f"{name}: the microphone cannot be opened: {e}") from e
 
-    def _heard(self, data: F32, frames: int, time: Any, status: Any) -> None:
+    def _receive(self, data: F32, frames: int, time: Any, status: Any) -> None:
         captured = float(time.currentTime) - float(time.inputBufferAdcTime)
-        # Some drivers tell no times; then the stream's latency is the best there is.
+        # Some drivers give no times; the stream's latency is the best estimate then.
         age_ns = round(captured * 1e9) if 0.0 < captured < 1.0 else self._latency_ns
         end_ns = self._clock.now_ns() - age_ns + round(frames / self.rate_hz * 1e9)
         with self._lock:

@@ -1,4 +1,4 @@
-"""Where the mixed sound goes: a sound card, a file, nowhere."""
+"""Loudspeakers: a sound card, a file, none."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from vistel.arrays import F32
-from vistel.audio.capture import InputError
+from vistel.audio.capture import SoundDeviceError
 from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import Clock
@@ -21,11 +21,11 @@ from vistel_services.audio.cards import Card, CardOpener, find_card, sound_cards
 log = logging.getLogger("vistel.audio")
 
 _AHEAD_BLOCKS = 3
-"""Blocks that wait for the sound card: this program may be late by so much."""
+"""Blocks queued for the sound card: the loop may be late by so much."""
 _BEHIND_NS = 1_000_000_000
 _RETRY_NS = 3_000_000_000
-_SOON_NS = 200_000_000
-"""After it was lost: others may only have had all cards looked for."""
+_REOPEN_NS = 200_000_000
+"""Pause after it was lost: perhaps it was closed only for a search of sound cards."""
 
 
 class Output(Protocol):
@@ -33,11 +33,11 @@ class Output(Protocol):
 
     about: str
     latency_ns: int
-    """From handing a block over to its being played, about."""
+    """From `put` to playback, about."""
 
     def due(self, now_ns: int) -> float | None:
-        """When the next block will be played, if it should be handed over now; else None. Raises InputError when the
-        device is gone."""
+        """When the next block will be played [ns], if it is to be put now; else None. Raises SoundDeviceError if the device is
+        gone."""
         ...
 
     def put(self, block: F32 | None) -> None:
@@ -48,7 +48,7 @@ class Output(Protocol):
 
 
 class PacedOutput:
-    """No loudspeaker: blocks are due as time goes by. `PacedOutput` itself plays to nobody."""
+    """No loudspeaker: blocks are due in real time, and dropped."""
 
     about = "none"
     latency_ns = 0
@@ -77,9 +77,9 @@ class WavOutput(PacedOutput):
         self.about = str(path)
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = wave.open(str(path), "wb")  # noqa: SIM115  open as long as the loudspeaker is
+            self._file = wave.open(str(path), "wb")  # noqa: SIM115  closed with the output
         except OSError as e:
-            raise InputError(f"{path}: cannot be written: {e.strerror}") from e
+            raise SoundDeviceError(f"{path}: cannot be written: {e.strerror}") from e
         self._file.setnchannels(2)
         self._file.setsampwidth(2)
         self._file.setframerate(RATE)
@@ -90,7 +90,7 @@ class WavOutput(PacedOutput):
         try:
             self._file.writeframesraw(sound.tobytes())
         except OSError as e:
-            raise InputError(f"{self.about}: cannot be written: {e.strerror}") from e
+            raise SoundDeviceError(f"{self.about}: cannot be written: {e.strerror}") from e
 
     def close(self) -> None:
         try:
@@ -100,8 +100,7 @@ class WavOutput(PacedOutput):
 
 
 class CardOutput(Card):
-    """A sound card at 48 kHz, fed from PortAudio's thread. Its clock is followed: the voices' own time stretching takes up
-    its drift."""
+    """A sound card at 48 kHz, fed from PortAudio's thread. Its drift is measured; the jitter buffers follow it."""
 
     def __init__(self, name: str, clock: Clock) -> None:
         super().__init__("loudspeaker")
@@ -124,7 +123,7 @@ class CardOutput(Card):
             self._device_ns = round(float(self._stream.latency) * 1e9)
             self._stream.start()
         except Exception as e:  # PortAudio's errors have no common ancestor over its versions
-            raise InputError(f"{name}: the loudspeaker cannot be opened: {e}") from e
+            raise SoundDeviceError(f"{name}: the loudspeaker cannot be opened: {e}") from e
         self.latency_ns = self._device_ns + _AHEAD_BLOCKS * FRAME_NS
 
     def _fill(self, out: F32, frames: int, time: Any, status: Any) -> None:
@@ -151,7 +150,7 @@ class CardOutput(Card):
 
 
 class Loudspeaker:
-    """The configured output; while it is not there, time goes on all the same and it is tried again."""
+    """The configured output; while it is missing, blocks are dropped in real time, and it is tried again."""
 
     def __init__(self, wanted: str, clock: Clock) -> None:
         self.detail = ""
@@ -162,40 +161,40 @@ class Loudspeaker:
 
     @property
     def about(self) -> str:
-        """What it is, in words."""
+        """What plays the sound, for people."""
         return self._output.about
 
     @property
     def latency_ns(self) -> int:
-        """From handing a block over to its being played."""
+        """As Output."""
         return self._output.latency_ns
 
     def due(self, now_ns: int) -> float | None:
-        """As of Output."""
+        """As Output."""
         if self._retry_ns is not None and now_ns >= self._retry_ns:
             self._open(now_ns)
         try:
             return self._output.due(now_ns)
-        except InputError as e:
-            self._lose(str(e), now_ns)
+        except SoundDeviceError as e:
+            self._lost(str(e), now_ns)
             return self._output.due(now_ns)
 
     def put(self, block: F32 | None) -> None:
-        """As of Output."""
+        """As Output."""
         try:
             self._output.put(block)
-        except InputError as e:
-            self._lose(str(e), self._clock.now_ns())
+        except SoundDeviceError as e:
+            self._lost(str(e), self._clock.now_ns())
 
     def close(self) -> None:
-        """As of Output."""
+        """As Output."""
         self._opener.close()
         self._output.close()
 
     def _open(self, now_ns: int) -> None:
         try:
             found = WavOutput(Path(self._wanted)) if self._wanted.lower().endswith(".wav") else self._opener.poll()
-        except InputError as e:
+        except SoundDeviceError as e:
             if str(e) != self.detail:
                 log.warning("event=no_loudspeaker reason=%r retry_s=%.0f", str(e), _RETRY_NS * 1e-9)
             self.detail, self._retry_ns = str(e), now_ns + _RETRY_NS
@@ -206,8 +205,8 @@ class Loudspeaker:
         self.detail, self._retry_ns = "", None
         log.info("event=loudspeaker output=%r latency_ms=%.0f", self.about, self.latency_ns * 1e-6)
 
-    def _lose(self, reason: str, now_ns: int) -> None:
+    def _lost(self, reason: str, now_ns: int) -> None:
         log.warning("event=loudspeaker_lost reason=%r", reason)
         self._output.close()
         self._output = PacedOutput()
-        self.detail, self._retry_ns = reason, now_ns + _SOON_NS
+        self.detail, self._retry_ns = reason, now_ns + _REOPEN_NS

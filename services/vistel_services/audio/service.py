@@ -1,4 +1,4 @@
-"""The sound of a site as a service: one round every 20 ms, in which microphones are read and voices are mixed."""
+"""The audio service: every 20 ms microphones are read and voices mixed."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ from prometheus_client import Counter, Gauge
 
 from vistel.arrays import F32
 from vistel.audio.capture import Capture
-from vistel.audio.hearing import Hearing
 from vistel.audio.opus import FRAME_NS, Encoder, version
+from vistel.audio.received_voices import ReceivedVoices
 from vistel.v1.audio_pb2 import Sound, SoundStatus
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
-from vistel_services.audio.buttons import Buttons
 from vistel_services.audio.config import Config
 from vistel_services.audio.heads import Heads
 from vistel_services.audio.inputs import InputOpener
+from vistel_services.audio.microphone_switches import MicrophoneSwitches
 from vistel_services.audio.outputs import Loudspeaker
-from vistel_services.audio.speaking import Speaker
 from vistel_services.audio.unit import DelayUnit
+from vistel_services.audio.voice_sender import VoiceSender
 
 log = logging.getLogger("vistel.audio")
 
@@ -31,12 +31,12 @@ _SKEW = Gauge("vistel_audio_skew_seconds", "Time from a picture to its voice", [
 _CONCEALED = Counter("vistel_audio_concealed_frames_total", "Frames concealed, lost or late", ["site", "participant"])
 
 _REPORT_NS = 250_000_000
-_PLACES_NS = 200_000_000
+_DIRECTIONS_NS = 200_000_000
 _STREAM_BITRATE = 64_000
 
 
 async def run_audio(config: Config, bus: Bus, clock: Clock) -> None:
-    """Until cancelled."""
+    """Runs until cancelled."""
     log.info("event=sound codec=%r policy=%r microphones=%d", version(), str(config.policy), len(config.microphones))
     site = _Site(config, bus, clock)
     try:
@@ -49,7 +49,7 @@ async def run_audio(config: Config, bus: Bus, clock: Clock) -> None:
 
 
 class _Stream:
-    """What is heard, for the site's video and for listeners elsewhere."""
+    """Publishes the mix, for the site's video and for listeners elsewhere."""
 
     def __init__(self, publication: Publication) -> None:
         self._publication = publication
@@ -57,7 +57,7 @@ class _Stream:
         self._sounding = False
 
     def put(self, heard_ns: float, block: F32 | None) -> None:
-        """One block that is heard from `heard_ns` on."""
+        """Publish a block that is heard from `heard_ns` on."""
         if block is None and not self._sounding:
             return
         message = Sound(opus=b"" if block is None else self._encoder.encode(block))
@@ -67,23 +67,23 @@ class _Stream:
 
 
 class _Site:
-    """Everything one site says and hears."""
+    """The sound of one site."""
 
     def __init__(self, config: Config, bus: Bus, clock: Clock) -> None:
         self._config = config
-        self._buttons = Buttons(((m.participant, m.push_to_talk) for m in config.microphones), config.memory)
-        self._speakers = [
-            Speaker(
+        self._switches = MicrophoneSwitches(((m.participant, m.push_to_talk) for m in config.microphones), config.memory)
+        self._senders = [
+            VoiceSender(
                 m.participant,
                 Capture(m.participant, InputOpener(m.source, clock)),
                 bus.publish(BY_NAME["voice"], participant=m.participant),
                 config.bitrate,
-                self._buttons[m.participant],
+                self._switches[m.participant],
                 config.repeats,
             )
             for m in config.microphones
         ]
-        self._hearing = Hearing(config.policy, frozenset(m.participant for m in config.microphones), config.spatial)
+        self._voices_received = ReceivedVoices(config.policy, frozenset(m.participant for m in config.microphones), config.spatial)
         self._loudspeaker = Loudspeaker(config.loudspeaker, clock)
         self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
         self._status = bus.publish(BY_NAME["sound_status"])
@@ -93,49 +93,49 @@ class _Site:
         self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
         self._heads = Heads(bus, config.listener) if config.spatial != "off" else None
         self._unit = DelayUnit(bus, config.delay_unit, config.site) if config.delay_unit else None
-        self._places_ns = self._report_ns = 0
+        self._directions_ns = self._report_ns = 0
         self._heard_ns = 0.0
         self._concealed = dict[str, int]()
         self._shown: frozenset[str] = frozenset()
 
     def round(self, now_ns: int) -> None:
-        """What is done every 20 ms."""
+        """One round, every 20 ms."""
         self._take()
-        for speaker in self._speakers:
-            speaker.step(now_ns)
+        for sender in self._senders:
+            sender.step(now_ns)
         while (played_ns := self._loudspeaker.due(now_ns)) is not None:
             self._play(now_ns, played_ns)
-        if self._heads is not None and now_ns - self._places_ns >= _PLACES_NS:
-            self._places_ns = now_ns
-            self._hearing.places = self._heads.places()
-        talking = self._hearing.talking(self._heard_ns)
+        if self._heads is not None and now_ns - self._directions_ns >= _DIRECTIONS_NS:
+            self._directions_ns = now_ns
+            self._voices_received.directions = self._heads.directions()
+        talking = self._voices_received.talking(self._heard_ns)
         if now_ns - self._report_ns >= _REPORT_NS or talking != self._shown:
             self._report_ns, self._shown = now_ns, talking
             self._report(now_ns)
 
     @property
     def _after_s(self) -> float:
-        """From being played to the ear, as far as it is known."""
+        """From playback to the ear, as far as known [s]."""
         unit_s = (self._unit.acoustic_s or 0.0) if self._unit is not None else 0.0
         return self._config.latency_s + unit_s
 
     def _play(self, now_ns: int, played_ns: float) -> None:
         self._heard_ns = played_ns + self._after_s * 1e9
         output_s = max(0.0, (self._heard_ns - now_ns) * 1e-9)
-        block = self._hearing.mix(now_ns, self._heard_ns, output_s)
+        block = self._voices_received.mix(now_ns, self._heard_ns, output_s)
         self._loudspeaker.put(block)
         if self._stream is not None:
             self._stream.put(self._heard_ns, block)
 
     def _take(self) -> None:
         for sample in self._voices.take():
-            self._hearing.hear_voice(sample.names["participant"], sample.message, sample.received_ns)
+            self._voices_received.receive(sample.names["participant"], sample.message, sample.received_ns)
         for sample in self._replies.take():
-            self._hearing.hear_voice(f"reply-to-{sample.names['participant']}", sample.message, sample.received_ns)
+            self._voices_received.receive(f"reply-to-{sample.names['participant']}", sample.message, sample.received_ns)
         for sample in self._images.take():
-            self._hearing.hear_image(sample.message)
+            self._voices_received.receive_image_delay(sample.message)
         for sample in self._controls.take():
-            self._buttons.follow(sample.names["participant"], sample.message)
+            self._switches.follow(sample.names["participant"], sample.message)
         if self._unit is not None:
             self._unit.take()
 
@@ -144,7 +144,7 @@ class _Site:
         least_s = output_s
         if self._unit is not None:
             least_s += self._unit.latency_s - (self._unit.acoustic_s or 0.0)
-            self._unit.ask(self._hearing.spare_s(now_ns, least_s), now_ns)
+            self._unit.request(self._voices_received.spare_s(now_ns, least_s), now_ns)
         message = SoundStatus(
             site=self._config.site,
             policy=str(self._config.policy),
@@ -154,9 +154,9 @@ class _Site:
             acoustic_known=self._unit is None or self._unit.acoustic_s is not None,
         )
         message.header.t_ns = now_ns
-        self._hearing.fill(message, now_ns, self._heard_ns, least_s)
-        for speaker in self._speakers:
-            speaker.fill(message.microphones.add(), now_ns)
+        self._voices_received.fill(message, now_ns, self._heard_ns, least_s)
+        for sender in self._senders:
+            sender.fill(message.microphones.add(), now_ns)
         _KNOWN.labels(self._config.site).set(float(message.acoustic_known))
         self._measure(message)
         self._status.put(message)
@@ -172,9 +172,9 @@ class _Site:
                 _SKEW.labels(*whose).set(voice.skew_s)
 
     def close(self) -> None:
-        """Let go of everything."""
-        for speaker in self._speakers:
-            speaker.close()
+        """Close devices and subscriptions."""
+        for sender in self._senders:
+            sender.close()
         self._loudspeaker.close()
         for subscription in (self._voices, self._replies, self._images, self._controls):
             subscription.close()

@@ -1,10 +1,10 @@
-"""The delay unit behind a site's loudspeaker, as its audio service sees it."""
+"""The delay unit of a site, as its audio service uses it."""
 
 from __future__ import annotations
 
 import logging
 
-from vistel.audio.delay_policy import UnitShare
+from vistel.audio.delay_policy import DelayUnitShare
 from vistel.v1.audio_pb2 import EquipmentRequest
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME
@@ -12,23 +12,23 @@ from vistel.wire.topics import BY_NAME
 log = logging.getLogger("vistel.audio")
 
 _STEP_S = 0.005
-"""It is asked anew only for changes above this: each one is a ramp that is heard."""
+"""Smaller changes are not requested: each change is an audible ramp [s]."""
 
 
 class DelayUnit:
-    """The delay unit behind the loudspeaker, as far as its service tells; what is asked of it."""
+    """Follows the status of the unit and requests its delay. acoustic_s: its delay; None: unknown."""
 
     def __init__(self, bus: Bus, name: str, site: str) -> None:
         self.acoustic_s: float | None = None
         self._name = name
         self._status = bus.subscribe(BY_NAME["equipment_status"], polled=True, site=site, equipment=name)
         self._requests = bus.publish(BY_NAME["equipment_request"], equipment=name)
-        self._share = UnitShare()
-        self._asked_s: float | None = None
+        self._share = DelayUnitShare()
+        self._requested_s: float | None = None
         self._own_s = 0.0
 
     def take(self) -> None:
-        """Hear what it does."""
+        """Take its newest status."""
         for sample in self._status.take():
             status = sample.message
             known = status.delay_known
@@ -41,22 +41,22 @@ class DelayUnit:
 
     @property
     def latency_s(self) -> float:
-        """What it takes when it is asked to hold nothing back; 0 while nothing is known of it."""
+        """Its latency at delay 0 [s]; 0 while unknown."""
         return 0.0 if self.acoustic_s is None else self._own_s
 
-    def ask(self, spare_s: float | None, now_ns: int) -> None:
-        """Have it hold back what all voices can spare, for a while already."""
+    def request(self, spare_s: float | None, now_ns: int) -> None:
+        """Request the delay that all voices have had to spare for a while."""
         if spare_s is None or self.acoustic_s is None:
             return
         wanted = self._share.wanted_s(now_ns, spare_s)
-        if wanted is None or (self._asked_s is not None and abs(wanted - self._asked_s) < _STEP_S):
+        if wanted is None or (self._requested_s is not None and abs(wanted - self._requested_s) < _STEP_S):
             return
-        self._asked_s = wanted
+        self._requested_s = wanted
         message = EquipmentRequest(equipment=self._name)
         message.settings.add(name="delay", value=wanted)
         message.header.t_ns = now_ns
         self._requests.put(message)
 
     def close(self) -> None:
-        """Stop listening."""
+        """Close the subscription."""
         self._status.close()

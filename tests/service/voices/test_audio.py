@@ -314,7 +314,7 @@ def test_recordings_of_any_rate_are_heard_at_their_pitch(tmp_path: Path, rate: i
 
 @pytest.mark.parametrize(
     ("source", "expected"),
-    [("text", "cannot be read as sound"), ("no such device", "no sound card"), ("/nowhere/mic", "is not there")],
+    [("text", "cannot be read as sound"), ("no such device", "no sound card"), ("/nowhere/mic", "does not exist")],
 )
 def test_what_is_no_microphone_is_named_and_the_rest_goes_on(tmp_path: Path, source: str, expected: str) -> None:
     if source == "text":

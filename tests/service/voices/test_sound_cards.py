@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vistel.audio.capture import Capture, InputError
+from vistel.audio.capture import Capture, SoundDeviceError
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
@@ -124,7 +124,7 @@ def portaudio(monkeypatch: pytest.MonkeyPatch) -> Iterator[PortAudio]:
     yield out
     for who in list(cards._open):
         who.release()
-    cards._looked_ns.clear()
+    cards._searched_ns.clear()
 
 
 def live(portaudio: PortAudio, name: str) -> Stream:
@@ -208,7 +208,7 @@ def test_without_portaudio_it_is_said_how_to_get_it(monkeypatch: pytest.MonkeyPa
     loudspeaker = Loudspeaker("auto", SimulatedClock(SECOND_NS))
     assert loudspeaker.due(SECOND_NS) is not None, "time does not go on without a sound card"
     assert "pip install" in loudspeaker.detail
-    with pytest.raises(InputError, match="no sound card can be used"):
+    with pytest.raises(SoundDeviceError, match="no sound card can be used"):
         CardInput("default", SimulatedClock(SECOND_NS))
 
 

@@ -30,15 +30,15 @@ def test_rate_and_times_are_found_although_every_sighting_is_late(rate: float, p
 def test_while_it_is_not_clear_whether_samples_are_missing_the_clock_is_doubtful_and_then_right() -> None:
     clock, rng = DeviceClock(48_000.0), np.random.default_rng(4)
     follow(clock, 10.0, 0.0, rng)
-    assert not clock.doubtful
-    doubtful_s = 0.0
+    assert not clock.uncertain
+    uncertain_s = 0.0
     for k in range(1, 40):
         t_s = 10.0 + 0.02 * k
         clock.observe(round(t_s * 48_000.0) - 24_000, round(t_s * 1e9))
-        doubtful_s += 0.02 * clock.doubtful
-        if not clock.doubtful:
+        uncertain_s += 0.02 * clock.uncertain
+        if not clock.uncertain:
             assert clock.time_ns(t_s * 48_000.0 - 24_000) == pytest.approx(t_s * 1e9, abs=5e6)
-    assert 0.15 < doubtful_s < 0.25
+    assert 0.15 < uncertain_s < 0.25
 
 
 def test_a_few_missing_samples_are_no_drift() -> None:
@@ -55,9 +55,9 @@ def test_samples_that_come_late_all_together_are_not_taken_for_missing() -> None
     clock, rng = DeviceClock(48_000.0), np.random.default_rng(4)
     follow(clock, 10.0, 0.0, rng)
     clock.observe(round(10.02 * 48_000), 10_500_000_000)
-    assert clock.doubtful
+    assert clock.uncertain
     clock.observe(round(10.5 * 48_000), 10_502_000_000)
-    assert not clock.doubtful
+    assert not clock.uncertain
     assert clock.time_ns(10.5 * 48_000) == pytest.approx(10.5e9, abs=5e6)
 
 
@@ -68,6 +68,6 @@ def test_a_sighting_earlier_than_anything_expected_is_believed_at_once() -> None
     assert clock.time_ns(1920) == pytest.approx(240e6, abs=1e6)
 
 
-def test_asked_before_anything_was_seen_it_says_so() -> None:
-    with pytest.raises(ValueError, match="nothing has been seen"):
+def test_times_before_the_first_observation_are_refused() -> None:
+    with pytest.raises(ValueError, match="nothing has been observed"):
         DeviceClock(48_000.0).time_ns(0)

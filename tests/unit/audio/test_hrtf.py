@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from voice_sounds import vowel
 
 from vistel.audio import hrtf
-from vistel.audio.binaural import Binaural
+from vistel.audio.binaural import BinauralMixer
 from vistel.audio.opus import FRAME, RATE
-from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, Place
+from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, SourceDirection
 from vistel.audio.sphere import at_surface
 
 FREQUENCY = np.fft.rfftfreq(512, 1.0 / RATE)
@@ -73,9 +73,9 @@ def test_filters_are_over_before_they_are_cut_off_and_begin_after_their_first_sa
 
 
 def test_blocks_filtered_one_by_one_are_what_convolution_of_the_whole_gives() -> None:
-    said, place = vowel(0.4), Place(math.radians(60.0), 0.0)
-    mixer = Binaural()
-    blocks = [mixer.mix({"ann": said[k : k + FRAME]}, {"ann": place}) for k in range(0, len(said), FRAME)]
+    said, direction = vowel(0.4), SourceDirection(math.radians(60.0), 0.0)
+    mixer = BinauralMixer()
+    blocks = [mixer.mix({"ann": said[k : k + FRAME]}, {"ann": direction}) for k in range(0, len(said), FRAME)]
     out = np.concatenate([b for b in blocks if b is not None])
     h = hrtf.impulse(20, 0)
     whole = np.stack([np.convolve(said, h[ear])[: len(said)] for ear in (0, 1)], 1)
@@ -83,7 +83,7 @@ def test_blocks_filtered_one_by_one_are_what_convolution_of_the_whole_gives() ->
 
 
 def test_somebody_far_who_turns_away_is_quieter_and_duller_and_unknown_places_are_plain() -> None:
-    near, away = hrtf.filters(Place(0.5, 0.0)), hrtf.filters(Place(0.5, 0.0, 0.5, 1.0))
+    near, away = hrtf.filters(SourceDirection(0.5, 0.0)), hrtf.filters(SourceDirection(0.5, 0.0, 0.5, 1.0))
     low, high = round(300.0 * hrtf.SIZE / RATE), round(9000.0 * hrtf.SIZE / RATE)
     assert np.abs(away[0, low] / near[0, low]) == pytest.approx(0.5, abs=0.01)
     assert np.abs(away[0, high] / near[0, high]) < 0.36
@@ -94,15 +94,15 @@ def test_a_talker_who_moves_does_not_click_and_silence_is_silence() -> None:
     said = vowel(1.0)
 
     def steepest(side: Callable[[int], float]) -> float:
-        mixer, blocks = Binaural(), []
+        mixer, blocks = BinauralMixer(), []
         for k in range(40):
-            blocks.append(mixer.mix({"ann": said[k * FRAME : (k + 1) * FRAME]}, {"ann": Place(side(k), 0.0)}))
+            blocks.append(mixer.mix({"ann": said[k * FRAME : (k + 1) * FRAME]}, {"ann": SourceDirection(side(k), 0.0)}))
         return float(np.abs(np.diff(np.concatenate([b for b in blocks if b is not None]), axis=0)).max())
 
     assert steepest(lambda k: 1.2 if k % 10 < 5 else -1.2) < 1.1 * steepest(lambda k: 1.2)
-    mixer = Binaural()
+    mixer = BinauralMixer()
     assert mixer.mix({}, {}) is None
     crowd = {f"p{i}": 2.0 * said[:FRAME] for i in range(20)}
-    loud = mixer.mix(crowd, {name: Place(0.1 * i, 0.0) for i, name in enumerate(crowd)})
+    loud = mixer.mix(crowd, {name: SourceDirection(0.1 * i, 0.0) for i, name in enumerate(crowd)})
     assert loud is not None
     assert np.abs(loud).max() <= 1.0

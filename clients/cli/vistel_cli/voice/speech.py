@@ -153,7 +153,7 @@ def _show(known: Grammar, tongue: Language, heard: tuple[Hypothesis, ...], accep
 def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Hypothesis, ...]]:
     import numpy as np
 
-    from vistel.audio.capture import InputError
+    from vistel.audio.capture import SoundDeviceError
     from vistel.speech.features import Resampler
     from vistel.wire.clock import SystemClock
     from vistel_services.audio.inputs import CardInput
@@ -176,7 +176,7 @@ def _live(name: str, hears: Recogniser, seconds: float) -> Iterator[tuple[Hypoth
                     yield from hears.feed(resampler.feed(np.concatenate([samples for samples, _ in parts])))
                 time.sleep(0.02)
             yield from hears.flush()
-    except InputError as e:
+    except SoundDeviceError as e:
         fail(str(e), FAILED)
     finally:
         for number, handler in before.items():
@@ -323,7 +323,7 @@ def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, 
     """Shows sentences, and records each."""
     import random
 
-    from vistel.audio.capture import InputError
+    from vistel.audio.capture import SoundDeviceError
     from vistel.wire.clock import SystemClock
     from vistel_services.audio.inputs import CardInput
 
@@ -336,16 +336,16 @@ def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, 
                 out.print(Text.assemble(f"{n + 1:3}/{count}  ", (sentence.text, "bold"), "  ", (sentence.spoken, "dim")))
                 typer.prompt("     Enter, then read", default="", show_default=False, prompt_suffix=" ")
                 said.append((_recorded_for(card, 1.5 + 0.25 * len(sentence.spoken)), sentence.spoken))
-    except InputError as e:
+    except SoundDeviceError as e:
         fail(str(e), FAILED)
     return said
 
 
 def _recorded_for(card: CardInput, seconds: float) -> F32:
-    """(n,) sound at 16 kHz from now on. Raises InputError."""
+    """(n,) sound at 16 kHz from now on. Raises SoundDeviceError."""
     import numpy as np
 
-    from vistel.audio.capture import InputError
+    from vistel.audio.capture import SoundDeviceError
     from vistel.speech.features import Resampler
 
     card.take()  # drop earlier sound
@@ -355,7 +355,7 @@ def _recorded_for(card: CardInput, seconds: float) -> F32:
         parts += [samples for samples, _ in card.take()]
         time.sleep(0.02)
     if not parts:
-        raise InputError(f"{card.about}: no samples arrive")
+        raise SoundDeviceError(f"{card.about}: no samples arrive")
     return Resampler(card.rate_hz).feed(np.concatenate(parts))
 
 
@@ -368,7 +368,7 @@ def _sound_of(path: Path) -> F32:
     """(n,) at 16 kHz, with quiet before and after."""
     import numpy as np
 
-    from vistel.audio.capture import InputError
+    from vistel.audio.capture import SoundDeviceError
     from vistel.audio.recording import read_recording
     from vistel.speech.features import Resampler
 
@@ -376,7 +376,7 @@ def _sound_of(path: Path) -> F32:
         samples, rate = read_recording(path)
         quiet = 1e-4 * np.random.default_rng(1).standard_normal(int(0.5 * rate)).astype(np.float32)
         return Resampler(rate).feed(np.concatenate([quiet, samples, quiet, quiet]))
-    except (InputError, ValueError) as e:
+    except (SoundDeviceError, ValueError) as e:
         fail(f"{path.name}: {e}", FAILED)
 
 

@@ -1,4 +1,4 @@
-"""How long a voice must be held back for its frames to be there when they are needed."""
+"""How long the frames of a voice travel, for the delay of its jitter buffer."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from collections import deque
 _SPAN_NS = 500_000_000
 _SPANS = 20
 """Ten seconds of speech."""
-_LEFT_OUT = 10
-"""One span in so many may be as late as it likes: what stood still once, a machine or a link, is over when it is heard."""
+_IGNORED = 10
+"""One span in so many is ignored: a machine or link that halted once need not be waited for ever after."""
 _FORGET_NS = 30_000_000_000
 _KEPT = 3
-"""Spans that are believed however long ago they were."""
+"""Spans that are kept however old they are."""
 _FIRST_MARGIN_NS = 30_000_000
 _SETTLED = 50
 
 
-class Need:
-    """Follows the transit times of one stream: from the capture of a frame's first sample to when it can be played.
+class TransitEstimate:
+    """Follows the transit times of one stream: from the capture of a frame's first sample to its arrival.
 
-    Frames that come late come together. So it is not frames that are counted but half seconds in which something came:
-    the need is what all of them but the worst tenth kept to (the worst of three at least).
+    Late frames come together. So not frames are counted but half seconds: the estimate is the transit that all of them but
+    the worst tenth kept to (but at least one, once there are three).
     """
 
     def __init__(self) -> None:
@@ -29,7 +29,7 @@ class Need:
         self._value_ns = 0
 
     def observe(self, transit_ns: int, received_ns: int) -> None:
-        """A frame that took so long and came at `received_ns`."""
+        """A frame that arrived at `received_ns`, `transit_ns` after its capture."""
         number = received_ns // _SPAN_NS
         if self._spans and self._spans[-1][0] == number:
             if transit_ns <= self._spans[-1][1]:
@@ -41,15 +41,15 @@ class Need:
             while len(self._spans) > _KEPT and number - self._spans[0][0] > _FORGET_NS // _SPAN_NS:
                 self._spans.popleft()
         self._frames += 1
-        left_out = max(1, len(self._spans) // _LEFT_OUT) if len(self._spans) >= _KEPT else 0
-        self._value_ns = sorted(worst for _, worst in self._spans)[-1 - left_out]
+        ignored = max(1, len(self._spans) // _IGNORED) if len(self._spans) >= _KEPT else 0
+        self._value_ns = sorted(worst for _, worst in self._spans)[-1 - ignored]
 
     @property
     def known(self) -> bool:
-        """Whether anything has come."""
+        """Whether any frame has arrived."""
         return bool(self._spans)
 
     @property
     def transit_ns(self) -> int:
-        """What nearly all frames keep to; with a margin while few have come."""
+        """The transit that nearly all frames keep to; with a margin while few have arrived."""
         return self._value_ns + (_FIRST_MARGIN_NS if self._frames < _SETTLED else 0)

@@ -1,4 +1,4 @@
-"""Whether microphones are open. Kept on disk too: a service that is started again must not open what was muted."""
+"""Which microphones are open. Kept on disk, so that a restarted service opens none that was muted."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ log = logging.getLogger("vistel.audio")
 
 
 @dataclass
-class Button:
-    """Of one microphone."""
+class MicrophoneSwitch:
+    """The switch of one microphone. held: push-to-talk is pressed."""
 
     muted: bool = False
     push_to_talk: bool = False
@@ -26,28 +26,28 @@ class Button:
         return not self.muted and (self.held or not self.push_to_talk)
 
 
-class Buttons:
-    """Of a site's microphones, by participant. memory: the file they are kept in, None for none."""
+class MicrophoneSwitches:
+    """The switches of a site's microphones, by participant. memory: the file in which they are kept, or None."""
 
     def __init__(self, push_to_talk: Iterable[tuple[str, bool]], memory: Path | None) -> None:
         self._memory = memory
-        self._buttons = {name: Button(push_to_talk=wanted) for name, wanted in push_to_talk}
+        self._switches = {name: MicrophoneSwitch(push_to_talk=wanted) for name, wanted in push_to_talk}
         for name, kept in self._kept().items():
-            if name in self._buttons:
-                self._buttons[name] = Button(bool(kept.get("muted")), bool(kept.get("push_to_talk")))
+            if name in self._switches:
+                self._switches[name] = MicrophoneSwitch(bool(kept.get("muted")), bool(kept.get("push_to_talk")))
 
-    def __getitem__(self, participant: str) -> Button:
-        return self._buttons[participant]
+    def __getitem__(self, participant: str) -> MicrophoneSwitch:
+        return self._switches[participant]
 
     def follow(self, participant: str, message: VoiceControl) -> None:
-        """Be as asked; others' microphones are none of this site's."""
-        button = self._buttons.get(participant)
-        if button is None:
+        """Set a switch; those of other sites are ignored."""
+        switch = self._switches.get(participant)
+        if switch is None:
             return
-        button.muted, button.push_to_talk, button.held = message.muted, message.push_to_talk, message.talk
+        switch.muted, switch.push_to_talk, switch.held = message.muted, message.push_to_talk, message.talk
         if self._memory is not None:
             try:
-                self._memory.write_text(json.dumps({n: asdict(b) for n, b in self._buttons.items()}), "utf-8")
+                self._memory.write_text(json.dumps({n: asdict(b) for n, b in self._switches.items()}), "utf-8")
             except OSError as e:
                 log.error("event=mute_not_kept path=%s reason=%r", self._memory, e.strerror)
 
@@ -58,4 +58,4 @@ class Buttons:
             return dict(json.loads(self._memory.read_text("utf-8")))
         except (OSError, ValueError, TypeError) as e:
             log.error("event=mute_not_known path=%s reason=%r action=all_muted", self._memory, str(e))
-            return {name: {"muted": True} for name in self._buttons}
+            return {name: {"muted": True} for name in self._switches}

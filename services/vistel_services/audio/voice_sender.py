@@ -1,4 +1,4 @@
-"""One participant's microphone to Voice messages."""
+"""Publishes the voice of one participant."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from vistel.audio.levels import SILENT_DB, Level, Meter
 from vistel.audio.opus import FRAME_NS, Encoder
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Publication
-from vistel_services.audio.buttons import Button
+from vistel_services.audio.microphone_switches import MicrophoneSwitch
 
 log = logging.getLogger("vistel.audio")
 
@@ -21,19 +21,19 @@ _SENT = Counter("vistel_audio_sent_frames_total", "Voice frames sent", ["partici
 _CLIPPED = Counter("vistel_audio_clipped_frames_total", "Frames of an over-driven microphone", ["participant"])
 _LEVEL = Gauge("vistel_audio_microphone_level_db", "Level of the microphone, 0 = full scale", ["participant"])
 
-_NOTHING = 2
-"""Packets of so many bytes say that there is nothing to hear."""
+_SILENT_BYTES = 2
+"""A packet of so many bytes or fewer is silence."""
 _CLIP_SHOWN_NS = 1_000_000_000
 
 
-class Speaker:
-    """See the module. `step` is called every 20 ms."""
+class VoiceSender:
+    """From a microphone to Voice messages; `step` is called every 20 ms."""
 
     def __init__(
-        self, participant: str, capture: Capture, publication: Publication, bitrate: int, button: Button, repeats: int = 0
+        self, participant: str, capture: Capture, publication: Publication, bitrate: int, switch: MicrophoneSwitch, repeats: int = 0
     ) -> None:
-        """repeats: how many of the frames before it each message carries once more."""
-        self.participant, self.button = participant, button
+        """repeats: how many earlier packets each message repeats."""
+        self.participant, self.switch = participant, switch
         self.level = Level()
         self._capture, self._publication = capture, publication
         self._encoder = Encoder(1, bitrate)
@@ -44,7 +44,7 @@ class Speaker:
         self._warned = False
 
     def step(self, now_ns: int) -> None:
-        """Send what has been said since."""
+        """Publish the new frames."""
         for t_ns, pcm in self._capture.frames(now_ns):
             self._frame(t_ns, pcm)
         if not self._capture.is_open:
@@ -54,12 +54,12 @@ class Speaker:
     def _frame(self, t_ns: int, pcm: F32) -> None:
         self.level = self._meter.measure(pcm)
         if self.level.clipped:
-            self._over_driven(t_ns)
-        if not self.button.open or self.level.idle or self.level.rms_db <= SILENT_DB:
+            self._count_clipped(t_ns)
+        if not self.switch.open or self.level.idle or self.level.rms_db <= SILENT_DB:
             self._end(t_ns)
             return
         packet = self._encoder.encode(pcm)
-        if len(packet) <= _NOTHING:
+        if len(packet) <= _SILENT_BYTES:
             self._end(t_ns)
             return
         self._sounding = True
@@ -67,7 +67,7 @@ class Speaker:
         _SENT.labels(self.participant).inc()
 
     def _end(self, t_ns: int) -> None:
-        """Say once that there is silence from here on."""
+        """Publish once that silence begins."""
         if self._sounding:
             self._sounding = False
             self._put(t_ns - self._encoder.lookahead_ns, b"")
@@ -83,22 +83,22 @@ class Speaker:
         self._sent.appendleft((t_ns, packet))
         self._publication.put(message)
 
-    def _over_driven(self, t_ns: int) -> None:
+    def _count_clipped(self, t_ns: int) -> None:
         _CLIPPED.labels(self.participant).inc()
         self._clipped_ns = t_ns
         if not self._warned:
             self._warned = True
-            log.warning("event=microphone_clipped participant=%s reason='too loud for it; turn its gain down'", self.participant)
+            log.warning("event=microphone_clipped participant=%s reason='too loud; turn down its gain'", self.participant)
 
     def fill(self, message: SoundStatus.Microphone, now_ns: int) -> None:
-        """Say how it is doing."""
+        """Fill in the status."""
         message.participant, message.source = self.participant, self._capture.about
         message.open, message.detail = self._capture.is_open, self._capture.detail
-        message.muted, message.push_to_talk = not self.button.open, self.button.push_to_talk
+        message.muted, message.push_to_talk = not self.switch.open, self.switch.push_to_talk
         message.level_db, message.rate_hz = self.level.rms_db, self._capture.rate_hz
         message.clipped = self._clipped_ns is not None and now_ns - self._clipped_ns < _CLIP_SHOWN_NS
         _LEVEL.labels(self.participant).set(self.level.rms_db)
 
     def close(self) -> None:
-        """Let the microphone go."""
+        """Close the microphone."""
         self._capture.close()

@@ -1,4 +1,4 @@
-"""Decoded sound on a numbered line of samples: the newest second of it."""
+"""The newest seconds of a stream of numbered samples."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import numpy as np
 from vistel.arrays import F32
 
 
-class Tape:
-    """Samples `start` to `end`, where `end` grows by what is appended; the oldest go when room is needed."""
+class SampleBuffer:
+    """Samples number `start` to `end`. The oldest are dropped when room is needed."""
 
     def __init__(self, capacity: int = 96_000, kept: int = 24_000) -> None:
         self._data = np.zeros(capacity, np.float32)
@@ -22,12 +22,12 @@ class Tape:
         return self.end - self._used
 
     def begin(self, at: int, silence: int) -> None:
-        """Empty but for `silence` samples of nothing before sample number `at`, which is appended next."""
+        """Start anew: `silence` zeros before sample number `at`, which is appended next."""
         self._data[:silence] = 0.0
         self._used, self.end = silence, at
 
     def append(self, pcm: F32) -> None:
-        """(n,) more samples."""
+        """Append (n,) samples."""
         if self._used + len(pcm) > len(self._data):
             self._data[: self._kept] = self._data[self._used - self._kept : self._used]
             self._used = self._kept
@@ -36,8 +36,8 @@ class Tape:
         self.end += len(pcm)
 
     def between(self, a: int, b: int) -> F32:
-        """(b - a,) samples, a view; raises IndexError for what is not on it."""
+        """(b - a,) samples, a view; raises IndexError for samples that it does not have."""
         if not self.start <= a <= b <= self.end:
-            raise IndexError(f"tape: samples {a} to {b} of {self.start} to {self.end}")
+            raise IndexError(f"sample buffer: samples {a} to {b} of {self.start} to {self.end}")
         offset = self._used - self.end
         return self._data[a + offset : b + offset]
