@@ -18,6 +18,7 @@ from vistel.v1.motion_pb2 import Participant
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.motion import MotionEncoder, MotionSample
+from vistel.wire.owners import Owners
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.decoder import RoomState, WorldDecoder
 from vistel_services import world
@@ -52,9 +53,9 @@ async def killed(task: asyncio.Task[None]) -> None:
 
 
 class WorldSite:
-    """`log` is what a recorder would have: (topic, names, message, log time)."""
+    """`log` is what a recorder would have: (topic, names, message, log time); owners: whose messages the world believes."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, owners: Owners | None = None) -> None:
         self.clock = SimulatedClock(START_NS)
         self.network = MemoryNetwork()
         self.config = world.configure(CONFERENCE, None, RunPaths(folder / "run", folder / "out"))
@@ -64,6 +65,7 @@ class WorldSite:
         self.log: list[tuple[str, dict[str, str], Any, int]] = []
         self.asking: MemoryBus | None = None
         self.away: set[str] = set()
+        self.owners = owners
         self._task: asyncio.Task[None] | None = None
         self._bus: MemoryBus | None = None
         self._readers: list[Any] = []
@@ -89,7 +91,7 @@ class WorldSite:
 
     async def start(self) -> None:
         """Start a world and let it come up."""
-        bus = self._bus = self.network.bus("demo", "hub", self.clock)
+        bus = self._bus = self.network.bus("demo", "hub", self.clock, owners=self.owners)
         self._task = asyncio.create_task(world.run(self.config, bus, self.clock))
         await until(lambda: self.clock._sleepers or self._task.done(), "its kernels, made on a thread")
 
@@ -151,11 +153,11 @@ class WorldSite:
         return [m for topic, _, m, _ in self.log if topic == "command_result"]
 
 
-def scenario(folder: Path, play: Callable[[WorldSite], Awaitable[None]]) -> WorldSite:
-    """Run `play` in a site whose world keeps its room in `folder`; the site, closed."""
+def scenario(folder: Path, play: Callable[[WorldSite], Awaitable[None]], owners: Owners | None = None) -> WorldSite:
+    """Run `play` in a site whose world keeps its room in `folder`; the site, closed. owners: whose messages the world believes."""
 
     async def whole() -> WorldSite:
-        site = WorldSite(folder)
+        site = WorldSite(folder, owners)
         async with site.open():
             await play(site)
         return site

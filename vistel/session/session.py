@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from vistel.conference.connect import connect
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture
 from vistel.messages.commands import message_of
@@ -22,7 +23,6 @@ from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
-from vistel.wire.zenoh.bus import ZenohBus
 
 ANSWER_NS = 3_000_000_000
 """How long `ask` waits for the world's answer."""
@@ -132,9 +132,7 @@ class AsyncSession:
 async def opened(conference: Conference, site: str, participant: str, hub: str) -> AsyncGenerator[AsyncSession]:
     """A session in the name of a participant of a site, over the router `hub`. Raises BusError."""
     clock = SystemClock()
-    tls = conference.bus.tls if conference.bus.mode == "routed" else None
-    files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None
-    bus = await ZenohBus.open(conference=conference.name, site=site, clock=clock, endpoints=[hub], tls=files)
+    bus = await connect(conference, site, clock, hub)
     session = AsyncSession(bus, clock, participant)
     try:
         yield session

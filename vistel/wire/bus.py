@@ -6,8 +6,9 @@ does not parse: a service never sees a broken message.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 from google.protobuf.message import Message
@@ -121,7 +122,7 @@ class Bus(Protocol):
 
 @dataclass
 class BusCounters:
-    """What the bus dropped; exported as metrics."""
+    """What the bus dropped."""
 
     received: int = 0
     corrupt: int = 0
@@ -132,6 +133,8 @@ class BusCounters:
     """Published for a room by a world that no longer leads it."""
     lost: int = 0
     """Reliable messages whose sender could not repeat them."""
+    refused: Counter[str] = field(default_factory=Counter[str])
+    """In the name of somebody who belongs to another site (`vistel.wire.owners`), by topic."""
 
 
 Service = Callable[[Any, "Bus", Any], Awaitable[None]]

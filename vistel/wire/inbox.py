@@ -14,6 +14,7 @@ from google.protobuf.message import DecodeError
 from vistel.wire.bus import BusCounters, Sample
 from vistel.wire.fence import Fence
 from vistel.wire.freshness import Freshness
+from vistel.wire.owners import Admission
 from vistel.wire.reliable import CACHE_MESSAGES
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 
@@ -87,8 +88,10 @@ class Inbox:
         stale_after_ns: int | None = STALE_AFTER_NS,
         on_close: Callable[[], None] = lambda: None,
         fence: Fence | None = None,
+        admission: Admission | None = None,
     ) -> None:
         self.topic = topic
+        self._admission = admission or Admission(None, counters)
         self._fence = fence if topic.publisher is Publisher.WORLD else None
         self._decoder = Decoder(topic, counters)
         self._counters = counters
@@ -107,7 +110,6 @@ class Inbox:
         self._woken = False
         self._ready: deque[Sample] = deque()
         self._freshness: dict[str, Freshness] = {}
-        self._names: dict[str, dict[str, str] | None] = {}
         self._arrived = asyncio.Event()
         self.closed = False
 
@@ -120,6 +122,7 @@ class Inbox:
 
         Called by the network, on any thread; never waits for the loop.
         """
+        messages = [m for m in messages if self.admits(m[0], m[2])]
         with self._lock:
             self._counters.received += len(messages)
             if self._newest_only:
@@ -135,6 +138,10 @@ class Inbox:
                 return
             self._woken = True
         wake(self._loop, self._drain)
+
+    def admits(self, key: str, received_ns: int) -> bool:
+        """Whether messages under `key` are for this inbox, from somebody who may send them. From any thread."""
+        return self._admission.names(self.topic, key, received_ns) is not None
 
     @property
     def full(self) -> bool:
@@ -188,9 +195,7 @@ class Inbox:
             self._arrived.set()
 
     def _sample(self, key: str, payload: bytes, received_ns: int) -> Sample | None:
-        if key not in self._names:
-            self._names[key] = self.topic.match(key)
-        names = self._names[key]
+        names = self._admission.names(self.topic, key, received_ns)
         if names is None:
             return None
         message = self._decoder.decode(key, payload)
@@ -198,6 +203,8 @@ class Inbox:
             return None
         if self._fence is not None and not self._fence.admits(message.header.term, received_ns):
             self._counters.fenced += 1
+            return None
+        if not self._admission.message(self.topic, names, message, received_ns):
             return None
         if self._stale_after_ns is not None:
             freshness = self._freshness.get(key)

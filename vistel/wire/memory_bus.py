@@ -18,6 +18,7 @@ from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.fence import Fence
 from vistel.wire.inbox import STALE_AFTER_NS, Decoder, Inbox
+from vistel.wire.owners import Admission, Owners
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 
 log = logging.getLogger("vistel.bus")
@@ -32,9 +33,11 @@ class MemoryNetwork:
         self._answers: dict[str, list[tuple[MemoryBus, Callable[[bytes], Message | None]]]] = {}
         self._tokens: dict[tuple[str, str, str], MemoryBus] = {}
 
-    def bus(self, conference: str, site: str, clock: Clock, stale_after_ns: int | None = STALE_AFTER_NS) -> MemoryBus:
-        """A door for one site. Call it on the event loop."""
-        bus = MemoryBus(self, conference, site, clock, stale_after_ns)
+    def bus(
+        self, conference: str, site: str, clock: Clock, stale_after_ns: int | None = STALE_AFTER_NS, owners: Owners | None = None
+    ) -> MemoryBus:
+        """A door for one site. Call it on the event loop. owners: whose messages are believed, None: everybody's."""
+        bus = MemoryBus(self, conference, site, clock, stale_after_ns, owners)
         self._buses.append(bus)
         return bus
 
@@ -96,11 +99,20 @@ class MemoryNetwork:
 class MemoryBus:
     """See `vistel.wire.bus.Bus`. Make it with `MemoryNetwork.bus`."""
 
-    def __init__(self, network: MemoryNetwork, conference: str, site: str, clock: Clock, stale_after_ns: int | None) -> None:
+    def __init__(
+        self,
+        network: MemoryNetwork,
+        conference: str,
+        site: str,
+        clock: Clock,
+        stale_after_ns: int | None,
+        owners: Owners | None = None,
+    ) -> None:
         self.conference = conference
         self.site = site
         self.counters = BusCounters()
         self.fence = Fence()
+        self._admission = Admission(owners, self.counters)
         self._network = network
         self._clock = clock
         self._stale_after_ns = stale_after_ns
@@ -137,6 +149,7 @@ class MemoryBus:
             stale_after_ns=self._stale_after_ns,
             on_close=lambda: self._inboxes.remove(entry[0]),
             fence=self.fence,
+            admission=self._admission,
         )
         entry.append((wanted, inbox))
         self._inboxes.append(entry[0])
@@ -163,7 +176,8 @@ class MemoryBus:
         """As `Bus.watch_presence`."""
         self._watchers.append(callback)
         for site, token in self._network.present(self.conference):
-            self._loop.call_soon(callback, site, token, True)
+            if self._admission.present(site):
+                self._loop.call_soon(callback, site, token, True)
 
     async def close(self) -> None:
         """Leave; readers end."""
@@ -179,7 +193,7 @@ class MemoryBus:
 
     def presence_changed(self, conference: str, site: str, token: str, alive: bool) -> None:
         """Someone came or went; for the network to call."""
-        if conference == self.conference:
+        if conference == self.conference and self._admission.present(site):
             for callback in self._watchers:
                 self._loop.call_soon(callback, site, token, alive)
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from enum import Enum
+from functools import cache
 
 from google.protobuf.message import Message
 
@@ -15,6 +16,8 @@ from vistel.v1 import audio_pb2, command_pb2, device_pb2, motion_pb2, service_pb
 
 MESSAGE_VERSION = 1
 """`Header.version` of this package; a receiver drops and counts any other."""
+_NAME = r"[a-z0-9][a-z0-9_\-]{0,79}"
+"""What may stand in a key: names of the conference file have at most 32 letters, devices are named after them."""
 
 
 class Delivery(Enum):
@@ -56,7 +59,7 @@ class Topic:
     def format(self, **names: str) -> str:
         """The concrete key. Raises ValueError for a name that may not stand in a key."""
         for name, value in names.items():
-            if not re.fullmatch(r"[a-z0-9][a-z0-9_\-]*", value):
+            if not re.fullmatch(_NAME, value):
                 raise ValueError(f"{name}: expected lower-case letters, digits, '-' or '_', got {value!r}")
         return self.key.format(**names)
 
@@ -72,8 +75,13 @@ class Topic:
 
     def match(self, key: str) -> dict[str, str] | None:
         """The names of a concrete key of this topic, or None for another topic's key."""
-        found = re.fullmatch(re.sub(r"{(\w+)}", r"(?P<\1>[^/]+)", self.key), key)
+        found = _pattern(self.key).fullmatch(key)
         return found.groupdict() if found else None
+
+
+@cache
+def _pattern(key: str) -> re.Pattern[str]:
+    return re.compile(re.sub(r"{(\w+)}", rf"(?P<\1>{_NAME})", key))
 
 
 _SITE = "vistel/{conference}/site/{site}"

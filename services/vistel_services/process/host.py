@@ -17,6 +17,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NoReturn
 
+from vistel.conference.connect import connect
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
@@ -67,7 +68,8 @@ async def _give_way(delay_s: float) -> None:
         log.warning("priority kept reason=%s", e.strerror)
 
 
-async def _heartbeat(plan: ProcessPlan, port: int, bus: Bus, clock: Clock) -> None:
+async def _heartbeat(plan: ProcessPlan, port: int, bus: ZenohBus, clock: Clock) -> None:
+    dropped = metrics.DroppedMessages(bus.counters)
     beat = bus.publish(BY_NAME["heartbeat"], node=plan.label)
     started_ns = time.monotonic_ns()
     while True:
@@ -75,6 +77,7 @@ async def _heartbeat(plan: ProcessPlan, port: int, bus: Bus, clock: Clock) -> No
         message.uptime_ns = time.monotonic_ns() - started_ns
         message.header.t_ns = clock.now_ns()
         beat.put(message)
+        dropped.export()
         await asyncio.sleep(1.0)
 
 
@@ -83,7 +86,6 @@ async def _main(args: argparse.Namespace) -> int:
     plan = find(conference, args.node)
     paths = RunPaths(args.run, args.out)
     clock = clock_from_text(args.clock)
-    tls = conference.bus.tls if conference.bus.mode == "routed" else None
     stop = asyncio.Event()
     loop = asyncio.get_running_loop()
     for signum in (signal.SIGTERM, signal.SIGINT):
@@ -93,13 +95,7 @@ async def _main(args: argparse.Namespace) -> int:
     try:
         async with background.service("process") as process:
             began = time.perf_counter()
-            bus = await ZenohBus.open(
-                conference=conference.name,
-                site=plan.site,
-                clock=clock,
-                endpoints=args.hub,
-                tls=(str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None,
-            )
+            bus = await connect(conference, plan.site, clock, *args.hub)
             log.info("bus joined took_ms=%.0f", (time.perf_counter() - began) * 1e3)
             port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
             process.start(run_process(conference, plan, paths, bus, clock), "services")

@@ -6,12 +6,32 @@ import contextlib
 import json
 import logging
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
-from prometheus_client import Gauge, start_http_server
+from prometheus_client import Counter, Gauge, start_http_server
+
+from vistel.wire.bus import BusCounters
 
 log = logging.getLogger("vistel.metrics")
 _UP = Gauge("vistel_process_start_time_seconds", "When this process started", ["node", "services"])
+_DROPPED = Counter("vistel_bus_dropped_total", "Messages that this process's bus dropped and did not give to a service", ["reason"])
+_REFUSED = Counter("vistel_bus_refused_total", "Messages in the name of somebody who belongs to another site", ["topic"])
+
+
+class DroppedMessages:
+    """Exports what a bus has dropped."""
+
+    def __init__(self, counters: BusCounters) -> None:
+        self._counters, self._told = counters, BusCounters()
+
+    def export(self) -> None:
+        """What was dropped since the last call."""
+        for reason in ("corrupt", "unknown_version", "stale", "overflow", "fenced", "lost"):
+            _DROPPED.labels(reason).inc(getattr(self._counters, reason) - getattr(self._told, reason))
+        for topic, count in self._counters.refused.items():
+            _REFUSED.labels(topic).inc(count - self._told.refused[topic])
+        self._told = replace(self._counters, refused=self._counters.refused.copy())
 
 
 def serve(node: str, services: tuple[str, ...], started_s: float, port: int = 0, address: str = "127.0.0.1") -> int:

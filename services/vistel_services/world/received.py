@@ -1,5 +1,5 @@
 """Collects what arrives between two steps: who is there, their newest motion, where tracked things are, commands,
-who has gone."""
+who has gone. Whom each site may speak for, the bus has seen to (`vistel.wire.owners`)."""
 
 from __future__ import annotations
 
@@ -110,8 +110,6 @@ class InputCollector:
     def participant(self, sample: Sample) -> None:
         """Somebody says who they are."""
         name, site = sample.names["participant"], sample.names["site"]
-        if not self._owned(name, site):
-            return
         self._known[name] = person(name, sample.message)
         if name in self._people:
             if self._people[name].person != self._known[name]:
@@ -123,8 +121,6 @@ class InputCollector:
     def motion(self, sample: Sample) -> None:
         """Somebody moved. Every message is decoded, the newest is kept."""
         name, site = sample.names["participant"], sample.names["site"]
-        if not self._owned(name, site):
-            return
         decoder = self._decoders.setdefault((site, name), MotionDecoder())
         decoded = decoder.decode(sample.message)
         if decoded is None:
@@ -140,12 +136,10 @@ class InputCollector:
         self._newest[name] = motion_input(name, decoded)
 
     def prop(self, sample: Sample) -> None:
-        """A tracked thing is somewhere. The newest is kept; whose site was heard first may speak for a thing, until it lets go
-        of it or falls silent, and only for mice of its own people."""
+        """A tracked thing is somewhere. The newest is kept; of several whose mice lead a thing, the site that was heard first
+        does, until it lets go of it or falls silent."""
         thing, site, message = sample.names["thing"], sample.names["site"], sample.message
         if message.thing != thing or message.health not in _USABLE:
-            return
-        if message.led_by and not self._owned(message.led_by, site):
             return
         source = self._props.get(thing)
         silent = source is None or sample.received_ns - source.heard_ns > PROP_SILENT_NS
@@ -194,13 +188,3 @@ class InputCollector:
         self._people[name] = _Somebody(site, known, now_ns)
         self._arrived.people.append(known)
         log.info("participant joined participant=%s site=%s", name, site)
-
-    def _owned(self, name: str, site: str) -> bool:
-        """Whether `site` may speak for `name`: whose site was heard first may, until they leave."""
-        somebody = self._people.get(name)
-        if somebody is None or somebody.site in ("", site):
-            return True
-        if (name, site) not in self._told:
-            self._told.add((name, site))
-            log.warning("two sites send one participant=%s heard=%s ignored=%s", name, somebody.site, site)
-        return False

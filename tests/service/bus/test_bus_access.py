@@ -3,66 +3,22 @@
 from __future__ import annotations
 
 import asyncio
-import socket
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
-import zenoh
 from certificates import Authority
+from secured_bus import Secured, secured
 from waiting import until
 
 from vistel.v1.command_pb2 import Command, CommandResult
 from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.v1.service_pb2 import ClockReply
 from vistel.v1.world_pb2 import WorldSnapshot, WorldState
-from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery, Publisher
 from vistel.wire.zenoh.access import access_rules
-from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
-from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
-
-
-class Secured:
-    """A router with certificates and access rules, and doors to it."""
-
-    def __init__(self, folder: Path) -> None:
-        self.authority = Authority(folder)
-        with socket.socket() as s:
-            s.bind(("127.0.0.1", 0))
-            self.port = s.getsockname()[1]
-        rules = access_rules("demo", ["paris", "tokyo"], observers=["guest"])
-        self.router = Router.open(f"tls/127.0.0.1:{self.port}", tls=self.authority.issue("hub"), access=rules)
-        self._doors: list[ZenohBus] = []
-
-    async def door(self, site: str, tls: TlsFiles | None = None, connect_s: float = 5.0) -> ZenohBus:
-        bus = await ZenohBus.open(
-            conference="demo",
-            site=site,
-            clock=SystemClock(),
-            endpoints=[f"tls/localhost:{self.port}"],
-            tls=tls or self.authority.issue(site),
-            connect_s=connect_s,
-        )
-        self._doors.append(bus)
-        return bus
-
-    async def close(self) -> None:
-        for bus in self._doors:
-            await bus.close()
-        self.router.close()
-
-
-def secured(tmp_path: Path, body: Callable[[Secured], Any]) -> None:
-    async def run() -> None:
-        s = Secured(tmp_path)
-        try:
-            await body(s)
-        finally:
-            await s.close()
-
-    asyncio.run(run())
+from vistel.wire.zenoh.bus import BusError
+from vistel.wire.zenoh.config import TlsFiles
 
 
 async def first(subscription: Any, site: str = "") -> Any:
@@ -112,9 +68,7 @@ def test_a_site_cannot_speak_for_another_nor_for_the_world_nor_be_present_as_ano
                 listening.append(asyncio.create_task(listen()))
         seen: list[tuple[str, str, bool]] = []
         tokyo.watch_presence(lambda *change: seen.append(change))
-        session = zenoh.open(
-            zenoh.Config.from_json5(as_text(client_config([f"tls/localhost:{s.port}"], s.authority.issue("paris"))))
-        )
+        session = s.session("paris")
         payload = Motion()
         payload.header.version = 1
         for key in (
@@ -144,7 +98,6 @@ def test_a_site_cannot_speak_for_another_nor_for_the_world_nor_be_present_as_ano
             task.cancel()
         token.undeclare()
         forged.undeclare()
-        session.close()
 
     secured(tmp_path, body)
 

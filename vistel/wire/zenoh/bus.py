@@ -35,6 +35,7 @@ from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.fence import Fence
 from vistel.wire.inbox import QUEUE_LIMIT, STALE_AFTER_NS, Inbox, wake
+from vistel.wire.owners import Admission, Owners
 from vistel.wire.reliable import SendCache
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 from vistel.wire.zenoh.config import Json, TlsFiles, as_text, client_config, router_config
@@ -45,6 +46,9 @@ log = logging.getLogger("vistel.bus")
 
 BEAT_S = 1.0
 """A reliable key that was silent for so long repeats the number of its last message [s]."""
+
+MOST_TOKENS = 256
+"""Of one site, whose presence is told."""
 
 _BULK = frozenset({"device_raw", "world_inputs", "avatar_part"})
 """Reliable topics that must not delay motion on a thin uplink."""
@@ -116,11 +120,13 @@ class ZenohBus:
         *,
         loop: asyncio.AbstractEventLoop,
         stale_after_ns: int | None = STALE_AFTER_NS,
+        owners: Owners | None = None,
     ) -> None:
         self.conference = conference
         self.site = site
         self.counters = BusCounters()
         self.fence = Fence()
+        self._admission = Admission(owners, self.counters)
         self._session = session
         self._clock = clock
         self._loop = loop
@@ -143,11 +149,12 @@ class ZenohBus:
         tls: TlsFiles | tuple[str, str, str] | None = None,
         connect_s: float = 10.0,
         stale_after_ns: int | None = STALE_AFTER_NS,
+        owners: Owners | None = None,
     ) -> ZenohBus:
         """Connect to the first router of `endpoints` that answers within `connect_s`. Raises BusError.
 
         tls: (ca, certificate, key) files. stale_after_ns: None shows late motion too (for a reader of the
-        past).
+        past). owners: whose messages are believed, None: everybody's; `vistel.conference.connect` has them from the file.
         """
         config = client_config(list(endpoints), _tls(tls), connect_s)
         try:
@@ -157,7 +164,7 @@ class ZenohBus:
             hint = "; or the certificates do not match" if tls else ""
             raise BusError(f"bus: no router answers at {where} ({_reason(e)}); is it running there{hint}?") from e
         loop = asyncio.get_running_loop()
-        return ZenohBus(session, conference, site, clock, loop=loop, stale_after_ns=stale_after_ns)
+        return ZenohBus(session, conference, site, clock, loop=loop, stale_after_ns=stale_after_ns, owners=owners)
 
     @property
     def connected(self) -> bool:
@@ -197,6 +204,7 @@ class ZenohBus:
             stale_after_ns=self._stale_after_ns,
             on_close=lambda: _undeclare(held),
             fence=self.fence,
+            admission=self._admission,
         )
         pattern = topic.pattern(self.conference, **names)
         if topic.delivery is Delivery.RELIABLE:
@@ -272,16 +280,18 @@ class ZenohBus:
         """As `Bus.watch_presence`."""
         present: set[str] = set()
 
-        def on_loop(key: str, alive: bool) -> None:
-            if alive == (key in present):
+        def on_loop(key: str, site: str, token: str, alive: bool) -> None:
+            full = alive and sum(k.startswith(key[: -len(token)]) for k in present) >= MOST_TOKENS
+            if full or alive == (key in present):
                 return
             (present.add if alive else present.discard)(key)
-            _, _, _, site, token = key.split("/", 4)
             callback(site, token, alive)
 
         def changed(sample: zenoh.Sample) -> None:
             key, alive = str(sample.key_expr), sample.kind == zenoh.SampleKind.PUT
-            wake(self._loop, lambda: on_loop(key, alive))
+            _, _, _, site, token = (*key.split("/", 4), "", "")[:5]
+            if token and self._admission.present(site):
+                wake(self._loop, lambda: on_loop(key, site, token, alive))
 
         pattern = f"vistel/{self.conference}/alive/**"
         self._held.append(self._session.liveliness().declare_subscriber(pattern, changed, history=True))

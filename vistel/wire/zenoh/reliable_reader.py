@@ -84,6 +84,9 @@ class ReliableReader:
         now_ns = self._clock.now_ns()
         with self._lock:
             for sample in burst:
+                key = str(sample.key_expr)
+                if not self._inbox.admits(key, now_ns):
+                    continue
                 stamp = Stamp.from_bytes(sample.attachment.to_bytes()) if sample.attachment is not None else None
                 if stamp is None:
                     self._counters.corrupt += 1
@@ -91,7 +94,7 @@ class ReliableReader:
                     self._counters.overflow += 1
                 else:
                     payload = sample.payload.to_bytes()
-                    self._arrivals.append((str(sample.key_expr), stamp, payload, now_ns, repeated))
+                    self._arrivals.append((key, stamp, payload, now_ns, repeated))
                     self._arrived_bytes += len(payload)
             if self._woken:
                 return

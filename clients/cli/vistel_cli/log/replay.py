@@ -13,11 +13,12 @@ from typing import Annotated
 import typer
 from rich.progress import BarColumn, Progress, TextColumn
 
+from vistel.conference.connect import connect
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire import background
 from vistel.wire.log import LogError, LogReader
-from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel.wire.zenoh.bus import Router
 from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_cli.log.feed import LIVE_SERVICES, Feeder
 from vistel_cli.log.render import FilmSettings, render_log, size_of
@@ -169,7 +170,7 @@ async def _play(
         router = Router.open()
         lead_s = LEAD_FORKED_S if server is not None and server.ready else LEAD_S
         clock = ReplayClock(begin_ns, time.monotonic_ns() + int(lead_s * 1e9), speed)
-        bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[router.endpoint])
+        bus = await connect(conference, HUB, clock, router.endpoint)
         specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
         supervisor = Supervisor(specs, folder, server)
         world = None
@@ -221,7 +222,7 @@ async def _world(
         if record.message.private_state:
             world.seed(config, record.message.private_state)
     await asyncio.to_thread(world.warm_up)
-    bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint])
+    bus = await connect(conference, HUB, clock, endpoint)
     await clock.sleep_until_ns(begin_ns - WORLD_EARLY_NS)
     try:
         await world.run(config, bus, clock)

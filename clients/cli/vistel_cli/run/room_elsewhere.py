@@ -11,13 +11,13 @@ from pathlib import Path
 import numpy as np
 from rich.text import Text
 
+from vistel.conference.connect import connect
 from vistel.conference.files import ConferenceError, with_seats
 from vistel.conference.model import Conference
 from vistel.v1.world_pb2 import RoomPlan
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh.bus import BusError, ZenohBus
-from vistel.wire.zenoh.config import TlsFiles
+from vistel.wire.zenoh.bus import BusError
 from vistel_cli.terminal import FAILED, err, fail, out
 
 WAIT_S = 60.0
@@ -51,9 +51,7 @@ def with_room(conference: Conference, site: str, hub: str, wait_s: float = WAIT_
 
 
 async def _asked(conference: Conference, site: str, hub: str, wait_s: float) -> RoomPlan | None:
-    files = conference.bus.tls if conference.bus.mode == "routed" else None
-    tls = TlsFiles(files.ca, files.certificate, files.key) if files else None
-    bus = await ZenohBus.open(conference=conference.name, site=site, clock=SystemClock(), endpoints=[hub], tls=tls)
+    bus = await connect(conference, site, SystemClock(), hub)
     try:
         until = time.monotonic() + wait_s
         while time.monotonic() < until:

@@ -15,6 +15,7 @@ import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
+from vistel.conference.connect import connect
 from vistel.conference.device_list import simulated_names
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.model import Conference
@@ -22,7 +23,7 @@ from vistel.conference.paths import RunPaths
 from vistel.wire.background import as_service
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
-from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel.wire.zenoh.bus import Router
 from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.observer import Observer
@@ -141,7 +142,7 @@ class _Run:
             router = Router.open(conference.bus.endpoints[0] if conference.bus.endpoints else None)
         endpoint = router.endpoint if router else conference.bus.endpoints[0]
         clock = SystemClock()
-        bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint])
+        bus = await connect(conference, HUB, clock, endpoint)
         serve_clock(bus, clock)
         observer = Observer(conference, bus, clock)
         plans = hub_processes(conference)

@@ -15,12 +15,13 @@ from rich.console import Group
 from rich.live import Live
 from rich.text import Text
 
+from vistel.conference.connect import connect
 from vistel.conference.model import Conference
 from vistel.v1.audio_pb2 import EquipmentRequest, EquipmentStatus, SoundStatus, VoiceControl
 from vistel.wire.bus import Bus, Sample, Subscription
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh.bus import BusError, ZenohBus
+from vistel.wire.zenoh.bus import BusError
 from vistel_cli.run.hub import endpoint_of
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
@@ -236,9 +237,7 @@ def _joined(conference: Conference, site: str, hub: str | None, work: Callable[[
 
 @asynccontextmanager
 async def _bus(conference: Conference, site: str, hub: str) -> AsyncIterator[Bus]:
-    tls = conference.bus.tls if conference.bus.mode == "routed" else None
-    files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None
-    bus = await ZenohBus.open(conference=conference.name, site=site, clock=SystemClock(), endpoints=[hub], tls=files)
+    bus = await connect(conference, site, SystemClock(), hub)
     try:
         yield bus
     finally:

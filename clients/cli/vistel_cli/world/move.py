@@ -12,13 +12,14 @@ from typing import Annotated, TypeVar
 import typer
 from rich.text import Text
 
+from vistel.conference.connect import connect
 from vistel.conference.model import HUB_PLACE, Conference
 from vistel.v1.world_pb2 import WorldMoveReply, WorldMoveRequest
 from vistel.wire.bus import Bus
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.presence import WorldAt, worlds_of
-from vistel.wire.zenoh.bus import BusError, ZenohBus
+from vistel.wire.zenoh.bus import BusError
 from vistel_cli.run.hub import endpoint_of
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
@@ -129,10 +130,8 @@ async def _gathered(bus: Bus) -> list[WorldAt]:
 
 def _with_bus(conference: Conference, endpoint: str, what: Callable[[Bus], Awaitable[T]]) -> T:
     async def run() -> T:
-        tls = conference.bus.tls if conference.bus.mode == "routed" else None
-        files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None
         site = conference.sites[0].name
-        bus = await ZenohBus.open(conference=conference.name, site=site, clock=SystemClock(), endpoints=[endpoint], tls=files)
+        bus = await connect(conference, site, SystemClock(), endpoint)
         try:
             return await what(bus)
         finally:

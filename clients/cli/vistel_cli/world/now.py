@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 from rich.progress import track
 
+from vistel.conference.connect import connect
 from vistel.conference.model import Conference
 from vistel.v1.world_pb2 import WorldSnapshot
 from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh.bus import BusError, ZenohBus
+from vistel.wire.zenoh.bus import BusError
 from vistel_cli.terminal import FAILED, USAGE, err, fail, print_warning
 
 if TYPE_CHECKING:
@@ -39,10 +40,8 @@ def running(conference: Conference, hub: str) -> tuple[Interior, str]:
 
 
 async def _asked(conference: Conference, hub: str) -> WorldSnapshot | None:
-    tls = conference.bus.tls if conference.bus.mode == "routed" else None
-    files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls else None
     site = conference.sites[0].name
-    bus = await ZenohBus.open(conference=conference.name, site=site, clock=SystemClock(), endpoints=[hub], tls=files)
+    bus = await connect(conference, site, SystemClock(), hub)
     try:
         return await bus.query(BY_NAME["world_snapshot"])
     finally:

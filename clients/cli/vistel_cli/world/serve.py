@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vistel.conference.connect import connect
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire import background, event_loop
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub
-from vistel.wire.zenoh.bus import BusError, ZenohBus
-from vistel.wire.zenoh.config import TlsFiles
+from vistel.wire.zenoh.bus import BusError
 from vistel_cli.run.hub import endpoint_of
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_cli.world.move import check_place
@@ -87,12 +87,10 @@ def _room(conference: Conference, endpoint: str, keep: Path, at: str, wait: bool
     """The configuration, clock, bus and background task of one room."""
     from vistel_services import world
 
-    files = conference.bus.tls if conference.bus.mode == "routed" else None
-    tls = TlsFiles(files.ca, files.certificate, files.key) if files else None
     clock = SystemClock()
 
     async def door() -> Bus:
-        return await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[endpoint], tls=tls)
+        return await connect(conference, HUB, clock, endpoint)
 
     async def keep_time(bus: Bus) -> None:
         await follow_hub(bus, clock, "worlds")

@@ -1,0 +1,73 @@
+"""A router with certificates and access rules, and doors to it."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import zenoh
+from certificates import Authority
+
+from vistel.wire.clock import SystemClock
+from vistel.wire.owners import Owners
+from vistel.wire.zenoh.access import access_rules
+from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
+
+
+class Secured:
+    """A router with certificates and access rules, and doors to it."""
+
+    def __init__(self, folder: Path) -> None:
+        self.authority = Authority(folder)
+        with socket.socket() as s:
+            s.bind(("127.0.0.1", 0))
+            self.port = s.getsockname()[1]
+        rules = access_rules("demo", ["paris", "tokyo"], observers=["guest"])
+        self.router = Router.open(f"tls/127.0.0.1:{self.port}", tls=self.authority.issue("hub"), access=rules)
+        self._doors: list[ZenohBus] = []
+        self._sessions: list[zenoh.Session] = []
+
+    def session(self, name: str) -> zenoh.Session:
+        """The bus without VISTEL's manners, for whoever holds the certificate `name`."""
+        files = self.authority.issue(name)
+        session = zenoh.open(zenoh.Config.from_json5(as_text(client_config([f"tls/localhost:{self.port}"], files))))
+        self._sessions.append(session)
+        return session
+
+    async def door(self, site: str, tls: TlsFiles | None = None, connect_s: float = 5.0, owners: Owners | None = None) -> ZenohBus:
+        """The bus of a site with its own certificate, or `tls`."""
+        bus = await ZenohBus.open(
+            conference="demo",
+            site=site,
+            clock=SystemClock(),
+            endpoints=[f"tls/localhost:{self.port}"],
+            tls=tls or self.authority.issue(site),
+            connect_s=connect_s,
+            owners=owners,
+        )
+        self._doors.append(bus)
+        return bus
+
+    async def close(self) -> None:
+        """Everything at once."""
+        for session in self._sessions:
+            session.close()
+        for bus in self._doors:
+            await bus.close()
+        self.router.close()
+
+
+def secured(tmp_path: Path, body: Callable[[Secured], Awaitable[None]]) -> None:
+    """Run `body` with a router."""
+
+    async def run() -> None:
+        s = Secured(tmp_path)
+        try:
+            await body(s)
+        finally:
+            await s.close()
+
+    asyncio.run(run())
