@@ -27,8 +27,8 @@ from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel.vision.eye_reader import EyeReader
 from vistel.vision.face_calibration import calibrate_face
 from vistel.vision.face_reader import FaceReader
-from vistel.vision.gaze_calibration import NINE, calibrate_gaze
-from vistel.vision.pupil import SURE, find_pupil
+from vistel.vision.gaze_calibration import GAZE_TARGETS, calibrate_gaze
+from vistel.vision.pupil import LEAST_CONFIDENCE, find_pupil
 from vistel_sim.pictures.eye import HEIGHT, WIDTH, EyePicture
 
 FRAMES = 10_000
@@ -145,12 +145,12 @@ def _simulated_eye(where: str) -> Iterator[Row]:
     eye, seconds = EyePicture(SEED), 20.0
     pupils: list[F64] = []
     heights: list[float] = []
-    for n, target in enumerate(NINE):
+    for n, target in enumerate(GAZE_TARGETS):
         reader = EyeReader()
         readings = [reader.read(eye.draw(target, 1.0, 20 * n + k)) for k in range(12)]
         pupils.append(np.array([r.pupil.centre for r in readings if r.pupil is not None]).reshape(-1, 2))
         heights += [r.opening_px for r in readings if r.pupil is not None]
-    reader = EyeReader(calibrate_gaze(pupils, NINE, (WIDTH, HEIGHT), float(np.median(heights))))
+    reader = EyeReader(calibrate_gaze(pupils, GAZE_TARGETS, (WIDTH, HEIGHT), float(np.median(heights))))
     errors: list[float] = []
     openings: list[float] = []
     ms: list[float] = []
@@ -231,7 +231,7 @@ def _hit(name: str, box: F64, true: F64, find: Callable[[U8], F64 | None]) -> bo
 
 def _pupil(picture: U8) -> F64 | None:
     p = find_pupil(picture)
-    return p.centre if p is not None and p.sure > SURE else None
+    return p.centre if p is not None and p.confidence > LEAST_CONFIDENCE else None
 
 
 def _hough(picture: U8) -> F64 | None:

@@ -20,7 +20,7 @@ import numpy as np
 
 from benchmarks.row import Row, machine
 from vistel.arrays import F64
-from vistel.capture.body import Capture, warm_up
+from vistel.capture.body import BodyCapture, warm_up
 from vistel.capture.config import Person
 from vistel.figure.calibration.arms import START, ArmSamples, fit_comfort
 from vistel.figure.posture.posture import Stance, pose_joints
@@ -148,7 +148,7 @@ def measure(
         transmitter=(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])),
         gloves={},
     )
-    capture = Capture(person, skeleton, comfort)
+    capture = BodyCapture(person, skeleton, comfort)
     rng = np.random.default_rng(seed)
     errors: dict[str, list[float]] = {name: [] for names in JOINTS.values() for name in names}
     solves: list[float] = []

@@ -16,7 +16,7 @@ import numpy as np
 
 from benchmarks.leap import finger_angles
 from vistel.arrays import F64
-from vistel.capture.body import Capture
+from vistel.capture.body import BodyCapture
 from vistel.capture.config import Person
 from vistel.capture.one_euro import AngleFilter
 from vistel.conference.model import Conference
@@ -112,7 +112,7 @@ def through_devices(source: MotionSource, place: Place, seconds: float, seed: in
         transmitter=place.transmitter,
         gloves={},
     )
-    capture = Capture(person, place.skeleton)
+    capture = BodyCapture(person, place.skeleton)
     newest: dict[int, TrackerReceiver] = {}
     rows: list[F64] = []
     times: list[float] = []

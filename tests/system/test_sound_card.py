@@ -24,13 +24,13 @@ import json, sys, time
 import numpy as np
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import SystemClock
-from vistel.audio.capture import Capture
+from vistel.audio.capture import MicrophoneCapture
 from vistel_services.audio.inputs import InputOpener
 from vistel_services.audio.outputs import Loudspeaker
 from vistel_sim.talker import clap
 
 clock, sound = SystemClock(), clap()
-loudspeaker, capture = Loudspeaker("default", clock), Capture("ann", InputOpener("default", clock))
+loudspeaker, capture = Loudspeaker("default", clock), MicrophoneCapture("ann", InputOpener("default", clock))
 state = "", ""
 count, frames, played, waiting, over = 0, [], [], np.zeros(0, np.float32), time.monotonic() + float(sys.argv[1])
 while time.monotonic() < over:

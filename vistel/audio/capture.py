@@ -68,7 +68,7 @@ class Opener(Protocol):
         ...
 
 
-class Capture:
+class MicrophoneCapture:
     """Opens a microphone, reopens it when it was lost, and cuts its samples into frames."""
 
     def __init__(self, name: str, opener: Opener) -> None:

@@ -1,1 +1,1 @@
-"""From frames of devices to postures: receivers, gloves, faces and props of one site, filtered and solved."""
+"""From device frames to postures: receivers, gloves, faces and props of one site, filtered and solved."""

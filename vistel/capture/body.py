@@ -1,4 +1,4 @@
-"""One participant's sensors, gathered and solved. No bus, no clock: times come with the messages."""
+"""One participant's receivers and gloves, filtered and solved. No bus, no clock: times come with the messages."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ SILENT_S = 0.25
 FAR_M = 5.0
 """A sample of a receiver farther from its transmitter is rejected [m]."""
 FINGER_PEAK = math.radians(3.0)
-"""A finger that is farther than this from where it was before and after, between two postures, has knocked."""
+"""A finger that moves out and back by more between two postures is sent at its farthest [rad]."""
 START_S = 1.0
 """How long the first posture waits for a sample of every receiver [s]."""
 
 USABLE = (TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED)
 
 
-class Capture:
-    """Takes what the devices say and gives postures of one person."""
+class BodyCapture:
+    """From the device frames of one person to postures."""
 
     def __init__(
         self, person: Person, skeleton: Skeleton | None = None, comfort: Comfort | Mapping[str, Comfort] | None = None
     ) -> None:
-        """`skeleton`: of what others see, else one of the person's height; `comfort`: of the elbow's swivel.
+        """skeleton: of their avatar; None: a standard one of the person's height. comfort: of the elbow's swivel.
 
-        A person who was measured is solved with their own body, and what they do is carried over to what others see.
+        A person with a measured body is solved with it; the posture is then carried over to the avatar.
         """
         self.person = person
         shown = skeleton or standard_skeleton(person.height_m)
@@ -54,18 +54,18 @@ class Capture:
         self._carry_over = None if body is None else CarryOver(body.skeleton, shown, person.seat)
         self._filters = {receiver: PoseFilter() for receiver in person.stations.values()}
         self._gloves: dict[str, float] = {}
-        self._calm = {side: AngleFilter() for side in SIDES}
+        self._angle_filters = {side: AngleFilter() for side in SIDES}
         self._fingers = {side: PeakHold(FINGER_PEAK) for side in SIDES}
         self._whole: tuple[float, WholeBody | None] = (-math.inf, None)
         self._epoch_ns: int | None = None
         self._newest_ns = 0
         self._solved_ns = 0
         self.rejected = 0
-        """Samples that were rejected: not finite, too far, or flagged by the device as untrusted."""
+        """Number of rejected samples: not finite, too far, or untrusted by the device."""
 
     @property
     def newest_ns(self) -> int:
-        """When the newest receiver was measured, conference time; 0 before the first."""
+        """Conference time of the newest receiver sample; 0 before the first."""
         return self._newest_ns
 
     @property
@@ -74,7 +74,7 @@ class Capture:
         return self._solved_ns
 
     def tracker(self, frame: TrackerFrame) -> bool:
-        """Take a tracker's frame. True when a posture is due: a sixtieth of a second of news has come in."""
+        """Take a tracker's frame. True if a posture is due: samples are about 1/60 s newer than the last one."""
         for r in frame.receivers:
             receiver = self.person.stations.get(r.station)
             if receiver is None or self._seconds(r.t_ns) <= self._filters[receiver].t:
@@ -109,10 +109,10 @@ class Capture:
         t = self._seconds(frame.header.t_ns)
         if side not in self._gloves or t > self._gloves[side]:
             self._gloves[side] = t
-            self._fingers[side].add(angles, self._calm[side].update(t, angles))
+            self._fingers[side].add(angles, self._angle_filters[side].update(t, angles))
 
     def solve(self, t_ns: int) -> Solved:
-        """The posture at `t_ns`, which must lie after the last one."""
+        """The posture at `t_ns`, later than the last one."""
         self._solved_ns = t_ns
         t = self._seconds(t_ns)
         receivers: dict[str, Placement] = {name: f.at(t) for name, f in self._filters.items() if t - f.t < SILENT_S}
@@ -121,12 +121,11 @@ class Capture:
         elbows = whole.elbows() if whole is not None and fresh else None
         solved = self._solver.solve(t, receivers, (self._hand("left", t), self._hand("right", t)), elbows)
         posture = solved.posture if self._carry_over is None else self._carry_over.carry(t, solved.posture)
-        # The last sample of a silent sensor is kept, and the sensor is reported as stale.
         stale = solved.stale if whole is None or fresh else solved.stale | {"legs"}
-        return Solved(posture if whole is None else whole.dress(posture), stale)
+        return Solved(posture if whole is None else whole.add_legs(posture), stale)
 
     def _seconds(self, t_ns: int) -> float:
-        """Seconds since the first sample of this person: small numbers keep their nanoseconds."""
+        """Seconds since the first sample; small, so that a float keeps nanoseconds."""
         if self._epoch_ns is None:
             self._epoch_ns = t_ns
         return (t_ns - self._epoch_ns) * 1e-9
@@ -152,7 +151,7 @@ def receiver_pose(r: TrackerReceiver) -> Placement | None:
 
 
 def warm_up() -> None:
-    """Have everything a posture needs compiled, so that the first one is as quick as the others."""
+    """Compile what a posture needs, so that the first one is as quick as the others."""
     skeleton = standard_skeleton()
     solver = PostureSolver(skeleton)
     poses = receiver_poses(skeleton, pose_joints(skeleton, standing()))

@@ -1,4 +1,4 @@
-"""Who sits where and which devices they wear."""
+"""The people and props of a site, and their devices."""
 
 from __future__ import annotations
 
@@ -23,35 +23,35 @@ from vistel.wire.motion import Losses
 
 @dataclass(frozen=True)
 class Person:
-    """A participant of this site. tracker, glove names are None where they wear none."""
+    """A participant of this site, and the names of their devices; None: no such device."""
 
     name: str
     display_name: str
     avatar: str
     height_m: float
     seat: Stance
-    """On the floor under the seat, facing the table."""
+    """On the floor under the seat, towards the table; room frame."""
     tracker: str | None
     stations: dict[int, str]
     """Station number to receiver ("chest", ...)."""
     transmitter: Placement
-    """In the room."""
+    """Pose in the room."""
     gloves: Mapping[str, str]
     """Device name to side."""
     avatar_file: Path | None = None
-    """Where their avatar is read from; None for a built-in person."""
+    """File of their avatar; None for a built-in one."""
     second_tracker: str | None = None
-    """Of two synchronised units the one with stations 5 to 8."""
+    """With two synchronised units, the one with stations 5 to 8."""
     face: str | None = None
-    """What sees their face."""
+    """Their face camera or phone."""
     eye: str | None = None
     """The camera that sees one of their eyes."""
     body: Body | None = None
-    """Their measured body; None: an average one of their height."""
+    """Their measured body; None: a standard one of their height."""
     mounts: Mapping[str, Mount] | None = None
-    """Measured places of the receivers on the body; None: where they should be."""
+    """Measured mounts of the receivers on the body; None: the nominal ones."""
     distortion: Distortion | None = None
-    """What metal does to their tracker."""
+    """Measured distortion of their tracker's field by metal."""
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,12 @@ class TrackedProp:
 
     thing: str
     tracker: str
-    """Name of its tracker's device."""
+    """Device name."""
     station: int
     transmitter: Placement
-    """In the room."""
+    """Pose in the room."""
     receiver: Placement
-    """On the thing, in its frame."""
+    """Pose in the frame of the thing."""
 
 
 @dataclass(frozen=True)
@@ -77,16 +77,16 @@ class Config:
     props: tuple[TrackedProp, ...] = ()
     losses: Losses = "rare"
     repeats: int = 0
-    """How often single motions are lost on their way."""
+    """How many earlier frames each motion message repeats."""
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
-    """The people of `site`, the devices they wear, and the props they hold.
+    """The people and props of `site`, with their devices.
 
     Raises CalibrationFileError, DistortionError (one line) for a file of theirs that cannot be used.
     """
     if site is None:
-        raise ValueError("posture: this service belongs to a site; name one")
+        raise ValueError("posture: runs at a site, but none is given")
     people: list[Person] = []
     for p in site.participants:
         position, heading = seat_place(conference.room, conference.seat_of(p.name))

@@ -1,4 +1,4 @@
-"""One participant's face, as it was last seen."""
+"""One participant's face: marks, gaze, lids."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from vistel.v1.device_pb2 import FaceFrame
 from vistel.wire.motion import StalePart
 
 SILENT_NS = 250_000_000
-"""A face not seen for this long keeps its last expression and is flagged."""
+"""A face without a frame for this time keeps its expression and is stale."""
 MARK_PEAK_M = 0.001
 """A mark that moves out and back by more between two motions is sent at its farthest [m]."""
 LID_PEAK = 0.1
@@ -19,7 +19,7 @@ LID_PEAK = 0.1
 
 
 class FaceCapture:
-    """Takes FaceFrames; gives what goes into a Motion."""
+    """From FaceFrames to the face of a Motion."""
 
     def __init__(self) -> None:
         self.marks: F64 | None = None
@@ -33,8 +33,8 @@ class FaceCapture:
         self._marks_ns = self._gaze_ns = self._eye_ns = 0
 
     def take(self, frame: FaceFrame, *, eye_camera: bool = False) -> None:
-        """An older frame than the last, or one that is not finite, changes nothing; nor does what a phone says of eyes that
-        a camera watches. A gaze that is unknown, in a blink, stays what it was; the lids say that it is not stale."""
+        """Take a frame. Ignored are frames that are older than the last or not finite, and a phone's gaze and lids while an
+        eye camera sends its own. In a blink, when the gaze is unknown, the last one is kept and is not stale."""
         marks, gaze, lids = (np.array(part, np.float64) for part in (frame.marks, frame.gaze, frame.lids))
         if len(marks) not in (0, 2 * MARK_COUNT) or len(gaze) not in (0, 2) or len(lids) not in (0, 2):
             self.rejected += 1
@@ -59,12 +59,12 @@ class FaceCapture:
             self._lids_peaks.add(self.lids)
 
     def for_motion(self) -> tuple[F64 | None, F64 | None, F64 | None]:
-        """Gaze, marks and lids for the next motion; with what was a peak since the last one, a blink say."""
+        """Gaze, marks and lids for the next motion, with peaks since the last one, such as a blink."""
         marks = None if self.marks is None else self._marks_peaks.take()
         return self.gaze, marks, None if self.lids is None else self._lids_peaks.take()
 
     def stale(self, t_ns: int) -> StalePart:
-        """Which of them has not been seen of late; nothing of what never was."""
+        """Parts that were measured once, but not lately."""
         out = StalePart(0)
         if self.marks is not None and t_ns - self._marks_ns > SILENT_NS:
             out |= StalePart.FACE

@@ -1,4 +1,4 @@
-"""A tracked prop: frames of its receiver in, poses of the thing out. It has no bus and no clock: times come with the messages."""
+"""A tracked prop: frames of its receiver in, poses of the thing out. No bus, no clock: times come with the messages."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from vistel.v1.motion_pb2 import Prop
 
 
 class PropCapture:
-    """Follows one prop."""
+    """From the frames of one prop's tracker to Prop messages."""
 
     def __init__(self, prop: TrackedProp) -> None:
         self.prop = prop
@@ -25,7 +25,7 @@ class PropCapture:
         self._published_ns = 0
 
     def tracker(self, frame: TrackerFrame) -> Prop | None:
-        """Take a tracker's frame. Gives a message when one is due: a sixtieth of a second of news has come in."""
+        """Take a tracker's frame; returns a message if one is due, about 1/60 s after the last."""
         health = TrackerReceiver.HEALTH_UNSPECIFIED
         for r in frame.receivers:
             if r.station != self.prop.station or r.t_ns <= self._newest_ns:
@@ -42,7 +42,7 @@ class PropCapture:
         return self._message(health)
 
     def _thing(self, position: F64, quaternion: F64) -> tuple[F64, F64]:
-        """The thing's pose from its receiver's; room frame."""
+        """Pose of the thing from that of its receiver; room frame."""
         p, q = self.prop.receiver
         rotation = matrix_from_quaternion(quaternion) @ matrix_from_quaternion(q).T
         return position - rotation @ p, quaternion_from_matrix(np.ascontiguousarray(rotation))
@@ -60,7 +60,7 @@ class PropCapture:
         return out
 
     def _seconds(self, t_ns: int) -> float:
-        """Seconds since the first measurement: small numbers keep their nanoseconds."""
+        """Seconds since the first sample; small, so that a float keeps nanoseconds."""
         if self._epoch_ns is None:
             self._epoch_ns = t_ns
         return (t_ns - self._epoch_ns) * 1e-9

@@ -1,4 +1,4 @@
-"""What a tracking suite knows beyond four receivers: where the elbows point, each leg, the fingers."""
+"""What a tracking suite measures beyond four receivers: directions of elbows, legs, fingers."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ _PARENT = {
 _SIGN = {"left": 1.0, "right": -1.0}
 _ARM = ("upper_arm", "lower_arm", "hand")
 STRAIGHT_M = 0.01
-"""An elbow this near to the line from shoulder to wrist points nowhere."""
+"""An elbow nearer to the line from shoulder to wrist has no direction [m]."""
 
 
 @dataclass(frozen=True)
 class WholeBody:
-    """Joints in the room: position (3,) and rotation (3, 3), by name."""
+    """Joints by name: position (3,) [m] and rotation (3, 3), room frame."""
 
     joints: Mapping[str, tuple[F64, F64]]
 
     def elbows(self) -> dict[str, F64] | None:
-        """Where both elbows point: (3,) from the line shoulder-wrist, in the chest's frame; None where that is not known."""
+        """Offset (3,) of each elbow from the line shoulder-wrist [m], chest frame; None if unknown."""
         out: dict[str, F64] = {}
         for side in SIDES:
             names = [f"{side}_{part}" for part in _ARM]
@@ -50,7 +50,7 @@ class WholeBody:
         return out
 
     def fingers(self, side: str) -> F64 | None:
-        """(20,) angles, order of one row of `Posture.hands`; None where a bone of the hand is not sent."""
+        """(20,) angles [rad], order of a row of `Posture.hands`; None if a bone of the hand is missing."""
         out = np.zeros(HAND_DOF_COUNT)
         sign = _SIGN[side]
         for f, finger in enumerate(FINGERS):
@@ -63,9 +63,9 @@ class WholeBody:
             out[4 * f : 4 * f + 4] = bends
         return out
 
-    def dress(self, posture: Posture) -> Posture:
-        """The posture with the legs that are sent; its feet may leave the floor. Collar bones stay as they were solved, or
-        the hands would leave their places."""
+    def add_legs(self, posture: Posture) -> Posture:
+        """The posture with the measured legs; its feet may leave the floor. Collar bones stay as solved, so that the hands
+        stay in place."""
         facing = rotation_y(posture.stance.heading)
         found = dict(posture.joints)
         for name in LEGS:
@@ -83,7 +83,7 @@ class WholeBody:
 
 
 def whole_body(frame: TrackerFrame, transmitter: Placement) -> WholeBody | None:
-    """From a tracker's frame; None where it has no bones. Bones that are unknown or no pose are left out."""
+    """From a tracker's frame; None if it has no bones. Bones with an unknown joint or an invalid pose are left out."""
     joints: dict[str, tuple[F64, F64]] = {}
     for bone in frame.bones:
         p = np.array((bone.position.x, bone.position.y, bone.position.z))

@@ -1,4 +1,4 @@
-"""The cheapest one-to-one choice."""
+"""Linear assignment."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ from scipy.optimize import linear_sum_assignment  # pyright: ignore[reportMissin
 from vistel.arrays import F64
 
 
-def cheapest(cost: F64) -> NDArray[np.int64]:
+def assign(cost: F64) -> NDArray[np.int64]:
     """(rows,) the column of each row of `cost` (rows, columns >= rows), no column twice, of least total cost."""
     return np.asarray(cast("tuple[NDArray[np.intp], NDArray[np.intp]]", linear_sum_assignment(cost))[1], np.int64)

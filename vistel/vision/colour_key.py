@@ -1,4 +1,4 @@
-"""How much of the marks' colour is in each pixel, whatever the light (a chroma key in a calibrated colour space)."""
+"""A chroma key for the marks' colour: how much of each pixel is mark, in any light."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from vistel.arrays import F64, I32, U8
 from vistel.jit.kernel_jit import compiled
 
 FULL = 200.0
-"""The key of a pixel that is all mark; the range above is room for brighter light."""
+"""The key of a pixel that is all mark; the range above is for brighter light."""
 _FLOOR = 12.0
 """Added to the background's second moments [grey levels²]: the noise of a camera."""
 _STEP = 8
-"""Every how many pixels the background is sampled."""
+"""The background is sampled at every so many pixels."""
 _SHIFT = 14
-"""Bits behind the point of the weights of a pixel's colours."""
+"""Fractional bits of the weights of a pixel's colours."""
 _MOST = (1 << 30) // (3 * 255)
-"""No weight is larger, so that no sum overflows."""
+"""The largest weight, so that no sum overflows."""
 
 
 @dataclass(frozen=True)
@@ -27,8 +27,8 @@ class ColourKey:
     """mark: (3,) mean colour of the marks, BGR 0..255. background: (3, 3) second moments E[c cᵀ] of everything else.
 
     The key is the linear map of colours that is 1 at `mark` and smallest over the background (constrained energy
-    minimisation). Being linear, it reads a pixel half covered by a mark as half; having no constant, it
-    only scales with the light, so that weighted centroids do not move.
+    minimisation). Being linear, it is half for a pixel half covered by a mark; without a constant, it only scales
+    with the light, so that weighted centroids do not move.
     """
 
     mark: F64
@@ -41,19 +41,19 @@ class ColourKey:
         return np.asarray(w / float(w @ self.mark), np.float64)
 
     def apply(self, frame: U8) -> U8:
-        """frame: (h, w, 3) BGR. (h, w), `FULL` where there is only mark, 0 where there is none."""
+        """frame: (h, w, 3) BGR. Returns (h, w): `FULL` where there is only mark, 0 where there is none."""
         out = np.empty(frame.shape[:2], np.uint8)
         weights = np.clip(np.rint(FULL * self.weights * (1 << _SHIFT)), -_MOST, _MOST).astype(np.int32)
         _mix(np.ascontiguousarray(frame).reshape(-1), weights, out.reshape(-1))
         return out
 
     def contrast(self) -> float:
-        """How far the marks stand out of the background: mean square of the key over marks to that over the rest."""
+        """Contrast of marks to background: ratio of the mean squares of the key."""
         w = self.weights
         return float(1.0 / max(w @ self.background @ w, 1e-9))
 
-    def followed(self, mark: F64, background: F64, share: float) -> ColourKey:
-        """Drawn by `share` towards what is seen now."""
+    def adapted(self, mark: F64, background: F64, share: float) -> ColourKey:
+        """Moved by `share` towards the present colours."""
         return ColourKey(self.mark + share * (mark - self.mark), self.background + share * (background - self.background))
 
 
@@ -67,7 +67,7 @@ def _mix(colours: U8, weights: I32, out: U8) -> None:
 
 
 def generic_green(frame: U8) -> U8:
-    """(h, w) 255 where a pixel is a strong green of any brightness; for frames of which no key is known yet."""
+    """(h, w) 255 where a pixel is a strong green of any brightness; for frames without a key yet."""
     hsv = cv2.cvtColor(frame, cv2.COLOR_BGR2HSV)
     return np.asarray(cv2.inRange(hsv, np.array((38, 80, 40)), np.array((92, 255, 255))), np.uint8)
 

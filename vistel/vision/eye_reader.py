@@ -1,4 +1,4 @@
-"""From pictures of an eye to the pupil, where the eye looks and how far it is open."""
+"""From pictures of an eye to pupil, gaze and opening of the lids."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 
 from vistel.arrays import F64, U8
 from vistel.vision.gaze_calibration import GazeCalibration
-from vistel.vision.pupil import SURE, Pupil, find_pupil
+from vistel.vision.pupil import LEAST_CONFIDENCE, Pupil, find_pupil
 
 _KEPT = 0.05
-"""Share by which what an open eye looks like follows each picture of one."""
+"""Share by which the grey level of an open eye follows each picture."""
 _BAND = 0.7
-"""Half width of the strip in which the lids are looked for, over the pupil's radius."""
+"""Half width of the strip in which the lids are searched, over the pupil's radius."""
 _OPEN_LEAST = 0.15
 _GAZE_LEAST = 0.55
 """Opening below which the lid covers part of the pupil, so that its centre does not give the gaze."""
@@ -22,9 +22,8 @@ _GAZE_LEAST = 0.55
 
 @dataclass(frozen=True)
 class EyeReading:
-    """pupil: None where it is not seen. opening_px: height between the lids over the pupil. opening: 0 closed .. 1 as at
-    rest. gaze: (2,) yaw and pitch [rad], None where the pupil is not seen or is half under a lid, or without a
-    calibration."""
+    """pupil: None if not seen. opening_px: height between the lids at the pupil. opening: 0 closed .. 1 as at rest. gaze: (2,)
+    yaw and pitch [rad]; None if the pupil is not seen or half covered, or without a calibration."""
 
     pupil: Pupil | None
     opening_px: float
@@ -33,7 +32,7 @@ class EyeReading:
 
 
 class EyeReader:
-    """Reads one camera's pictures in order. Without a calibration there is no gaze, and rest is learnt from the pictures."""
+    """Reads the pictures of one camera, in order. Without a calibration there is no gaze, and the opening at rest is learnt."""
 
     def __init__(self, calibration: GazeCalibration | None = None) -> None:
         self._calibration = calibration
@@ -44,13 +43,13 @@ class EyeReader:
 
     @property
     def found(self) -> bool:
-        """Whether a pupil has been seen at all."""
+        """Whether a pupil has ever been seen."""
         return self._seen is not None
 
     def read(self, picture: U8) -> EyeReading:
         """picture: (h, w) grey."""
         pupil = find_pupil(picture, self._before)
-        if pupil is not None and pupil.sure <= SURE:
+        if pupil is not None and pupil.confidence <= LEAST_CONFIDENCE:
             pupil = None
         self._before = pupil
         if pupil is not None:
@@ -61,7 +60,7 @@ class EyeReader:
             return EyeReading(None, 0.0, 0.0, None)
         height = opening_px(picture, pupil or self._seen, self._key)
         if self._calibration is None:
-            # A lid is at rest most of the time, and wider only for moments.
+            # Lids are at rest most of the time, and wider only for moments.
             self._open_px += (0.2 if height > self._open_px else 0.002) * (height - self._open_px)
         opening = float(np.clip(height / max(self._open_px, 1.0), 0.0, 1.0))
         if pupil is None and opening < _OPEN_LEAST:
@@ -73,7 +72,7 @@ class EyeReader:
 
 
 def level_key(picture: U8, pupil: Pupil) -> float:
-    """The grey level between an eye and its lids: midway from the iris beside the pupil to the skin of the picture."""
+    """The grey level between eye and lids: halfway from the iris beside the pupil to the skin."""
     x, y = (round(float(v)) for v in pupil.centre)
     r = pupil.radius
     row = slice(max(0, y - round(0.3 * r)), y + round(0.3 * r) + 1)
@@ -89,13 +88,13 @@ def level_key(picture: U8, pupil: Pupil) -> float:
 
 
 def opening_px(picture: U8, pupil: Pupil, key: float) -> float:
-    """Height [px] of what is darker than `key` round the pupil's place, in a strip as wide as most of the pupil."""
+    """Height [px] of what is darker than `key` round the pupil, in a strip nearly as wide as the pupil."""
     x, y = (float(v) for v in pupil.centre)
     half = max(2.0, _BAND * pupil.radius)
     strip = picture[:, max(0, round(x - half)) : round(x + half) + 1]
     if not strip.size:
         return 0.0
-    # The median across the strip is blind to single lashes and to the lamps' reflections.
+    # The median across the strip ignores single lashes and reflections of the lamps.
     dark = np.median(cv2.GaussianBlur(strip, (0, 0), 1.5), 1) < key
     rows = np.flatnonzero(~dark)
     at = int(np.clip(round(y), 0, len(dark) - 1))

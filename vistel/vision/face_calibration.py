@@ -1,4 +1,4 @@
-"""What is known of one person's face in one helmet's camera: where the marks rest, and their colour."""
+"""The calibration of one person's face in one helmet camera: positions of the marks at rest, and their colour."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, U8
 from vistel.figure.face.marks import MARK_COUNT, MARKS, REST
-from vistel.vision.assignment import cheapest
+from vistel.vision.assignment import assign
 from vistel.vision.colour_key import FULL, ColourKey, background_moments, generic_green, mean_colour
 from vistel.vision.spots import Spots, find_spots
 
 _FIT_M = 0.008
-"""How far a person's marks may lie from those of the standard face once it is laid over them."""
+"""Largest RMS distance of a person's marks from the standard face fitted to them [m]."""
 _TILT_RAD = 0.6
 _ENOUGH_FRAMES = 5
 
 
 class CalibrationError(ValueError):
-    """Pictures or a file from which nothing can be learnt; one line: what, where, how to mend it."""
+    """Pictures or a file that cannot be used; one line: what, where, how to mend it."""
 
 
 @dataclass(frozen=True)
 class FaceCalibration:
     """width, height: of the pictures [px]. neutral: (13, 2) marks of the face at rest [px], order of `MARKS`. mass: of a
-    mark [px of full key]. key: the marks' colour. wander_px: how much a mark moved while it was to be still, RMS.
-    misfit_mm: how far this face's marks lie from the standard face's, RMS."""
+    mark [px of full key]. key: the marks' colour. wander_px: RMS movement of the marks while the face was still.
+    misfit_mm: RMS distance of the marks from those of the standard face."""
 
     width: int
     height: int
@@ -43,14 +43,13 @@ class FaceCalibration:
     misfit_mm: float = 0.0
 
     def to_head(self) -> tuple[F64, F64]:
-        """(2, 2) and (2,): the similarity that lays the neutral face over the standard one, pixels to metres."""
+        """(2, 2) and (2,): the similarity from the neutral face to the standard one, pixels to metres."""
         return similarity(self.neutral, REST)
 
 
 def similarity(source: F64, target: F64) -> tuple[F64, F64]:
-    """Least-squares (2, 2), (2,) with target ≈ source @ m.T + t. Pictures have y down, heads y up: m mirrors y, and x too
-    where the picture shows the person's left on its right, as a camera in front of them does; which of both, the sign of
-    `source`'s own order decides."""
+    """Least-squares (2, 2), (2,) with target ≈ source @ m.T + t. Pictures have y down, heads y up, so m mirrors y. It also
+    mirrors x if that fits better: a camera in front of a person has their left on its right."""
     s, t = source - source.mean(0), target - target.mean(0)
     best: tuple[float, F64] | None = None
     for flip in (np.array((1.0, -1.0)), np.array((-1.0, -1.0))):
@@ -71,7 +70,7 @@ def calibrate_face(frames: Sequence[U8], *, mirrored: bool = False) -> FaceCalib
     """From pictures (h, w, 3) BGR of a still, neutral face with all 13 marks in sight. mirrored: the picture shows the
     person's left on its left. Raises CalibrationError."""
     if not frames:
-        raise CalibrationError("the clip holds no picture; is the file a video, and not empty?")
+        raise CalibrationError("the clip has no pictures; is the file a video, and not empty?")
     neutral: list[F64] = []
     masses: list[float] = []
     key: ColourKey | None = None
@@ -93,7 +92,7 @@ def calibrate_face(frames: Sequence[U8], *, mirrored: bool = False) -> FaceCalib
         key = _learn(key, frame, spots, found, 1.0 / len(neutral))
     if key is None or len(neutral) < min(_ENOUGH_FRAMES, len(frames)):
         raise CalibrationError(
-            f"all {MARK_COUNT} marks were told apart in {len(neutral)} of {len(frames)} pictures (green spots seen: "
+            f"all {MARK_COUNT} marks were identified in {len(neutral)} of {len(frames)} pictures (green spots seen: "
             f"{int(np.median(counts))}); light the face evenly, take other green things out of the picture, look neutral"
         )
     at = np.stack(neutral)
@@ -115,7 +114,7 @@ def calibrate_face(frames: Sequence[U8], *, mirrored: bool = False) -> FaceCalib
 
 
 def first_key(frame: U8) -> ColourKey | None:
-    """A key from one picture, taking strong greens for marks; None where there is none."""
+    """A key from one picture, with strong greens as marks; None if there are none."""
     mask = generic_green(frame)
     colour = mean_colour(frame, mask)
     if not np.isfinite(colour).all():
@@ -124,16 +123,16 @@ def first_key(frame: U8) -> ColourKey | None:
 
 
 def _learn(key: ColourKey, frame: U8, spots: Spots, found: NDArray[np.int64], share: float) -> ColourKey:
-    """The key drawn towards what this picture's marks and background are."""
+    """The key, adapted to the marks and background of this picture."""
     mask = marks_mask(key.apply(frame), spots, found)
     colour = mean_colour(frame, mask)
     if not np.isfinite(colour).all():
         return key
-    return key.followed(colour, background_moments(frame, mask), share)
+    return key.adapted(colour, background_moments(frame, mask), share)
 
 
 def marks_mask(key: U8, spots: Spots, which: NDArray[np.int64]) -> U8:
-    """(h, w) 255 over the spots `which`, where the key is more than half."""
+    """(h, w) 255 within the spots `which`, where the key is more than half."""
     mask = np.zeros_like(key)
     for x, y, w, h in spots.box[which]:
         _, mask[y : y + h, x : x + w] = cv2.threshold(key[y : y + h, x : x + w], 0.5 * FULL, 255, cv2.THRESH_BINARY)
@@ -141,9 +140,9 @@ def marks_mask(key: U8, spots: Spots, which: NDArray[np.int64]) -> U8:
 
 
 def name_marks(spots: Spots, *, mirrored: bool = False) -> NDArray[np.int64] | None:
-    """(13,) the spot of each mark of a roughly neutral face anywhere in the picture; None where they do not fit.
+    """(13,) the spot of each mark of a roughly neutral face anywhere in the picture; None if they do not fit.
 
-    Every pair of spots is tried as the two outer brows; the standard face laid over them says which spots are marks.
+    Every pair of spots is tried as the two outer brows; the standard face fitted to them gives the spots of the others.
     """
     n = len(spots)
     if not MARK_COUNT <= n <= 4 * MARK_COUNT:
@@ -166,7 +165,7 @@ def name_marks(spots: Spots, *, mirrored: bool = False) -> NDArray[np.int64] | N
     where, size = laid[best], float(np.abs(turn[best]))
     columns = np.zeros(MARK_COUNT, np.int64)
     for _ in range(4):
-        columns = cheapest(np.minimum(np.abs(where[:, None] - z[None]) / size, 0.05))
+        columns = assign(np.minimum(np.abs(where[:, None] - z[None]) / size, 0.05))
         a, b = _fit(model, z[columns])
         where, size = a * model + b, float(abs(a))
     if np.sqrt((np.abs(where - z[columns]) ** 2).mean()) / size > _FIT_M:
@@ -175,7 +174,7 @@ def name_marks(spots: Spots, *, mirrored: bool = False) -> NDArray[np.int64] | N
 
 
 def _fit(source: NDArray[np.complex128], target: NDArray[np.complex128]) -> tuple[complex, complex]:
-    """The similarity a z + b of least squares."""
+    """The least-squares similarity a z + b."""
     s, t = source - source.mean(), target - target.mean()
     a = complex((s.conj() @ t) / (s.conj() @ s).real)
     return a, complex(target.mean() - a * source.mean())
@@ -217,5 +216,5 @@ def read_face(path: Path) -> FaceCalibration:
     shapes = out.neutral.shape, out.key.mark.shape, out.key.background.shape
     numbers = np.concatenate((out.neutral.ravel(), out.key.mark, out.key.background.ravel(), (out.mass,)))
     if shapes != ((MARK_COUNT, 2), (3,), (3, 3)) or not np.isfinite(numbers).all() or out.mass <= 0.0:
-        raise CalibrationError(f"{path}: its numbers are not those of a face; make it anew with vistel calibrate face")
+        raise CalibrationError(f"{path}: its numbers are no face calibration; make it anew with vistel calibrate face")
     return out

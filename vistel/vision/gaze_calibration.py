@@ -1,4 +1,4 @@
-"""From where the pupil is in an eye camera's picture to where the eye looks: a quadratic map, learnt from nine points."""
+"""From the position of the pupil in a picture to the gaze: a quadratic map, learnt from nine points."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.vision.face_calibration import CalibrationError
 
-NINE: F64 = np.radians([[yaw, pitch] for pitch in (12.0, 0.0, -12.0) for yaw in (18.0, 0.0, -18.0)])
-"""(9, 2) yaw (left positive) and pitch (up positive) of the points to look at, reading from the person's left above [rad]."""
+GAZE_TARGETS: F64 = np.radians([[yaw, pitch] for pitch in (12.0, 0.0, -12.0) for yaw in (18.0, 0.0, -18.0)])
+"""(9, 2) yaw (left positive) and pitch (up positive) of the points to look at, row by row from the person's upper left [rad]."""
 
 _TERMS = 6
 _LEAST = 3
@@ -24,8 +24,8 @@ _SPREAD_PX = 4.0
 @dataclass(frozen=True)
 class GazeCalibration:
     """width, height: of the pictures [px]. weights: (6, 2) of 1, u, v, u², uv, v² to yaw, pitch [rad], with (u, v) the
-    pupil's place less `middle` (2,) over `reach` [px]. open_px: height of the opening between the lids at rest.
-    residual_deg: RMS on the points; left_out_deg: RMS on each point by a map learnt from the others."""
+    pupil's position less `middle` (2,), over `reach` [px]. open_px: height between the lids at rest. residual_deg: RMS error
+    at the points; left_out_deg: RMS error at each point of a map learnt from the others."""
 
     width: int
     height: int
@@ -37,12 +37,12 @@ class GazeCalibration:
     left_out_deg: float = 0.0
 
     def gaze(self, pupil: F64) -> F64:
-        """(2,) yaw, pitch [rad] for a pupil at (2,) px; within the half circle of the eye."""
+        """(2,) yaw, pitch [rad] for a pupil at (2,) px; clamped to 1.2 rad."""
         return np.clip(_terms((pupil - self.middle) / self.reach)[0] @ self.weights, -1.2, 1.2)
 
 
 def calibrate_gaze(pupils: Sequence[F64], targets: F64, size: tuple[int, int], opening_px: float) -> GazeCalibration:
-    """pupils: of each target, (k, 2) places of the pupil while it was looked at [px], k may be 0; targets: (n, 2) yaw and
+    """pupils: for each target, (k, 2) positions of the pupil [px], k may be 0; targets: (n, 2) yaw and
     pitch [rad]; size: width, height of the pictures; opening_px: between the lids at rest. Raises CalibrationError."""
     middle_of = [np.median(p, 0) for p in pupils if len(p) >= _LEAST]
     used = np.array([len(p) >= _LEAST for p in pupils])
@@ -69,7 +69,7 @@ def _terms(uv: F64) -> F64:
 
 
 def _solve(terms: F64, to: F64) -> F64:
-    # A breath of ridge on the quadratic terms: eight points must not be fitted to their noise.
+    # A small ridge on the quadratic terms, against fitting the noise of a few points.
     ridge = np.diag((0.0, 0.0, 0.0, 1e-3, 1e-3, 1e-3))
     return np.asarray(np.linalg.solve(terms.T @ terms + ridge, terms.T @ to), np.float64)
 
@@ -114,5 +114,5 @@ def read_gaze(path: Path) -> GazeCalibration:
         raise CalibrationError(f"{path}: not a gaze calibration ({e!r}); make one with vistel calibrate gaze") from e
     numbers = np.concatenate((out.middle.ravel(), out.weights.ravel(), (out.reach, out.open_px)))
     if out.middle.shape != (2,) or out.weights.shape != (_TERMS, 2) or not np.isfinite(numbers).all() or out.reach <= 0:
-        raise CalibrationError(f"{path}: its numbers are not those of a gaze; make it anew with vistel calibrate gaze")
+        raise CalibrationError(f"{path}: its numbers are no gaze calibration; make it anew with vistel calibrate gaze")
     return out

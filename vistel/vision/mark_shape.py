@@ -1,4 +1,4 @@
-"""How the marks of a face can lie: a Gaussian of where they are together, from the expressions and from a helmet that slips."""
+"""A joint Gaussian of the marks of a face: covariance of expressions, and of a helmet that slips."""
 
 from __future__ import annotations
 
@@ -14,20 +14,19 @@ from vistel.figure.face.marks import MARK_COUNT, MOVES, REST
 _EXPRESSION = 0.35
 """Standard deviation of an expression's value."""
 _OWN_M = 0.0015
-"""Standard deviation of a mark's place from that of the table of expressions [m]."""
+"""Standard deviation of a mark from the table of expressions [m]."""
 _SLIP_M = 0.006
 """Standard deviation of the helmet's shift on the head [m]."""
 _SLIP_RAD = 0.05
 """Standard deviation of the helmet's turn on the head [rad]."""
 _SLIP_SCALE = 0.03
-"""Standard deviation of the picture's scale, as the camera comes nearer or moves away (share)."""
+"""Standard deviation of the picture's scale, as the distance of the camera changes (share)."""
 
 
 @dataclass(frozen=True)
 class MarkShape:
-    """In metres of the head's frame, flattened (x, y) of `MARKS`: rest (26,); expression (26, 26) covariance of what the
-    face does; slip (26, 4): how the marks move with a slip of the helmet by one metre in x, in y, by one radian and by
-    twice the size; slip_deviation (4,)."""
+    """In metres, head frame, flattened (x, y) of `MARKS`: rest (26,); expression (26, 26) covariance of expressions; slip
+    (26, 4): derivatives of the marks by the helmet's shift in x and y [m], turn [rad] and scale; slip_deviation (4,)."""
 
     rest: F64
     expression: F64
@@ -36,12 +35,12 @@ class MarkShape:
 
     @property
     def covariance(self) -> F64:
-        """(26, 26) of the marks as the camera sees them."""
+        """(26, 26) of the marks in the camera's picture."""
         moved = self.slip * self.slip_deviation
         return self.expression + moved @ moved.T
 
     def slip_of(self, marks: F64, known: NDArray[np.bool_]) -> F64:
-        """(4,) most likely slip behind marks (13, 2), of which those `known` (13,) were seen."""
+        """(4,) most likely slip for marks (13, 2), of which those `known` (13,) were seen."""
         at = np.repeat(known, 2)
         if not at.any():
             return np.zeros(4)
@@ -53,10 +52,10 @@ class MarkShape:
 
 @cache
 def standard_shape() -> MarkShape:
-    """Of the 13 marks and ARKit's expressions."""
+    """The shape of the standard face with ARKit's expressions."""
     rest = REST.ravel()
     basis = np.array([move.ravel() for move in MOVES.values()])
-    # Expressions are 0..1, not about 0: their mean moves the middle, which neutral-face calibration puts back to rest.
+    # Expressions are 0..1, not about 0; calibration of the neutral face removes their mean.
     expression = _EXPRESSION**2 * basis.T @ basis + _OWN_M**2 * np.eye(2 * MARK_COUNT)
     centred = REST - REST.mean(0)
     slip = np.zeros((MARK_COUNT, 2, 4))

@@ -1,4 +1,4 @@
-"""Where the key is high: spots with sub-pixel centres, and spots in which two marks have run together, taken apart."""
+"""Spots of a key picture, with sub-pixel centres; merged spots can be split."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from vistel.arrays import F64, U8
 
 _RISE = 0.35
-"""Share of the key's height from which a pixel belongs to a spot."""
+"""Share of the full key from which a pixel belongs to a spot."""
 _MARGIN = 2
-"""Pixels around a spot that still hold some of its blurred edge."""
+"""Pixels round a spot that belong to its blurred edge."""
 _FAINT = 0.08
-"""Share of the key's height below which a pixel's key counts as noise."""
+"""Share of the full key below which a pixel is noise."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,7 @@ class Spots:
 
 
 def find_spots(key: U8, full: float, *, smallest: float = 6.0, largest: float = 4000.0) -> Spots:
-    """Spots of a key picture (h, w) whose height over a mark is `full`; masses outside [smallest, largest] left out."""
+    """Spots of a key picture (h, w), `full` over a mark, with masses [px] within smallest..largest."""
     _, mask = cv2.threshold(key, _RISE * full, 255, cv2.THRESH_BINARY)
     outlines, _ = cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     height, width = key.shape
@@ -60,17 +60,17 @@ def find_spots(key: U8, full: float, *, smallest: float = 6.0, largest: float = 
 
 
 def window_weights(key: U8, box: tuple[int, int, int, int], full: float) -> F64:
-    """(h, w) of a box x, y, w, h: how much of each pixel is mark, 0..about 1."""
+    """(h, w) share of mark in each pixel of a box x, y, w, h: 0..about 1."""
     x, y, w, h = box
     weight = np.asarray(key[y : y + h, x : x + w], np.float64) * (1.0 / full)
     weight[weight < _FAINT] = 0.0
     return weight
 
 
-def take_apart(key: U8, box: tuple[int, int, int, int], full: float, seeds: F64, rounds: int = 8) -> tuple[F64, F64]:
-    """Centres (k, 2) [px] and masses (k,) of `k` marks that have run together, near `seeds` (k, 2) [px].
+def split_spot(key: U8, box: tuple[int, int, int, int], full: float, seeds: F64, rounds: int = 8) -> tuple[F64, F64]:
+    """Centres (k, 2) [px] and masses (k,) of `k` merged marks near `seeds` (k, 2) [px], by k-means.
 
-    Each pixel's weight goes to the nearest centre, as often as `rounds` times; a centre that gets nothing has mass 0.
+    A centre without pixels has mass 0.
     """
     weight = window_weights(key, box, full)
     ys, xs = np.nonzero(weight)

@@ -18,7 +18,7 @@ from vistel.protocol.live_link_face import CHANNELS
 from vistel.vision.eye_reader import EyeReader
 from vistel.vision.face_calibration import calibrate_face
 from vistel.vision.face_reader import FaceReader
-from vistel.vision.gaze_calibration import NINE, calibrate_gaze
+from vistel.vision.gaze_calibration import GAZE_TARGETS, calibrate_gaze
 from vistel_sim.phone import talking
 from vistel_sim.pictures.eye import HEIGHT, WIDTH, EyePicture
 from vistel_sim.pictures.face import FacePicture, View
@@ -52,15 +52,15 @@ def eyes() -> list[U8]:
     """Five pictures with pupil, gaze and opening."""
     eye = EyePicture(4)
     pupils, heights = [], []
-    for n, target in enumerate(NINE):
+    for n, target in enumerate(GAZE_TARGETS):
         reader = EyeReader()
         readings = [reader.read(eye.draw(target, 1.0, 20 * n + k)) for k in range(8)]
         pupils.append(np.array([r.pupil.centre for r in readings if r.pupil]).reshape(-1, 2))
         heights += [r.opening_px for r in readings if r.pupil]
-    reader = EyeReader(calibrate_gaze(pupils, NINE, (WIDTH, HEIGHT), float(np.median(heights))))
+    reader = EyeReader(calibrate_gaze(pupils, GAZE_TARGETS, (WIDTH, HEIGHT), float(np.median(heights))))
     out: list[U8] = []
-    for k, (gaze, opening) in enumerate(((NINE[0], 1.0), (NINE[4], 1.0), (NINE[5], 1.0), (NINE[4], 0.45), (NINE[4], 0.0))):
-        grey = eye.draw(gaze, opening, k)
+    for k, (target, opening) in enumerate(((0, 1.0), (4, 1.0), (5, 1.0), (4, 0.45), (4, 0.0))):
+        grey = eye.draw(GAZE_TARGETS[target], opening, k)
         reading = reader.read(grey)
         picture = cv2.cvtColor(grey, cv2.COLOR_GRAY2BGR)
         if reading.pupil is not None:

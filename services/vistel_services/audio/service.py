@@ -7,7 +7,7 @@ import logging
 from prometheus_client import Counter, Gauge
 
 from vistel.arrays import F32
-from vistel.audio.capture import Capture
+from vistel.audio.capture import MicrophoneCapture
 from vistel.audio.opus import FRAME_NS, Encoder, version
 from vistel.audio.received_voices import ReceivedVoices
 from vistel.v1.audio_pb2 import Sound, SoundStatus
@@ -75,7 +75,7 @@ class _Site:
         self._senders = [
             VoiceSender(
                 m.participant,
-                Capture(m.participant, InputOpener(m.source, clock)),
+                MicrophoneCapture(m.participant, InputOpener(m.source, clock)),
                 bus.publish(BY_NAME["voice"], participant=m.participant),
                 config.bitrate,
                 self._switches[m.participant],

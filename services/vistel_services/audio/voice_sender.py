@@ -8,7 +8,7 @@ from collections import deque
 from prometheus_client import Counter, Gauge
 
 from vistel.arrays import F32
-from vistel.audio.capture import Capture
+from vistel.audio.capture import MicrophoneCapture
 from vistel.audio.levels import SILENT_DB, Level, Meter
 from vistel.audio.opus import FRAME_NS, Encoder
 from vistel.v1.audio_pb2 import SoundStatus, Voice
@@ -30,7 +30,13 @@ class VoiceSender:
     """From a microphone to Voice messages; `step` is called every 20 ms."""
 
     def __init__(
-        self, participant: str, capture: Capture, publication: Publication, bitrate: int, switch: MicrophoneSwitch, repeats: int = 0
+        self,
+        participant: str,
+        capture: MicrophoneCapture,
+        publication: Publication,
+        bitrate: int,
+        switch: MicrophoneSwitch,
+        repeats: int = 0,
     ) -> None:
         """repeats: how many earlier packets each message repeats."""
         self.participant, self.switch = participant, switch

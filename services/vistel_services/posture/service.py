@@ -11,7 +11,7 @@ from operator import or_
 
 from prometheus_client import Counter, Gauge, Histogram
 
-from vistel.capture.body import RATE_HZ, Capture, warm_up
+from vistel.capture.body import RATE_HZ, BodyCapture, warm_up
 from vistel.capture.config import Config, Person, TrackedProp
 from vistel.capture.face import FaceCapture
 from vistel.capture.props import PropCapture
@@ -142,7 +142,7 @@ class _Maker:
 
     def __init__(self, person: Person, own: OwnAvatar | None, config: Config, bus: Bus) -> None:
         self.person = person
-        self.capture = Capture(person, own.proportions.skeleton if own else None)
+        self.capture = BodyCapture(person, own.proportions.skeleton if own else None)
         self._own = own
         self.face = FaceCapture()
         self._site = config.site

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from vistel.capture.body import Capture
+from vistel.capture.body import BodyCapture
 from vistel.capture.config import Person
 from vistel.capture.one_euro import PoseFilter
 from vistel.conference.model import Conference, Participant, Site
@@ -52,7 +52,7 @@ def solved(body: Body | None, distortion: Distortion | None, error: np.ndarray) 
         mounts=mounts,
         distortion=distortion,
     )
-    capture = Capture(person)
+    capture = BodyCapture(person)
     worst = {"left_hand": 0.0, "right_hand": 0.0}
     wearing = type(place)(**{**vars(place), "skeleton": own, "mounts": mounts})
     for k in range(60):

@@ -12,7 +12,7 @@ import pytest
 from device_site import STATE, RecordingBus, Running, run
 from virtual_time import LoopClock
 
-from vistel.capture.body import Capture
+from vistel.capture.body import BodyCapture
 from vistel.conference.devices import TrackerConfig
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
@@ -54,7 +54,7 @@ def test_elbows_fingers_and_legs_are_those_of_the_body(tmp_path: Path) -> None:
     motion, place = open_motion(conference), places(conference)["ann"]
     decoder = VmcDecoder("ann-tracker", 1.64)
     (who,) = configure(conference, conference.sites[0], RunPaths(tmp_path, tmp_path)).people
-    capture = Capture(who)
+    capture = BodyCapture(who)
     solved = None
     for k in range(120):
         truth = motion.posture("ann", 3.0 + k / 60)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vistel.audio.capture import Capture
+from vistel.audio.capture import MicrophoneCapture
 from vistel.audio.delay_policy import Policy
 from vistel.audio.opus import FRAME_NS, RATE
 from vistel.v1.audio_pb2 import EquipmentStatus, SoundStatus, VoiceControl
@@ -393,7 +393,7 @@ def test_a_simulated_microphones_sound_is_stamped_when_it_was_made_however_its_b
         voice = Voice(lambda t: 0.0, lambda a, b: [n for n in (2, 3, 4) if a < n <= b], 5)
         microphone = SimulatedMicrophone("ann-microphone", voice, tmp_path / "ann")
         tasks = [asyncio.create_task(run_microphones([microphone], clock, first_ns))]
-        capture = Capture("ann", InputOpener(str(tmp_path / "ann"), clock))
+        capture = MicrophoneCapture("ann", InputOpener(str(tmp_path / "ann"), clock))
         for _ in range(250):
             heard.extend(capture.frames(clock.now_ns()))
             await clock.advance_to_ns(clock.now_ns() + FRAME_NS)

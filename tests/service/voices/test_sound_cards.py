@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vistel.audio.capture import Capture, SoundDeviceError
+from vistel.audio.capture import MicrophoneCapture, SoundDeviceError
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
@@ -144,7 +144,7 @@ def test_a_microphone_that_is_opened_leaves_the_loudspeaker_on(portaudio: PortAu
 def test_a_card_that_refuses_48_khz_is_read_at_its_own_rate(portaudio: PortAudio, rate: float) -> None:
     portaudio.only_rate = rate
     clock = SimulatedClock(SECOND_NS)
-    capture = Capture("ann", InputOpener("headset", clock))
+    capture = MicrophoneCapture("ann", InputOpener("headset", clock))
     frames: list[Any] = []
     tone = np.sin(2 * np.pi * 400.0 * np.arange(round(rate)) / rate).astype(np.float32)
     part = round(rate * 0.02)
@@ -180,7 +180,7 @@ def rounds(clock: SimulatedClock, seconds: float, step: Callable[[int], object])
 def test_a_microphone_that_is_unplugged_is_named_and_found_again_while_the_loudspeaker_goes_on(portaudio: PortAudio) -> None:
     clock = SimulatedClock(SECOND_NS)
     loudspeaker = Loudspeaker("speakers", clock)
-    capture = Capture("ann", InputOpener("headset", clock))
+    capture = MicrophoneCapture("ann", InputOpener("headset", clock))
 
     def step(now_ns: int) -> None:
         loudspeaker.due(now_ns)

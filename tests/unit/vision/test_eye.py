@@ -13,15 +13,15 @@ from hypothesis import strategies as st
 
 from vistel.vision.eye_reader import EyeReader
 from vistel.vision.face_calibration import CalibrationError
-from vistel.vision.gaze_calibration import NINE, calibrate_gaze, read_gaze, write_gaze
-from vistel.vision.pupil import SURE, find_pupil
+from vistel.vision.gaze_calibration import GAZE_TARGETS, calibrate_gaze, read_gaze, write_gaze
+from vistel.vision.pupil import LEAST_CONFIDENCE, find_pupil
 from vistel_sim.pictures.eye import EyePicture
 
 AHEAD = np.zeros(2)
 
 
 def learnt(eye: EyePicture):
-    return calibrate_gaze([np.tile(eye.pupil(t)[0], (4, 1)) for t in NINE], NINE, (320, 240), 79.0)
+    return calibrate_gaze([np.tile(eye.pupil(t)[0], (4, 1)) for t in GAZE_TARGETS], GAZE_TARGETS, (320, 240), 79.0)
 
 
 @pytest.mark.parametrize("right", [False, True])
@@ -61,19 +61,19 @@ def test_no_picture_breaks_the_search(seed: int, width: int, height: int, spread
     rng = np.random.default_rng(seed)
     picture = rng.integers(0, spread + 1, (height, width)).astype(np.uint8)
     pupil = find_pupil(picture)
-    assert pupil is None or np.isfinite((*pupil.centre, *pupil.axes, pupil.sure)).all()
+    assert pupil is None or np.isfinite((*pupil.centre, *pupil.axes, pupil.confidence)).all()
 
 
 def test_points_that_were_not_looked_at_are_left_out_and_too_few_refused(tmp_path: Path) -> None:
     eye = EyePicture(4)
-    places = [np.tile(eye.pupil(t)[0], (4, 1)) for t in NINE]
+    places = [np.tile(eye.pupil(t)[0], (4, 1)) for t in GAZE_TARGETS]
     some = [p if k != 3 else p[:0] for k, p in enumerate(places)]
-    found = calibrate_gaze(some, NINE, (320, 240), 79.0)
+    found = calibrate_gaze(some, GAZE_TARGETS, (320, 240), 79.0)
     assert found.residual_deg < 0.3
     with pytest.raises(CalibrationError, match="6 of 9 points"):
-        calibrate_gaze([p if k < 6 else p[:0] for k, p in enumerate(places)], NINE, (320, 240), 79.0)
+        calibrate_gaze([p if k < 6 else p[:0] for k, p in enumerate(places)], GAZE_TARGETS, (320, 240), 79.0)
     with pytest.raises(CalibrationError, match="moved by"):
-        calibrate_gaze([np.full((4, 2), 100.0)] * 9, NINE, (320, 240), 79.0)
+        calibrate_gaze([np.full((4, 2), 100.0)] * 9, GAZE_TARGETS, (320, 240), 79.0)
     path = tmp_path / "eye.json"
     write_gaze(path, found)
     assert np.allclose(read_gaze(path).gaze(places[0][0]), found.gaze(places[0][0]), atol=1e-3)
@@ -91,9 +91,11 @@ def test_real_eyes_are_told_open_or_closed_and_their_pupils_found(shared_data: P
     hits = 0
     for row in marked:
         p = find_pupil(cv2.imread(str(folder / "open" / row["picture"]), cv2.IMREAD_GRAYSCALE))
-        off = np.inf if p is None or p.sure <= SURE else np.hypot(*(p.centre - (float(row["x"]), float(row["y"]))))
+        off = (
+            np.inf if p is None or p.confidence <= LEAST_CONFIDENCE else np.hypot(*(p.centre - (float(row["x"]), float(row["y"]))))
+        )
         hits += off < 0.15 * 0.5 * widths[f"open/{row['picture']}"]
     assert hits >= len(marked) - 1
     for path in sorted((folder / "closed").glob("*.jpg")):
         p = find_pupil(cv2.imread(str(path), cv2.IMREAD_GRAYSCALE))
-        assert p is None or p.sure <= SURE, path.name
+        assert p is None or p.confidence <= LEAST_CONFIDENCE, path.name

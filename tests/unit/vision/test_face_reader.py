@@ -1,4 +1,4 @@
-"""Marks of drawn faces are found, centred and told apart; what cannot be told is said to be guessed."""
+"""Marks of drawn faces are found, centred and identified; what cannot be identified is reported as not seen."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from vistel.protocol.live_link_face import CHANNELS
 from vistel.vision.colour_key import FULL, ColourKey
 from vistel.vision.face_calibration import CalibrationError, FaceCalibration, calibrate_face, read_face, write_face
 from vistel.vision.face_reader import FaceReader
-from vistel.vision.spots import find_spots, take_apart
+from vistel.vision.spots import find_spots, split_spot
 from vistel_sim.phone import talking
 from vistel_sim.pictures.face import FacePicture, View
 
@@ -47,7 +47,7 @@ def test_two_marks_run_together_are_taken_apart() -> None:
         key[np.hypot(x - cx, y - 20.0) < 7.0] = FULL
     spots = find_spots(key, FULL)
     assert len(spots) == 1
-    centres, masses = take_apart(key, tuple(spots.box[0]), FULL, np.array([[20.0, 18.0], [36.0, 22.0]]))
+    centres, masses = split_spot(key, tuple(spots.box[0]), FULL, np.array([[20.0, 18.0], [36.0, 22.0]]))
     assert np.abs(centres - [[21.5, 20.0], [33.5, 20.0]]).max() < 0.7
     assert masses.min() > 100
 
@@ -89,7 +89,7 @@ def test_a_talking_face_is_read_to_a_fraction_of_a_pixel(painter: FacePicture, c
     assert np.max(head) < 0.002
 
 
-def test_a_hidden_mark_is_guessed_from_the_others_and_found_again(painter: FacePicture, calibration: FaceCalibration) -> None:
+def test_a_hidden_mark_is_predicted_from_the_others_and_found_again(painter: FacePicture, calibration: FaceCalibration) -> None:
     reader = FaceReader(calibration)
     chin = MARK_INDEX["chin"]
     x, y = painter.centres(REST)[chin]

@@ -50,11 +50,11 @@ def gaze(
 
     from vistel.vision.eye_reader import EyeReader
     from vistel.vision.face_calibration import CalibrationError
-    from vistel.vision.gaze_calibration import NINE, calibrate_gaze, write_gaze
+    from vistel.vision.gaze_calibration import GAZE_TARGETS, calibrate_gaze, write_gaze
     from vistel_sim.pictures.eye import EyePicture
     from vistel_sim.simulation import device_seed
 
-    targets = NINE / np.abs(NINE).max(0) * np.radians((yaw, pitch))
+    targets = GAZE_TARGETS / np.abs(GAZE_TARGETS).max(0) * np.radians((yaw, pitch))
     drawn = EyePicture(device_seed(seed, eye_name(name)), right=person.eye.eye == "right")
 
     def simulated(k: int) -> Any:
