@@ -20,12 +20,14 @@ from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
 class Secured:
     """A router with certificates and access rules, and doors to it."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, all_may_ask: bool = False) -> None:
         self.authority = Authority(folder)
         with socket.socket() as s:
             s.bind(("127.0.0.1", 0))
             self.port = s.getsockname()[1]
         rules = access_rules("demo", ["paris", "tokyo"], observers=["guest"])
+        if all_may_ask:  # as it was before the table of topics said who may
+            next(r for r in rules["rules"] if r["id"] == "listen-everybody")["key_exprs"] = ["vistel/demo/**"]
         self.router = Router.open(f"tls/127.0.0.1:{self.port}", tls=self.authority.issue("hub"), access=rules)
         self._doors: list[ZenohBus] = []
         self._sessions: list[zenoh.Session] = []
@@ -60,11 +62,11 @@ class Secured:
         self.router.close()
 
 
-def secured(tmp_path: Path, body: Callable[[Secured], Awaitable[None]]) -> None:
-    """Run `body` with a router."""
+def secured(tmp_path: Path, body: Callable[[Secured], Awaitable[None]], *, all_may_ask: bool = False) -> None:
+    """Run `body` with a router. all_may_ask: whoever may listen may subscribe to and ask for everything."""
 
     async def run() -> None:
-        s = Secured(tmp_path)
+        s = Secured(tmp_path, all_may_ask=all_may_ask)
         try:
             await body(s)
         finally:

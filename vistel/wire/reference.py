@@ -6,12 +6,13 @@ import math
 from pathlib import Path
 
 from vistel.wire.motion import FULL_INTERVAL_NS, MOTION_FIELDS, MotionField
-from vistel.wire.topics import MESSAGE_VERSION, TOPICS, Delivery, Publisher, Topic
+from vistel.wire.topics import MESSAGE_VERSION, TOPICS, Audience, Delivery, Publisher, Topic
 
 PAGE = Path(__file__).resolve().parents[2] / "docs/reference/topics.md"
 
 _DELIVERY = {Delivery.NEWEST: "newest wins", Delivery.RELIABLE: "reliable", Delivery.QUERY: "query"}
 _PUBLISHER = {Publisher.SITE: "its site", Publisher.WORLD: "the world", Publisher.HUB: "the hub"}
+_AUDIENCE = {Audience.EVERYBODY: "everybody", Audience.HOSTS: "worlds and hosts", Audience.WORLDS: "worlds"}
 
 
 def page() -> str:
@@ -27,8 +28,8 @@ def page() -> str:
 
 Everything that crosses the bus, message version {MESSAGE_VERSION}. The messages are described in `proto/vistel/v1/*.proto`.
 
-| topic | key | message | rate | delivery | published by | recorded | what |
-|---|---|---|--:|---|---|---|---|
+| topic | key | message | rate | delivery | published by | heard by | recorded | what |
+|---|---|---|--:|---|---|---|---|---|
 {rows}
 
 * **Newest wins**: best effort. A slow reader skips old values. A message that arrives more than 250 ms later than usual for its
@@ -38,7 +39,8 @@ Everything that crosses the bus, message version {MESSAGE_VERSION}. The messages
 * **Query**: a request and its answer.
 
 Presence is under `vistel/{{conference}}/alive/{{site}}/{{token}}`. With certificates, a router lets each site
-publish only under its own name; the rules are made from this table (`vistel.wire.zenoh.access`).
+publish only under its own name, and subscribe and ask only where it is among those who may hear; the rules are made from this table
+(`vistel.wire.zenoh.access`). [Who can do what](../security.md)
 
 A message that does not parse, or has another version, is dropped and counted.
 
@@ -62,7 +64,7 @@ def _row(t: Topic) -> str:
     rate = f"{t.rate_hz:g} Hz" if t.rate_hz else "on change" if t.delivery is not Delivery.QUERY else ""
     return (
         f"| `{t.name}` | `{t.key}` | `{t.message.DESCRIPTOR.name}` | {rate} | {_DELIVERY[t.delivery]} "
-        f"| {_PUBLISHER[t.publisher]} | {'yes' if t.recorded else 'no'} | {t.about} |"
+        f"| {_PUBLISHER[t.publisher]} | {_AUDIENCE[t.audience]} | {'yes' if t.recorded else 'no'} | {t.about} |"
     )
 
 

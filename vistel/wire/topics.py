@@ -39,6 +39,17 @@ class Publisher(Enum):
     HUB = "hub"
 
 
+class Audience(Enum):
+    """Who may subscribe to it, or ask for it; the access rules are derived from it too."""
+
+    EVERYBODY = "everybody"
+    """Observers too."""
+    HOSTS = "hosts"
+    """Those below, and the sites of the conference's hosts."""
+    WORLDS = "worlds"
+    """The hub, the world, and the sites on whose machines worlds run."""
+
+
 @dataclass(frozen=True)
 class Topic:
     """One row.
@@ -55,6 +66,7 @@ class Topic:
     publisher: Publisher
     recorded: bool
     about: str
+    audience: Audience = Audience.EVERYBODY
 
     def format(self, **names: str) -> str:
         """The concrete key. Raises ValueError for a name that may not stand in a key."""
@@ -145,7 +157,7 @@ TOPICS: tuple[Topic, ...] = (
     Topic("hand_force", f"{_WORLD}/force/{{participant}}/{{hand}}", world_pb2.HandForce, 60, _N, _W, True,
           "what a hand (left or right) that touches something feels"),
     Topic("world_inputs", f"{_WORLD}/inputs", world_pb2.WorldInputs, 60, _R, _W, True,
-          "the inputs of each step"),
+          "the inputs of each step, and once a second all that a world is made from", Audience.WORLDS),
     Topic("command_result", f"{_WORLD}/result/{{participant}}", command_pb2.CommandResult, 0, _R, _W, True,
           "the answer to a command"),
     Topic("ownership", f"{_WORLD}/ownership/{{participant}}", world_pb2.Ownership, 0, _R, _W, True,
@@ -154,14 +166,16 @@ TOPICS: tuple[Topic, ...] = (
           "a bond has torn, and with what force"),
     Topic("world_snapshot", f"{_WORLD}/snapshot", world_pb2.WorldSnapshot, 0, _Q, _W, True,
           "the whole room, for late joiners"),
+    Topic("world_save", f"{_WORLD}/save", world_pb2.WorldSnapshot, 0, _Q, _W, False,
+          "the whole room with all that a world is made from, to be kept", Audience.HOSTS),
     Topic("world_handover", f"{_WORLD}/handover", world_pb2.WorldHandover, 0, _Q, _W, False,
-          "the room, for another world that takes it over"),
+          "the room, for another world that takes it over", Audience.WORLDS),
     Topic("room_plan", f"{_WORLD}/plan", world_pb2.RoomPlan, 0, _Q, _W, False,
           "seats and walls of a room from a file, for sites that do not have it"),
     Topic("room_asset", f"{_WORLD}/asset", world_pb2.AssetPart, 0, _Q, _W, False,
           "polymeshes and pictures of things from files, by digest"),
     Topic("world_move", f"{_WORLD}/move", world_pb2.WorldMoveReply, 0, _Q, _W, False,
-          "asks the world at a place to take the room over"),
+          "asks the world at a place to take the room over", Audience.HOSTS),
     Topic("clock", "vistel/{conference}/clock", service_pb2.ClockReply, 0, _Q, _H, False,
           "conference time"),
 )  # fmt: skip

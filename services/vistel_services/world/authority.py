@@ -25,7 +25,7 @@ from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, within
 from vistel.wire.topics import BY_NAME, Publisher
-from vistel.wire.world.presence import LEADS, LEAVING, WAITS, WorldToken, world_token
+from vistel.wire.world.presence import LEADS, LEAVING, MOST_TERM, WAITS, WorldToken, world_token
 
 log = logging.getLogger("vistel.world")
 
@@ -150,7 +150,8 @@ class Authority:
         out = WorldHandover(private_state=self._leading.snapshot(), term=self._term, due_ns=self._due_ns)
         out.header.t_ns = self._leading.t_ns
         if asked.phase == WorldHandoverRequest.PHASE_TAKE:
-            if asked.term <= self._term:
+            if reason := self._objection(asked):
+                log.warning("room not given away to=%r to_term=%d reason=%r", asked.place[:64], asked.term, reason)
                 return None
             log.info(
                 "room given away term=%d to_term=%d to=%s step=%d", self._term, asked.term, asked.place, self._leading.step_number
@@ -160,14 +161,26 @@ class Authority:
             self._over.set()
         return out
 
+    def _objection(self, asked: WorldHandoverRequest) -> str:
+        """Why the room is not given to who asks for it; empty where it is."""
+        if asked.term != self._term + 1:
+            return f"term {self._term + 1} comes next"
+        if asked.term > MOST_TERM:
+            return f"{MOST_TERM} is the last term; start the room anew from a snapshot"
+        if not any(doing == WAITS and place == asked.place for _, _, doing, place in self._others()):
+            return "no world waits at that place"
+        return ""
+
     # -- taking over and waiting -------------------------------------------------------------------------------
 
     async def take_over(self, begins: Room, follow_motion: FollowMotion) -> Start | None:
         """The room of whoever leads it, who then is silent; None when nobody does. begins: as this side knows the room;
         follow_motion: see FollowMotion.
 
-        What costs time is made ready from a first answer, while the other still leads; the second only moves things.
+        What costs time is made ready from a first answer, while the other still leads; the second only moves things. The other
+        gives its room only to a world whose presence it sees.
         """
+        self._wait()
         first = await self._ask(WorldHandoverRequest.PHASE_PREPARE, 0)
         if first is None:
             return None

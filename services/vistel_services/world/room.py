@@ -164,10 +164,13 @@ class Room:
 
     def answer(self, request: bytes) -> WorldSnapshot:
         """The whole room, for a late joiner."""
-        state_only = _state_only(request)
-        out = WorldSnapshot(state=self._encoder.snapshot(words=not state_only))
-        if not state_only:
-            out.private_state = self.world.snapshot()
+        out = WorldSnapshot(state=self._encoder.snapshot(words=not _state_only(request)))
+        out.header.t_ns = self._last_ns
+        return out
+
+    def saved(self) -> WorldSnapshot:
+        """The whole room with all that a world is made from, for who may keep it."""
+        out = WorldSnapshot(state=self._encoder.snapshot(words=True), private_state=self.world.snapshot())
         out.header.t_ns = self._last_ns
         return out
 

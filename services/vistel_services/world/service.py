@@ -105,6 +105,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     authority = Authority(bus, clock, config.place, given)
     subscriptions, led = RoomSubscriptions(bus), _LedRoom()
     bus.serve(BY_NAME["world_snapshot"], lambda request: led.room.answer(request) if led.room and authority.leads else None)
+    bus.serve(BY_NAME["world_save"], lambda _: led.room.saved() if led.room and authority.leads else None)
     try:
         start = await _start(config, authority, subscriptions, kept, begins, clock)
         log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)

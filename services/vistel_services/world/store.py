@@ -31,7 +31,7 @@ KEPT = 2
 """Snapshots that stay, with what was journaled since: the last one may be damaged."""
 
 _UNSAFE = Gauge("vistel_world_unsaved_count", "Rooms whose disk cannot be written: what is published now would be lost in a crash")
-_NAME = re.compile(r"(\d{6})-(\d{14})\.(snapshot|journal)")
+_NAME = re.compile(r"(\d{6,10})-(\d{14})\.(snapshot|journal)")
 
 
 @dataclass(frozen=True)
@@ -83,7 +83,7 @@ class Store:
 
     def away(self, now_ns: int) -> tuple[int, str] | None:
         """Under which term, and where, the room was led when it left this disk, if that is not known to be over."""
-        for path in sorted(self._folder.glob("*.away"), reverse=True):
+        for path in sorted(self._folder.glob("*.away"), key=lambda p: p.stem.zfill(10), reverse=True):
             try:
                 place, since = path.read_text("utf-8").split()
                 if -1_000_000_000 < now_ns - int(since) < OLDEST_NS:

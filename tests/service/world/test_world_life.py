@@ -22,6 +22,7 @@ from vistel.wire.clock import SimulatedClock
 from vistel.wire.fence import LEASE_NS
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
+from vistel.wire.world.presence import WAITS, WorldToken
 from vistel_services import world
 from vistel_services.world import rooms
 from vistel_services.world.service import STEP_NS
@@ -101,9 +102,11 @@ def test_who_takes_a_room_and_is_never_heard_of_loses_it_again(tmp_path: Path) -
     async def play(site: WorldSite) -> None:
         await site.play(0.3)
         stranger = site.network.bus("demo", "hub", site.clock)
-        reply = await stranger.query(BY_NAME["world_handover"], WorldHandoverRequest(phase=TAKE, term=1))
+        stranger.announce(WorldToken(0, "5742a46e", WAITS, "osaka").text)
+        request = WorldHandoverRequest(phase=TAKE, term=1, place="osaka")
+        reply = await stranger.query(BY_NAME["world_handover"], request)
         assert reply is not None and reply.private_state and reply.due_ns - site.clock.now_ns() <= STEP_NS
-        again = await stranger.query(BY_NAME["world_handover"], WorldHandoverRequest(phase=TAKE, term=2))
+        again = await stranger.query(BY_NAME["world_handover"], WorldHandoverRequest(phase=TAKE, term=2, place="osaka"))
         assert again is None, "two were given one room"
         count = len(steps(site))
         await site.clock.advance_to_ns(site.clock.now_ns() + TICK_NS)

@@ -149,7 +149,7 @@ def test_a_world_that_waits_does_not_go_on_from_old_steps_and_nothing_told_is_lo
         async with place(site, "osaka", tmp_path / "osaka", waits=False):
             await plays_until(site, lambda: len(said(site)) > count + 10)
             assert (await asked_to(site, "osaka")).outcome == WorldMoveReply.OUTCOME_LEADS
-            snapshot = await site.asking.query(BY_NAME["world_snapshot"])  # type: ignore[union-attr]
+            snapshot = await site.asking.query(BY_NAME["world_save"])  # type: ignore[union-attr]
             assert snapshot is not None
             assert "c1" in remembered(snapshot.private_state)
 
@@ -169,7 +169,7 @@ def test_by_force_a_room_goes_on_from_the_newest_state_that_was_heard_here(tmp_p
             await osaka.kill()
         assert (await asked_to(site, "hub", force=True)).outcome == WorldMoveReply.OUTCOME_MOVING
         await plays_until(site, lambda: term(site) == 2)
-        snapshot = await site.asking.query(BY_NAME["world_snapshot"])  # type: ignore[union-attr]
+        snapshot = await site.asking.query(BY_NAME["world_save"])  # type: ignore[union-attr]
         assert snapshot is not None
         assert World.restore(snapshot.private_state).step_number > first
         assert "c1" in remembered(snapshot.private_state)
@@ -319,7 +319,7 @@ def test_under_load_a_room_moves_between_processes_with_disks_of_their_own_and_n
         async def nothing_is_lost() -> None:
             told = dict(list(people.told.items())[-60:])
             await until(lambda: len(people.told) > len(told) and people.asked - len(people.told) < 20)
-            snapshot = await people.worlds.query(BY_NAME["world_snapshot"], timeout_s=3.0)
+            snapshot = await people.worlds.query(BY_NAME["world_save"], timeout_s=3.0)
             assert snapshot is not None
             answers = {a.id: a.done for a in World.restore(snapshot.private_state)._state.ledger.answers}
             assert told.items() <= answers.items()
@@ -348,7 +348,7 @@ def test_under_load_a_room_moves_between_processes_with_disks_of_their_own_and_n
         start("kobe", tmp_path / "kobe", True)  # by its supervisor; it has the newest steps, and nobody leads
         await until(lambda: people.leader() == "kobe")
         await some_more()
-        snapshot = await people.worlds.query(BY_NAME["world_snapshot"], timeout_s=3.0)
+        snapshot = await people.worlds.query(BY_NAME["world_save"], timeout_s=3.0)
         assert snapshot is not None
         answers = {a.id: a.done for a in World.restore(snapshot.private_state)._state.ledger.answers}
         assert before.items() <= answers.items()

@@ -79,7 +79,7 @@ def test_what_comes_back_is_the_same_to_the_last_bit_between_two_snapshots(tmp_p
         found = load(folder, site.clock.now_ns())
         assert found is not None
         states.append(found.world.snapshot())
-        reply = await site.asking.query(BY_NAME["world_snapshot"])  # type: ignore[union-attr]
+        reply = await site.asking.query(BY_NAME["world_save"])  # type: ignore[union-attr]
         states.append(reply.private_state)
 
     scenario(tmp_path, play)

@@ -14,6 +14,8 @@ LEAVING = "leaving"
 """It still leads and hands the room over."""
 WAITS = "waits"
 """It is ready to lead."""
+MOST_TERM = 999_999_999
+"""The last term: its digits are those of a presence token."""
 _TOKEN = re.compile(r"world-(\d{1,9})-([0-9a-f]{8})-(leads|leaving|waits)-([a-z0-9][a-z0-9_\-]*)")
 
 

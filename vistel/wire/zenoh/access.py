@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from vistel.wire.topics import TOPICS, Publisher
+from vistel.wire.topics import TOPICS, Audience, Publisher
 
 WORLD_NAME = "world"
 HUB_NAME = "hub"
@@ -27,6 +27,7 @@ def access_rules(
     *,
     observers: Sequence[str] = (),
     worlds: Sequence[str] = (),
+    hosts: Sequence[str] = (),
     world: str = WORLD_NAME,
     hub: str = HUB_NAME,
 ) -> dict[str, Any]:
@@ -34,17 +35,20 @@ def access_rules(
 
     sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the
     console of a conference, so it may say what the world says; a `world` of its own may say only that. worlds: those of
-    the sites on whose machines a world runs.
-    Everybody listed may listen; everything else is denied, silently as far as the one denied can see.
+    the sites on whose machines a world runs; hosts: those of hosts. Everybody listed may subscribe to and ask for what the table of
+    topics lets them hear, topic by topic; everything else is denied, silently as far as the one denied can see.
     """
     rules: list[dict[str, Any]] = [
-        _rule("listen", "ingress", _ASK, [f"vistel/{conference}/**"]),
+        _rule("presence", "ingress", _ASK, [f"vistel/{conference}/alive/**"]),
         _rule("hear", "egress", [*_SAY, *_PRESENCE, *_ASK], [f"vistel/{conference}/**"]),
     ]
+    for audience in Audience:
+        heard = [t.pattern(conference) for t in TOPICS if t.audience is audience]
+        rules.append(_rule(f"listen-{audience.value}", "ingress", _ASK, heard))
     policies: list[dict[str, Any]] = []
     subjects: list[dict[str, Any]] = []
 
-    def allow(name: str, keys: list[str], *present_as: str) -> None:
+    def allow(name: str, keys: list[str], *present_as: str, hears: Sequence[Audience] = (Audience.EVERYBODY,)) -> None:
         mine: list[str] = []
         if keys:
             rules.append(_rule(f"{name}-say", "ingress", _SAY, keys))
@@ -52,18 +56,18 @@ def access_rules(
             rules.append(_rule(f"{name}-alive", "ingress", _PRESENCE, present))
             mine = [f"{name}-say", f"{name}-alive"]
         subjects.append({"id": name, "cert_common_names": [name]})
-        policies.append({"rules": [*mine, "listen", "hear"], "subjects": [name]})
+        policies.append({"rules": [*mine, *(f"listen-{a.value}" for a in hears), "presence", "hear"], "subjects": [name]})
 
     world_keys = _keys(Publisher.WORLD, conference, world)
     hub_site = _keys(Publisher.SITE, conference, hub, "heartbeat", "clock_offset")
     for site in sites:
         own = _keys(Publisher.SITE, conference, site)
         if site in worlds:
-            allow(site, own + world_keys + hub_site, hub)
+            allow(site, own + world_keys + hub_site, hub, hears=list(Audience))
         else:
-            allow(site, own)
-    allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"))
-    allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site)
+            allow(site, own, hears=[Audience.EVERYBODY, *([Audience.HOSTS] if site in hosts else [])])
+    allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"), hears=list(Audience))
+    allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site, hears=list(Audience))
     for observer in observers:
         allow(observer, [])
     return {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}

@@ -43,7 +43,7 @@ async def _asked(conference: Conference, hub: str) -> WorldSnapshot | None:
     site = conference.sites[0].name
     bus = await connect(conference, site, SystemClock(), hub)
     try:
-        return await bus.query(BY_NAME["world_snapshot"])
+        return await bus.query(BY_NAME["world_save"])
     finally:
         await bus.close()
 
