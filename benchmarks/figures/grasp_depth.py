@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 AROUND, ALONG = 24, 13
 """Points round a bone and along it; as many on each of its round ends."""
@@ -52,7 +52,7 @@ def _surface(cone: F64) -> F64:
     return np.concatenate(out)
 
 
-def _depths(p: Primitive, points: F64) -> F64:
+def _depths(p: ThingPrimitive, points: F64) -> F64:
     """(N,) how deep points lie under the surface of a primitive, along the way out [m]; up to 2 cm off, negative."""
     h = 1e-6
     slope = np.stack([(_ratio(p, points + h * e) - _ratio(p, points - h * e)) / (2 * h) for e in np.eye(3)], 1)
@@ -71,7 +71,7 @@ def _depths(p: Primitive, points: F64) -> F64:
     return np.where(crosses, np.maximum(distance, -0.02), np.where(inside, 0.06, -0.02))
 
 
-def _ratio(p: Primitive, x: F64) -> F64:
+def _ratio(p: ThingPrimitive, x: F64) -> F64:
     """(N,) 1 on the surface, less inside (mathematics M1.5)."""
     q = p.params
     if p.kind == "sphere":

@@ -27,7 +27,7 @@ from vistel.geometry.rotation import quaternion_from_matrix, rotation_x
 from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.things.tessellate import tessellate_thing
-from vistel.space.things.things import Axis, Primitive, Thing
+from vistel.space.things.things import GraspAxis, Thing, ThingPrimitive
 
 HELD_OUT = Path(os.environ.get("VISTEL_HELD_OUT_HANDS", "/nonexistent"))
 """Folder of the recordings that were held out: `recorder/recordings` of leapmotion/leapjs-playback at 4ff4b5b."""
@@ -120,17 +120,17 @@ def things(rng: np.random.Generator) -> list[Thing]:
     u = rng.uniform
     wide, r = u(0.015, 0.028), u(0.022, 0.034)
     tube = u(0.007, 0.011)
-    cup = Primitive("superellipsoid", (r, r, u(0.03, 0.045), 0.3, 1.0), rotation=_upright())
-    handle = Primitive("supertoroid", (0.006, 0.006, 0.006, 3.0, 1.0, 1.0), np.array([r + 0.010, 0.0, 0.0]))
-    shaft = Primitive("cone_sphere", (-0.08, 0.0, 0.0, 0.08, 0.0, 0.0, u(0.010, 0.016), u(0.010, 0.016)))
-    head = Primitive("superellipsoid", (0.018, 0.018, 0.04, 0.3, 0.3), np.array([0.11, 0.0, 0.0]))
-    across = (Axis(np.zeros(3), np.array([1.0, 0.0, 0.0]), 0.013),)
+    cup = ThingPrimitive("superellipsoid", (r, r, u(0.03, 0.045), 0.3, 1.0), rotation=_upright())
+    handle = ThingPrimitive("supertoroid", (0.006, 0.006, 0.006, 3.0, 1.0, 1.0), np.array([r + 0.010, 0.0, 0.0]))
+    shaft = ThingPrimitive("cone_sphere", (-0.08, 0.0, 0.0, 0.08, 0.0, 0.0, u(0.010, 0.016), u(0.010, 0.016)))
+    head = ThingPrimitive("superellipsoid", (0.018, 0.018, 0.04, 0.3, 0.3), np.array([0.11, 0.0, 0.0]))
+    across = (GraspAxis(np.zeros(3), np.array([1.0, 0.0, 0.0]), 0.013),)
     return [
-        _standing("ball-x", Primitive("sphere", (u(0.018, 0.036),))),
-        _standing("bar-x", Primitive("cone_sphere", (-0.07, 0.0, 0.0, 0.07, 0.0, 0.0, u(0.010, 0.02), u(0.010, 0.02)))),
-        _standing("box-x", Primitive("superellipsoid", (u(0.04, 0.07), u(0.02, 0.04), wide, 0.2, 0.2))),
-        _standing("egg-x", Primitive("superellipsoid", (u(0.03, 0.045), u(0.02, 0.03), u(0.02, 0.03), 1.0, 1.0))),
-        _standing("ring-x", Primitive("supertoroid", (tube, tube, tube, u(3.0, 4.0), 1.0, 1.0), rotation=_upright())),
+        _standing("ball-x", ThingPrimitive("sphere", (u(0.018, 0.036),))),
+        _standing("bar-x", ThingPrimitive("cone_sphere", (-0.07, 0.0, 0.0, 0.07, 0.0, 0.0, u(0.010, 0.02), u(0.010, 0.02)))),
+        _standing("box-x", ThingPrimitive("superellipsoid", (u(0.04, 0.07), u(0.02, 0.04), wide, 0.2, 0.2))),
+        _standing("egg-x", ThingPrimitive("superellipsoid", (u(0.03, 0.045), u(0.02, 0.03), u(0.02, 0.03), 1.0, 1.0))),
+        _standing("ring-x", ThingPrimitive("supertoroid", (tube, tube, tube, u(3.0, 4.0), 1.0, 1.0), rotation=_upright())),
         _standing("cup-x", cup, handle),
         _standing("hammer-x", shaft, head, axes=across),
     ]
@@ -141,7 +141,7 @@ def _upright() -> F64:
     return quaternion_from_matrix(rotation_x(-0.5 * math.pi))
 
 
-def _standing(name: str, *primitives: Primitive, axes: tuple[Axis, ...] = ()) -> Thing:
+def _standing(name: str, *primitives: ThingPrimitive, axes: tuple[GraspAxis, ...] = ()) -> Thing:
     thing = Thing(name, name, name, primitives, 0.1, 0.0, 0, np.zeros(3), axes=axes)
     low = min(float(s.vertices[:, 1].min()) for s in tessellate_thing(thing))
     return Thing(name, name, name, primitives, 0.1, 0.0, 0, AT + np.array([0.0, TABLE_HEIGHT - low, 0.0]), axes=axes)
@@ -204,7 +204,7 @@ def _pinched(name: str, closing: _Closing, rng: np.random.Generator) -> Trial:
     """Something small, where the thumb meets the finger that is nearest to it."""
     r = float(rng.uniform(0.006, 0.013))
     half = 0.03 if rng.random() < 0.4 else 0.0
-    shape = Primitive("cone_sphere", (-half, 0.0, 0.0, half, 0.0, 0.0, r, r)) if half else Primitive("sphere", (r,))
+    shape = ThingPrimitive("cone_sphere", (-half, 0.0, 0.0, half, 0.0, 0.0, r, r)) if half else ThingPrimitive("sphere", (r,))
     thing = _standing("small-x", shape)
     trial = _on(name, thing, closing.fingers, rng, closing)
     closed = trial.fingers[min(closing.closes + 10, len(trial.fingers) - 1)]

@@ -16,7 +16,7 @@ from vistel.space.hands.fitting import fit, hand_of
 from vistel.space.hands.grasp import align
 from vistel.space.people import build_of
 from vistel.space.things.tessellate import tessellate_thing
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 HEIGHTS = (1.49, 2.01)
 """Of people whose hands are 85 % and 115 % of the average [m]."""
@@ -37,25 +37,25 @@ class Laid:
 def shapes(rng: np.random.Generator, each: int) -> Iterator[tuple[str, Thing]]:
     """`each` things of every kind of primitive, and of several primitives, all of a size that a hand can hold."""
     for _ in range(each):
-        yield "ball", _thing(Primitive("sphere", (rng.uniform(0.012, 0.045),)))
+        yield "ball", _thing(ThingPrimitive("sphere", (rng.uniform(0.012, 0.045),)))
         long = rng.uniform(0.03, 0.12)
         ends = -long, 0.0, 0.0, long, 0.0, 0.0
-        yield "cone-sphere", _thing(Primitive("cone_sphere", (*ends, *rng.uniform(0.008, 0.035, 2).tolist())))
+        yield "cone-sphere", _thing(ThingPrimitive("cone_sphere", (*ends, *rng.uniform(0.008, 0.035, 2).tolist())))
         half, e = rng.uniform(0.012, 0.045, 3), rng.uniform(0.15, 1.5, 2)
         half[int(rng.integers(3))] *= rng.uniform(1.0, 2.0)
-        yield "superellipsoid", _thing(Primitive("superellipsoid", (*half.tolist(), *e.tolist())))
+        yield "superellipsoid", _thing(ThingPrimitive("superellipsoid", (*half.tolist(), *e.tolist())))
         tube = rng.uniform(0.006, 0.014)
         ring = tube, tube, tube * rng.uniform(0.7, 1.5), rng.uniform(2.5, 5.0), *rng.uniform(0.5, 1.2, 2).tolist()
-        yield "supertoroid", _thing(Primitive("supertoroid", ring))
+        yield "supertoroid", _thing(ThingPrimitive("supertoroid", ring))
         yield "polygon", _thing(_polygon(rng))
         yield "several", _several(rng)
 
 
-def _polygon(rng: np.random.Generator) -> Primitive:
+def _polygon(rng: np.random.Generator) -> ThingPrimitive:
     count, across = int(rng.integers(3, 7)), rng.uniform(0.02, 0.05)
     turns = 2.0 * np.pi * np.arange(count) / count
     corners = across * np.stack([np.cos(turns), np.sin(turns), np.zeros(count)], 1)
-    return Primitive("rounded_polygon", (float(rng.uniform(0.004, 0.012)), *corners.ravel().tolist()))
+    return ThingPrimitive("rounded_polygon", (float(rng.uniform(0.004, 0.012)), *corners.ravel().tolist()))
 
 
 def _several(rng: np.random.Generator) -> Thing:
@@ -63,20 +63,20 @@ def _several(rng: np.random.Generator) -> Thing:
     which = int(rng.integers(3))
     if which == 0:
         r, high = rng.uniform(0.025, 0.04), rng.uniform(0.035, 0.06)
-        body = Primitive("superellipsoid", (r, r, high, 0.3, 1.0))
+        body = ThingPrimitive("superellipsoid", (r, r, high, 0.3, 1.0))
         turned = quaternion_from_matrix(matrix_from_rotvec(np.array([0.5 * np.pi, 0.0, 0.0])))
-        handle = Primitive("supertoroid", (0.006, 0.006, 0.006, 4.0, 1.0, 1.0), np.array([r + 0.012, 0.0, 0.0]), turned)
+        handle = ThingPrimitive("supertoroid", (0.006, 0.006, 0.006, 4.0, 1.0, 1.0), np.array([r + 0.012, 0.0, 0.0]), turned)
         return _thing(body, handle)
     if which == 1:
-        shaft = Primitive("cone_sphere", (-0.09, 0.0, 0.0, 0.09, 0.0, 0.0, *rng.uniform(0.009, 0.016, 2).tolist()))
-        head = Primitive("superellipsoid", (0.02, 0.05, 0.02, 0.3, 0.3), np.array([0.09, 0.0, 0.0]))
+        shaft = ThingPrimitive("cone_sphere", (-0.09, 0.0, 0.0, 0.09, 0.0, 0.0, *rng.uniform(0.009, 0.016, 2).tolist()))
+        head = ThingPrimitive("superellipsoid", (0.02, 0.05, 0.02, 0.3, 0.3), np.array([0.09, 0.0, 0.0]))
         return _thing(shaft, head)
-    balls = [Primitive("sphere", (float(rng.uniform(0.012, 0.022)),), rng.uniform(-0.025, 0.025, 3)) for _ in range(4)]
-    bars = [Primitive("cone_sphere", (*balls[0].position.tolist(), *b.position.tolist(), 0.006, 0.006)) for b in balls[1:]]
+    balls = [ThingPrimitive("sphere", (float(rng.uniform(0.012, 0.022)),), rng.uniform(-0.025, 0.025, 3)) for _ in range(4)]
+    bars = [ThingPrimitive("cone_sphere", (*balls[0].position.tolist(), *b.position.tolist(), 0.006, 0.006)) for b in balls[1:]]
     return _thing(*balls, *bars)
 
 
-def _thing(*primitives: Primitive) -> Thing:
+def _thing(*primitives: ThingPrimitive) -> Thing:
     return Thing("it", "it", "it", primitives, 0.1, 0.0, 0, np.zeros(3))
 
 

@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.implicit.ghosts.constraint import Constraint
-from vistel.space.contact.forces import Surface
+from vistel.space.contact.forces import ContactParameters
 from vistel.space.dynamics.soft import SoftRoom
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 PAPER, FLY = 0xF3DC86FF, 0x55677CFF
 FEET = tuple((x, z) for x in (-0.020, 0.0, 0.022) for z in (-0.016, 0.016))
@@ -24,18 +24,20 @@ LIFT = 0.60
 def room() -> SoftRoom:
     """Paper, 12 cm wide, and a fly that stands on it; metres, Y up."""
     corners = (-0.06, 0.0, -0.045, 0.06, 0.0, -0.045, 0.06, 0.0, 0.045, -0.06, 0.0, 0.045)
-    paper = Thing("paper", "fly-paper", "sheet", (Primitive("rounded_polygon", (0.007, *corners)),), 0.0, 1.0, PAPER, np.zeros(3))
+    paper = Thing(
+        "paper", "fly-paper", "sheet", (ThingPrimitive("rounded_polygon", (0.007, *corners)),), 0.0, 1.0, PAPER, np.zeros(3)
+    )
     parts = [
-        Primitive("cone_sphere", (-0.026, 0.022, 0.0, -0.004, 0.022, 0.0, 0.0085, 0.0095)),
-        Primitive("cone_sphere", (0.004, 0.023, 0.0, 0.014, 0.023, 0.0, 0.0075, 0.0075)),
-        Primitive("sphere", (0.007,), np.array((0.025, 0.0225, 0.0))),
+        ThingPrimitive("cone_sphere", (-0.026, 0.022, 0.0, -0.004, 0.022, 0.0, 0.0085, 0.0095)),
+        ThingPrimitive("cone_sphere", (0.004, 0.023, 0.0, 0.014, 0.023, 0.0, 0.0075, 0.0075)),
+        ThingPrimitive("sphere", (0.007,), np.array((0.025, 0.0225, 0.0))),
     ]
-    parts += [Primitive("sphere", (0.0032,), np.array((0.0285, 0.0255, z))) for z in (-0.0045, 0.0045)]
+    parts += [ThingPrimitive("sphere", (0.0032,), np.array((0.0285, 0.0255, z))) for z in (-0.0045, 0.0045)]
     for x, z in FEET:
-        parts.append(Primitive("cone_sphere", (0.4 * x, 0.021, 0.4 * z, x, TOES, z, 0.0022, 0.0015)))
-        parts.append(Primitive("sphere", (TOES,), np.array((x, TOES, z))))
+        parts.append(ThingPrimitive("cone_sphere", (0.4 * x, 0.021, 0.4 * z, x, TOES, z, 0.0022, 0.0015)))
+        parts.append(ThingPrimitive("sphere", (TOES,), np.array((x, TOES, z))))
     parts += [
-        Primitive(
+        ThingPrimitive(
             "superellipsoid",
             (0.022, 0.0075, 0.0009, 1.0, 1.0),
             np.array((-0.014, 0.0335, 1.15 * z)),
@@ -59,7 +61,9 @@ def room() -> SoftRoom:
         )
         for n, (x, z) in enumerate(FEET)
     ]
-    return SoftRoom.of([paper, fly], constraints=held, gravity=(0.0, 0.0, 0.0), surface=Surface(800.0, 0.5, 0.4, viscosity=4.0))
+    return SoftRoom.of(
+        [paper, fly], constraints=held, gravity=(0.0, 0.0, 0.0), surface=ContactParameters(800.0, 0.5, 0.4, viscosity=4.0)
+    )
 
 
 def struggle(now: SoftRoom, dt: float) -> SoftRoom:

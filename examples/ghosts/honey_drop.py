@@ -8,9 +8,9 @@ import numpy as np
 
 from vistel.implicit.ghosts.constraint import Constraint
 from vistel.implicit.ghosts.temporal import Viscoelastic
-from vistel.space.contact.forces import Surface
+from vistel.space.contact.forces import ContactParameters
 from vistel.space.dynamics.soft import SoftRoom
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 RADIUS, FILM, HEIGHT = 0.012, 0.013, 0.085
 HONEY, GLASS = 0xE09A26FF, 0xB8BCC4FF
@@ -18,13 +18,13 @@ HONEY, GLASS = 0xE09A26FF, 0xB8BCC4FF
 
 def room() -> SoftRoom:
     """Lid with a film of honey, the drop under it, a plate below; metres, Y up."""
-    film = Primitive("superellipsoid", (0.038, 0.038, FILM, 0.85, 1.0))
+    film = ThingPrimitive("superellipsoid", (0.038, 0.038, FILM, 0.85, 1.0))
     lid = Thing("lid", "lid", "lid", (film,), 0.0, 1.0, HONEY, np.array((0.0, HEIGHT, 0.0)), turned())
     plate = Thing(
         "plate",
         "plate",
         "plate",
-        (Primitive("superellipsoid", (0.05, 0.05, 0.02, 0.3, 1.0)),),
+        (ThingPrimitive("superellipsoid", (0.05, 0.05, 0.02, 0.3, 1.0)),),
         0.0,
         0.0,
         GLASS,
@@ -35,7 +35,7 @@ def room() -> SoftRoom:
         "drop",
         "drop",
         "ball",
-        (Primitive("sphere", (RADIUS,)),),
+        (ThingPrimitive("sphere", (RADIUS,)),),
         0.0101,
         2.0,
         HONEY,
@@ -44,7 +44,7 @@ def room() -> SoftRoom:
     neck = Constraint(
         "lid", "drop", (0.0, 0.0, FILM), (0.0, RADIUS, 0.0), 0.012, 0.010, plateau=0.2, hold=0.72, tears=0.0080, fade=0.08
     )
-    honey = Surface(pressure=6000.0, friction=0.8, damping=2.0, viscosity=250.0)
+    honey = ContactParameters(pressure=6000.0, friction=0.8, damping=2.0, viscosity=250.0)
     return SoftRoom.of([lid, plate, drop], constraints=[neck], surface=honey, materials={"drop": Viscoelastic(0.25)})
 
 

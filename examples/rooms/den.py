@@ -16,7 +16,7 @@ from vistel.figure.making.source import Material
 from vistel.geometry.rotation import quaternion_from_matrix, rotation_x, rotation_y
 from vistel.space.files import Interior, Model, save_usd
 from vistel.space.room import Room, Seat
-from vistel.space.things.things import Axis, Look, Matter, Primitive, Thing
+from vistel.space.things.things import GraspAxis, Look, PhysicsMaterial, Thing, ThingPrimitive
 
 WIDE, DEEP, HIGH = 2.6, 2.2, 2.6
 """Half the room's width and depth, and its height [m]."""
@@ -56,9 +56,9 @@ def sheet(corners: list[tuple[float, float, float]], material: Material, repeat:
     return Model(np.array(corners, np.float32), triangles, uv, triangles, np.zeros(2, np.int32), (material,))
 
 
-def box(half: tuple[float, float, float], at: tuple[float, float, float], colour: int = 0) -> Primitive:
+def box(half: tuple[float, float, float], at: tuple[float, float, float], colour: int = 0) -> ThingPrimitive:
     """A box with slightly rounded edges."""
-    return Primitive("superellipsoid", (*half, 0.1, 0.1), np.array(at), colour=colour)
+    return ThingPrimitive("superellipsoid", (*half, 0.1, 0.1), np.array(at), colour=colour)
 
 
 def shell() -> tuple[list[Thing], list[Model]]:
@@ -100,10 +100,10 @@ def chair(number: int, seat: Seat) -> Thing:
 
 def loose() -> list[Thing]:
     """A baton to hand over, a box, a ball of clay and a bottle."""
-    baton = Primitive("cone_sphere", (-0.09, 0.0, 0.0, 0.09, 0.0, 0.0, 0.013, 0.013))
+    baton = ThingPrimitive("cone_sphere", (-0.09, 0.0, 0.0, 0.09, 0.0, 0.0, 0.013, 0.013))
     bottle = (
-        Primitive("superellipsoid", (0.035, 0.035, 0.085, 0.2, 1.0), np.array((0.0, -0.02, 0.0)), UPRIGHT),
-        Primitive("cone_sphere", (0.0, 0.06, 0.0, 0.0, 0.12, 0.0, 0.016, 0.012)),
+        ThingPrimitive("superellipsoid", (0.035, 0.035, 0.085, 0.2, 1.0), np.array((0.0, -0.02, 0.0)), UPRIGHT),
+        ThingPrimitive("cone_sphere", (0.0, 0.06, 0.0, 0.0, 0.12, 0.0, 0.016, 0.012)),
     )
     return [
         Thing(
@@ -115,7 +115,7 @@ def loose() -> list[Thing]:
             0.05,
             0xC23B32FF,
             np.array((0.0, TABLE + 0.013, 0.1)),
-            axes=(Axis(np.zeros(3), np.array((1.0, 0.0, 0.0)), 0.013),),
+            axes=(GraspAxis(np.zeros(3), np.array((1.0, 0.0, 0.0)), 0.013),),
         ),
         Thing(
             "parcel",
@@ -131,12 +131,12 @@ def loose() -> list[Thing]:
             "clay",
             "clay",
             "ball",
-            (Primitive("sphere", (0.04,)),),
+            (ThingPrimitive("sphere", (0.04,)),),
             0.35,
             0.7,
             0xB5A48FFF,
             np.array((0.25, TABLE + 0.04, -0.1)),
-            matter=Matter("plastic"),
+            material=PhysicsMaterial("plastic"),
         ),
         Thing("bottle", "green bottle", "bottle", bottle, 0.5, 0.0, 0x3F7A4AFF, np.array((0.4, TABLE + 0.105, 0.15))),
     ]

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 import pytest
 
 if TYPE_CHECKING:
-    from vistel.render.gl.context import Surface
+    from vistel.render.gl.context import GlContext
 
 
 @pytest.fixture(scope="module")
-def surface() -> Iterator[Surface]:
+def surface() -> Iterator[GlContext]:
     """Whatever OpenGL this machine has, without a window."""
     from vistel.render.gl.context import NoOpenGlError, open_surface
 

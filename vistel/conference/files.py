@@ -8,7 +8,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from vistel.conference.devices import Camera
-from vistel.conference.model import Conference, Participant, Room
+from vistel.conference.model import Conference, Participant, RoomSettings
 from vistel.conference.speech import Speech
 from vistel.toml import file as toml
 from vistel.toml.faults import faults_of
@@ -75,7 +75,7 @@ def _with_files(conference: Conference, folder: Path) -> Conference:
     return conference.model_copy(update={"sites": sites, "room": _room_with_files(conference.room, folder)})
 
 
-def _room_with_files(room: Room, folder: Path) -> Room:
+def _room_with_files(room: RoomSettings, folder: Path) -> RoomSettings:
     things = [t.model_copy(update={"file": _beside(t.file, folder)}) for t in room.things]
     return room.model_copy(update={"file": _beside(room.file, folder), "things": things})
 

@@ -146,7 +146,7 @@ class RoomThing(Checked):
     """The force at which a place of it that sticks tears [N]."""
 
 
-class Room(Checked):
+class RoomSettings(Checked):
     """The virtual room."""
 
     kind: Literal["meeting"] = "meeting"
@@ -203,7 +203,7 @@ class Conference(Checked):
     name: Name = "demo"
     seed: int = 1
     bus: BusConfig = BusConfig()
-    room: Room = Room()
+    room: RoomSettings = RoomSettings()
     world: WorldPlaces = WorldPlaces()
     playout: Playout = Playout()
     motion: MotionStream = MotionStream()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from vistel.conference.model import Conference, Room, RoomThing
+from vistel.conference.model import Conference, RoomSettings, RoomThing
 from vistel.space.room import Extra, meeting_room
-from vistel.space.things.things import Matter
+from vistel.space.things.things import PhysicsMaterial
 
 
 def extra_of(thing: RoomThing) -> Extra:
@@ -20,11 +20,11 @@ def extra_of(thing: RoomThing) -> Extra:
         rigidity,
         int((thing.colour or "#b5a48f")[1:] + "ff", 16),
         *thing.at,
-        Matter(thing.material, slow, thing.sticky, thing.bears),
+        PhysicsMaterial(thing.material, slow, thing.sticky, thing.bears),
     )
 
 
-def extras_of(room: Room) -> tuple[Extra, ...]:
+def extras_of(room: RoomSettings) -> tuple[Extra, ...]:
     """Those of the room's things that are simple shapes. Raises ValueError for things that cannot be together."""
     simple = [extra_of(t) for t in room.things if t.file is None]
     return meeting_room(room.seats, simple).extras if simple else ()

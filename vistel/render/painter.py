@@ -15,7 +15,7 @@ from vistel.arrays import F32, F64, U8
 from vistel.render.figures.drawn import DrawnFigures, FigureView
 from vistel.render.figures.gpu_deform import GpuDeformer
 from vistel.render.gl.canvas import Canvas
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.render.gl.programs import as_gl
 from vistel.render.gl.textures import texture_of
 from vistel.render.light.occlusion import Occlusion
@@ -68,7 +68,7 @@ class Painter:
 
     def __init__(
         self,
-        surface: Surface,
+        surface: GlContext,
         width: int,
         height: int,
         deformer: GpuDeformer | None = None,

@@ -23,7 +23,7 @@ from vistel.render.things.soft import Reshaped, SoftThings, is_soft
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of
 from vistel.space.things.tessellate import Surface3, join
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 log = logging.getLogger("vistel.renderer")
 
@@ -75,7 +75,7 @@ class ThingsShown:
         instant: Instant,
         shapes: Mapping[str, DrawableFigure],
         posed: Mapping[str, PosedBody],
-        pulls: Mapping[str, Sequence[tuple[Primitive, ConstraintGhost]]],
+        pulls: Mapping[str, Sequence[tuple[ThingPrimitive, ConstraintGhost]]],
     ) -> None:
         """Put the surfaces of soft things that have changed where they are drawn from. See `SoftThings.reshaped`."""
         now = self._soft.reshaped(instant, shapes, posed, pulls)

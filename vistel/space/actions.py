@@ -11,7 +11,18 @@ from enum import Enum
 from typing import Annotated
 
 from vistel.arrays import F64
-from vistel.space.command_description import Action, Axis, Colour, Length, Quantity, Shape, command, phrase, spoken, typed
+from vistel.space.command_description import (
+    Action,
+    AxisName,
+    ColourName,
+    Length,
+    Quantity,
+    ShapeName,
+    command,
+    phrase,
+    spoken,
+    typed,
+)
 
 
 class Refused(Exception):  # noqa: N818 - said to a person, no error
@@ -183,7 +194,7 @@ class Turn(Action):
 
     which: Which
     angle: Angle
-    about: Annotated[Along, Axis()] = Along.UP
+    about: Annotated[Along, AxisName()] = Along.UP
 
 
 @command(
@@ -227,7 +238,7 @@ class Scale(Action):
             "FACTOR", "by what factor?", {"": 1.5, "little": 1.2, "more": 2.0}, tag="factor", opposite=lambda factor: 1.0 / factor
         ),
     ]
-    along: Annotated[Along | None, Axis(said="longest")] = None
+    along: Annotated[Along | None, AxisName(said="longest")] = None
 
 
 @command(
@@ -259,7 +270,7 @@ class Paint(Action):
     """Give a thing another colour, 0xRRGGBBAA. Its phrases, which are colours, stand in the grammar's file."""
 
     which: Which
-    colour: Annotated[int, Colour("paint")]
+    colour: Annotated[int, ColourName("paint")]
 
 
 @command(
@@ -360,9 +371,9 @@ class Create(Action):
     """A new thing before the speaker, or where they point. shape: one of `create.SHAPES`; size: half of its largest
     extent, of which people say the whole; colour: 0xRRGGBBAA, None for one of its own."""
 
-    shape: Annotated[str, Shape()]
+    shape: Annotated[str, ShapeName()]
     size: Annotated[float, Length("LENGTH", "how large?", {"": 0.08, "large": 0.14, "small": 0.04}, by="size", unit=0.5)] = 0.04
-    colour: Annotated[int | None, Colour("colour")] = None
+    colour: Annotated[int | None, ColourName("colour")] = None
     where: Where = Where.HERE
 
 

@@ -47,28 +47,28 @@ class Length(Quantity):
 
 
 @dataclass(frozen=True)
-class Colour:
+class ColourName:
     """A colour 0xRRGGBBAA by its name. tag: of what was said."""
 
     tag: str
 
 
 @dataclass(frozen=True)
-class Axis:
+class AxisName:
     """An `Along`, or None for all directions. said: where what was said names none; None: the field's default."""
 
     said: str | None = None
 
 
 @dataclass(frozen=True)
-class Shape:
+class ShapeName:
     """The name of a shape that can be created."""
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A field of an action. kind: what it holds; detail: a Quantity, Colour, Axis or Shape, of which kind is the class, else None;
-    optional: it has a default."""
+    """A field of an action. kind: what it holds; detail: a Quantity, ColourName, AxisName or ShapeName, of which kind is the
+    class, else None; optional: it has a default."""
 
     name: str
     kind: type[Any]
@@ -165,7 +165,7 @@ def _parameters(action: type[Action]) -> dict[str, Parameter]:
 
 
 def _kind(hint: Any) -> tuple[type[Any], Any]:
-    if get_origin(hint) is Annotated and isinstance(detail := hint.__metadata__[0], Quantity | Colour | Axis | Shape):
+    if get_origin(hint) is Annotated and isinstance(detail := hint.__metadata__[0], Quantity | ColourName | AxisName | ShapeName):
         return type(detail), detail
     some = [a for a in get_args(hint) if a is not NoneType]
     return (some[0] if NoneType in get_args(hint) else get_origin(hint) or hint), None

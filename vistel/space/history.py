@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from vistel.arrays import F64
-from vistel.space.memory.dents import Dent
+from vistel.space.memory.dents import DentRecord
 from vistel.space.things.things import Thing
 
 MOST = 12
@@ -19,7 +19,7 @@ class PlacedThing:
     thing: Thing
     position: F64
     rotation: F64
-    dents: tuple[Dent, ...] = ()
+    dents: tuple[DentRecord, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.space.things.things import Axis, Matter, Primitive, Thing
+from vistel.space.things.things import GraspAxis, PhysicsMaterial, Thing, ThingPrimitive
 
 TABLE_HEIGHT = 0.72
 """Height of the table's upper surface above the floor [m]."""
@@ -47,7 +47,7 @@ class Extra:
     """A thing that a conference file puts on the table.
 
     shape: "ball", "lump" (a loaf, twice as long as wide) or "bar" (six times); size: its radius [m]; rigidity: 0 as
-    soft as flesh .. 1 rigid; mass [kg]; colour: 0xRRGGBBAA; x, z: where on the table [m]; matter: its material.
+    soft as flesh .. 1 rigid; mass [kg]; colour: 0xRRGGBBAA; x, z: where on the table [m]; material.
     Raises ValueError for values out of range.
     """
 
@@ -60,7 +60,7 @@ class Extra:
     colour: int
     x: float
     z: float
-    matter: Matter = field(default_factory=Matter)
+    material: PhysicsMaterial = field(default_factory=PhysicsMaterial)
 
     def __post_init__(self) -> None:
         if self.shape not in SHAPES:
@@ -74,8 +74,8 @@ class Extra:
         """The thing, lying on the table."""
         r = self.size
         half = {"ball": 0.0, "lump": r, "bar": 5.0 * r}[self.shape]
-        body = _bar((-half, 0.0, 0.0), (half, 0.0, 0.0), r, r) if half else Primitive("sphere", (r,))
-        axes = (Axis(_at(0, 0, 0), _at(1, 0, 0), r),) if half else ()
+        body = _bar((-half, 0.0, 0.0), (half, 0.0, 0.0), r, r) if half else ThingPrimitive("sphere", (r,))
+        axes = (GraspAxis(_at(0, 0, 0), _at(1, 0, 0), r),) if half else ()
         place = _at(self.x, TABLE_HEIGHT + r, self.z)
         return Thing(
             self.id,
@@ -87,7 +87,7 @@ class Extra:
             self.colour,
             place,
             axes=axes,
-            matter=self.matter,
+            material=self.material,
         )
 
 
@@ -167,12 +167,12 @@ def _at(x: float, y: float, z: float) -> F64:
     return np.array([x, y, z], np.float64)
 
 
-def _disc(radius: float, half_height: float, centre: F64, e1: float = 0.1) -> Primitive:
-    return Primitive("superellipsoid", (radius, radius, half_height, e1, 1.0), centre, Z_UP)
+def _disc(radius: float, half_height: float, centre: F64, e1: float = 0.1) -> ThingPrimitive:
+    return ThingPrimitive("superellipsoid", (radius, radius, half_height, e1, 1.0), centre, Z_UP)
 
 
-def _bar(a: tuple[float, float, float], b: tuple[float, float, float], ra: float, rb: float) -> Primitive:
-    return Primitive("cone_sphere", (*a, *b, ra, rb))
+def _bar(a: tuple[float, float, float], b: tuple[float, float, float], ra: float, rb: float) -> ThingPrimitive:
+    return ThingPrimitive("cone_sphere", (*a, *b, ra, rb))
 
 
 def _table(radius: float) -> Thing:
@@ -185,9 +185,9 @@ def _table(radius: float) -> Thing:
 def _chair(index: int, seat: Seat) -> Thing:
     """In the seat's frame: the seat under the person, the back behind (-Z), four legs."""
     middle = _at(0.0, CHAIR_HEIGHT - 0.022, 0.0)
-    cushion = Primitive("superellipsoid", (0.21, 0.20, 0.022, 0.4, 0.35), middle, Z_UP)
+    cushion = ThingPrimitive("superellipsoid", (0.21, 0.20, 0.022, 0.4, 0.35), middle, Z_UP)
     lean = _turn((1.0, 0.0, 0.0), -math.radians(8.0))
-    back = Primitive("superellipsoid", (0.19, 0.16, 0.016, 0.4, 0.4), _at(0.0, 0.72, -0.235), lean)
+    back = ThingPrimitive("superellipsoid", (0.19, 0.16, 0.016, 0.4, 0.4), _at(0.0, 0.72, -0.235), lean)
     legs = tuple(
         _bar((x * 0.16, CHAIR_HEIGHT - 0.04, z * 0.15), (x * 0.19, 0.012, z * 0.18), 0.016, 0.012)
         for x in (-1.0, 1.0)
@@ -238,33 +238,34 @@ def _baton_on_rest(centre: F64, height: float) -> tuple[Thing, Thing]:
     )
     rest = Thing("rest", "baton rest", "rest", posts, 0.0, 0.0, 0x5A4636FF, centre)
     bar = _bar((-half, 0.0, 0.0), (half, 0.0, 0.0), radius, radius)
-    axis = Axis(_at(0, 0, 0), _at(1, 0, 0), radius)
+    axis = GraspAxis(_at(0, 0, 0), _at(1, 0, 0), radius)
     return rest, Thing(BATON, "red baton", "baton", (bar,), 0.08, 0.05, 0xC23B32FF, centre, axes=(axis,))
 
 
 def _ball(centre: F64) -> Thing:
-    body = Primitive("sphere", (0.038,))
+    body = ThingPrimitive("sphere", (0.038,))
     return Thing("ball", "yellow ball", "ball", (body,), 0.12, 0.35, 0xE8B923FF, centre)
 
 
 def _box(centre: F64) -> Thing:
-    body = Primitive("superellipsoid", (0.045, 0.030, 0.032, 0.2, 0.2))
-    axes = (Axis(_at(0, 0, 0), _at(1, 0, 0), 0.031), Axis(_at(0, 0, 0), _at(0, 1, 0), 0.038))
+    body = ThingPrimitive("superellipsoid", (0.045, 0.030, 0.032, 0.2, 0.2))
+    axes = (GraspAxis(_at(0, 0, 0), _at(1, 0, 0), 0.031), GraspAxis(_at(0, 0, 0), _at(0, 1, 0), 0.038))
     turn = _turn((0.0, 1.0, 0.0), math.radians(20.0))
     return Thing("box", "blue box", "box", (body,), 0.25, 0.02, 0x2F6DB5FF, centre, turn, axes)
 
 
 def _can(centre: F64) -> Thing:
-    body = Primitive("superellipsoid", (0.032, 0.032, 0.055, 0.1, 1.0))
-    axes = (Axis(_at(0, 0, 0), _at(0, 0, 1), 0.032),)
+    body = ThingPrimitive("superellipsoid", (0.032, 0.032, 0.055, 0.1, 1.0))
+    axes = (GraspAxis(_at(0, 0, 0), _at(0, 0, 1), 0.032),)
     return Thing("can", "green can", "cylinder", (body,), 0.30, 0.02, 0x3F9C5AFF, centre, Z_UP, axes)
 
 
 def _ring(centre: F64) -> Thing:
     tube, radius = 0.011, 0.046
-    body = Primitive("supertoroid", (tube, tube, tube, radius / tube, 1.0, 1.0))
+    body = ThingPrimitive("supertoroid", (tube, tube, tube, radius / tube, 1.0, 1.0))
     axes = tuple(
-        Axis(_at(x * radius, y * radius, 0.0), _at(-y, x, 0.0), tube) for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+        GraspAxis(_at(x * radius, y * radius, 0.0), _at(-y, x, 0.0), tube)
+        for x, y in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
     )
     return Thing("ring", "violet ring", "ring", (body,), 0.07, 0.10, 0x8A56B0FF, centre, Z_UP, axes)
 
@@ -276,7 +277,7 @@ def _cone(foot: F64) -> Thing:
     lean = math.asin((big - small) / length)
     body = _bar((-middle, 0.0, 0.0), (length - middle, 0.0, 0.0), big, small)
     position = foot + _at(0.0, big - middle * math.sin(lean), 0.0)
-    axes = (Axis(_at(0, 0, 0), _at(1, 0, 0), 0.026),)
+    axes = (GraspAxis(_at(0, 0, 0), _at(1, 0, 0), 0.026),)
     turn = _turn((0.0, 0.0, 1.0), -lean)
     return Thing("cone", "orange cone", "cone", (body,), 0.09, 0.05, 0xE0762BFF, position, turn, axes)
 
@@ -284,5 +285,5 @@ def _cone(foot: F64) -> Thing:
 def _tile(centre: F64) -> Thing:
     angles = [k * math.pi / 3.0 for k in range(6)]
     corners = (c for a in angles for c in (0.042 * math.cos(a), 0.0, 0.042 * math.sin(a)))
-    body = Primitive("rounded_polygon", (0.009, *corners))
+    body = ThingPrimitive("rounded_polygon", (0.009, *corners))
     return Thing("tile", "white tile", "tile", (body,), 0.14, 0.0, 0xD9D4C7FF, centre)

@@ -24,14 +24,14 @@ from vistel.space.history import Change, History, PlacedThing
 from vistel.space.inputs import Person, PropInput
 from vistel.space.ledger import Ledger
 from vistel.space.memory.bonds import Bond
-from vistel.space.memory.dents import Dent
+from vistel.space.memory.dents import DentRecord
 from vistel.space.people import Figure
 from vistel.space.room import Extra, Room, Seat, meeting_room
 from vistel.space.state import LetGo, State
 from vistel.space.things.glide import Glide
 from vistel.space.things.json_values import from_primitive, from_thing, to_primitive, to_thing
 from vistel.space.things.props import Tracked
-from vistel.space.things.things import Matter, Thing
+from vistel.space.things.things import PhysicsMaterial, Thing
 from vistel.space.view import Outcome
 
 VERSION = 8
@@ -196,16 +196,16 @@ def _to_room(d: Any) -> Room:
 
 
 def _from_extra(e: Extra) -> list[Any]:
-    m = e.matter
-    matter = m.material, m.recovery, m.sticky, m.bears
-    return [e.id, e.name, e.shape, e.size, e.mass, e.rigidity, e.colour, e.x, e.z, *matter]
+    m = e.material
+    material = m.elasticity, m.recovery, m.sticky, m.bears
+    return [e.id, e.name, e.shape, e.size, e.mass, e.rigidity, e.colour, e.x, e.z, *material]
 
 
 def _to_extra(d: Any) -> Extra:
-    name, what, shape, size, mass, rigidity, colour, x, z, material, recovery, sticky, bears = d
-    matter = Matter(str(material), float(recovery), float(sticky), float(bears))
+    name, what, shape, size, mass, rigidity, colour, x, z, elasticity, recovery, sticky, bears = d
+    material = PhysicsMaterial(str(elasticity), float(recovery), float(sticky), float(bears))
     numbers = float(size), float(mass), float(rigidity), int(colour), float(x), float(z)
-    return Extra(str(name), str(what), str(shape), *numbers, matter)
+    return Extra(str(name), str(what), str(shape), *numbers, material)
 
 
 class _Shapes:
@@ -256,15 +256,15 @@ def _to_glide(d: Any) -> Glide:
     return Glide(str(who), str(thing), *way, int(step), float(lift))
 
 
-def _from_dent(d: Dent) -> list[Any]:
+def _from_dent(d: DentRecord) -> list[Any]:
     return [d.number, d.thing, d.maker, d.primitive, from_primitive(d.shape), d.depth, d.left_ns, d.fade_ns]
 
 
-def _to_dent(d: Any) -> Dent:
+def _to_dent(d: Any) -> DentRecord:
     number, thing, maker, primitive, shape, depth, left_ns, fade_ns = d
     shape = to_primitive(shape)
     times = int(left_ns), int(fade_ns)
-    return Dent(int(number), str(thing), str(maker), int(primitive), shape, float(_rows(depth, 1, 1)[0, 0]), *times)
+    return DentRecord(int(number), str(thing), str(maker), int(primitive), shape, float(_rows(depth, 1, 1)[0, 0]), *times)
 
 
 def _from_bond(b: Bond) -> list[Any]:

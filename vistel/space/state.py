@@ -11,7 +11,7 @@ from vistel.space.hands.grasp import Grasp
 from vistel.space.history import History
 from vistel.space.ledger import Ledger
 from vistel.space.memory.bonds import Bond
-from vistel.space.memory.dents import Dent
+from vistel.space.memory.dents import DentRecord
 from vistel.space.people import Figure
 from vistel.space.things.glide import Glide
 from vistel.space.things.props import Tracked
@@ -45,7 +45,7 @@ class State:
     ledger: Ledger = field(default_factory=Ledger)
     tracked: tuple[Tracked, ...] = ()
     felt: tuple[tuple[str, bool], ...] = ()
-    dents: tuple[Dent, ...] = ()
+    dents: tuple[DentRecord, ...] = ()
     bonds: tuple[Bond, ...] = ()
     marks: int = 1
     glides: tuple[Glide, ...] = ()

@@ -9,7 +9,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.space.hands.claims import ClaimEvent
 from vistel.space.memory.bonds import Bond, Torn
-from vistel.space.memory.dents import Dent
+from vistel.space.memory.dents import DentRecord
 from vistel.space.things.things import Thing
 
 
@@ -140,7 +140,7 @@ class WorldView:
     outcomes: tuple[Outcome, ...]
     hash: int
     hands: tuple[HandForce, ...] = ()
-    dents: tuple[Dent, ...] = ()
+    dents: tuple[DentRecord, ...] = ()
     bonds: tuple[Bond, ...] = ()
     fresh: frozenset[int] = frozenset()
     gone: tuple[int, ...] = ()

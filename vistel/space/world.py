@@ -28,8 +28,8 @@ from vistel.space.holding.displayed_hands import displayed_contacts
 from vistel.space.holding.forces import Reached, due_at, hand_forces, nothing
 from vistel.space.holding.sharing import Pull, with_pulls
 from vistel.space.inputs import CommandInput, StepInputs, usable
-from vistel.space.matter import sticking
-from vistel.space.matter.memory import changes, remembered
+from vistel.space.materials import bond_forces
+from vistel.space.materials.dents_and_bonds import changes, remembered
 from vistel.space.people import Figure, Posed, pose_figure
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.state import State
@@ -147,8 +147,8 @@ class World:
         heard = _heard(before, self._state)
         self._state = ownership.lapsed(before, self._state, heard)
         self._state = holding.let_go(before, self._state, solids_, posed, near)
-        drawn = sticking.bond_forces(self._state, solids_, posed) if self._state.bonds else []
-        anchors = sticking.anchors(drawn, self._state, solids_) if drawn else holding.NOTHING
+        drawn = bond_forces.bond_forces(self._state, solids_, posed) if self._state.bonds else []
+        anchors = bond_forces.anchors(drawn, self._state, solids_) if drawn else holding.NOTHING
         self._state = holding.carry(self._state, solids_, posed, DT, anchors)
         self._state = holding.glide(self._state, DT)
         self._state = holding.take_hold(self._state, solids_, posed, near)
@@ -159,12 +159,12 @@ class World:
         rest = dict(zip(names, bodies.with_things(self._solids.fixed_placed), strict=True))
         contacts, ghosts = touches(posed, skin, rest, displayed_contacts(self._state, solids_, posed, near), solids_, MAX_CONTACTS)
         if drawn:
-            self._state = replace(self._state, motions=sticking.with_bond_impulses(self._state.motions, solids_, drawn, DT))
+            self._state = replace(self._state, motions=bond_forces.with_bond_impulses(self._state.motions, solids_, drawn, DT))
         self._advance(posed, near)
         self._bring_back()
         self._state, torn = remembered(self._state, self._solids, posed, DT)
         reached = {name: Reached(rest[name], near[name]) for name in posed}
-        stuck = sticking.pulls(drawn, self._state, posed)
+        stuck = bond_forces.pulls(drawn, self._state, posed)
         view = self._view(before, outcomes, contacts, ghosts, self._feel(posed, skin, reached, anchors, stuck))
         return replace(view, claims=claims, torn=torn)
 

@@ -38,7 +38,7 @@ class Word:
 
 
 @dataclass(frozen=True)
-class Place:
+class WordSlot:
     """A place in a sentence: one of the words, or nothing where it is optional."""
 
     words: tuple[Word, ...]
@@ -49,7 +49,7 @@ class Place:
 class Sentence:
     """Places in a row; means: tags that all of its readings have."""
 
-    places: tuple[Place, ...]
+    places: tuple[WordSlot, ...]
     means: tuple[tuple[str, Tag], ...] = ()
 
 
@@ -77,7 +77,7 @@ class Grammar:
     """Sentences by language; wake: what begins a sentence where a wake word is asked for."""
 
     by_language: Mapping[Language, tuple[Sentence, ...]]
-    wake: Mapping[Language, Place] = field(default_factory=dict[Language, Place])
+    wake: Mapping[Language, WordSlot] = field(default_factory=dict[Language, WordSlot])
 
     @property
     def languages(self) -> tuple[Language, ...]:
@@ -98,7 +98,7 @@ class Grammar:
         """For `compile_automaton`; phones: those of a word as spoken. Raises what `phones` raises."""
         known: dict[str, tuple[str, ...]] = {}
 
-        def slot(place: Place) -> Slot:
+        def slot(place: WordSlot) -> Slot:
             for word in place.words:
                 if word.spoken not in known:
                     known[word.spoken] = tuple(phones(word.spoken))
@@ -195,7 +195,7 @@ def _said(language: Language, words: tuple[Word, ...], means: Iterable[tuple[str
     return Said(language, words, tags)
 
 
-def _ways(places: Sequence[Place]) -> Iterator[tuple[Word, ...]]:
+def _ways(places: Sequence[WordSlot]) -> Iterator[tuple[Word, ...]]:
     if not places:
         yield ()
         return
@@ -207,7 +207,7 @@ def _ways(places: Sequence[Place]) -> Iterator[tuple[Word, ...]]:
             yield (word, *more)
 
 
-def _fits(places: Sequence[Place], words: Sequence[Word]) -> bool:
+def _fits(places: Sequence[WordSlot], words: Sequence[Word]) -> bool:
     """Whether words are one of the ways through places."""
     reached = {0}
     for place in places:
@@ -217,7 +217,7 @@ def _fits(places: Sequence[Place], words: Sequence[Word]) -> bool:
     return len(words) in reached
 
 
-def _matched(places: Sequence[Place], units: list[str], forms: Mapping[str, list[list[str]]]) -> Iterator[tuple[Word, ...]]:
+def _matched(places: Sequence[WordSlot], units: list[str], forms: Mapping[str, list[list[str]]]) -> Iterator[tuple[Word, ...]]:
     """Ways through places that are written as units."""
     if not places:
         if not units:

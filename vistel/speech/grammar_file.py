@@ -14,7 +14,7 @@ from typing import Any, cast
 
 from vistel.space import actions
 from vistel.space.command_description import COMMANDS
-from vistel.speech.grammar import LANGUAGES, Grammar, Language, Place, Sentence, Tag, Word
+from vistel.speech.grammar import LANGUAGES, Grammar, Language, Sentence, Tag, Word, WordSlot
 from vistel.speech.kana import from_romaji
 from vistel.speech.phones import hiragana
 
@@ -103,7 +103,7 @@ def load_grammar(*extra: Path, known: WordCheck | None = None, base: Path | None
             continue
         sentences[language] += [Sentence(places, means) for places in ways if not all(p.optional for p in places)]
     said: dict[Language, list[Word]] = {name: _words("wake", name, parts, "", ()) for name in LANGUAGES}
-    wake: dict[Language, Place] = {name: Place(tuple(words)) for name, words in said.items() if words}
+    wake: dict[Language, WordSlot] = {name: WordSlot(tuple(words)) for name, words in said.items() if words}
     faults += [f for s in sources for f in s.faults]
     return Grammar({name: tuple(dict.fromkeys(some)) for name, some in sentences.items()}, wake), faults
 
@@ -220,9 +220,9 @@ def _with_role(word: Word, role: str) -> Word:
     return Word(f"{role}:{word.name}", word.spoken, word.written, means)
 
 
-def _expanded(text: str, language: Language, parts: _Parts, within: tuple[str, ...], role: str = "") -> list[tuple[Place, ...]]:
+def _expanded(text: str, language: Language, parts: _Parts, within: tuple[str, ...], role: str = "") -> list[tuple[WordSlot, ...]]:
     """The sequences of places a line stands for. Raises ValueError."""
-    ways: list[tuple[Place, ...]] = [()]
+    ways: list[tuple[WordSlot, ...]] = [()]
     for token in text.split():
         found = _TOKEN.match(token)
         if not found:
@@ -235,12 +235,12 @@ def _expanded(text: str, language: Language, parts: _Parts, within: tuple[str, .
 
 def _of_token(
     found: re.Match[str], language: Language, parts: _Parts, within: tuple[str, ...], role: str
-) -> Sequence[tuple[Place, ...]]:
+) -> Sequence[tuple[WordSlot, ...]]:
     optional = bool(found["optional"])
     if found["word"]:
         if wrong := _wrong(language, found["word"]):
             raise ValueError(f"{found['word']!r}: {wrong}")
-        return [(Place((Word(f"={found['word']}", found["word"], found["word"]),), optional),)]
+        return [(WordSlot((Word(f"={found['word']}", found["word"], found["word"]),), optional),)]
     name, role = found["name"], found["role"] or role
     if name in parts.groups:
         if name in within:
@@ -256,7 +256,7 @@ def _of_token(
         if optional:
             return [()]
         raise ValueError(f"class {name} has no word in {language}")
-    return [(Place(tuple(words), optional),)]
+    return [(WordSlot(tuple(words), optional),)]
 
 
 def phrase_table(grammar: Grammar, language: Language) -> Mapping[str, list[Word]]:

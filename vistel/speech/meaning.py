@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Any
 
 from vistel.space.actions import Action, Along, Shown, Size, Towards, Where, Which
-from vistel.space.command_description import COMMANDS, Axis, Colour, Command, Length, Parameter, Quantity, Shape, Spoken
+from vistel.space.command_description import COMMANDS, AxisName, ColourName, Command, Length, Parameter, Quantity, ShapeName, Spoken
 from vistel.space.commands.create import SHAPES
 from vistel.space.commands.reference import COLOURS
 from vistel.speech.grammar import Meaning
@@ -116,9 +116,9 @@ _READ: dict[type[Any], Callable[[Meaning, Parameter], Any]] = {
     Which: _which,
     Towards: _towards,
     Where: _where,
-    Axis: _axis,
+    AxisName: _axis,
     Quantity: _quantity,
     Length: _quantity,
-    Colour: _colour,
-    Shape: _shape,
+    ColourName: _colour,
+    ShapeName: _shape,
 }

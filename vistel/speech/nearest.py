@@ -13,7 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.speech.grammar import Grammar, Language, Place, Said
+from vistel.speech.grammar import Grammar, Language, Said, WordSlot
 from vistel.speech.kana import reading
 from vistel.speech.word_graph import word_graph
 
@@ -77,7 +77,7 @@ class Nearest:
 def _spelt(grammar: Grammar) -> Grammar:
     """The same with every letter of kana or kanji a word."""
 
-    def spelt(place: Place) -> Place:
+    def spelt(place: WordSlot) -> WordSlot:
         words = [replace(w, spoken=" ".join(reading(text))) for w in place.words for text in dict.fromkeys((w.spoken, w.written))]
         return replace(place, words=tuple(words))
 

@@ -20,7 +20,7 @@ Finite = Annotated[float, Field(allow_inf_nan=False)]
 Unit = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
-class Curve(Entry):
+class DriveCurve(Entry):
     """How much of a set of wrinkles is there: 0 to 1 over what drives it."""
 
     knots: Annotated[list[tuple[Finite, Unit]], Field(min_length=2, max_length=32)]
@@ -29,7 +29,7 @@ class Curve(Entry):
     """Between knots: straight, or the Hermite blend, which is level at each."""
 
     @model_validator(mode="after")
-    def _rises(self) -> Curve:
+    def _rises(self) -> DriveCurve:
         values = [v for v, _ in self.knots]
         if any(b <= a for a, b in pairwise(values)):
             raise ValueError(f"the knots' values are {', '.join(f'{v:g}' for v in values)}; expected each above the one before")
@@ -57,7 +57,7 @@ class Drive(Entry):
     """Only the part of the rotation about this axis (left side; mirrored on the right), signed; the whole angle otherwise."""
     action: str | None = None
     """An action unit such as "AU1"; without side where the region has two."""
-    curve: Curve
+    curve: DriveCurve
 
     @model_validator(mode="after")
     def _one_driver(self) -> Drive:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64
 from vistel.wrinkle.curve import sampled
-from vistel.wrinkle.shape import Branch, Shape
+from vistel.wrinkle.shape import Branch, WrinkleShape
 
 MOST_SAMPLES = 64
 """Of one span of a curve."""
@@ -25,7 +25,7 @@ class Instance:
     valley. wrinkledness: 0 for the shape as it is, 1 for points jittered by half the distance to their neighbours.
     """
 
-    shape: Shape
+    shape: WrinkleShape
     at: tuple[float, float]
     size: tuple[float, float]
     thickness: float

@@ -17,7 +17,7 @@ from pydantic import ValidationError
 
 from vistel.arrays import F32, F64, U8
 from vistel.wrinkle.errors import WrinkleError
-from vistel.wrinkle.shape import Branch, Point, Shape, normalised
+from vistel.wrinkle.shape import Branch, Point, WrinkleShape, normalised
 from vistel.wrinkle.skeleton_graph import paths
 
 LARGEST = 1400
@@ -47,7 +47,7 @@ class Traced:
     """A shape, and where in the photograph it is: unit, the length of the shape's unit; thickness, radius of its thickest
     place; middle, (x, y) from the top left; all in pixels of the photograph."""
 
-    shape: Shape
+    shape: WrinkleShape
     unit: float
     thickness: float
     middle: tuple[float, float]
@@ -162,7 +162,7 @@ def _apart(branches: list[Branch], name: str) -> list[Branch]:
     kept: list[Branch] = []
     for branch in sorted(branches, key=lambda b: -sum(p.intensity for p in b.points))[:64]:
         try:
-            Shape(name=name, branches=[*kept, branch])
+            WrinkleShape(name=name, branches=[*kept, branch])
         except ValidationError:
             continue
         kept.append(branch)

@@ -11,7 +11,7 @@ from vistel.arrays import U8
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.displacement import Map, displacement_map
 from vistel.wrinkle.instance import Instance
-from vistel.wrinkle.shape import Shape
+from vistel.wrinkle.shape import WrinkleShape
 from vistel.wrinkle.texture import Lighting, wrinkled_texture
 
 CLOTH = (112, 134, 170)
@@ -22,19 +22,19 @@ MARGIN = 1.35
 """Half the side of a picture in the shape's unit."""
 
 
-def typical(shape: Shape, *, wrinkledness: float = 0.0, seed: int = 0) -> tuple[Instance, float]:
+def typical(shape: WrinkleShape, *, wrinkledness: float = 0.0, seed: int = 0) -> tuple[Instance, float]:
     """The shape as large as it usually is, in the middle of a square plane, and the plane's side [m]."""
     unit, thickness, height = (0.09, 0.016, 0.0075) if shape.material == "cloth" else (0.03, 0.0032, 0.0011)
     side = 2.0 * MARGIN * unit
     return Instance(shape, (side / 2, side / 2), (unit, unit), thickness, height, 0.0, False, wrinkledness, seed), side
 
 
-def light_on(shape: Shape) -> Lighting:
+def light_on(shape: WrinkleShape) -> Lighting:
     """Light that suits a shape's material."""
     return Lighting() if shape.material == "cloth" else Lighting(depth=0.001)
 
 
-def relief(shape: Shape, texels: int, *, wrinkledness: float = 0.0, seed: int = 0) -> U8:
+def relief(shape: WrinkleShape, texels: int, *, wrinkledness: float = 0.0, seed: int = 0) -> U8:
     """(texels, texels, 3): the shape on plain cloth or skin, lit."""
     wrinkle, side = typical(shape, wrinkledness=wrinkledness, seed=seed)
     of = displacement_map([wrinkle], (side, side), texels)
@@ -42,7 +42,7 @@ def relief(shape: Shape, texels: int, *, wrinkledness: float = 0.0, seed: int = 
     return wrinkled_texture(plain, of, light_on(shape))[0]
 
 
-def drawing(shape: Shape, texels: int) -> U8:
+def drawing(shape: WrinkleShape, texels: int) -> U8:
     """(texels, texels, 3): the shape's curves, thicker and darker where they are; control points red."""
     picture = np.full((texels, texels, 3), 250, np.uint8)
     for branch in shape.branches:

@@ -88,7 +88,7 @@ class Branch(Entry):
         return np.array([p.thickness for p in self.points])
 
 
-class Shape(Entry):
+class WrinkleShape(Entry):
     """A characteristic shape. Raises WrinkleError (from `vistel.wrinkle.shape_file`) where its branches cross."""
 
     name: Name
@@ -98,7 +98,7 @@ class Shape(Entry):
     branches: Annotated[list[Branch], Field(min_length=1, max_length=64)]
 
     @model_validator(mode="after")
-    def _hangs_together(self) -> Shape:
+    def _hangs_together(self) -> WrinkleShape:
         lopsided = any(layer.offset or layer.lean for layer in self.profile)
         lines = [sampled(b.places, 8)[0] for b in self.branches]
         for k, branch in enumerate(self.branches):
@@ -121,7 +121,7 @@ def _place(point: F64) -> str:
     return f"({point[0]:.2f}, {point[1]:.2f})"
 
 
-def normalised(branches: list[Branch], name: str, about: str = "", material: Literal["cloth", "skin"] = "cloth") -> Shape:
+def normalised(branches: list[Branch], name: str, about: str = "", material: Literal["cloth", "skin"] = "cloth") -> WrinkleShape:
     """The shape of branches whose middle and size are anything within [-1, 1]: moved and scaled alike in x and y so that
     they fill it, attributes scaled to a largest one of 1."""
     at = np.concatenate([b.places for b in branches])
@@ -136,4 +136,4 @@ def normalised(branches: list[Branch], name: str, about: str = "", material: Lit
         return Point(at=(x, y), intensity=round(p.intensity / strongest, 3), thickness=round(p.thickness / thickest, 3))
 
     out = [b.model_copy(update={"points": [moved(p) for p in b.points]}) for b in branches]
-    return Shape(name=name, about=about, material=material, branches=out)
+    return WrinkleShape(name=name, about=about, material=material, branches=out)

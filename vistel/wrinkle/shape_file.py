@@ -7,29 +7,29 @@ from pathlib import Path
 
 from vistel.toml import file as toml
 from vistel.wrinkle.errors import WrinkleError
-from vistel.wrinkle.shape import Branch, Layer, Shape
+from vistel.wrinkle.shape import Branch, Layer, WrinkleShape
 
 FOLDER = Path(__file__).with_name("shapes")
 
 
-def load_shape(path: Path) -> Shape:
+def load_shape(path: Path) -> WrinkleShape:
     """Read and check a shape file. Raises WrinkleError, one line per fault."""
-    return toml.read(path, WrinkleError).checked(Shape, WrinkleError)
+    return toml.read(path, WrinkleError).checked(WrinkleShape, WrinkleError)
 
 
-def save_shape(shape: Shape, path: Path) -> None:
+def save_shape(shape: WrinkleShape, path: Path) -> None:
     """Write a shape so that people can read and edit it. Raises OSError."""
     path.write_text(shape_text(shape), "utf-8")
 
 
 @cache
-def builtin_shapes() -> dict[str, Shape]:
+def builtin_shapes() -> dict[str, WrinkleShape]:
     """The taxonomy, by name."""
     found = [load_shape(path) for path in sorted(FOLDER.glob("*.toml"))]
     return {shape.name: shape for shape in found}
 
 
-def shape_of(name: str, folder: Path | None = None) -> Shape:
+def shape_of(name: str, folder: Path | None = None) -> WrinkleShape:
     """A shape by the name of a built-in one, or by a file's (.toml) in `folder`. Raises WrinkleError."""
     if name.endswith(".toml"):
         return load_shape((folder or Path()) / name)
@@ -39,7 +39,7 @@ def shape_of(name: str, folder: Path | None = None) -> Shape:
     return known[name]
 
 
-def shape_text(shape: Shape) -> str:
+def shape_text(shape: WrinkleShape) -> str:
     """The file of a shape."""
     lines = [f'name = "{shape.name}"', f"about = {_quoted(shape.about)}", f'material = "{shape.material}"', "profile = ["]
     lines += [f"  {_table(layer, Layer())}," for layer in shape.profile]

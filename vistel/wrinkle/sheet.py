@@ -15,7 +15,7 @@ from vistel.toml import file as toml
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.errors import Entry, WrinkleError
 from vistel.wrinkle.instance import Instance
-from vistel.wrinkle.shape import Shape
+from vistel.wrinkle.shape import WrinkleShape
 from vistel.wrinkle.shape_file import shape_of
 
 Metres = Annotated[float, Field(gt=0.0, le=10.0)]
@@ -41,7 +41,7 @@ class WrinkleEntry(Entry):
     wrinkledness: Annotated[float, Field(ge=0.0, le=1.0)] = 0.0
     seed: int = 0
 
-    def instance(self, plane: tuple[float, float], shape: Shape, scale: float = 1.0) -> Instance:
+    def instance(self, plane: tuple[float, float], shape: WrinkleShape, scale: float = 1.0) -> Instance:
         """The wrinkle, of `shape`, on a plane (width, height) [m], lengths times `scale`."""
         across, along = self.size if isinstance(self.size, tuple) else (self.size, self.size)
         return Instance(
@@ -81,7 +81,7 @@ def instances(
     wrinkles: Sequence[WrinkleEntry],
     plane: tuple[float, float],
     source: Path | str,
-    shape: Callable[[str], Shape],
+    shape: Callable[[str], WrinkleShape],
     *,
     wraps: bool,
     scale: float = 1.0,

@@ -67,7 +67,7 @@ class LevelWrinkles:
 
 
 @dataclass(frozen=True, eq=False)
-class Shown:
+class ShownWrinkles:
     """Wrinkles of a figure. shape: of its albedo; texel: (N,) counted row by row, channel and light: (N,) of what is not PLAIN.
     memory: (S,) share of each set that stays for a while."""
 
@@ -87,7 +87,7 @@ class Shown:
         return out.reshape(*self.shape, CHANNELS)
 
 
-def shown(made: Dressed, wears: Sequence[WrinkleSet]) -> Shown:
+def shown(made: Dressed, wears: Sequence[WrinkleSet]) -> ShownWrinkles:
     """What a dressed avatar wears, on all its levels; takes some seconds. More than CHANNELS sets over each other, or MOST_SETS in
     all, are left out with a line in the log."""
     finest = Worn(made.avatar, wears, made.charts)
@@ -95,7 +95,7 @@ def shown(made: Dressed, wears: Sequence[WrinkleSet]) -> Shown:
     near = [_near(w.avatar, finest) for w in worn]
     channel = _channels(finest, near)
     texel, channels, light = _light(finest, channel)
-    return Shown(
+    return ShownWrinkles(
         tuple(s.name for s in finest.sets),
         finest.drives,
         np.where(channel < 0, 0.0, finest.memory),

@@ -16,7 +16,7 @@ from vistel.toml import file as toml
 from vistel.wrinkle.drive import Drive, Finite
 from vistel.wrinkle.errors import Entry, WrinkleError
 from vistel.wrinkle.region import Region, builtin_regions
-from vistel.wrinkle.shape import Name, Shape
+from vistel.wrinkle.shape import Name, WrinkleShape
 from vistel.wrinkle.shape_file import shape_of
 from vistel.wrinkle.sheet import WrinkleEntry, instances
 
@@ -63,7 +63,7 @@ class SetEntry(Entry):
 class SetsFile(Entry):
     """A file of sets. shapes: those of its own, beside the built-in ones and those in files of their own."""
 
-    shapes: Annotated[tuple[Shape, ...], Field(max_length=64)] = ()
+    shapes: Annotated[tuple[WrinkleShape, ...], Field(max_length=64)] = ()
     sets: Annotated[list[SetEntry], Field(min_length=1, max_length=64)]
 
 
@@ -73,10 +73,10 @@ class WrinkleSet:
 
     entry: SetEntry
     region: Region
-    shapes: Mapping[str, Shape]
+    shapes: Mapping[str, WrinkleShape]
     source: Path | str
 
-    def shape(self, name: str) -> Shape:
+    def shape(self, name: str) -> WrinkleShape:
         """One that its wrinkles name."""
         return self.shapes[name]
 
@@ -92,14 +92,14 @@ def sets_in(text: str, source: str) -> list[WrinkleSet]:
     return sets_of(toml.parsed(text, source, WrinkleError), _builtin)
 
 
-def sets_of(told: toml.TomlFile, look: Callable[[str], Shape]) -> list[WrinkleSet]:
+def sets_of(told: toml.TomlFile, look: Callable[[str], WrinkleShape]) -> list[WrinkleSet]:
     """The sets of a file's tables; look: finds a shape that is not in it. Raises WrinkleError, one line per fault."""
     known, source = builtin_regions(), told.source
     file = told.checked(SetsFile, WrinkleError)
     own = {shape.name: shape for shape in file.shapes}
-    found: dict[str, Shape] = {}
+    found: dict[str, WrinkleShape] = {}
 
-    def shape(name: str) -> Shape:
+    def shape(name: str) -> WrinkleShape:
         if name not in found:
             found[name] = own[name] if name in own else look(name)
         return found[name]
@@ -135,7 +135,7 @@ def wardrobe(names: Sequence[str | Path] = ("shirt", "trousers", "face", "hands"
     return out
 
 
-def _builtin(name: str) -> Shape:
+def _builtin(name: str) -> WrinkleShape:
     if name.endswith(".toml"):
         raise WrinkleError(f"is {name!r}: no files here; expected a built-in shape or one of shapes")
     return shape_of(name)

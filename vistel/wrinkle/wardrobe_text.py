@@ -8,7 +8,7 @@ from typing import Any, cast
 from pydantic import BaseModel
 
 from vistel.wrinkle.errors import WrinkleError
-from vistel.wrinkle.shape import Shape
+from vistel.wrinkle.shape import WrinkleShape
 from vistel.wrinkle.shape_file import builtin_shapes
 from vistel.wrinkle.wardrobe import WrinkleSet
 
@@ -26,9 +26,9 @@ def wardrobe_text(sets: Sequence[WrinkleSet]) -> str:
     return "\n".join(lines)
 
 
-def _own(sets: Sequence[WrinkleSet]) -> tuple[list[Shape], dict[int, str]]:
+def _own(sets: Sequence[WrinkleSet]) -> tuple[list[WrinkleShape], dict[int, str]]:
     """Shapes that are not built in, and the names that those are known by which had a file's."""
-    builtin, own, named = builtin_shapes(), dict[str, Shape](), dict[int, str]()
+    builtin, own, named = builtin_shapes(), dict[str, WrinkleShape](), dict[int, str]()
     for each in sets:
         for shape in each.shapes.values():
             known = builtin.get(shape.name, own.get(shape.name))

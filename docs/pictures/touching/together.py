@@ -40,7 +40,7 @@ from vistel.space.memory.dents import imprints
 from vistel.space.people import HAND_JOINT, build_like
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things.tessellate import tessellate_thing
-from vistel.space.things.things import Matter, Primitive, Thing
+from vistel.space.things.things import PhysicsMaterial, Thing, ThingPrimitive
 from vistel.space.view import WorldView
 from vistel.space.world import World
 
@@ -121,8 +121,8 @@ def table(scene: Scene, view: WorldView) -> list[Part]:
 
 def cup() -> Thing:
     upright = quaternion_from_matrix(rotation_x(-0.5 * math.pi))
-    body = Primitive("superellipsoid", (0.031, 0.031, 0.045, 0.25, 1.0), rotation=upright)
-    handle = Primitive("supertoroid", (0.006, 0.006, 0.006, 3.2, 1.0, 1.0), np.array([0.042, 0.0, 0.0]))
+    body = ThingPrimitive("superellipsoid", (0.031, 0.031, 0.045, 0.25, 1.0), rotation=upright)
+    handle = ThingPrimitive("supertoroid", (0.006, 0.006, 0.006, 3.2, 1.0, 1.0), np.array([0.042, 0.0, 0.0]))
     return Thing("cup", "cup", "cup", (body, handle), 0.2, 0.0, 0x4F7FB5FF, np.array([-0.25, TABLE_HEIGHT + 0.0455, 0.2]))
 
 
@@ -136,7 +136,7 @@ def held(thing: str, top: float) -> tuple[list[Part], F64]:
 
 def stretched() -> tuple[list[Part], F64]:
     """A soft sticky lump, half way off the table."""
-    lump = Extra("lump", "lump", "ball", 0.032, 0.1, 0.2, 0xD6B25EFF, -0.2, 0.2, Matter(sticky=0.022, bears=6.0))
+    lump = Extra("lump", "lump", "ball", 0.032, 0.1, 0.2, 0xD6B25EFF, -0.2, 0.2, PhysicsMaterial(sticky=0.022, bears=6.0))
     scene = Scene(lump)
     view = scene.take("lump", 0.034, 0.0)
     place = scene.world.room.thing("lump").position + np.array([0.0, 0.034, 0.0])
@@ -157,7 +157,10 @@ def stretched() -> tuple[list[Part], F64]:
         p = desk.primitives[b.primitive]
         turn = matrix_from_quaternion(desk.rotation)
         rotation = quaternion_from_matrix(turn @ matrix_from_quaternion(p.rotation))
-        limb, at = Primitive(p.kind, p.params, desk.position + turn @ p.position, rotation), desk.position + turn @ b.point_body
+        limb, at = (
+            ThingPrimitive(p.kind, p.params, desk.position + turn @ p.position, rotation),
+            desk.position + turn @ b.point_body,
+        )
         both = bond_pulls(bond_message(b), thing, pose, limb, at, view.t_ns)
         pulls += [(limb, x) for x in both if x.target == "thing"]
     return [*people(scene, view), *table(scene, view), _soft(soft, pulls, pose, view, message.colour)], state.position

@@ -28,7 +28,7 @@ from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.photograph import Looking, edges, trace
 from vistel.wrinkle.picture import drawing, relief
-from vistel.wrinkle.shape import Branch, Point, Shape
+from vistel.wrinkle.shape import Branch, Point, WrinkleShape
 from vistel.wrinkle.shape_file import builtin_shapes
 from vistel.wrinkle.texture import Lighting, wrinkled_texture
 from vistel.wrinkle.wardrobe import wardrobe
@@ -67,7 +67,7 @@ def texture() -> Image.Image:
     points = [Point(at=(-0.7, -0.1)), Point(at=(0.1, 0.1)), Point(at=(0.7, -0.1), thickness=0.8)]
 
     def primitive(end: str) -> U8:
-        shape = Shape(name="line", branches=[Branch(points=points, start=end, end=end, cap=2.5)])  # type: ignore[arg-type]
+        shape = WrinkleShape(name="line", branches=[Branch(points=points, start=end, end=end, cap=2.5)])  # type: ignore[arg-type]
         of = displacement_map([Instance(shape, (0.17, 0.17), (0.13, 0.13), 0.045, 0.02)], size, texels)
         level = np.asarray(of.height / of.height.max() * 255, np.uint8)
         return np.repeat(level[..., None], 3, axis=2)

@@ -13,7 +13,7 @@ import numpy as np
 from prometheus_client import Counter
 
 from vistel.conference.model import HUB_PLACE, Conference, Site
-from vistel.conference.model import Room as RoomKeys
+from vistel.conference.model import RoomSettings as RoomKeys
 from vistel.conference.paths import RunPaths
 from vistel.conference.room_things import extras_of
 from vistel.figure.posture.posture import standing
@@ -21,7 +21,7 @@ from vistel.space.dynamics.motion_kernels import nearest_rotation  # pyright: ig
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import Extra, meeting_room
 from vistel.space.room import Room as RoomShape
-from vistel.space.things.things import Matter
+from vistel.space.things.things import PhysicsMaterial
 from vistel.space.world import World
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
@@ -265,7 +265,7 @@ def _next_due(due_ns: int, now_ns: int) -> int:
 def warm_up() -> None:
     """Make the kernels (the first time this takes half a minute), so that no step waits for them."""
     motion.warm_up()
-    soft = Extra("clay", "clay", "ball", 0.04, 1.0, 0.3, 0, 0.0, 0.0, Matter("plastic", sticky=0.02))
+    soft = Extra("clay", "clay", "ball", 0.04, 1.0, 0.3, 0, 0.0, 0.0, PhysicsMaterial("plastic", sticky=0.02))
     world = World(meeting_room(2, [soft]))
     people = (Person("a"), Person("b"))  # in one place, so that their hands meet
     for step in range(1, 4):

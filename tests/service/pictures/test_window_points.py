@@ -22,7 +22,7 @@ from vistel.render.view.camera import look_at, overview
 from vistel.render.view.screens import Screen, Stereo, boxes, picture_size, sights_of_screens
 from vistel.render.view.view import Mode, View
 from vistel.space.things.tessellate import tessellate
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 from vistel.wire.clock import SystemClock
 from vistel.wire.shared_pictures import PictureReader
 from vistel_services.renderer.out.outputs import Out, Outputs
@@ -97,7 +97,7 @@ def test_a_thing_is_seen_from_ones_seat_from_anywhere_and_through_somebody_elses
 
 
 def dot(painter: Painter, n: int, place: np.ndarray) -> ThingView:
-    ball = tessellate(Primitive("sphere", (0.015,)), 1.0)
+    ball = tessellate(ThingPrimitive("sphere", (0.015,)), 1.0)
     painter.set_thing(f"dot{n}", ball, np.zeros((len(ball.vertices), 3), np.float32))
     matrix = np.eye(4, dtype=np.float32)
     matrix[:3, 3] = place

@@ -12,7 +12,7 @@ from vistel.figure.posture.posture import SHOULDER, Posture, Stance
 from vistel.geometry.pose import Pose
 from vistel.render.figures.drawn import in_sight
 from vistel.render.figures.figures import DrawableFigure, StandIn
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
 from vistel.render.painter import Frame, Painter, ThingView
@@ -25,7 +25,7 @@ from vistel.render.view.camera import Camera, look_at, overview
 from vistel.render.view.screens import Sight
 from vistel.space.room import meeting_room, seat_pose
 from vistel.space.things.tessellate import tessellate
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 
 pytestmark = pytest.mark.gl
 
@@ -35,14 +35,14 @@ AHEAD = look_at(np.array((0.0, 1.0, 2.0)), np.array((0.0, 1.0, 0.0)), math.radia
 
 
 @pytest.fixture
-def painter(surface: Surface) -> Iterator[Painter]:
+def painter(surface: GlContext) -> Iterator[Painter]:
     painter = Painter(surface, WIDTH, HEIGHT)
     yield painter
     assert painter.error() == "GL_NO_ERROR"
 
 
 def dot(painter: Painter, name: str, colour: tuple[float, float, float], radius: float = 0.03) -> None:
-    ball = tessellate(Primitive("sphere", (radius,)))
+    ball = tessellate(ThingPrimitive("sphere", (radius,)))
     painter.set_thing(name, ball, np.tile(np.array(colour, np.float32), (len(ball.vertices), 1)))
 
 
@@ -138,7 +138,7 @@ def test_a_thing_throws_its_shadow_on_the_table(painter: Painter) -> None:
 
 def test_what_rests_is_drawn_as_it_is_at_rest_and_what_is_bent_as_it_is_bent(painter: Painter) -> None:
     dot(painter, "ball", (0.6, 0.02, 0.02), 0.2)
-    ball = tessellate(Primitive("sphere", (0.2,)), 0.5)
+    ball = tessellate(ThingPrimitive("sphere", (0.2,)), 0.5)
     painter.set_resting("ball", ball, np.tile(np.array((0.02, 0.02, 0.6), np.float32), (len(ball.vertices), 1)))
     colours = []
     for bent in (True, False):

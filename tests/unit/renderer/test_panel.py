@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.render.stage.stage import Instant
 from vistel.render.view.camera import look_at
 from vistel.render.view.view import Choices, Mode
@@ -22,7 +22,7 @@ pytestmark = pytest.mark.gl
 
 
 def test_without_a_panel_to_be_had_one_line_says_so_and_keys_do_it(
-    surface: Surface, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+    surface: GlContext, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
     real = builtins.__import__
 
@@ -48,7 +48,7 @@ SHOWN = PanelState(
 )
 
 
-def test_the_panel_is_drawn_over_the_picture_and_its_buttons_choose(surface: Surface) -> None:
+def test_the_panel_is_drawn_over_the_picture_and_its_buttons_choose(surface: GlContext) -> None:
     pytest.importorskip("imgui_bundle", reason="the panel needs imgui-bundle")
     ctx = surface.ctx
     target = ctx.simple_framebuffer((800, 600))
@@ -92,7 +92,7 @@ def test_the_panel_is_drawn_over_the_picture_and_its_buttons_choose(surface: Sur
         target.release()
 
 
-def test_a_desk_without_a_panel_looks_about_by_keys(surface: Surface) -> None:
+def test_a_desk_without_a_panel_looks_about_by_keys(surface: GlContext) -> None:
     from vistel_services.renderer.window.events import Key
 
     class Keys:

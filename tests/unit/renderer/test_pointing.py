@@ -14,7 +14,7 @@ from vistel.render.view.camera import look_at
 from vistel.render.view.screens import Screen, Sight, Stereo, sights_of_screens
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate, tessellate_thing
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 from vistel_services.renderer.window.carrying import Carrying
 from vistel_services.renderer.window.placement import fitted
 from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane, ray_through
@@ -27,7 +27,7 @@ UPRIGHT = np.array((0.0, 0.0, 0.0, 1.0))
 
 def ball(radius: float = 0.05) -> Targets:
     targets = Targets()
-    targets.put("ball", [tessellate(Primitive("sphere", (radius,)), 1.0)])
+    targets.put("ball", [tessellate(ThingPrimitive("sphere", (radius,)), 1.0)])
     return targets
 
 
@@ -59,7 +59,7 @@ def test_on_a_wall_of_screens_a_mouse_points_through_the_screen_and_the_eye_it_i
 
 def test_the_first_of_two_things_in_a_row_is_met_and_only_within_its_surface() -> None:
     targets = ball()
-    targets.put("far", [tessellate(Primitive("sphere", (0.05,)), 1.0)])
+    targets.put("far", [tessellate(ThingPrimitive("sphere", (0.05,)), 1.0)])
     poses = {"ball": (np.array((0.0, 1.0, 1.0)), UPRIGHT), "far": (np.array((0.0, 1.0, 2.0)), UPRIGHT)}
     for up, met in ((0.0, "ball"), (0.048, "ball"), (0.052, None), (-0.2, None)):
         hit = targets.met(Ray(np.array((0.0, 1.0 + up, 0.0)), np.array((0.0, 0.0, 1.0))), poses)
@@ -89,7 +89,7 @@ def test_every_loose_thing_of_the_room_is_met_where_it_stands_and_the_table_from
 
 def test_a_thing_on_the_mouse_follows_it_and_stands_on_what_is_under_it() -> None:
     targets = ball()
-    targets.put("table", [tessellate(Primitive("superellipsoid", (0.6, 0.02, 0.6, 0.2, 0.2)), 1.0)])
+    targets.put("table", [tessellate(ThingPrimitive("superellipsoid", (0.6, 0.02, 0.6, 0.2, 0.2)), 1.0)])
     poses = {"ball": (np.array((0.0, 0.95, 0.0)), UPRIGHT), "table": (np.array((0.0, 0.7, 0.0)), UPRIGHT)}
     hit = Hit("ball", poses["ball"][0] + np.array((0.0, 0.0, -0.05)), 1.0)
     carrying = Carrying.begin(hit, EYE, poses["ball"], 0)

@@ -12,7 +12,7 @@ import pytest
 from waiting import wait_until
 from x_server import Hands, x_server
 
-from vistel.render.gl.context import NoOpenGlError, Surface, open_surface
+from vistel.render.gl.context import GlContext, NoOpenGlError, open_surface
 from vistel.render.painter import Painter
 from vistel_services.renderer.window.bare_gl import BACK_LEFT, BACK_RIGHT
 from vistel_services.renderer.window.presenter import Presenter, opener
@@ -28,7 +28,7 @@ def hands(monkeypatch: pytest.MonkeyPatch) -> Iterator[Hands]:
         yield somebody
 
 
-def window_of(surface: Surface) -> Window:
+def window_of(surface: GlContext) -> Window:
     """The windows behind a surface."""
     assert isinstance(surface.window, Presenter)
     return surface.window.window

@@ -12,14 +12,14 @@ import pytest
 from vistel.conference.model import Conference
 from vistel.space.files import Interior, save_usd
 from vistel.space.room import BATON, TABLE_HEIGHT, Room, Seat, meeting_room
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 from vistel_sim.motion.layout import LAP, built_in, layout_of
 from vistel_sim.motion.open import open_motion
 
 
 def table(height: float) -> Thing:
     """A board, its top at a height."""
-    board = Primitive("superellipsoid", (0.9, 0.02, 0.9, 0.2, 0.2))
+    board = ThingPrimitive("superellipsoid", (0.9, 0.02, 0.9, 0.2, 0.2))
     return Thing("board", "board", "board", (board,), 0.0, 0.0, 0xA0A0A0FF, np.array([0.0, height - 0.02, 0.0]))
 
 

@@ -15,7 +15,7 @@ import vistel.implicit as vi
 from vistel.geometry.rotation import matrix_from_rotvec
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.actuation import muscle_force, power_warp
-from vistel.space.contact.forces import Motion, Patch, Surface, contact_patches
+from vistel.space.contact.forces import ContactParameters, Motion, Patch, contact_patches
 
 GOLDEN = {
     row["name"]: row
@@ -97,7 +97,7 @@ def test_patches_are_finite_push_apart_and_lie_in_both_bodies(
     kind_a: str, kind_b: str, turn: tuple[float, ...], at: tuple[float, ...], c_a: float, c_b: float
 ) -> None:
     a, b = one(kind_a, SHAPES[kind_a], (0, 0, 0)), one(kind_b, SHAPES[kind_b], at, turn)
-    for patch in contact_patches(a, b, c_a, c_b, surface=Surface(1.0, 0.6, 0.3)):
+    for patch in contact_patches(a, b, c_a, c_b, surface=ContactParameters(1.0, 0.6, 0.3)):
         numbers = np.concatenate([patch.point, patch.normal, patch.force, patch.torque, [patch.area, patch.normal_force]])
         assert np.isfinite(numbers).all()
         assert patch.area > 0
@@ -139,23 +139,23 @@ def test_a_stiffer_body_is_pressed_less() -> None:
 
 def test_friction_opposes_sliding_and_keeps_to_coulombs_cone() -> None:
     moving = Motion(np.array((0.0, 2.0, 0.0)), np.zeros(3), np.zeros(3))
-    (patch,) = contact_patches(*balls(0.9), motion_a=moving, surface=Surface(1.0, 0.4, 0.0))
+    (patch,) = contact_patches(*balls(0.9), motion_a=moving, surface=ContactParameters(1.0, 0.4, 0.0))
     assert patch.friction[1] < 0
     assert abs(patch.friction[1]) == pytest.approx(0.4 * patch.normal_force, rel=1e-3)
-    (still,) = contact_patches(*balls(0.9), surface=Surface(1.0, 0.4, 0.0))
+    (still,) = contact_patches(*balls(0.9), surface=ContactParameters(1.0, 0.4, 0.0))
     assert np.all(still.friction == 0.0)
 
 
 def test_a_spinning_body_is_braked_about_the_contact() -> None:
     spinning = Motion(np.zeros(3), np.array((5.0, 0.0, 0.0)), np.zeros(3))
-    (patch,) = contact_patches(*balls(0.9), motion_a=spinning, surface=Surface(1.0, 0.5, 0.0))
+    (patch,) = contact_patches(*balls(0.9), motion_a=spinning, surface=ContactParameters(1.0, 0.5, 0.0))
     assert patch.torque_about(np.zeros(3))[0] < -1e-4
     np.testing.assert_allclose(patch.friction, 0.0, atol=1e-12)  # all round: no net force
 
 
 def test_damping_pushes_more_when_closing_and_never_pulls() -> None:
     closing, parting = (Motion(np.array((v, 0.0, 0.0)), np.zeros(3), np.zeros(3)) for v in (1.0, -50.0))
-    surface = Surface(1.0, 0.0, 0.5)
+    surface = ContactParameters(1.0, 0.0, 0.5)
     forces = [-contact_patches(*balls(0.9), motion_a=m, surface=surface)[0].force[0] for m in (closing, parting)]
     assert forces[0] > contact_patches(*balls(0.9))[0].normal_force
     assert forces[1] == 0.0

@@ -12,26 +12,26 @@ from hypothesis import strategies as st
 
 from vistel.implicit.ghosts.constraint import Constraint
 from vistel.implicit.ghosts.temporal import Plastic, Viscoelastic
-from vistel.space.contact.forces import Surface
+from vistel.space.contact.forces import ContactParameters
 from vistel.space.dynamics.soft import SoftRoom
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 DT = 1.0 / 60.0
 WEIGHTLESS = (0.0, 0.0, 0.0)
 
 
 def ball(name: str, at: object, *, radius: float = 0.05, mass: float = 0.1, compliance: float = 1.0) -> Thing:
-    return Thing(name, name, "ball", (Primitive("sphere", (radius,)),), mass, compliance, 0xCC8844FF, np.array(at, float))
+    return Thing(name, name, "ball", (ThingPrimitive("sphere", (radius,)),), mass, compliance, 0xCC8844FF, np.array(at, float))
 
 
 def dumbbell(name: str, at: object) -> Thing:
-    bar = Primitive("cone_sphere", (-0.08, 0.0, 0.0, 0.08, 0.0, 0.0, 0.03, 0.045))
-    parts = (bar, Primitive("sphere", (0.05,), np.array((0.08, 0.0, 0.0))))
+    bar = ThingPrimitive("cone_sphere", (-0.08, 0.0, 0.0, 0.08, 0.0, 0.0, 0.03, 0.045))
+    parts = (bar, ThingPrimitive("sphere", (0.05,), np.array((0.08, 0.0, 0.0))))
     return Thing(name, name, "dumbbell", parts, 0.25, 0.7, 0x4488CCFF, np.array(at, float))
 
 
 def box(name: str, at: object, mass: float = 0.3) -> Thing:
-    cube = Primitive("superellipsoid", (0.05, 0.05, 0.05, 0.15, 0.15))
+    cube = ThingPrimitive("superellipsoid", (0.05, 0.05, 0.05, 0.15, 0.15))
     return Thing(name, name, "box", (cube,), mass, 1.0, 0xAAAAAAFF, np.array(at, float))
 
 
@@ -39,7 +39,7 @@ FLOOR = Thing(
     "floor",
     "floor",
     "box",
-    (Primitive("superellipsoid", (0.6, 0.1, 0.6, 0.1, 0.1)),),
+    (ThingPrimitive("superellipsoid", (0.6, 0.1, 0.6, 0.1, 0.1)),),
     0.0,
     0.0,
     0x888888FF,
@@ -76,7 +76,7 @@ def test_balls_that_collide_have_less_energy_and_swap_what_they_must() -> None:
         (ball("a", (-0.1, 0, 0)), ball("b", (0.1, 0, 0))),
         velocity={"a": (1.0, 0, 0)},
         gravity=WEIGHTLESS,
-        surface=Surface(damping=0.0),
+        surface=ContactParameters(damping=0.0),
     )
     before = room.kinetic_energy()
     room = run(room, 1.0)
@@ -102,7 +102,7 @@ def test_a_dropped_ball_bounces_lower_and_lower_and_comes_to_rest() -> None:
 
 def test_a_stack_of_five_boxes_stands_on_its_pressure() -> None:
     boxes = [box(f"b{k}", (0.001 * (-1) ** k, 0.0495 + 0.099 * k, 0.0007 * k)) for k in range(5)]
-    room = run(SoftRoom.of((FLOOR, *boxes), surface=Surface(pressure=3e5, damping=3.0)), 0.4, 1 / 30)
+    room = run(SoftRoom.of((FLOOR, *boxes), surface=ContactParameters(pressure=3e5, damping=3.0)), 0.4, 1 / 30)
     settled = room.step(1 / 30)
     assert np.abs(settled.position - room.position).max() < 5e-4
     assert np.abs(settled.spin).max() < 0.06
@@ -116,7 +116,7 @@ def test_a_box_stays_on_a_slope_that_friction_can_hold(slope: float, slides: boo
     turn = np.array((0.0, 0.0, np.sin(slope / 2), np.cos(slope / 2)))
     up = np.array((-np.sin(slope), np.cos(slope), 0.0))
     ramp = replace(FLOOR, position=-0.1 * up, rotation=turn)
-    room = SoftRoom.of((ramp, replace(box("b", 0.0495 * up), rotation=turn)), surface=Surface(pressure=3e5, damping=3.0))
+    room = SoftRoom.of((ramp, replace(box("b", 0.0495 * up), rotation=turn)), surface=ContactParameters(pressure=3e5, damping=3.0))
     room = run(room, 0.25, 1 / 30)
     after = run(room, 0.2, 1 / 30)
     moved = float(np.linalg.norm(after.position[1] - room.position[1]))
@@ -136,7 +136,7 @@ def test_a_long_step_does_not_explode(dt: float) -> None:
 
 def test_fifty_bodies_in_one_spot_part_without_strays() -> None:
     crowd = tuple(ball(f"b{i}", (1e-4 * (i % 5), 1e-4 * (i // 5), 0.0)) for i in range(50))
-    room = SoftRoom.of(crowd, gravity=WEIGHTLESS, surface=Surface(pressure=1e3))
+    room = SoftRoom.of(crowd, gravity=WEIGHTLESS, surface=ContactParameters(pressure=1e3))
     # No more than the energy of the overlaps can become motion: one pair's is at most P (1 - T) of its volume.
     most = 50 * 49 / 2 * 1e3 * 0.5 * 4 / 3 * np.pi * 0.0924**3
     room = room.step(1 / 120)
@@ -162,7 +162,7 @@ def test_a_loop_of_constraints_settles_and_holds() -> None:
         a, b = ring[i], ring[(i + 1) % 4]
         toward = (b.position - a.position) / np.linalg.norm(b.position - a.position)
         held.append(Constraint(a.id, b.id, tuple(0.05 * toward), tuple(-0.05 * toward), 0.03, 0.03))
-    start = SoftRoom.of(ring, constraints=held, gravity=WEIGHTLESS, surface=Surface(damping=1.0, viscosity=40.0))
+    start = SoftRoom.of(ring, constraints=held, gravity=WEIGHTLESS, surface=ContactParameters(damping=1.0, viscosity=40.0))
     room = run(start, 2.0)
     assert all(not h.out_of_reach for h in room.holds())
     assert max(h.gap for h in room.holds()) < max(h.gap for h in start.holds())

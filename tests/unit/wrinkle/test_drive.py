@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints, rest_pose, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import matrix_from_rotvec
-from vistel.wrinkle.drive import Curve, Drive, rotation_angle
+from vistel.wrinkle.drive import Drive, DriveCurve, rotation_angle
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.wardrobe import load_sets, wardrobe
 from vistel.wrinkle.worn import Memory
@@ -29,12 +29,12 @@ def _bent(degrees: float, side: str = "left") -> Posture:
 
 @given(st.floats(-50.0, 250.0))
 def test_a_straight_curve_is_the_clamped_share_of_the_way_between_two_angles(angle: float) -> None:
-    curve = Curve(knots=[(20.0, 0.0), (120.0, 1.0)], form="linear")
+    curve = DriveCurve(knots=[(20.0, 0.0), (120.0, 1.0)], form="linear")
     assert curve(angle) == pytest.approx(min(1.0, max(0.0, (angle - 20.0) / 100.0)))
 
 
 def test_a_smooth_curve_passes_its_knots_level_and_never_beyond_them() -> None:
-    curve = Curve(knots=[(0.0, 0.0), (40.0, 1.0), (100.0, 0.3)])
+    curve = DriveCurve(knots=[(0.0, 0.0), (40.0, 1.0), (100.0, 0.3)])
     assert [curve(x) for x in (-5.0, 0.0, 40.0, 100.0, 200.0, math.nan)] == [0.0, 0.0, 1.0, 0.3, 0.3, 0.0]
     assert abs(curve(40.5) - 1.0) < 1e-3
     assert all(0.0 <= curve(x) <= 1.0 for x in np.linspace(-10, 120, 200))
@@ -43,7 +43,7 @@ def test_a_smooth_curve_passes_its_knots_level_and_never_beyond_them() -> None:
 @given(st.floats(0.0, 150.0))
 def test_an_elbow_drives_by_how_far_it_is_bent(degrees: float) -> None:
     joints = pose_joints(SKELETON, _bent(degrees))
-    drive = Drive(joint="lower_arm", curve=Curve(knots=[(0.0, 0.0), (180.0, 1.0)], form="linear"))
+    drive = Drive(joint="lower_arm", curve=DriveCurve(knots=[(0.0, 0.0), (180.0, 1.0)], form="linear"))
     assert drive.value(joints, {}, "left_") == pytest.approx(degrees, abs=1e-5)
     assert drive.value(joints, {}, "right_") == pytest.approx(0.0, abs=1e-5)
 
@@ -53,7 +53,7 @@ def test_about_an_axis_an_angle_has_a_sign_and_is_mirrored_on_the_right() -> Non
     for side, sign in (("left", 1.0), ("right", -1.0)):
         dofs[SHOULDER[side]] = (0.0, 0.0, sign * math.radians(30.0))
     joints = pose_joints(SKELETON, Posture(dofs))
-    drive = Drive(joint="upper_arm", axis=(0.0, 0.0, 1.0), curve=Curve(knots=[(-90.0, 0.0), (90.0, 1.0)]))
+    drive = Drive(joint="upper_arm", axis=(0.0, 0.0, 1.0), curve=DriveCurve(knots=[(-90.0, 0.0), (90.0, 1.0)]))
     assert drive.value(joints, {}, "left_") == pytest.approx(30.0)
     assert drive.value(joints, {}, "right_") == pytest.approx(30.0)
     hanging = pose_joints(SKELETON, standing())
@@ -69,7 +69,7 @@ def test_the_angle_of_a_joint_is_twice_the_arc_cosine_of_its_quaternions_real_pa
 
 
 def test_an_action_unit_drives_its_side_or_both_and_is_nothing_where_unknown() -> None:
-    drive = Drive(action="AU6", curve=Curve(knots=[(0.0, 0.0), (1.0, 1.0)]))
+    drive = Drive(action="AU6", curve=DriveCurve(knots=[(0.0, 0.0), (1.0, 1.0)]))
     joints = rest_pose(SKELETON)
     assert drive.weight(joints, {"AU6": 1.0}, "left_") == 1.0
     assert drive.weight(joints, {"right_AU6": 1.0}, "left_") == 0.0

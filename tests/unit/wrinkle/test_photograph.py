@@ -16,7 +16,7 @@ from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.photograph import Looking, Traced, trace
 from vistel.wrinkle.picture import CLOTH, typical
-from vistel.wrinkle.shape import Shape
+from vistel.wrinkle.shape import WrinkleShape
 from vistel.wrinkle.shape_file import builtin_shapes
 from vistel.wrinkle.skeleton_graph import paths
 from vistel.wrinkle.texture import Lighting, wrinkled_texture
@@ -78,7 +78,7 @@ def test_weights_follow_the_height_of_the_wrinkle() -> None:
             }
         )
     )
-    rising = trace(_photograph(placed(Shape(name="rising", branches=[low_end]), unit=0.35, thickness=0.06), 1.0)).shape
+    rising = trace(_photograph(placed(WrinkleShape(name="rising", branches=[low_end]), unit=0.35, thickness=0.06), 1.0)).shape
     even, weights = steep.branches[0].intensities, rising.branches[0]
     assert even[1:-1].min() > 0.8
     x = weights.places[:, 0]

@@ -7,27 +7,27 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.wrinkle.curve import sampled
 from vistel.wrinkle.instance import Instance
-from vistel.wrinkle.shape import Branch, End, Layer, Point, Shape
+from vistel.wrinkle.shape import Branch, End, Layer, Point, WrinkleShape
 
 
-def straight(*, start: End = "round", end: End = "round", profile: tuple[Layer, ...] = (Layer(),), i: float = 1.0) -> Shape:
+def straight(*, start: End = "round", end: End = "round", profile: tuple[Layer, ...] = (Layer(),), i: float = 1.0) -> WrinkleShape:
     """A line from (-1, 0) to (1, 0)."""
     points = [Point(at=(-1.0, 0.0), intensity=i), Point(at=(1.0, 0.0), intensity=i)]
-    return Shape(name="straight", profile=profile, branches=[Branch(points=points, start=start, end=end)])
+    return WrinkleShape(name="straight", profile=profile, branches=[Branch(points=points, start=start, end=end)])
 
 
-def bow() -> Shape:
+def bow() -> WrinkleShape:
     """A bow with attributes that differ."""
     points = [
         Point(at=(-0.9, -0.3), intensity=0.4, thickness=0.6),
         Point(at=(0.0, 0.4)),
         Point(at=(0.9, -0.2), intensity=0.7, thickness=0.8),
     ]
-    return Shape(name="bow", branches=[Branch(points=points, start="round", end="round")])
+    return WrinkleShape(name="bow", branches=[Branch(points=points, start="round", end="round")])
 
 
 def placed(
-    shape: Shape,
+    shape: WrinkleShape,
     *,
     at: tuple[float, float] = (0.5, 0.5),
     unit: float = 0.3,

@@ -23,7 +23,7 @@ PARTED_M = 0.006
 
 
 @dataclass(frozen=True)
-class Shown:
+class FaceState:
     """expression: for `FaceShape`; actions: intensities by name, of both sides the larger one under the bare name: for wrinkles."""
 
     expression: Expression
@@ -43,7 +43,7 @@ class Countenance:
         self._trust = 0.0
         self._at_ns: int | None = None
 
-    def step(self, posture: Posture, at_ns: int | None = None, level_db: float | None = None) -> Shown:
+    def step(self, posture: Posture, at_ns: int | None = None, level_db: float | None = None) -> FaceState:
         """The face at `at_ns` (None: at once as it should be). level_db: how loud a voice is that belongs to it."""
         seconds = math.inf if at_ns is None else 0.0 if self._at_ns is None else max(0.0, (at_ns - self._at_ns) * 1e-9)
         if self._at_ns is None:
@@ -71,7 +71,7 @@ class Countenance:
         expression = Expression(
             kept, self._marks if np.abs(self._marks).max() > 2e-4 else None, _opening(self._lids), float(posture.gaze[1])
         )
-        return Shown(expression, self._actions(kept))
+        return FaceState(expression, self._actions(kept))
 
     def _actions(self, kept: F64) -> dict[str, float]:
         out: dict[str, float] = {}

@@ -51,7 +51,7 @@ _SMOOTH = 4.0
 
 
 @dataclass(frozen=True)
-class Part:
+class LayerPart:
     """One primitive, or several that are one: its own shape, room frame; limbs: which it belongs to; weight: in blends."""
 
     name: str
@@ -65,9 +65,9 @@ class Part:
 class LayeredModel:
     """A person's layers in one posture, room frame."""
 
-    parts: tuple[Part, ...]
+    parts: tuple[LayerPart, ...]
 
-    def layer(self, *layers: Layer) -> tuple[Part, ...]:
+    def layer(self, *layers: Layer) -> tuple[LayerPart, ...]:
         """The parts of some layers."""
         return tuple(p for p in self.parts if p.layer in layers)
 
@@ -75,7 +75,7 @@ class LayeredModel:
         """Layers uncovered: the union of their parts, each as large as it is."""
         return union(*(p.shape for p in self.layer(*layers)))
 
-    def graph(self, layers: Collection[Layer] = LAYERS) -> tuple[tuple[Part, ...], list[tuple[int, int]]]:
+    def graph(self, layers: Collection[Layer] = LAYERS) -> tuple[tuple[LayerPart, ...], list[tuple[int, int]]]:
         """The parts, and which pairs of them blend: those that share a limb."""
         parts = self.layer(*layers)
         pairs = [(i, j) for i, p in enumerate(parts) for j in range(i) if p.limbs & parts[j].limbs]
@@ -100,10 +100,10 @@ def layered_model(
         limbs = frozenset({limb[muscle.belly.joint]})
         belly = muscle.belly if physical else muscle.belly.at_length(float(ratio))
         shape = _belly(belly, joints, surface_ratio(float(a)) if physical else None)
-        parts.append(Part(muscle.name, "muscles", shape, limbs, UNDER_SKIN * muscle.weight / 0.4))
-        parts.append(Part(f"{muscle.name}_tendons", "tendons", _tendons(muscle, belly, joints), limbs, 0.2))
+        parts.append(LayerPart(muscle.name, "muscles", shape, limbs, UNDER_SKIN * muscle.weight / 0.4))
+        parts.append(LayerPart(f"{muscle.name}_tendons", "tendons", _tendons(muscle, belly, joints), limbs, 0.2))
     for joint, shape in bone_shapes(avatar, joints).items():
-        parts.append(Part(f"{joint}_bone", "bones", shape, frozenset({limb[JOINT_INDEX[joint]]}), BONE_WEIGHT))
+        parts.append(LayerPart(f"{joint}_bone", "bones", shape, frozenset({limb[JOINT_INDEX[joint]]}), BONE_WEIGHT))
     for bone in anatomy.bones:
         # As high as what moves an embedded skin, but as thin as a bone.
         outer = (1.0 - BONE_CORE) * bone.radius * unit(bone.rise)
@@ -115,7 +115,7 @@ def layered_model(
         # Bones that stand on the one that folds hang together with it; the collar bone is there already.
         starts = (a, root) if bone.joint != bone.hinge[0] else (a,)
         shape = union(*(Sphylinder.of_surface(_three(p), _three(b), radius) for p in starts))
-        parts.append(Part(bone.name, "bones", shape, frozenset({limb[bone.joint]}), BONE_WEIGHT))
+        parts.append(LayerPart(bone.name, "bones", shape, frozenset({limb[bone.joint]}), BONE_WEIGHT))
     places = Places(avatar)
     parts += [_vein(places, spec, joints, limb) for spec in veins]
     return LayeredModel(tuple(parts))
@@ -130,21 +130,21 @@ def _limb_of_joint(avatar: Avatar, groups: I32) -> list[int]:
     return out
 
 
-def _skin(posed: PosedBody, groups: I32) -> Iterable[Part]:
+def _skin(posed: PosedBody, groups: I32) -> Iterable[LayerPart]:
     for g in range(int(groups.max()) + 1):
         shapes = [_cone(posed, int(i), SLIMMER) for i in np.flatnonzero(groups == g)]
         shape = shapes[0] if len(shapes) == 1 else union(*shapes, power=_SMOOTH)
-        yield Part(f"limb_{g}", "skin", shape, frozenset({g}))
+        yield LayerPart(f"limb_{g}", "skin", shape, frozenset({g}))
 
 
-def _joints(avatar: Avatar, joints: JointPose, limb: list[int], posed: PosedBody) -> Iterable[Part]:
+def _joints(avatar: Avatar, joints: JointPose, limb: list[int], posed: PosedBody) -> Iterable[LayerPart]:
     """A ball wherever one limb follows another."""
     for i in range(len(avatar.body)):
         j = int(avatar.body.joint[i])
         above = limb[_PARENTS[j]] if _PARENTS[j] >= 0 else limb[j]
         if above != limb[j] and float(np.linalg.norm(posed.a[i] - joints.position[j])) < 1e-6:
             ball = Sphere.of_surface(_three(joints.position[j]), JOINT_SIZE * float(posed.radius_a[i]))
-            yield Part(f"{avatar.body.names[i]}_joint", "joints", ball, frozenset({above, limb[j]}), JOINT_WEIGHT)
+            yield LayerPart(f"{avatar.body.names[i]}_joint", "joints", ball, frozenset({above, limb[j]}), JOINT_WEIGHT)
 
 
 def _belly(belly: BellyShape, joints: JointPose, ratio: float | None) -> Shape:
@@ -175,14 +175,14 @@ def _tendons(muscle: Muscle, belly: BellyShape, joints: JointPose) -> Shape:
     return total(*pieces) if len(pieces) > 1 else pieces[0]
 
 
-def _vein(places: Places, spec: VeinSpec, joints: JointPose, limb: list[int]) -> Part:
+def _vein(places: Places, spec: VeinSpec, joints: JointPose, limb: list[int]) -> LayerPart:
     """A curve just below the skin (Catmull-Rom through its places), as thin as veins are."""
     anchors = [places.anchor(site) for site in spec.path]
     radius = spec.radius * places.avatar.skeleton.height / REFERENCE_HEIGHT
     ends = np.array([joints.position[a.at] + joints.rotation[a.joint] @ a.offset for a in anchors])
     curve = smooth_curve(ends, 5)
     pieces = [Sphylinder.of_surface(_three(p), _three(q), radius) for p, q in itertools.pairwise(curve)]
-    return Part(spec.name, "veins", union(*pieces), frozenset(limb[a.joint] for a in anchors), VEIN_WEIGHT)
+    return LayerPart(spec.name, "veins", union(*pieces), frozenset(limb[a.joint] for a in anchors), VEIN_WEIGHT)
 
 
 def smooth_curve(points: F64, pieces: int) -> F64:

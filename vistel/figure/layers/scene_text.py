@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.layers.model import Layer, LayeredModel, Part
+from vistel.figure.layers.model import Layer, LayeredModel, LayerPart
 from vistel.implicit.blend import Blend
 from vistel.implicit.graph.combine import Extremum, Placed, Ricci, Sum
 from vistel.implicit.graph.shape import Shape
@@ -72,7 +72,7 @@ def scene_text(
     return "\n".join(lines) + "\n"
 
 
-def _part(part: Part, blended: bool) -> str:
+def _part(part: LayerPart, blended: bool) -> str:
     """The table of one part, weighted for a blend."""
     entry = _entry(part.shape)
     if blended and part.weight != 1.0:

@@ -18,7 +18,7 @@ RETURN_S = 0.6
 """A sensor that comes back is eased to over this long."""
 
 
-class Frame(NamedTuple):
+class MatrixPose(NamedTuple):
     """position (3,) [m] and rotation (3, 3)."""
 
     position: F64
@@ -31,14 +31,14 @@ def minimum_jerk(u: float) -> float:
     return u * u * u * (10.0 + u * (6.0 * u - 15.0))
 
 
-def blend(a: Frame, b: Frame, share: float) -> Frame:
+def blend(a: MatrixPose, b: MatrixPose, share: float) -> MatrixPose:
     """From `a` (0) to `b` (1), rotation on the shorter arc."""
     if share <= 0.0:
         return a
     if share >= 1.0:
         return b
     turn = rotvec_from_matrix(np.ascontiguousarray(a.rotation.T @ b.rotation))
-    return Frame(a.position + share * (b.position - a.position), a.rotation @ matrix_from_rotvec(share * turn))
+    return MatrixPose(a.position + share * (b.position - a.position), a.rotation @ matrix_from_rotvec(share * turn))
 
 
 def relaxation(silent_s: float, dt: float) -> float:
@@ -51,13 +51,13 @@ class Channel:
     """The pose of one receiver's joint in the frame the caller chose."""
 
     def __init__(self) -> None:
-        self._value: Frame | None = None
+        self._value: MatrixPose | None = None
         self._t = 0.0
         self._heard = 0.0
         self._back = -math.inf
-        self._from: Frame | None = None
+        self._from: MatrixPose | None = None
 
-    def follow(self, t: float, measured: Frame | tuple[F64, F64] | None, rest: Frame) -> Frame:
+    def follow(self, t: float, measured: MatrixPose | tuple[F64, F64] | None, rest: MatrixPose) -> MatrixPose:
         """The value at time `t`: `measured`, or without it what was last known on its way to `rest`."""
         dt, self._t = t - self._t, t
         if measured is None:
@@ -67,7 +67,7 @@ class Channel:
                 self._value = blend(self._value, rest, relaxation(t - self._heard, dt))
             self._from = self._value
             return self._value
-        now = Frame(*measured)
+        now = MatrixPose(*measured)
         if self._from is not None:
             # Back after a silence: the difference is remembered and fades.
             self._back = t
@@ -77,7 +77,7 @@ class Channel:
         self._heard = t
         left = 1.0 - minimum_jerk((t - self._back) / RETURN_S)
         if left > 0.0:
-            now = Frame(now.position + left * self._offset_p, now.rotation @ matrix_from_rotvec(left * self._offset_r))
+            now = MatrixPose(now.position + left * self._offset_p, now.rotation @ matrix_from_rotvec(left * self._offset_r))
         self._value = now
         return now
 

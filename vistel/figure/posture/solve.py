@@ -14,7 +14,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.arm import arm_dofs
-from vistel.figure.posture.channel import Channel, Frame, HandChannel, blend, minimum_jerk
+from vistel.figure.posture.channel import Channel, HandChannel, MatrixPose, blend, minimum_jerk
 from vistel.figure.posture.hands import RELAXED
 from vistel.figure.posture.limits import SIDES, hand_within_limits, shoulder_within_limits, spine_within_limits, within_limits
 from vistel.figure.posture.posture import DOF_COUNT, ELBOW, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture, Stance
@@ -104,7 +104,7 @@ class PostureSolver:
         joints = {name: joint_of_receiver(self._mounts[name], *pose) for name, pose in receivers.items()}
 
         chest_p, chest = self._chest.follow(t_s, joints.get("chest"), self._chest_at_rest(joints.get("head")))
-        head = self._head.follow(t_s, _seen_from(joints.get("head"), chest_p, chest), Frame(self._neck, np.eye(3)))
+        head = self._head.follow(t_s, _seen_from(joints.get("head"), chest_p, chest), MatrixPose(self._neck, np.eye(3)))
         lean = matrix_from_rotvec(lean_to_head(head.position - self._middle, head.rotation, self._neck_joint, self._neck_bone))
         chest_p, chest = chest_p + chest @ (self._middle - lean @ self._middle), chest @ lean
         top = chest_p - chest @ self._collar["left"]
@@ -182,22 +182,22 @@ class PostureSolver:
             fingers[row] = self._gloves[s].follow(t_s, angles)
         return Solved(within_limits(Posture(dofs, fingers, stance)), frozenset(stale))
 
-    def _chest_at_rest(self, head: Frame | tuple[F64, F64] | None) -> Frame:
+    def _chest_at_rest(self, head: MatrixPose | tuple[F64, F64] | None) -> MatrixPose:
         """Where the chest relaxes to: upright under the head where that is known, else over the hips."""
         stance = self._stance.stance
         if stance is None:
             if head is None:
                 facing = rotation_y(self._seat.heading)
-                return Frame(self._seat.position + facing @ (self._seated_top + self._collar["left"]), facing)
+                return MatrixPose(self._seat.position + facing @ (self._seated_top + self._collar["left"]), facing)
             facing = rotation_y(math.atan2(head[1][0, 2], head[1][2, 2]))
-            return Frame(head[0] - facing @ self._neck, facing)
+            return MatrixPose(head[0] - facing @ self._neck, facing)
         facing = rotation_y(stance.heading)
         if head is not None:
-            return Frame(head[0] - facing @ self._neck, facing)
+            return MatrixPose(head[0] - facing @ self._neck, facing)
         top = self._stance.hips + facing @ (self._spine_base + np.array([0.0, self._skeleton.spine, 0.0]))
-        return Frame(top + facing @ self._collar["left"], facing)
+        return MatrixPose(top + facing @ self._collar["left"], facing)
 
-    def _hand_at_rest(self, side: str) -> Frame:
+    def _hand_at_rest(self, side: str) -> MatrixPose:
         """Where a hand relaxes to, seen from the left collar joint: hanging, or in the lap of who sits."""
         sign = SIDES[side]
         length = self._skeleton.upper_arm + self._skeleton.lower_arm
@@ -206,13 +206,13 @@ class PostureSolver:
         lap = shoulder + np.array([-sign * 0.12, -0.70, 0.42]) * length
         down = matrix_from_rotvec(np.array([0.0, 0.0, -sign * math.radians(80.0)]))
         ahead = rotation_y(-sign * math.radians(75.0))
-        return blend(Frame(hanging, down), Frame(lap, ahead), self._sitting)
+        return blend(MatrixPose(hanging, down), MatrixPose(lap, ahead), self._sitting)
 
 
-def _seen_from(joint: tuple[F64, F64] | None, origin: F64, rotation: F64) -> Frame | None:
+def _seen_from(joint: tuple[F64, F64] | None, origin: F64, rotation: F64) -> MatrixPose | None:
     if joint is None:
         return None
-    return Frame(rotation.T @ (joint[0] - origin), np.ascontiguousarray(rotation.T @ joint[1]))
+    return MatrixPose(rotation.T @ (joint[0] - origin), np.ascontiguousarray(rotation.T @ joint[1]))
 
 
 def _arm_within_limits(arm: F64, side: float) -> F64:

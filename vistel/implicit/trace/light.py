@@ -13,7 +13,7 @@ from vistel.implicit.scene import Scene
 from vistel.implicit.scene.surface import AMBIENT, DIFFUSE, REFLECTION, SHININESS, SPECULAR
 from vistel.implicit.trace.caster import RayCaster
 from vistel.implicit.trace.exact import Exact
-from vistel.implicit.trace.looks import ImplicitLook, Look, MeshLook, merged
+from vistel.implicit.trace.looks import ImplicitLook, MeshLook, SurfacePoints, merged
 from vistel.implicit.trace.mesh_tree import BoxTree, MeshTree
 
 FAINT = 1 / 512
@@ -171,10 +171,10 @@ class Tracer:
             dark |= np.isfinite(self._solved(origins, directions, np.where(dark, -1.0, far)))
         return dark
 
-    def look(self, points: F64, triangle: I64, directions: F64) -> Look:
+    def look(self, points: F64, triangle: I64, directions: F64) -> SurfacePoints:
         """What the surfaces look like at points that rays met."""
         mesh = triangle >= 0
-        parts: list[tuple[Bool, Look]] = []
+        parts: list[tuple[Bool, SurfacePoints]] = []
         if not mesh.all():
             some = ~mesh
             parts.append((some, self._implicit.at(points[some], directions[some])))
@@ -197,7 +197,7 @@ class Tracer:
             colour[hit] = self._lit(look, along, level)
         return Seen(colour, t, thing)
 
-    def _lit(self, look: Look, along: F64, level: int) -> F64:
+    def _lit(self, look: SurfacePoints, along: F64, level: int) -> F64:
         """Light given back at points towards where the rays came from."""
         finish = look.finish
         light = np.broadcast_to(finish[:, AMBIENT, None] * look.colour, look.points.shape).copy()

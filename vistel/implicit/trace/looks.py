@@ -18,7 +18,7 @@ LIFT = 1e-3
 
 
 @dataclass(frozen=True)
-class Look:
+class SurfacePoints:
     """points, normals (n, 3), turned to the viewer; colour (n, 3); finish (n, 5); lift (n,): how far off the surface [m]
     rays that leave it begin. colour and finish have one row where they are the same everywhere."""
 
@@ -28,12 +28,12 @@ class Look:
     finish: F64
     lift: F64
 
-    def rows(self, which: Any) -> Look:
+    def rows(self, which: Any) -> SurfacePoints:
         """Some of the points."""
         one = slice(None)
         colour = self.colour[which if len(self.colour) > 1 else one]
         finish = self.finish[which if len(self.finish) > 1 else one]
-        return Look(self.points[which], self.normals[which], colour, finish, self.lift[which])
+        return SurfacePoints(self.points[which], self.normals[which], colour, finish, self.lift[which])
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +55,7 @@ class ImplicitLook:
             return None
         return {name: rows[:1, a : a + k] / rows[0, a + k] for name, a, k in self.program.layout.names}
 
-    def at(self, points: F64, directions: F64) -> Look:
+    def at(self, points: F64, directions: F64) -> SurfacePoints:
         """The looks at points (n, 3) of the surface seen along directions (n, 3)."""
         constants = self.constants
         found = self.program.evaluate(points, gradient=True, attributes=constants is None, threads=1)
@@ -68,7 +68,7 @@ class ImplicitLook:
         lift = np.minimum(LIFT / np.maximum(steep, 1e-30), LIFT * self.size)
         if "bump" in attributes and (constants is None or np.any(attributes["bump"])):
             normals = self._bumped(points, normals, directions)
-        return Look(points, normals, attributes["colour"], attributes["finish"], lift)
+        return SurfacePoints(points, normals, attributes["colour"], attributes["finish"], lift)
 
     def _bumped(self, points: F64, normals: F64, directions: F64) -> F64:
         """Normals tilted by the slope of the bump, which is looked up at P' (mathematics M2.6)."""
@@ -126,7 +126,7 @@ class MeshLook:
     def _finishes(self) -> F64:
         return np.array([m.material.finish for m in self.meshes])
 
-    def at(self, points: F64, triangles: I64, directions: F64) -> Look:
+    def at(self, points: F64, triangles: I64, directions: F64) -> SurfacePoints:
         """The looks at points (n, 3) of triangles (n,) seen along directions (n, 3)."""
         flat, owner = self._flat[triangles], self._owner[triangles]
         normals = flat
@@ -146,7 +146,7 @@ class MeshLook:
             if mesh.material.bump is not None:
                 normals[mine] = _tilted(mesh.material, points[mine], normals[mine])
         lift = 1e-7 * (1 + np.abs(points).max(axis=1))
-        return Look(points, normals, colour, self._finishes[owner], lift)
+        return SurfacePoints(points, normals, colour, self._finishes[owner], lift)
 
 
 def _tilted(material: Material, points: F64, normals: F64) -> F64:
@@ -169,11 +169,11 @@ def barycentric(corners: F64, points: F64) -> F64:
     return np.stack([1 - v - w, v, w], axis=1)
 
 
-def merged(n: int, parts: list[tuple[Any, Look]]) -> Look:
+def merged(n: int, parts: list[tuple[Any, SurfacePoints]]) -> SurfacePoints:
     """Looks of n points from parts (which points, their looks)."""
     if len(parts) == 1:
         return parts[0][1]
-    out = Look(np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 5)), np.zeros(n))
+    out = SurfacePoints(np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 5)), np.zeros(n))
     for which, look in parts:
         for name in ("points", "normals", "colour", "finish", "lift"):
             getattr(out, name)[which] = getattr(look, name)

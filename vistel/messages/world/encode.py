@@ -10,8 +10,8 @@ from vistel.arrays import F64
 from vistel.space.hands.claims import ClaimChange, ClaimEvent
 from vistel.space.inputs import Person
 from vistel.space.memory.bonds import Bond, Torn
-from vistel.space.memory.dents import Dent
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.memory.dents import DentRecord
+from vistel.space.things.things import Thing, ThingPrimitive
 from vistel.space.view import GraspView, HandForce, Outcome, ThingView, WorldView
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.v1.command_pb2 import CommandResult
@@ -148,9 +148,9 @@ def thing_message(t: Thing) -> world_pb2.Thing:
         compliance=t.compliance,
         colour=t.colour,
         shape=t.shape,
-        sticky=t.matter.sticky,
-        bears=t.matter.bears if t.matter.sticky else 0.0,
-        material="" if t.matter.material == "elastic" else t.matter.material,
+        sticky=t.material.sticky,
+        bears=t.material.bears if t.material.sticky else 0.0,
+        material="" if t.material.elasticity == "elastic" else t.material.elasticity,
         hidden=t.hidden,
     )
     for k in t.looks:
@@ -168,7 +168,7 @@ def thing_message(t: Thing) -> world_pb2.Thing:
     return out
 
 
-def dent_message(d: Dent) -> world_pb2.Dent:
+def dent_message(d: DentRecord) -> world_pb2.Dent:
     """What something has left in a thing."""
     return world_pb2.Dent(
         number=d.number, thing=d.thing, shape=_primitive(d.shape), depth=d.depth, left_ns=d.left_ns, fade_s=d.fade_ns * 1e-9
@@ -220,7 +220,7 @@ def grasp_message(h: GraspView) -> world_pb2.Grasp:
     return out
 
 
-def _primitive(p: Primitive) -> world_pb2.Primitive:
+def _primitive(p: ThingPrimitive) -> world_pb2.Primitive:
     return world_pb2.Primitive(kind=p.kind, params=p.params, pose=_pose(p.position, p.rotation), colour=p.colour)
 
 

@@ -13,7 +13,7 @@ from vistel.arrays import F32, F64, I32, U8
 from vistel.figure.avatar.patch import Patch, patch_of
 from vistel.implicit.deformation.deform_plan import FramePlan
 from vistel.render.figures.gpu_deform import GpuDeformer, GpuSkin, SkinShape
-from vistel.render.figures.patches import Part, Patches
+from vistel.render.figures.patches import DrawBatch, Patches
 from vistel.render.gl.programs import program, put, vertex_array
 from vistel.render.light.shadow import Caster, ShadowMap
 from vistel.wrinkle.shown import MOST_SETS
@@ -88,7 +88,7 @@ class FigureView:
         return self.shown and in_sight(clip, self.limbs if self.seen is None else self.seen, self.own)
 
 
-_Parts = tuple[Part, ...]
+_Parts = tuple[DrawBatch, ...]
 
 
 @dataclass
@@ -223,12 +223,12 @@ class DrawnFigures:
             return buffers[-1]
 
         def parts(triangles: I32, layout: Sequence[Any], creased: bool = False) -> _Parts:
-            made: list[Part] = []
+            made: list[DrawBatch] = []
             for patch, those in self._split(model, triangles):
                 by = self._creased if creased else self._plain
                 if patch is not None:
                     by = self._patches.program(patch, _WRINKLED if creased else ())
-                made.append(Part(vertex_array(ctx, by, layout, index(those), skip_errors=patch is not None), patch))
+                made.append(DrawBatch(vertex_array(ctx, by, layout, index(those), skip_errors=patch is not None), patch))
             return tuple(made)
 
         every = (model.triangles, model.headless)

@@ -33,7 +33,7 @@ from vistel.render.figures.drawn import Corners, Creases, FigureModel, Planned
 from vistel.render.figures.gpu_deform import SkinShape
 from vistel.render.figures.wrinkles import WrinkleState
 from vistel.space.things.tessellate import join, tessellate
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import LevelWrinkles, shown
 from vistel.wrinkle.wardrobe import WrinkleSet, charted
@@ -148,7 +148,9 @@ class StandIn:
         self.body = proportions.body if proportions else standard_body(self.skeleton)
         self.casters = casters(self.body)
         b = self.body
-        parts = [tessellate(Primitive("cone_sphere", (*b.a[i], *b.b[i], b.radius_a[i], b.radius_b[i])), 0.5) for i in range(len(b))]
+        parts = [
+            tessellate(ThingPrimitive("cone_sphere", (*b.a[i], *b.b[i], b.radius_a[i], b.radius_b[i])), 0.5) for i in range(len(b))
+        ]
         whole = join(parts)
         self._vertices, self._normals = whole.vertices, whole.normals
         limb = np.repeat(np.arange(len(b)), [len(p.vertices) for p in parts])

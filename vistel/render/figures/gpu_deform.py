@@ -32,7 +32,7 @@ from vistel.implicit.deformation import (
 )
 from vistel.implicit.deformation.deform_plan import BONE, FramePlan, MeshLayout
 from vistel.implicit.deformation.normals_kernels import GAP
-from vistel.render.gl.context import Capability, Surface
+from vistel.render.gl.context import Capability, GlContext
 from vistel.render.gl.programs import feedback, vertex_array
 
 log = logging.getLogger("vistel.renderer")
@@ -90,7 +90,7 @@ def choose_engine(asked: str, capability: Capability) -> str:
     return "cpu" if capability.software else "gpu"
 
 
-def open_deformer(surface: Surface, asked: str) -> GpuDeformer | None:
+def open_deformer(surface: GlContext, asked: str) -> GpuDeformer | None:
     """The GPU's deformation where it is chosen and the driver takes it, None for the CPU's; says which."""
     engine, renderer = choose_engine(asked, surface.capability), surface.capability.renderer
     made: GpuDeformer | None = None

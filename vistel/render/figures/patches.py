@@ -24,7 +24,7 @@ _ALPHA_TO_ONE = 0x809F
 
 
 @dataclass(frozen=True, eq=False)
-class Part:
+class DrawBatch:
     """Triangles of a figure that are drawn by one program; patch: what they are like, None for what the limb decides."""
 
     vao: moderngl.VertexArray
@@ -64,7 +64,7 @@ class Patches:
         for each in self._programs.values():
             put(each, **uniforms)
 
-    def draw(self, parts: Sequence[Part]) -> None:
+    def draw(self, parts: Sequence[DrawBatch]) -> None:
         """Those of `parts` that are patches: first what is solid, at last what is half transparent."""
         ctx = self._ctx
         for part in sorted((p for p in parts if p.patch is not None), key=_order):
@@ -120,5 +120,5 @@ def scale_of(patch: Patch) -> tuple[float, float, float, float]:
     return u, v, 1.0 / (right - u), 1.0 / (top - v)
 
 
-def _order(part: Part) -> tuple[bool, bool]:
+def _order(part: DrawBatch) -> tuple[bool, bool]:
     return part.patch is not None and part.patch.opacity is not None, part.patch is not None and part.patch.blend

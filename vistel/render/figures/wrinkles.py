@@ -8,7 +8,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose
-from vistel.wrinkle.shown import Shown
+from vistel.wrinkle.shown import ShownWrinkles
 from vistel.wrinkle.worn import Memory
 
 LONGEST_STEP_S = 5.0
@@ -18,7 +18,7 @@ LONGEST_STEP_S = 5.0
 class WrinkleState:
     """The wrinkles of one figure from picture to picture."""
 
-    def __init__(self, whole: Shown) -> None:
+    def __init__(self, whole: ShownWrinkles) -> None:
         self.whole = whole
         self._memory = Memory()
         self._kept = np.zeros(len(whole.names))

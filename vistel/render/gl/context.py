@@ -50,7 +50,7 @@ class GlWindow(Protocol):
         ...
 
 
-class Surface:
+class GlContext:
     """A current context, with the desktop windows it belongs to if there are any."""
 
     def __init__(self, ctx: moderngl.Context, window: GlWindow | None) -> None:
@@ -78,7 +78,7 @@ class Surface:
                 self.window.close()
 
 
-def open_surface(open_window: Callable[[], GlWindow] | None = None) -> Surface:
+def open_surface(open_window: Callable[[], GlWindow] | None = None) -> GlContext:
     """A context: of the windows that `open_window` opens, or headless without it and where it fails.
 
     Raises NoOpenGlError with one line that says what to install.
@@ -88,7 +88,7 @@ def open_surface(open_window: Callable[[], GlWindow] | None = None) -> Surface:
             return _windowed(open_window)
         except Exception as e:  # a window is a comfort: whatever is in its way, the picture is drawn without
             log.warning("event=no_window reason=%r using=headless", str(e))
-    return Surface(_headless(), None)
+    return GlContext(_headless(), None)
 
 
 def _headless() -> moderngl.Context:
@@ -112,11 +112,11 @@ def _mend(faults: Sequence[Exception]) -> str:
     return "on Debian/Ubuntu: apt-get install libegl1 libgl1 libgl1-mesa-dri"
 
 
-def _windowed(open_window: Callable[[], GlWindow]) -> Surface:
+def _windowed(open_window: Callable[[], GlWindow]) -> GlContext:
     _leave_egl()
     window = open_window()
     try:
-        return Surface(moderngl.create_context(require=330), window)
+        return GlContext(moderngl.create_context(require=330), window)
     except Exception:
         window.close()
         raise

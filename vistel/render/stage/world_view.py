@@ -10,7 +10,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
 from vistel.space.things.arc import Arc
-from vistel.space.things.things import Curve, Look, Primitive, Thing
+from vistel.space.things.things import Curve, Look, Thing, ThingPrimitive
 from vistel.space.touch import FLESH_COMPLIANCE
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.wire.world.decoder import RoomState, Touch
@@ -108,6 +108,6 @@ def _look(k: world_pb2.Look) -> Look:
     return Look(k.model, matrix, vector(k.offset), k.colour)
 
 
-def primitive_from(p: world_pb2.Primitive) -> Primitive:
+def primitive_from(p: world_pb2.Primitive) -> ThingPrimitive:
     """A primitive as it is described. Raises ValueError for what is none."""
-    return Primitive(p.kind, tuple(p.params), vector(p.pose.position), quaternion(p.pose.rotation), p.colour)
+    return ThingPrimitive(p.kind, tuple(p.params), vector(p.pose.position), quaternion(p.pose.rotation), p.colour)

@@ -31,7 +31,7 @@ from vistel.render.things.soft_skin import limbs_in, nearest_limb, skin_of
 from vistel.space.files.model import Model
 from vistel.space.memory.bonds import FADE_NS
 from vistel.space.memory.dents import imprints
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 from vistel.v1 import world_pb2
 
 log = logging.getLogger("vistel.renderer")
@@ -62,7 +62,7 @@ def is_soft(thing: Thing) -> bool:
     return thing.compliance > SOFT_FROM and bool(thing.primitives)
 
 
-def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: Pose, limb: Primitive, at: F64, t_ns: int) -> list[ConstraintGhost]:
+def bond_pulls(bond: world_pb2.Bond, thing: Thing, pose: Pose, limb: ThingPrimitive, at: F64, t_ns: int) -> list[ConstraintGhost]:
     """What a bond does to the thing (target "thing") and to the limb (target "limb") at `t_ns`.
 
     pose: the thing's position and quaternion; limb: a primitive of the body or of the other thing, in the room; at:
@@ -176,7 +176,7 @@ class SoftThings:
         instant: Instant,
         shapes: Mapping[str, DrawableFigure],
         posed: Mapping[str, PosedBody],
-        pulls: Mapping[str, Sequence[tuple[Primitive, ConstraintGhost]]],
+        pulls: Mapping[str, Sequence[tuple[ThingPrimitive, ConstraintGhost]]],
     ) -> dict[str, Reshaped | None]:
         """Every soft thing's surface at this instant. posed: the figures' primitives; pulls: by thing, limb and pull."""
         dents: dict[str, list[world_pb2.Dent]] = {}
@@ -203,9 +203,9 @@ class SoftThings:
 
 def pulls_of(
     instant: Instant, posed: Mapping[str, PosedBody], joints: Mapping[str, JointPose], shapes: Mapping[str, DrawableFigure]
-) -> tuple[dict[str, list[tuple[Primitive, ConstraintGhost]]], dict[str, list[GhostSource]]]:
+) -> tuple[dict[str, list[tuple[ThingPrimitive, ConstraintGhost]]], dict[str, list[GhostSource]]]:
     """What bonds do: to things, by thing, and to figures, by participant, as ghosts of the thing that hold the limb."""
-    to_things: dict[str, list[tuple[Primitive, ConstraintGhost]]] = {}
+    to_things: dict[str, list[tuple[ThingPrimitive, ConstraintGhost]]] = {}
     to_figures: dict[str, list[GhostSource]] = {}
     for number in sorted(instant.world.bonds):
         b = instant.world.bonds[number]
@@ -218,7 +218,7 @@ def pulls_of(
             continue
         i, joint = int(b.primitive), int(shapes[b.body].body.joint[b.primitive])
         ends = (*body.a[i].tolist(), *body.b[i].tolist(), float(body.radius_a[i]), float(body.radius_b[i]))
-        limb = Primitive("cone_sphere", ends)
+        limb = ThingPrimitive("cone_sphere", ends)
         at = joints[b.body].rotation[joint] @ vector(b.point_body) + joints[b.body].position[joint]
         for pull in bond_pulls(b, thing, pose, limb, at, instant.now_ns):
             if pull.target == "thing":
@@ -233,14 +233,14 @@ def pulls_of(
     return to_things, to_figures
 
 
-def _by_thing(b: world_pb2.Bond, instant: Instant, thing: Thing, pose: Pose) -> list[tuple[Primitive, ConstraintGhost]]:
+def _by_thing(b: world_pb2.Bond, instant: Instant, thing: Thing, pose: Pose) -> list[tuple[ThingPrimitive, ConstraintGhost]]:
     """How a bond with another thing, the table as it may be, draws the sticky one out."""
     other, at = instant.things[b.body], instant.world.poses.get(b.body)
     if at is None or b.primitive >= len(other.primitives):
         return []
     p, turn = other.primitives[b.primitive], matrix_from_quaternion(np.ascontiguousarray(at[1]))
     rotation = quaternion_from_matrix(np.ascontiguousarray(turn @ matrix_from_quaternion(np.ascontiguousarray(p.rotation))))
-    there = Primitive(p.kind, p.params, at[0] + turn @ p.position, rotation)
+    there = ThingPrimitive(p.kind, p.params, at[0] + turn @ p.position, rotation)
     held = at[0] + turn @ vector(b.point_body)
     return [(there, pull) for pull in bond_pulls(b, thing, pose, there, held, instant.now_ns) if pull.target == "thing"]
 

@@ -17,7 +17,7 @@ from vistel.implicit.meshes.embedding import Limbs
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import Piece, pieces_of, rgb
 from vistel.space.things.tessellate import Surface3, fine_cone_sphere, finer
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 SPACING = 0.0028
 """Between vertices, at least, where a dent is as wide as a finger [m]."""
@@ -51,7 +51,7 @@ def skin_of(thing: Thing, models: Mapping[str, Model]) -> SoftSkin:
     return _welded([_finer(piece, edge) for piece in coarse])
 
 
-def limbs_in(primitives: Sequence[Primitive]) -> Limbs:
+def limbs_in(primitives: Sequence[ThingPrimitive]) -> Limbs:
     """Cone-spheres that fill primitives, all one limb."""
     rows = [row for p in primitives for row in _inside(p)]
     if len(rows) > MOST_PRIMITIVES:  # the thinnest tell least of the shape
@@ -76,7 +76,7 @@ def nearest_limb(vertices: NDArray[np.floating], limbs: Limbs) -> NDArray[np.int
 Row = tuple[F64, F64, float, float]
 
 
-def _inside(p: Primitive) -> list[Row]:
+def _inside(p: ThingPrimitive) -> list[Row]:
     """Ends and radii of cone-spheres in one primitive, in the thing's frame."""
     q = p.params
     if p.kind == "sphere":

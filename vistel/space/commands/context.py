@@ -17,7 +17,7 @@ from vistel.space.dynamics.dynamics import FREE, HELD, Motions
 from vistel.space.dynamics.solids import Solids, outline
 from vistel.space.history import Change, PlacedThing
 from vistel.space.holding import holding
-from vistel.space.memory.dents import Dent
+from vistel.space.memory.dents import DentRecord
 from vistel.space.people import pose_figure
 from vistel.space.room import Room
 from vistel.space.state import State
@@ -93,7 +93,7 @@ class Context:
         m = self.state.motions
         return PlacedThing(self.state.things[n], m.position[n].copy(), m.rotation[n].copy())
 
-    def dents(self, n: int) -> tuple[Dent, ...]:
+    def dents(self, n: int) -> tuple[DentRecord, ...]:
         """What has pressed on a thing and is still seen."""
         return tuple(d for d in self.state.dents if d.thing == self.state.things[n].id)
 

@@ -10,7 +10,7 @@ import numpy as np
 from vistel.space.actions import Refused
 from vistel.space.commands.reference import COLOURS, name_of_colour
 from vistel.space.room import Z_UP
-from vistel.space.things.things import Axis, Primitive, Thing
+from vistel.space.things.things import GraspAxis, Thing, ThingPrimitive
 
 SIZES = 0.005, 0.3
 """Half of the largest extent of a new thing [m]."""
@@ -51,30 +51,30 @@ def unused(base: str, taken: Iterable[str]) -> str:
     return next(f"{base}-{k}" for k in range(2, len(known) + 3) if f"{base}-{k}" not in known)
 
 
-def _made(shape: str, s: float) -> tuple[Primitive, float, tuple[Axis, ...]]:
+def _made(shape: str, s: float) -> tuple[ThingPrimitive, float, tuple[GraspAxis, ...]]:
     """Primitive, volume [m^3] and what a hand closes around."""
     zero = np.zeros(3)
     x, z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
     if shape == "ball":
-        return Primitive("sphere", (s,)), 4.2 * s**3, ()
+        return ThingPrimitive("sphere", (s,)), 4.2 * s**3, ()
     if shape == "box":
         half = 0.7 * s
-        return Primitive("superellipsoid", (s, half, half, 0.2, 0.2)), 8 * s * half**2, (Axis(zero, x, half),)
+        return ThingPrimitive("superellipsoid", (s, half, half, 0.2, 0.2)), 8 * s * half**2, (GraspAxis(zero, x, half),)
     if shape == "cylinder":
         r = 0.58 * s
-        return Primitive("superellipsoid", (r, r, s, 0.1, 1.0)), 2 * math.pi * r * r * s, (Axis(zero, z, r),)
+        return ThingPrimitive("superellipsoid", (r, r, s, 0.1, 1.0)), 2 * math.pi * r * r * s, (GraspAxis(zero, z, r),)
     if shape == "ring":
         tube = 0.2 * s
         middle = s - tube
         axes = tuple(
-            Axis(np.array([a * middle, b * middle, 0.0]), np.array([-b, a, 0.0]), tube)
+            GraspAxis(np.array([a * middle, b * middle, 0.0]), np.array([-b, a, 0.0]), tube)
             for a, b in ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
         )
         volume = 2 * math.pi**2 * middle * tube**2
-        return Primitive("supertoroid", (tube, tube, tube, middle / tube, 1.0, 1.0)), volume, axes
+        return ThingPrimitive("supertoroid", (tube, tube, tube, middle / tube, 1.0, 1.0)), volume, axes
     if shape == "tile":
         corners = [c for k in range(6) for c in (0.8 * s * math.cos(k * math.pi / 3), 0.0, 0.8 * s * math.sin(k * math.pi / 3))]
-        return Primitive("rounded_polygon", (0.18 * s, *corners)), 0.8 * s**3, ()
+        return ThingPrimitive("rounded_polygon", (0.18 * s, *corners)), 0.8 * s**3, ()
     wide, narrow = {"cone": (0.6 * s, 0.15 * s), "bar": (0.14 * s, 0.14 * s), "lump": (0.5 * s, 0.5 * s)}[shape]
     a, b = -s + wide, s - narrow
     volume = math.pi * (b - a) * (wide**2 + wide * narrow + narrow**2) / 3 + 2.1 * (wide**3 + narrow**3)
@@ -82,4 +82,4 @@ def _made(shape: str, s: float) -> tuple[Primitive, float, tuple[Axis, ...]]:
     total = wide**2 + wide * narrow + narrow**2
     centre = a + (b - a) * (wide**2 + 2 * wide * narrow + 3 * narrow**2) / (4 * total)
     params = (a - centre, 0.0, 0.0, b - centre, 0.0, 0.0, wide, narrow)
-    return Primitive("cone_sphere", params), volume, (Axis(zero, x, 0.5 * (wide + narrow)),)
+    return ThingPrimitive("cone_sphere", params), volume, (GraspAxis(zero, x, 0.5 * (wide + narrow)),)

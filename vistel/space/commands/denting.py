@@ -17,8 +17,8 @@ from vistel.space.commands.context import Answer, Context, changed, performs
 from vistel.space.commands.reshape import extent
 from vistel.space.dynamics.solids import outline
 from vistel.space.history import PlacedThing
-from vistel.space.memory.dents import MOST, Dent, deepest, imprints
-from vistel.space.things.things import Matter, Primitive
+from vistel.space.memory.dents import MOST, DentRecord, deepest, imprints
+from vistel.space.things.things import PhysicsMaterial, ThingPrimitive
 
 SOFT = 0.15
 """Compliance from which a thing can be dented."""
@@ -44,19 +44,21 @@ def dent(context: Context, action: ask.Dent) -> Answer:
             raise Refused(f"the {thing.name} is too hard to be dented; make it softer first")
         at = context.placed(n)
         shape, depth = _pressed(context, at, action.depth)
-        matter = thing.matter if thing.matter.material != "elastic" else _plastic(thing.matter)
-        new = Dent(number, thing.id, "", 0, shape, depth, left_ns=max(1, context.state.t_ns), fade_ns=round(matter.recovery * 1e9))
+        material = thing.material if thing.material.elasticity != "elastic" else _plastic(thing.material)
+        new = DentRecord(
+            number, thing.id, "", 0, shape, depth, left_ns=max(1, context.state.t_ns), fade_ns=round(material.recovery * 1e9)
+        )
         number += 1
-        after.append(replace(at, thing=replace(thing, matter=matter), dents=deepest((*context.dents(n), new), MOST)))
+        after.append(replace(at, thing=replace(thing, material=material), dents=deepest((*context.dents(n), new), MOST)))
     state = changed(context, rows, after)
     return replace(state, marks=number), tuple(x.thing.id for x in after)
 
 
-def _plastic(matter: Matter) -> Matter:
-    return replace(matter, material="plastic", recovery=0.0)
+def _plastic(material: PhysicsMaterial) -> PhysicsMaterial:
+    return replace(material, elasticity="plastic", recovery=0.0)
 
 
-def _pressed(context: Context, at: PlacedThing, share: float) -> tuple[Primitive, float]:
+def _pressed(context: Context, at: PlacedThing, share: float) -> tuple[ThingPrimitive, float]:
     """The ball in the thing's frame, and how far its field reaches into the thing's."""
     one = outline(at.thing)
     body = one.part(0)
@@ -73,7 +75,7 @@ def _pressed(context: Context, at: PlacedThing, share: float) -> tuple[Primitive
     depth = _overlap(body, radius, outside * towards)[1]
     if depth <= 0.0:
         raise Refused(f"the {at.thing.name} has nothing there that could be dented")
-    return Primitive("sphere", (radius,), outside * towards), depth
+    return ThingPrimitive("sphere", (radius,), outside * towards), depth
 
 
 def _side_seen(context: Context, position: F64) -> F64:
@@ -88,7 +90,7 @@ def _side_seen(context: Context, position: F64) -> F64:
 
 def _overlap(body: PrimitiveSet, radius: float, centre: F64) -> tuple[float, float]:
     """How deep a ball is in a thing, in its frame: of the surfaces [m], of the fields."""
-    found = find_contacts(imprints([Primitive("sphere", (radius,), centre)]), body)
+    found = find_contacts(imprints([ThingPrimitive("sphere", (radius,), centre)]), body)
     if not len(found):
         return 0.0, 0.0
     return float(found.depth.max()), float(found.field_depth.max())

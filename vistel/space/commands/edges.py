@@ -17,7 +17,7 @@ from vistel.space.actions import Refused
 from vistel.space.commands.context import Answer, Context, performs
 from vistel.space.commands.reshape import THINNEST, curved, sound
 from vistel.space.commands.shaping import edited
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 SHARPEST = 0.1
 """Exponent of the sharpest edge."""
@@ -56,14 +56,14 @@ def sharpened(thing: Thing, by: float) -> Thing:
     return sound(replace(thing, primitives=after, inertia=None))
 
 
-def _ball(p: Primitive, by: float) -> Primitive:
+def _ball(p: ThingPrimitive, by: float) -> ThingPrimitive:
     r = p.params[0]
     round_one = replace(p, kind="superellipsoid", params=(r, r, r, ROUND, ROUND))
     after = _superquadric(round_one, by)
     return p if after is round_one else after
 
 
-def _superquadric(p: Primitive, by: float) -> Primitive:
+def _superquadric(p: ThingPrimitive, by: float) -> ThingPrimitive:
     e = tuple(_exponent(v, by) for v in p.params[-2:])
     return p if e == p.params[-2:] else replace(p, params=(*p.params[:-2], *e))
 
@@ -75,7 +75,7 @@ def _exponent(e: float, by: float) -> float:
     return min(POINTED, max(SHARPEST, e * (end / e) ** abs(by)))
 
 
-def _tip(p: Primitive, by: float) -> Primitive:
+def _tip(p: ThingPrimitive, by: float) -> ThingPrimitive:
     """The thinner end of a bar, which stays where it ends; of equals the second."""
     ends = np.array(p.params[:3]), np.array(p.params[3:6])
     radii = p.params[6], p.params[7]
@@ -93,7 +93,7 @@ def _tip(p: Primitive, by: float) -> Primitive:
     return replace(p, params=(*a, *b, ra, rb))
 
 
-_HOW: dict[str, Callable[[Primitive, float], Primitive]] = {
+_HOW: dict[str, Callable[[ThingPrimitive, float], ThingPrimitive]] = {
     "sphere": _ball,
     "superellipsoid": _superquadric,
     "supertoroid": _superquadric,

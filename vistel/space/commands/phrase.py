@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 from vistel.space.actions import THIS, Action, Along, Shown, Towards, Where, Which
-from vistel.space.command_description import COMMANDS, Axis, Colour, Command, Length, Parameter, Quantity, Shape, Typed
+from vistel.space.command_description import COMMANDS, AxisName, ColourName, Command, Length, Parameter, Quantity, ShapeName, Typed
 from vistel.space.commands.create import SHAPES
 from vistel.space.commands.reference import COLOURS
 
@@ -157,24 +157,24 @@ _READ: dict[type[Any], Callable[[list[str], Parameter], _Found]] = {
     Which: _which,
     Towards: _choice(_TOWARDS),
     Where: _choice(_WHERE),
-    Axis: _axis,
+    AxisName: _axis,
     Quantity: _number,
     Length: _length,
-    Colour: _choice(dict(COLOURS)),
-    Shape: _choice({shape: shape for shape in SHAPES}),
+    ColourName: _choice(dict(COLOURS)),
+    ShapeName: _choice({shape: shape for shape in SHAPES}),
 }
 _PLACEHOLDERS: dict[type[Any], str] = {
     Which: "WHICH",
     Towards: "|".join(_TOWARDS),
     Where: "|".join(_WHERE),
-    Axis: "|".join(_ALONG),
-    Colour: "COLOUR",
-    Shape: "SHAPE",
+    AxisName: "|".join(_ALONG),
+    ColourName: "COLOUR",
+    ShapeName: "SHAPE",
 }
 _QUESTIONS: dict[type[Any], tuple[str, Iterable[str]]] = {
     Towards: ("which way? expected", _TOWARDS),
     Where: ("where? expected", _WHERE),
-    Axis: ("along which axis? expected", _ALONG),
-    Colour: ("it in what colour? there are", COLOURS),
-    Shape: ("what? there are", SHAPES),
+    AxisName: ("along which axis? expected", _ALONG),
+    ColourName: ("it in what colour? there are", COLOURS),
+    ShapeName: ("what? there are", SHAPES),
 }

@@ -18,7 +18,7 @@ from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_mat
 from vistel.space.actions import Refused
 from vistel.space.dynamics.solids import Solids, outline
 from vistel.space.things.arc import Arc
-from vistel.space.things.things import Axis, Curve, Look, Part, Primitive, Thing
+from vistel.space.things.things import Curve, GraspAxis, Look, Part, Thing, ThingPrimitive
 
 SMALLEST = 0.004
 """Least radius about its centre that a thing may have [m]."""
@@ -49,13 +49,13 @@ def longest_axis(thing: Thing) -> int:
 def scaled(thing: Thing, factor: float) -> Thing:
     """The thing `factor` times as large in all directions, its mass with it."""
 
-    def one(p: Primitive) -> Primitive:
+    def one(p: ThingPrimitive) -> ThingPrimitive:
         lengths = _lengths(p)
         params = tuple(v * factor if k in lengths else v for k, v in enumerate(p.params))
         return replace(p, params=params, position=factor * p.position)
 
     parts = tuple(replace(p, thing=scaled(p.thing, factor), position=factor * p.position) for p in thing.parts)
-    axes = tuple(Axis(factor * a.point, a.direction, factor * a.radius) for a in thing.axes)
+    axes = tuple(GraspAxis(factor * a.point, a.direction, factor * a.radius) for a in thing.axes)
     curve = thing.curve and Curve(scaled(thing.curve.straight, factor), thing.curve.arc.scaled(factor))
     thing = _pulled_looks(replace(thing, axes=axes, parts=parts, curve=curve), factor * np.eye(3))
     return sound(_made_of(thing, map(one, thing.primitives), thing.mass * factor**3))
@@ -71,11 +71,11 @@ def stretched(thing: Thing, factor: float, along: F64) -> Thing:
     for p in thing.parts:
         inner = matrix_from_quaternion(p.rotation).T @ along
         parts.append(replace(p, thing=stretched(p.thing, factor, inner), position=_pulled(p.position, factor, along)))
-    axes: list[Axis] = []
+    axes: list[GraspAxis] = []
     for a in thing.axes:
         direction = _pulled(a.direction, factor, along)
         length = _length(direction)
-        axes.append(Axis(_pulled(a.point, factor, along), direction / length, a.radius * math.sqrt(factor / length)))
+        axes.append(GraspAxis(_pulled(a.point, factor, along), direction / length, a.radius * math.sqrt(factor / length)))
     thing = _pulled_looks(replace(thing, axes=tuple(axes), parts=tuple(parts)), np.eye(3) + (factor - 1.0) * np.outer(along, along))
     return sound(_made_of(thing, primitives, thing.mass * factor))
 
@@ -111,7 +111,7 @@ def curved(thing: Thing, bend: float, twist: float, side: F64) -> Thing:
     centre: F64 = np.mean([_middle(p) for p in primitives], axis=0)
     arc = replace(arc, centre=centre)
     primitives = [replace(p, position=p.position - centre) for p in primitives]
-    axes = tuple(Axis(arc.point(0.5 * (low + high)), along, a.radius) for a in thing.axes[:1])
+    axes = tuple(GraspAxis(arc.point(0.5 * (low + high)), along, a.radius) for a in thing.axes[:1])
     return sound(replace(thing, primitives=tuple(primitives), axes=axes, curve=Curve(thing, arc), inertia=None))
 
 
@@ -124,7 +124,7 @@ def joined(a: Thing, at: tuple[F64, F64], b: Thing, b_at: tuple[F64, F64]) -> tu
     centre = (a.mass * at[0] + b.mass * b_at[0]) / mass
     turn = matrix_from_quaternion(at[1])
     parts: list[Part] = []
-    primitives: list[Primitive] = []
+    primitives: list[ThingPrimitive] = []
     looks: list[Look] = []
     for thing, (position, rotation) in ((a, at), (b, b_at)):
         inner = turn.T @ matrix_from_quaternion(rotation)
@@ -193,7 +193,7 @@ def _pulled_looks(thing: Thing, matrix: F64) -> Thing:
     return replace(thing, looks=looks, inertia=own)
 
 
-def _made_of(thing: Thing, primitives: Iterable[Primitive], mass: float) -> Thing:
+def _made_of(thing: Thing, primitives: Iterable[ThingPrimitive], mass: float) -> Thing:
     try:
         return replace(thing, primitives=tuple(primitives), mass=min(HEAVIEST, max(1e-3, mass)))
     except ValueError as e:
@@ -212,12 +212,12 @@ def sound(thing: Thing) -> Thing:
     return thing
 
 
-def _lengths(p: Primitive) -> range | tuple[int, ...]:
+def _lengths(p: ThingPrimitive) -> range | tuple[int, ...]:
     """Which numbers of a primitive are lengths."""
     return {"superellipsoid": (0, 1, 2), "supertoroid": (0, 1, 2)}.get(p.kind, range(len(p.params)))
 
 
-def _sizes(p: Primitive) -> tuple[int, ...]:
+def _sizes(p: ThingPrimitive) -> tuple[int, ...]:
     """Which numbers of a primitive say how thick it is."""
     return {"sphere": (0,), "cone_sphere": (6, 7), "rounded_polygon": (0,)}.get(p.kind, (0, 1, 2))
 
@@ -231,7 +231,7 @@ def _length(v: F64) -> float:
     return float(np.sqrt(v @ v))
 
 
-def _stretched(p: Primitive, factor: float, along: F64) -> Primitive:
+def _stretched(p: ThingPrimitive, factor: float, along: F64) -> ThingPrimitive:
     u = matrix_from_quaternion(p.rotation).T @ along
     position = _pulled(p.position, factor, along)
     q = p.params
@@ -267,7 +267,7 @@ def _with_z(z: F64) -> F64:
     return np.stack([x, np.cross(z, x), z], axis=1)
 
 
-def _on_axis(p: Primitive, along: F64) -> bool:
+def _on_axis(p: ThingPrimitive, along: F64) -> bool:
     """A round primitive that twisting about `along` does not change."""
     r = matrix_from_quaternion(p.rotation)
     ends = [np.zeros(3)] if p.kind == "sphere" else [np.array(p.params[:3]), np.array(p.params[3:6])]
@@ -275,21 +275,21 @@ def _on_axis(p: Primitive, along: F64) -> bool:
     return all(_length(x - (x @ along) * along) < 1e-6 for x in points)
 
 
-def _middle(p: Primitive) -> F64:
+def _middle(p: ThingPrimitive) -> F64:
     if p.kind == "cone_sphere":
         ends = 0.5 * (np.array(p.params[:3]) + np.array(p.params[3:6]))
         return p.position + matrix_from_quaternion(p.rotation) @ ends
     return p.position
 
 
-def _carried(p: Primitive, arc: Arc, s: float) -> Primitive:
+def _carried(p: ThingPrimitive, arc: Arc, s: float) -> ThingPrimitive:
     """A primitive moved as a whole with the cross-section at s."""
     turn, off = arc.turn(s), p.position - s * arc.along
     own = turn @ matrix_from_quaternion(p.rotation)
     return replace(p, position=arc.point(s) + turn @ off, rotation=quaternion_from_matrix(np.ascontiguousarray(own)))
 
 
-def _sliced(p: Primitive, arc: Arc, count: int) -> list[Primitive]:
+def _sliced(p: ThingPrimitive, arc: Arc, count: int) -> list[ThingPrimitive]:
     """The primitive cut across the arc's axis and bent with it."""
     along = arc.along
     local = matrix_from_quaternion(p.rotation).T @ along
@@ -302,7 +302,7 @@ def _sliced(p: Primitive, arc: Arc, count: int) -> list[Primitive]:
     return _slab_slices(p, arc, count, k)
 
 
-def _bar_slices(p: Primitive, arc: Arc, count: int) -> list[Primitive]:
+def _bar_slices(p: ThingPrimitive, arc: Arc, count: int) -> list[ThingPrimitive]:
     r = matrix_from_quaternion(p.rotation)
     a, b = r @ np.array(p.params[:3]) + p.position, r @ np.array(p.params[3:6]) + p.position
     cuts: list[tuple[F64, float]] = []
@@ -315,13 +315,13 @@ def _bar_slices(p: Primitive, arc: Arc, count: int) -> list[Primitive]:
     ]
 
 
-def _slab_slices(p: Primitive, arc: Arc, count: int, k: int) -> list[Primitive]:
+def _slab_slices(p: ThingPrimitive, arc: Arc, count: int, k: int) -> list[ThingPrimitive]:
     """Slabs of a superellipsoid across its axis k."""
     a1, a2, a3, e1, e2 = p.params
     along = arc.along
     r = matrix_from_quaternion(p.rotation)
     half = p.params[k] / count
-    out: list[Primitive] = []
+    out: list[ThingPrimitive] = []
     for n in range(count):
         u = (2 * n + 1) / count - 1.0
         if k == 2:

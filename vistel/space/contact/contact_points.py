@@ -15,7 +15,7 @@ from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.contacts.contact_surface_kernels import surface  # pyright: ignore[reportUnknownVariableType]
 from vistel.jit.kernel_jit import compiled
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 MANY = 200
 """A thing with more contact points keeps SPREAD of them, spread over it."""
@@ -97,7 +97,7 @@ def _hidden(
     return out
 
 
-def _contact_points(p: Primitive) -> tuple[list[F64], list[float]]:
+def _contact_points(p: ThingPrimitive) -> tuple[list[F64], list[float]]:
     """Centres in the primitive's frame and radii of spheres that reach the surface where it may rest."""
     q = p.params
     if p.kind == "sphere":

@@ -34,7 +34,7 @@ STIFFEST = 0.02
 
 
 @dataclass(frozen=True)
-class Surface:
+class ContactParameters:
     """How bodies push and rub. pressure: of one unit of field [Pa]; friction: Coulomb's number; damping [s/m]: of
     Hunt and Crossley; creep: speed under which friction fades [m/s]; viscosity [s/m]: how much more constraints hold
     for each metre per second they are drawn out."""
@@ -96,14 +96,14 @@ def contact_patches(
     *,
     motion_a: Motion = _STILL,
     motion_b: Motion = _STILL,
-    surface: Surface | None = None,
+    surface: ContactParameters | None = None,
     angles: int = ANGLES,
 ) -> list[Patch]:
     """Every patch that two posed bodies share, in order of primitives; empty where they do not overlap.
 
     surface: how they push and rub; by default of pressure 1 and without friction, so that forces are in field units.
     """
-    s = surface if surface is not None else Surface(1.0, 0.0, 0.0)
+    s = surface if surface is not None else ContactParameters(1.0, 0.0, 0.0)
     found = find_contacts(a, b)
     arrays_a, arrays_b = _arrays(a), _arrays(b)
     whole_a, whole_b = np.array([0, len(a)]), np.array([0, len(b)])

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.space.contact.forces import Patch, Surface
+from vistel.space.contact.forces import ContactParameters, Patch
 
 Key = tuple[int, int, int, int]
 """Bodies a and b, then the primitives of each that touch."""
@@ -35,7 +35,9 @@ class Friction:
     bristle: Bristle
 
 
-def grip(patch: Patch, before: Bristle | None, slide: F64, turn: F64, mass: float, h: float, surface: Surface) -> Friction:
+def grip(
+    patch: Patch, before: Bristle | None, slide: F64, turn: F64, mass: float, h: float, surface: ContactParameters
+) -> Friction:
     """Friction of one contact over a substep h [s].
 
     slide: velocity (3,) of b against a at the point; turn: spin of b against a (3,); mass: reduced mass [kg].

@@ -29,7 +29,7 @@ from vistel.implicit.graph.combine import union
 from vistel.implicit.graph.ghost_terms import constraint_field, hold_level
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.kinds import primitive_of
-from vistel.space.contact.forces import STIFFEST, Motion, Patch, Surface, contact_patches
+from vistel.space.contact.forces import STIFFEST, ContactParameters, Motion, Patch, contact_patches
 from vistel.space.contact.patch_kernels import value  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.bristles import Bristle, Key, grip
 from vistel.space.dynamics.solids import Solids, solids
@@ -62,7 +62,7 @@ class SoftRoom:
     spin: F64
     time: float = 0.0
     gravity: tuple[float, float, float] = (0.0, -9.81, 0.0)
-    surface: Surface = field(default_factory=Surface)
+    surface: ContactParameters = field(default_factory=ContactParameters)
     constraints: tuple[Constraint, ...] = ()
     memory: ContactMemory = field(default_factory=lambda: ContactMemory({}))
     patches: tuple[tuple[int, int, Patch], ...] = ()
@@ -77,7 +77,7 @@ class SoftRoom:
         constraints: Iterable[Constraint] = (),
         materials: Mapping[str, Material] | None = None,
         gravity: tuple[float, float, float] = (0.0, -9.81, 0.0),
-        surface: Surface | None = None,
+        surface: ContactParameters | None = None,
     ) -> SoftRoom:
         """Things where they begin; velocity: of some of them, by id [m/s]. Things of mass 0 stay where they are."""
         s = solids(tuple(things))
@@ -89,7 +89,7 @@ class SoftRoom:
             np.array([moving.get(t.id, (0.0, 0.0, 0.0)) for t in things], np.float64),
             np.zeros((len(things), 3)),
             gravity=gravity,
-            surface=surface or Surface(),
+            surface=surface or ContactParameters(),
             constraints=tuple(constraints),
             memory=ContactMemory(materials or {}),
         )

@@ -14,7 +14,7 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.contact_points import contact_points_of
 from vistel.space.contact.near import Placed, placed
 from vistel.space.dynamics.motion_kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 YIELD = 0.2
 """Share of its size by which a thing as soft as flesh yields before it moves, if it takes dents."""
@@ -53,14 +53,14 @@ class Solids:
     @cached_property
     def give(self) -> F64:
         """(N,) depth to which a limb sinks into each thing before it pushes it [m]: a thing that takes dents yields first."""
-        soft = [t.compliance if t.matter.material != "elastic" else 0.0 for t in self.things]
+        soft = [t.compliance if t.material.elasticity != "elastic" else 0.0 for t in self.things]
         least = [min((float(b) for b in self.bound[self.owner == n]), default=0.0) for n in range(len(self.things))]
         return YIELD * np.array(soft, np.float64) * np.array(least, np.float64)
 
     @cached_property
     def remembering(self) -> tuple[int, ...]:
         """Rows of the things that keep dents or stick."""
-        return tuple(n for n, t in enumerate(self.things) if t.matter.remembers and not t.fixed)
+        return tuple(n for n, t in enumerate(self.things) if t.material.remembers and not t.fixed)
 
     @cached_property
     def fixed_rows(self) -> I64:
@@ -170,7 +170,7 @@ def _stack(rows: list[F64], shape: tuple[int, ...]) -> F64:
     return np.array(rows, np.float64) if rows else np.zeros((0, *shape))
 
 
-def _bound(p: Primitive) -> tuple[F64, float]:
+def _bound(p: ThingPrimitive) -> tuple[F64, float]:
     """Centre (3,) in the primitive's frame and radius of a sphere round it."""
     q = p.params
     if p.kind == "cone_sphere":

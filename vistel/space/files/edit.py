@@ -19,7 +19,7 @@ from vistel.space.files.interior import Interior
 from vistel.space.files.model import bulk_of_mesh
 from vistel.space.files.place import FromFile, lying, put_into
 from vistel.space.room import Extra, Seat
-from vistel.space.things.things import Matter, Thing
+from vistel.space.things.things import PhysicsMaterial, Thing
 
 Changed = tuple[Interior, str]
 
@@ -132,7 +132,7 @@ def _add(interior: Interior, words: list[str]) -> Changed:
         colour or 0xB5A48FFF,
         x,
         z,
-        _matter(Matter(), given.get("elasticity", "elastic")),
+        _material(PhysicsMaterial(), given.get("elasticity", "elastic")),
     )
     thing = lying(extra.thing(), interior)
     return interior.with_things((*interior.room.things, thing)), f"added {name} at {_spot(thing.position)}"
@@ -200,9 +200,9 @@ def _volume(t: Thing, interior: Interior) -> float:
     return total
 
 
-def _matter(old: Matter, elasticity: str) -> Matter:
+def _material(old: PhysicsMaterial, elasticity: str) -> PhysicsMaterial:
     slow = old.recovery or (_SLOW if elasticity == "viscoelastic" else 0.0)
-    return replace(old, material=elasticity, recovery=slow)
+    return replace(old, elasticity=elasticity, recovery=slow)
 
 
 def _named(t: Thing, value: str, interior: Interior) -> Thing:
@@ -215,10 +215,10 @@ _KEYS: dict[str, Callable[[Thing, str, Interior], Thing]] = {
     "mass": _mass,
     "density": _density,
     "rigidity": lambda t, v, _: replace(t, compliance=1.0 - _number(v, 0.0, 1.0)),
-    "elasticity": lambda t, v, _: replace(t, matter=_matter(t.matter, v)),
-    "recovery": lambda t, v, _: replace(t, matter=replace(t.matter, recovery=_number(v, 0.0, 3600.0))),
-    "sticky": lambda t, v, _: replace(t, matter=replace(t.matter, sticky=_number(v, 0.0, 0.1))),
-    "bears": lambda t, v, _: replace(t, matter=replace(t.matter, bears=_number(v, 0.01, 200.0))),
+    "elasticity": lambda t, v, _: replace(t, material=_material(t.material, v)),
+    "recovery": lambda t, v, _: replace(t, material=replace(t.material, recovery=_number(v, 0.0, 3600.0))),
+    "sticky": lambda t, v, _: replace(t, material=replace(t.material, sticky=_number(v, 0.0, 0.1))),
+    "bears": lambda t, v, _: replace(t, material=replace(t.material, bears=_number(v, 0.01, 200.0))),
     "colour": lambda t, v, _: painted(t, _colour(v)),
     "shape": lambda t, v, _: replace(t, shape=v),
     "name": lambda t, v, _: replace(t, name=v),

@@ -15,8 +15,8 @@ from scipy.spatial import ConvexHull, QhullError
 from vistel.arrays import F64, I32, I64
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.files.cells import Cells, cells_of
-from vistel.space.files.superellipsoids import Shape, gap, shape_of
-from vistel.space.things.things import Primitive
+from vistel.space.files.superellipsoids import FittedSuperellipsoid, gap, shape_of
+from vistel.space.things.things import ThingPrimitive
 
 MOST_PARTS = 14
 GOOD = 0.06
@@ -35,7 +35,7 @@ JOIN = 0.015
 class Fitted:
     """Primitives in the mesh's frame; how far the mesh's surface lies from theirs: mean, and largest but 5 % [m]."""
 
-    primitives: tuple[Primitive, ...]
+    primitives: tuple[ThingPrimitive, ...]
     mean: float
     most: float
 
@@ -65,16 +65,16 @@ def fitted(vertices: F64, triangles: I32, most: int = MOST_PARTS) -> tuple[Fitte
     return _told(cells, axes, [shape_of(cells, s.rows, fine=True) for s in shapes])
 
 
-def _told(cells: Cells, axes: F64, fine: list[Shape]) -> tuple[Fitted, Cells, F64]:
+def _told(cells: Cells, axes: F64, fine: list[FittedSuperellipsoid]) -> tuple[Fitted, Cells, F64]:
     """The shapes as primitives, and how near they are."""
     away = np.abs(np.min([gap(cells.points, s) for s in fine], axis=0))
     primitives = tuple(_turned(s.primitive, axes) for s in fine)
     return Fitted(primitives, float(away.mean()), float(np.quantile(away, 0.95))), cells, axes
 
 
-def _turned(p: Primitive, axes: F64) -> Primitive:
+def _turned(p: ThingPrimitive, axes: F64) -> ThingPrimitive:
     turn = np.ascontiguousarray(axes @ matrix_from_quaternion(p.rotation))
-    return Primitive(p.kind, p.params, axes @ p.position, quaternion_from_matrix(turn), p.colour)
+    return ThingPrimitive(p.kind, p.params, axes @ p.position, quaternion_from_matrix(turn), p.colour)
 
 
 def _upright(points: F64) -> F64:
@@ -128,12 +128,12 @@ def _hull(index: I64) -> float:
         return float(len(index))
 
 
-def _joined(cells: Cells, shapes: list[Shape], most: int, slack: float) -> list[Shape]:
+def _joined(cells: Cells, shapes: list[FittedSuperellipsoid], most: int, slack: float) -> list[FittedSuperellipsoid]:
     """Fewer shapes: pairs are made one, those first that lose least, down to `most` and further while it costs little."""
-    tried: dict[tuple[int, int], tuple[float, Shape]] = {}
+    tried: dict[tuple[int, int], tuple[float, FittedSuperellipsoid]] = {}
     keep = list(shapes)  # ids stay unique while they are alive
     while len(shapes) > 1:
-        best: tuple[float, int, int, Shape] | None = None
+        best: tuple[float, int, int, FittedSuperellipsoid] | None = None
         for i in range(len(shapes)):
             for j in range(i + 1, len(shapes)):
                 key = id(shapes[i]), id(shapes[j])

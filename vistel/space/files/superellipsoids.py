@@ -14,7 +14,7 @@ from vistel.implicit.contacts.contact_set import SUPERELLIPSOID
 from vistel.implicit.contacts.contact_surface_kernels import surface  # pyright: ignore[reportUnknownVariableType]
 from vistel.jit.kernel_jit import compiled
 from vistel.space.files.cells import Cells
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 
 UNSEEN = 0x80808000
 """Colour of a primitive that is felt and not drawn."""
@@ -36,7 +36,7 @@ _FINE = tuple((k, e1, e2) for k, e1, e2 in product(range(3), (0.1, 0.3, 0.6, 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Shape:
+class FittedSuperellipsoid:
     """A superellipsoid for the cells `rows`: frame (3, 3) its axes in columns, middle (3,) and half (3,) along them [m], e1,
     e2; wrong: volume that only one of it and the cells has [m^3]."""
 
@@ -49,13 +49,13 @@ class Shape:
     wrong: float
 
     @property
-    def primitive(self) -> Primitive:
+    def primitive(self) -> ThingPrimitive:
         """As things have it."""
         rotation = quaternion_from_matrix(np.ascontiguousarray(self.frame))
-        return Primitive("superellipsoid", (*self.half.tolist(), self.e1, self.e2), self.middle, rotation, UNSEEN)
+        return ThingPrimitive("superellipsoid", (*self.half.tolist(), self.e1, self.e2), self.middle, rotation, UNSEEN)
 
 
-def shape_of(cells: Cells, rows: I64, fine: bool = False) -> Shape:
+def shape_of(cells: Cells, rows: I64, fine: bool = False) -> FittedSuperellipsoid:
     """The best one for these cells; fine: more shapes are tried, and of those that fill them about equally well that one is
     taken whose surface lies nearest the mesh's."""
     inner = cells.middles[rows[~cells.border[rows]]]
@@ -64,7 +64,7 @@ def shape_of(cells: Cells, rows: I64, fine: bool = False) -> Shape:
     skin = cells.points[mine[cells.cell]]
     every = max(1, len(rows) // MOST_CELLS)
     middles, share = cells.middles[rows][::every], cells.filled[rows][::every] * every
-    found: list[Shape] = []
+    found: list[FittedSuperellipsoid] = []
     for axes in _frames(cells.middles[rows]):
         low, high = _extent(inner @ axes, skin @ axes, 0.5 * cells.size)
         middle, half = 0.5 * (low + high), np.maximum(0.5 * (high - low), THINNEST)
@@ -74,7 +74,7 @@ def shape_of(cells: Cells, rows: I64, fine: bool = False) -> Shape:
             inside = (turned[:, 0] ** (2 / e2) + turned[:, 1] ** (2 / e2)) ** (e2 / e1) + turned[:, 2] ** (2 / e1) <= 1.0
             volume = float(half.prod()) * _unit_volume(e1, e2)
             wrong = volume + float(share.sum() - 2.0 * share[inside].sum()) * cells.size**3
-            found.append(Shape(rows, axes @ _TURNS[k], axes @ middle, half @ _TURNS[k], e1, e2, wrong))
+            found.append(FittedSuperellipsoid(rows, axes @ _TURNS[k], axes @ middle, half @ _TURNS[k], e1, e2, wrong))
     best = min(found, key=lambda s: s.wrong)
     if not fine or len(skin) < 8:
         return best
@@ -83,7 +83,7 @@ def shape_of(cells: Cells, rows: I64, fine: bool = False) -> Shape:
     return min(near, key=lambda s: float(np.abs(gap(points, s)).mean()))
 
 
-def gap(points: F64, shape: Shape) -> F64:
+def gap(points: F64, shape: FittedSuperellipsoid) -> F64:
     """(N,) about how far points (N, 3) lie outside its surface, negative inside [m]."""
     local = np.ascontiguousarray((points - shape.middle) @ shape.frame)
     return _distances(local, np.array([*shape.half, shape.e1, shape.e2]))

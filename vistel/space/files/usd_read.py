@@ -19,7 +19,7 @@ from vistel.space.files.travel import finish_read
 from vistel.space.files.usd_write import FORMAT
 from vistel.space.room import Room, Seat
 from vistel.space.things.json_values import from_thing, to_thing
-from vistel.space.things.things import BEARS, Axis, Look, Matter, Primitive, Thing
+from vistel.space.things.things import BEARS, GraspAxis, Look, PhysicsMaterial, Thing, ThingPrimitive
 
 OWN_LARGEST = 8192
 """Texels along a side of a picture of ours, which is kept as it is: 200 MB at most."""
@@ -79,7 +79,7 @@ class _Reader:
             if exact is not None and abs(exact - compliance) < 1e-12:
                 compliance = float(exact)
             glue = float(_get(prim, "sticky")), float(_get(prim, "bears", BEARS))
-            matter = Matter(str(_get(prim, "elasticity")), float(_get(prim, "recovery")), *glue)
+            material = PhysicsMaterial(str(_get(prim, "elasticity")), float(_get(prim, "recovery")), *glue)
             inertia = _get(prim, "inertia", None)
             looks = [child for child in prim.GetChildren() if child.HasAttribute("vistel:model")]
             thing = Thing(
@@ -93,7 +93,7 @@ class _Reader:
                 _position(prim),
                 _rotation(prim),
                 _axes(prim),
-                matter,
+                material,
                 looks=tuple(self._look(child) for child in looks),
                 inertia=None if inertia is None else np.array(inertia, np.float64).reshape(3, 3),
                 hidden=UsdGeom.Imageable(prim).GetVisibilityAttr().Get() == UsdGeom.Tokens.invisible,
@@ -105,7 +105,7 @@ class _Reader:
                 raise
             raise RoomFileError(f"{where}: {str(fault)[:160]}") from fault
 
-    def _primitives(self, prim: Any) -> tuple[Primitive, ...]:
+    def _primitives(self, prim: Any) -> tuple[ThingPrimitive, ...]:
         kinds, counts = list(_get(prim, "primitive:kind")), list(_get(prim, "primitive:count"))
         params = np.array(_get(prim, "primitive:params"), np.float64)
         positions = np.array(_get(prim, "primitive:position"), np.float64).reshape(-1, 3)
@@ -115,7 +115,7 @@ class _Reader:
         if not len(kinds) == len(counts) == len(positions) == len(rotations) == len(colours) or ends[-1] != len(params):
             raise ValueError("primitives of different counts; save the room again")
         return tuple(
-            Primitive(str(kind), tuple(params[a:b].tolist()), p, q, c)
+            ThingPrimitive(str(kind), tuple(params[a:b].tolist()), p, q, c)
             for kind, a, b, p, q, c in zip(kinds, ends, ends[1:], positions, rotations, colours, strict=False)
         )
 
@@ -207,12 +207,12 @@ def _rotation(prim: Any) -> F64:
     return np.array([*q.GetImaginary(), q.GetReal()], np.float64)
 
 
-def _axes(prim: Any) -> tuple[Axis, ...]:
+def _axes(prim: Any) -> tuple[GraspAxis, ...]:
     radii = _get(prim, "axis:radius", None)
     if radii is None:
         return ()
     points, directions = (np.array(_get(prim, f"axis:{n}"), np.float64).reshape(-1, 3) for n in ("point", "direction"))
-    return tuple(Axis(p, d, float(r)) for p, d, r in zip(points, directions, radii, strict=True))
+    return tuple(GraspAxis(p, d, float(r)) for p, d, r in zip(points, directions, radii, strict=True))
 
 
 def _colour(text: Any) -> int:

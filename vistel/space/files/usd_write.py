@@ -129,9 +129,9 @@ class _Writer:
         prim = self._placed(at, t.position, t.rotation)
         Usd.ModelAPI(prim).SetKind("component")
         text = (("id", t.id), ("name", t.name), ("shape", t.shape), ("colour", f"#{t.colour:08x}"))
-        for key, value in (*text, ("elasticity", t.matter.material)):
+        for key, value in (*text, ("elasticity", t.material.elasticity)):
             keep(prim, key, types.String, value)
-        m = t.matter
+        m = t.material
         numbers = [("mass", t.mass), ("rigidity", 1.0 - t.compliance), ("recovery", m.recovery), ("sticky", m.sticky)]
         for key, value in [*numbers, ("bears", m.bears)] if m.bears != BEARS else numbers:
             keep(prim, key, types.Double, value)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space.contact.forces import STIFFEST, Surface
+from vistel.space.contact.forces import STIFFEST, ContactParameters
 from vistel.space.contact.near import Bodies, placed
 from vistel.space.contact.touch_kernels import (
     FELT,
@@ -36,7 +36,7 @@ Hand = tuple[str, bool]
 Holding = tuple[str, bool, str]
 """A hand and a thing."""
 
-SKIN = Surface(pressure=FLESH, friction=0.5, damping=0.0, creep=0.05)
+SKIN = ContactParameters(pressure=FLESH, friction=0.5, damping=0.0, creep=0.05)
 """How hands push and rub. No damping, and friction that sets in over 5 cm/s: speeds are differences of two postures and
 tremble, which an actuator must not."""
 

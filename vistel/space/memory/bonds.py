@@ -48,11 +48,11 @@ class Glue:
 def glue_of(thing: Thing, size: float, reach: float) -> Glue:
     """The glue of a thing of radius `size`, where `reach` round the bond deforms [m].
 
-    A soft thing is drawn out as well: like a column of its matter as wide as the bond and as long as it is thick.
+    A soft thing is drawn out as well: like a column of its material as wide as the bond and as long as it is thick.
     """
-    m = thing.matter
+    m = thing.material
     give = m.sticky / m.bears + thing.compliance * size / (FLESH * math.pi * reach * reach)
-    return Glue(1.0 / give, m.bears, give * m.bears, m.recovery if m.material == "viscoelastic" else 0.0)
+    return Glue(1.0 / give, m.bears, give * m.bears, m.recovery if m.elasticity == "viscoelastic" else 0.0)
 
 
 @dataclass(frozen=True, eq=False)

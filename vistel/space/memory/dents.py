@@ -19,7 +19,7 @@ from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.temporal import FADED
 from vistel.implicit.graph.ghost_terms import decay_quartic
-from vistel.space.things.things import Matter, Primitive
+from vistel.space.things.things import PhysicsMaterial, ThingPrimitive
 
 LEAST = 0.01
 """Overlap below which no dent stays [field]."""
@@ -39,12 +39,12 @@ class Press:
 
     maker: str
     primitive: int
-    shape: Primitive
+    shape: ThingPrimitive
     depth: float
 
 
 @dataclass(frozen=True, eq=False)
-class Dent:
+class DentRecord:
     """An imprint in `thing`: the shape that made it, in its frame; depth [field]; left_ns: when the maker left, 0 while it
     is there; fade_ns: how long it takes to fade then, 0: it stays."""
 
@@ -52,7 +52,7 @@ class Dent:
     thing: str
     maker: str
     primitive: int
-    shape: Primitive
+    shape: ThingPrimitive
     depth: float
     left_ns: int = 0
     fade_ns: int = 0
@@ -65,21 +65,21 @@ class Dent:
 
 
 def remember(
-    old: Sequence[Dent],
+    old: Sequence[DentRecord],
     thing: str,
-    matter: Matter,
+    material: PhysicsMaterial,
     body: PrimitiveSet,
     presses: Iterable[Press],
     next_number: int,
     t_ns: int,
     dt: float,
-) -> tuple[tuple[Dent, ...], int]:
+) -> tuple[tuple[DentRecord, ...], int]:
     """The dents of one thing at `t_ns`, dt seconds after `old`, and the next free number. body: the thing's primitives in
     its own frame; presses: what overlaps it now, in order."""
     now = {(p.maker, p.primitive): p for p in presses}
-    fade_ns = round(matter.recovery * 1e9)
+    fade_ns = round(material.recovery * 1e9)
     kept = [d for d in old if d.share(t_ns) > FADED]
-    if matter.material == "plastic":
+    if material.elasticity == "plastic":
         kept = [_left(d, t_ns, fade_ns) if (d.maker, d.primitive) not in now else _again(d) for d in kept]
         for key, press in now.items():
             if press.depth <= LEAST:
@@ -90,23 +90,23 @@ def remember(
                 if press.depth > kept[i].depth + DEEPER:
                     kept[i] = replace(kept[i], shape=press.shape, depth=press.depth)
             else:
-                kept.append(Dent(next_number, thing, *key, press.shape, press.depth))
+                kept.append(DentRecord(next_number, thing, *key, press.shape, press.depth))
                 next_number += 1
         return deepest(kept, MOST), next_number
-    out: list[Dent] = []
+    out: list[DentRecord] = []
     for d in kept:
         press = now.pop((d.maker, d.primitive), None)
-        after = _lagging(d, press, matter.recovery, body, t_ns, dt)
+        after = _lagging(d, press, material.recovery, body, t_ns, dt)
         if after is not None:
             out.append(after)
     for key, press in now.items():
         if press.depth > LEAST:
-            out.append(Dent(next_number, thing, *key, press.shape, press.depth))
+            out.append(DentRecord(next_number, thing, *key, press.shape, press.depth))
             next_number += 1
     return deepest(out, MOST), next_number
 
 
-def deepest(dents: Sequence[Dent], most: int) -> tuple[Dent, ...]:
+def deepest(dents: Sequence[DentRecord], most: int) -> tuple[DentRecord, ...]:
     """No more than `most` of the dents, in their order; the shallowest go first, of equals the younger."""
     if len(dents) <= most:
         return tuple(dents)
@@ -114,7 +114,7 @@ def deepest(dents: Sequence[Dent], most: int) -> tuple[Dent, ...]:
     return tuple(d for d in dents if d.number in kept)
 
 
-def imprints(shapes: Sequence[Primitive]) -> PrimitiveSet:
+def imprints(shapes: Sequence[ThingPrimitive]) -> PrimitiveSet:
     """Shapes as a set, in the frame they are given in."""
     return PrimitiveSet.of_kinds(
         [p.kind for p in shapes],
@@ -124,16 +124,16 @@ def imprints(shapes: Sequence[Primitive]) -> PrimitiveSet:
     )
 
 
-def _left(d: Dent, t_ns: int, fade_ns: int) -> Dent:
+def _left(d: DentRecord, t_ns: int, fade_ns: int) -> DentRecord:
     return d if d.left_ns else replace(d, left_ns=t_ns, fade_ns=fade_ns)
 
 
-def _again(d: Dent) -> Dent:
+def _again(d: DentRecord) -> DentRecord:
     """Its maker is back: it does not fade while it is there."""
     return replace(d, left_ns=0, fade_ns=0) if d.left_ns and d.fade_ns else d
 
 
-def _lagging(d: Dent, press: Press | None, tau: float, body: PrimitiveSet, t_ns: int, dt: float) -> Dent | None:
+def _lagging(d: DentRecord, press: Press | None, tau: float, body: PrimitiveSet, t_ns: int, dt: float) -> DentRecord | None:
     """A viscoelastic dent one step on: deeper at once, back with the time constant; None when it has gone."""
     if press is None:  # its maker is off the thing: no pose to follow, so what is left fades
         return _left(d, t_ns, round(tau * 1e9))
@@ -146,13 +146,13 @@ def _lagging(d: Dent, press: Press | None, tau: float, body: PrimitiveSet, t_ns:
     return replace(d, shape=shape, depth=depth) if depth > press.depth else replace(d, shape=press.shape, depth=press.depth)
 
 
-def _towards(a: Primitive, b: Primitive, share: float) -> Primitive:
+def _towards(a: ThingPrimitive, b: ThingPrimitive, share: float) -> ThingPrimitive:
     params = tuple(x + share * (y - x) for x, y in zip(a.params, b.params, strict=True))
     rotation = slerp(np.ascontiguousarray(a.rotation), np.ascontiguousarray(b.rotation), share)
-    return Primitive(a.kind, params, a.position + share * (b.position - a.position), rotation)
+    return ThingPrimitive(a.kind, params, a.position + share * (b.position - a.position), rotation)
 
 
-def _apart(a: Primitive, b: Primitive) -> float:
+def _apart(a: ThingPrimitive, b: ThingPrimitive) -> float:
     """How far two poses of one shape are apart, 1 = enough for another dent."""
     if a.kind == "cone_sphere":
         p, q = np.array(a.params), np.array(b.params)

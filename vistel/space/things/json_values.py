@@ -8,12 +8,12 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.space.things.arc import Arc
-from vistel.space.things.things import BEARS, Axis, Curve, Look, Matter, Part, Primitive, Thing
+from vistel.space.things.things import BEARS, Curve, GraspAxis, Look, Part, PhysicsMaterial, Thing, ThingPrimitive
 
 
 def from_thing(t: Thing) -> dict[str, Any]:
     """A thing as JSON values."""
-    m = t.matter
+    m = t.material
     own: dict[str, Any] = {}  # written only when set, so that other things keep their form
     if t.looks:
         own["looks"] = [[k.model, k.matrix.tolist(), k.offset.tolist(), k.colour] for k in t.looks]
@@ -32,7 +32,7 @@ def from_thing(t: Thing) -> dict[str, Any]:
         "position": t.position.tolist(),
         "rotation": t.rotation.tolist(),
         "axes": [[a.point.tolist(), a.direction.tolist(), a.radius] for a in t.axes],
-        "matter": [m.material, m.recovery, m.sticky] + ([m.bears] if m.bears != BEARS else []),
+        "matter": [m.elasticity, m.recovery, m.sticky] + ([m.bears] if m.bears != BEARS else []),
         "parts": [[from_thing(p.thing), p.position.tolist(), p.rotation.tolist()] for p in t.parts],
         "curve": t.curve and [from_thing(t.curve.straight), *_from_arc(t.curve.arc)],
     }
@@ -40,7 +40,7 @@ def from_thing(t: Thing) -> dict[str, Any]:
 
 def to_thing(d: Any) -> Thing:
     """The thing. Raises ValueError, TypeError or KeyError for invalid values."""
-    material, recovery, sticky, *bears = d["matter"]
+    elasticity, recovery, sticky, *bears = d["matter"]
     curve, inertia = d["curve"], d.get("inertia")
     return Thing(
         str(d["id"]),
@@ -52,8 +52,8 @@ def to_thing(d: Any) -> Thing:
         int(d["colour"]),
         _numbers(d["position"], 3),
         _numbers(d["rotation"], 4),
-        tuple(Axis(_numbers(p, 3), _numbers(u, 3), float(r)) for p, u, r in d["axes"]),
-        Matter(str(material), float(recovery), float(sticky), *map(float, bears)),
+        tuple(GraspAxis(_numbers(p, 3), _numbers(u, 3), float(r)) for p, u, r in d["axes"]),
+        PhysicsMaterial(str(elasticity), float(recovery), float(sticky), *map(float, bears)),
         tuple(Part(to_thing(t), _numbers(p, 3), _numbers(q, 4)) for t, p, q in d["parts"]),
         Curve(to_thing(curve[0]), _to_arc(curve[1:])) if curve else None,
         tuple(Look(str(k), _numbers(m, 9).reshape(3, 3), _numbers(o, 3), int(c)) for k, m, o, c in d.get("looks", ())),
@@ -72,15 +72,15 @@ def _to_arc(d: Any) -> Arc:
     return Arc(_numbers(along, 3), _numbers(side, 3), float(low), float(high), *angles, _numbers(centre, 3))
 
 
-def from_primitive(p: Primitive) -> list[Any]:
+def from_primitive(p: ThingPrimitive) -> list[Any]:
     """A primitive as a list."""
     return [p.kind, list(p.params), p.position.tolist(), p.rotation.tolist(), p.colour]
 
 
-def to_primitive(d: Any) -> Primitive:
+def to_primitive(d: Any) -> ThingPrimitive:
     """The primitive. Raises ValueError or TypeError for invalid values."""
     kind, params, position, rotation, colour = d
-    return Primitive(str(kind), tuple(float(x) for x in params), _numbers(position, 3), _numbers(rotation, 4), int(colour))
+    return ThingPrimitive(str(kind), tuple(float(x) for x in params), _numbers(position, 3), _numbers(rotation, 4), int(colour))
 
 
 def _numbers(values: Any, n: int) -> F64:

@@ -1,6 +1,6 @@
 """Triangles for the room's primitives, exact on their surfaces.
 
-Kinds and parameters are those of `vistel.space.things.things.Primitive` (surface sizes in metres).
+Kinds and parameters are those of `vistel.space.things.things.ThingPrimitive` (surface sizes in metres).
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ def join(surfaces: Sequence[Surface3]) -> Surface3:
     )
 
 
-def tessellate(primitive: Primitive, detail: float = 1.0) -> Surface3:
+def tessellate(primitive: ThingPrimitive, detail: float = 1.0) -> Surface3:
     """The primitive in its thing's frame; `detail` scales how many triangles it gets."""
     segments = max(8, round(28 * detail))
     rings = max(4, round(9 * detail))

@@ -23,7 +23,7 @@ def identity() -> F64:
 
 
 @dataclass(frozen=True, eq=False)
-class Primitive:
+class ThingPrimitive:
     """One primitive of a thing. All sizes are those of its surface, in metres, in its own frame.
 
     kind and params:
@@ -97,7 +97,7 @@ class Look:
 
 
 @dataclass(frozen=True, eq=False)
-class Axis:
+class GraspAxis:
     """An axis a hand can close around (mathematics M8.8).
 
     point (3,) [m] and unit direction (3,) in the thing's frame; radius: from the axis to the surface [m].
@@ -110,37 +110,37 @@ class Axis:
 
 BEARS = 0.5
 """Default force that one place of a sticky thing bears [N]: about that of peeling off sticky tape as wide as a finger."""
-MATERIALS = ("elastic", "plastic", "viscoelastic")
+ELASTICITIES = ("elastic", "plastic", "viscoelastic")
 
 
 @dataclass(frozen=True)
-class Matter:
-    """The material of a thing.
+class PhysicsMaterial:
+    """What a thing is made of.
 
-    material: "elastic" springs back at once, "plastic" keeps its dents, "viscoelastic" recovers slowly; recovery: time
+    elasticity: "elastic" springs back at once, "plastic" keeps its dents, "viscoelastic" recovers slowly; recovery: time
     constant of that, or in which a plastic thing's dents fade, 0 never [s]; sticky: length to which a bond is
     drawn out before it tears [m], 0: nothing sticks; bears: force at which each bond tears [N].
     """
 
-    material: str = "elastic"
+    elasticity: str = "elastic"
     recovery: float = 0.0
     sticky: float = 0.0
     bears: float = BEARS
 
     def __post_init__(self) -> None:
-        if self.material not in MATERIALS:
-            raise ValueError(f"material: expected one of {', '.join(MATERIALS)}, got {self.material!r}")
+        if self.elasticity not in ELASTICITIES:
+            raise ValueError(f"elasticity: expected one of {', '.join(ELASTICITIES)}, got {self.elasticity!r}")
         if not (0.0 <= self.recovery < 1e4 and 0.0 <= self.sticky <= 0.2):
-            raise ValueError("matter: expected recovery of 0 to 10,000 s and sticky of 0 to 0.2 m")
+            raise ValueError("expected recovery of 0 to 10,000 s and sticky of 0 to 0.2 m")
         if not 0.01 <= self.bears <= 200.0:
             raise ValueError("bears: expected 0.01 to 200 N, which a place that sticks bears before it tears")
-        if self.material == "viscoelastic" and self.recovery <= 0.0:
+        if self.elasticity == "viscoelastic" and self.recovery <= 0.0:
             raise ValueError("recovery: a viscoelastic thing needs a time constant above 0 s")
 
     @property
     def remembers(self) -> bool:
         """Whether touches leave dents or bonds on it."""
-        return self.material != "elastic" or self.sticky > 0.0
+        return self.elasticity != "elastic" or self.sticky > 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +166,8 @@ class Thing:
 
     id: unique in the room; name: for people; shape: "ball", "box", ... for lists and speech; mass: kg, 0 =
     fixed to the room; compliance: 0 rigid .. 1 as soft as flesh (mathematics M3.5); colour: 0xRRGGBBAA;
-    position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: axes for grasps; matter:
-    its material; parts: the things it was joined from; curve: how it was bent; looks: polymeshes drawn for
+    position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: axes for grasps;
+    parts: the things it was joined from; curve: how it was bent; looks: polymeshes drawn for
     primitives that are not seen; inertia: (3, 3) per kilogram about its centre [m^2], None: that of its primitives;
     hidden: it is felt but not drawn.
     """
@@ -175,14 +175,14 @@ class Thing:
     id: str
     name: str
     shape: str
-    primitives: tuple[Primitive, ...]
+    primitives: tuple[ThingPrimitive, ...]
     mass: float
     compliance: float
     colour: int
     position: F64
     rotation: F64 = field(default_factory=identity)
-    axes: tuple[Axis, ...] = ()
-    matter: Matter = field(default_factory=Matter)
+    axes: tuple[GraspAxis, ...] = ()
+    material: PhysicsMaterial = field(default_factory=PhysicsMaterial)
     parts: tuple[Part, ...] = ()
     curve: Curve | None = None
     looks: tuple[Look, ...] = ()

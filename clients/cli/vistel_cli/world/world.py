@@ -191,7 +191,7 @@ def _row(t: Thing, interior: Interior) -> dict[str, Any]:
         "fixed": t.fixed,
         "mass_kg": round(t.mass, 4),
         "rigidity": round(1.0 - t.compliance, 4),
-        "elasticity": t.matter.material,
+        "elasticity": t.material.elasticity,
         "colour": f"#{t.colour >> 8:06x}",
         "position_m": [round(v, 4) for v in t.position.tolist()],
         "primitives": len(t.primitives),
@@ -216,12 +216,12 @@ def _table(interior: Interior) -> None:
         table.add_column(heading, justify="right", no_wrap=True)
     for t in interior.room.things:
         row = _row(t, interior)
-        matter = "" if t.matter.material == "elastic" else f" {t.matter.material}"
+        elasticity = "" if t.material.elasticity == "elastic" else f" {t.material.elasticity}"
         drawn = f"{row['triangles']} tri" + (f", {row['pictures']} pic" if row["pictures"] else "") if t.looks else row["colour"]
         table.add_row(
             t.id,
             "fixed" if t.fixed else f"{t.mass:.3g} kg",
-            f"{row['rigidity']:g}{matter}",
+            f"{row['rigidity']:g}{elasticity}",
             " ".join(f"{v:.2f}" for v in t.position.tolist()),
             f"{len(t.primitives)} prim",
             str(drawn),

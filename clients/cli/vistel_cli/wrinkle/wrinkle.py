@@ -18,7 +18,7 @@ from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 
 if TYPE_CHECKING:
-    from vistel.wrinkle.shape import Shape
+    from vistel.wrinkle.shape import WrinkleShape
 
 LATER = {"studio": Lazy("vistel_cli.wrinkle.open_studio:studio"), "wear": Lazy("vistel_cli.wrinkle.wear:wear")}
 app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
@@ -185,7 +185,7 @@ def _write(path: Path, picture: Any) -> None:
         fail(f"{path}: cannot be written: {fault}", FAILED)
 
 
-def _facts(shape: Shape) -> dict[str, Any]:
+def _facts(shape: WrinkleShape) -> dict[str, Any]:
     return {
         "name": shape.name,
         "material": shape.material,

@@ -18,7 +18,7 @@ from vistel.protocol.live_link_face import CHANNELS
 from vistel.render.figures.drawn import Corners, Planned
 from vistel.render.figures.figures import AvatarFigure
 from vistel.render.figures.gpu_deform import GpuDeformer, GpuSkin
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.wire.motion import MotionSample, StalePart
 
 pytestmark = pytest.mark.gl
@@ -55,7 +55,7 @@ def test_a_face_turns_with_its_head(eva: AvatarFigure) -> None:
     assert np.abs(apart[0] - apart[1]).max() < 1e-4
 
 
-def test_both_engines_make_the_same_face(eva: AvatarFigure, surface: Surface) -> None:
+def test_both_engines_make_the_same_face(eva: AvatarFigure, surface: GlContext) -> None:
     posture = making(0.5, jawOpen=0.5, browInnerUp=1.0, mouthSmileLeft=1.0)
     places, normals = drawn(eva, posture)
     skin = eva.pose(posture, planned=True).skin

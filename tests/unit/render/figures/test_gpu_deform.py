@@ -26,7 +26,7 @@ from vistel.implicit.ghosts.force_field import Directional, Radial, Shear
 from vistel.implicit.ghosts.mesh_ghosts import blown, faded, pulled
 from vistel.implicit.meshes.embedding import Hinge, Limbs, embed
 from vistel.render.figures.gpu_deform import GpuDeformer, GpuSkin, SkinShape, choose_engine, constants
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.render.gl.programs import source
 
 pytestmark = pytest.mark.gl
@@ -40,7 +40,7 @@ BOX = ((-1.0, -1.0, -1.0), (1.0, 1.0, 1.0))
 
 
 @pytest.fixture(scope="module")
-def engine(surface: Surface) -> Iterator[GpuDeformer]:
+def engine(surface: GlContext) -> Iterator[GpuDeformer]:
     made = GpuDeformer(surface.ctx)
     yield made
     assert surface.ctx.error == "GL_NO_ERROR"
@@ -415,7 +415,7 @@ def test_a_rigid_thing_presses_a_person_alike(person: Person) -> None:
     assert person.figure.moved.any()
 
 
-def test_the_engine_is_the_cpu_where_the_cpu_draws(surface: Surface) -> None:
+def test_the_engine_is_the_cpu_where_the_cpu_draws(surface: GlContext) -> None:
     capability = replace(surface.capability, software=True)
     assert choose_engine("auto", capability) == "cpu"
     assert choose_engine("auto", replace(capability, software=False)) == "gpu"

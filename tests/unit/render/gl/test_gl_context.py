@@ -10,7 +10,7 @@ import sys
 import moderngl
 import pytest
 
-from vistel.render.gl.context import NoOpenGlError, Surface, open_surface
+from vistel.render.gl.context import GlContext, NoOpenGlError, open_surface
 from vistel.render.painter import Painter
 from vistel_services.renderer.window.presenter import opener
 from vistel_services.renderer.window.window import Pane
@@ -63,7 +63,7 @@ _OPEN = (
     ],
 )
 def test_a_machine_without_egl_and_one_with_an_old_opengl_say_in_one_line_what_to_do(
-    surface: Surface, setting: str, value: str, said: str, mend: str
+    surface: GlContext, setting: str, value: str, said: str, mend: str
 ) -> None:
     """Real drivers: one that finds no library of a vendor, one that gives what there was in 2006."""
     there = os.environ | {setting: value, "LIBGL_ALWAYS_SOFTWARE": "1"}

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.render.light.shadow import KEY_DIRECTION
 from vistel.render.painter import Frame, Painter, ThingView
 from vistel.render.room.room import build_room
@@ -16,7 +16,7 @@ from vistel.render.view.camera import Camera, look_at
 from vistel.render.view.screens import Sight
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 
 pytestmark = pytest.mark.gl
 
@@ -24,7 +24,7 @@ WIDTH, HEIGHT = 320, 180
 
 
 @pytest.fixture
-def painter(surface: Surface) -> Iterator[Painter]:
+def painter(surface: GlContext) -> Iterator[Painter]:
     painter = Painter(surface, WIDTH, HEIGHT, fine=True)
     floor_only = [p for p in build_room(meeting_room(0))[0] if abs(p.normals[0, 1]) > 0.9 and p.positions[0, 1] < 0.01]
     painter.set_room(floor_only, None)
@@ -32,7 +32,7 @@ def painter(surface: Surface) -> Iterator[Painter]:
     assert painter.error() == "GL_NO_ERROR"
 
 
-def put(painter: Painter, name: str, primitive: Primitive, grey: float = 0.5) -> None:
+def put(painter: Painter, name: str, primitive: ThingPrimitive, grey: float = 0.5) -> None:
     surface = tessellate(primitive, 1.0)
     painter.set_thing(name, surface, np.full((len(surface.vertices), 3), grey, np.float32))
 
@@ -56,7 +56,7 @@ ALONG = np.array((KEY[0], 0.0, KEY[2])) / math.hypot(KEY[0], KEY[2])
 
 def penumbra(painter: Painter, height: float) -> float:
     """Metres over which the edges of a ball's shadow fade, the ball `height` over the floor."""
-    put(painter, "ball", Primitive("sphere", (0.09,)))
+    put(painter, "ball", ThingPrimitive("sphere", (0.09,)))
     above = at(*(height / KEY[1] * KEY))  # its shadow lies about the origin
     camera = look_at(-0.9 * ALONG + np.array((0.0, 0.6, 0.0)), np.zeros(3), math.radians(40.0))
     with_ball, without = light(painter, camera, ThingView("ball", above)), light(painter, camera)
@@ -77,7 +77,7 @@ def test_a_shadow_grows_soft_with_the_distance_of_what_throws_it(painter: Painte
 
 
 def test_the_floor_is_darker_close_to_what_stands_on_it_and_not_elsewhere(painter: Painter) -> None:
-    put(painter, "ball", Primitive("sphere", (0.15,)))
+    put(painter, "ball", ThingPrimitive("sphere", (0.15,)))
     camera = look_at(1.0 * ALONG + np.array((0.0, 0.5, 0.0)), np.zeros(3), math.radians(60.0))
     empty, with_ball = light(painter, camera), light(painter, camera, ThingView("ball", at(0.0, 0.15, 0.0)))
 
@@ -92,7 +92,7 @@ def test_the_floor_is_darker_close_to_what_stands_on_it_and_not_elsewhere(painte
 
 
 def test_a_smooth_ball_mirrors_the_lamp_as_a_small_bright_spot(painter: Painter) -> None:
-    put(painter, "ball", Primitive("sphere", (0.15,)), grey=0.1)
+    put(painter, "ball", ThingPrimitive("sphere", (0.15,)), grey=0.1)
     camera = look_at(np.array((0.0, 1.0, 1.0)), np.array((0.0, 0.6, 0.0)), math.radians(30.0))
     picture = light(painter, camera, ThingView("ball", at(0.0, 0.6, 0.0)))
     v = camera.position - np.array((0.0, 0.6, 0.0))

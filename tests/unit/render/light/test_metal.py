@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vistel.figure.making.source import Finish
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.render.painter import Frame, Painter, ThingView
 from vistel.render.room.room import build_room
 from vistel.render.view.camera import look_at
@@ -16,7 +16,7 @@ from vistel.render.view.screens import Sight
 from vistel.space.files.surfaces import Piece
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 
 pytestmark = pytest.mark.gl
 
@@ -24,11 +24,11 @@ WIDTH, HEIGHT, GOLD = 320, 160, (255, 190, 60)
 FINISHES = Finish(0.15, 1.0), Finish(0.9, 0.0)
 
 
-def balls(surface: Surface, fine: bool) -> tuple[np.ndarray, np.ndarray]:
+def balls(surface: GlContext, fine: bool) -> tuple[np.ndarray, np.ndarray]:
     """Metal and rough: what is seen in the middle of each, (n, 3), 0 to 1."""
     painter = Painter(surface, WIDTH, HEIGHT, fine=fine)
     painter.set_room(build_room(meeting_room(0))[0], None)
-    shape = tessellate(Primitive("sphere", (0.1,)), 1.5)
+    shape = tessellate(ThingPrimitive("sphere", (0.1,)), 1.5)
     camera = look_at(np.array([0.0, 1.25, 0.75]), np.array([0.0, 1.0, 0.0]), math.radians(32.0))
     views: list[ThingView] = []
     for name, x, finish in (("metal", -0.13, FINISHES[0]), ("rough", 0.13, FINISHES[1])):
@@ -48,7 +48,7 @@ def balls(surface: Surface, fine: bool) -> tuple[np.ndarray, np.ndarray]:
 
 
 @pytest.mark.parametrize("fine", [True, False])
-def test_metal_mirrors_the_lamp_and_the_room_and_chalk_does_not(surface: Surface, fine: bool) -> None:
+def test_metal_mirrors_the_lamp_and_the_room_and_chalk_does_not(surface: GlContext, fine: bool) -> None:
     metal, rough = balls(surface, fine)
     light, chalk = metal.mean(axis=1), rough.mean(axis=1)
     # A spot, far brighter than what is round it.

@@ -14,7 +14,7 @@ from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.render.things.soft import SoftThing, bond_pulls, is_soft
 from vistel.space.files.model import Model
 from vistel.space.room import Extra
-from vistel.space.things.things import Look, Matter, Primitive, Thing
+from vistel.space.things.things import Look, PhysicsMaterial, Thing, ThingPrimitive
 from vistel.v1 import geometry_pb2, world_pb2
 
 R = 0.045
@@ -22,8 +22,8 @@ STILL = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
 SECOND = 1_000_000_000
 
 
-def lump(shape: str = "lump", rigidity: float = 0.3, **matter: object) -> Thing:
-    return Extra("clay", "clay", shape, R, 1.0, rigidity, 0xB5A48FFF, 0.0, 0.0, Matter(**matter)).thing()  # type: ignore[arg-type]
+def lump(shape: str = "lump", rigidity: float = 0.3, **material: object) -> Thing:
+    return Extra("clay", "clay", shape, R, 1.0, rigidity, 0xB5A48FFF, 0.0, 0.0, PhysicsMaterial(**material)).thing()  # type: ignore[arg-type]
 
 
 def dent(number: int = 1, x: float = 0.0, *, at: float = R, depth: float = 0.15, **more: object) -> world_pb2.Dent:
@@ -111,22 +111,25 @@ def test_what_is_hard_is_drawn_as_it_is() -> None:
     assert is_soft(lump())
     assert is_soft(lump("ball"))
     assert not is_soft(lump(rigidity=1.0))
-    assert is_soft(solid(Primitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))))
-    assert not is_soft(replace(solid(Primitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))), compliance=0.05))
-    assert not is_soft(replace(solid(Primitive("sphere", (0.1,))), primitives=()))
+    assert is_soft(solid(ThingPrimitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))))
+    assert not is_soft(replace(solid(ThingPrimitive("superellipsoid", (0.1, 0.1, 0.1, 0.2, 0.2))), compliance=0.05))
+    assert not is_soft(replace(solid(ThingPrimitive("sphere", (0.1,))), primitives=()))
 
 
-def solid(*primitives: Primitive) -> Thing:
+def solid(*primitives: ThingPrimitive) -> Thing:
     return Thing("clay", "clay", "thing", primitives, 1.0, 0.9, 0xB5A48FFF, np.zeros(3))
 
 
 LYING = np.array([math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5)])
 SHAPES = {
-    "box": (Primitive("superellipsoid", (0.12, 0.04, 0.09, 0.2, 0.2)),),
-    "slab": (Primitive("superellipsoid", (0.2, 0.04, 0.2, 0.2, 0.2)),),
-    "polygon": (Primitive("rounded_polygon", (0.04, -0.1, 0.0, -0.1, 0.1, 0.0, -0.1, 0.1, 0.0, 0.1, -0.1, 0.0, 0.1)),),
-    "two": (Primitive("sphere", (0.04,), np.array([-0.03, 0.0, 0.0])), Primitive("sphere", (0.04,), np.array([0.03, 0.0, 0.0]))),
-    "ring": (Primitive("supertoroid", (0.04, 0.04, 0.04, 2.0, 1.0, 1.0), np.array([-0.05, 0.0, 0.0]), LYING),),
+    "box": (ThingPrimitive("superellipsoid", (0.12, 0.04, 0.09, 0.2, 0.2)),),
+    "slab": (ThingPrimitive("superellipsoid", (0.2, 0.04, 0.2, 0.2, 0.2)),),
+    "polygon": (ThingPrimitive("rounded_polygon", (0.04, -0.1, 0.0, -0.1, 0.1, 0.0, -0.1, 0.1, 0.0, 0.1, -0.1, 0.0, 0.1)),),
+    "two": (
+        ThingPrimitive("sphere", (0.04,), np.array([-0.03, 0.0, 0.0])),
+        ThingPrimitive("sphere", (0.04,), np.array([0.03, 0.0, 0.0])),
+    ),
+    "ring": (ThingPrimitive("supertoroid", (0.04, 0.04, 0.04, 2.0, 1.0, 1.0), np.array([-0.05, 0.0, 0.0]), LYING),),
 }
 
 
@@ -153,7 +156,7 @@ def test_a_polymesh_is_dented_with_its_picture_and_its_edges_stay_sharp() -> Non
     places = np.tile(np.array((0, 1, 2), np.int32), (12, 1))
     uv = np.array(((0, 0), (1, 0), (1, 1)), np.float32)
     model = Model(corners.astype(np.float32), faces, uv, places, np.zeros(12, np.int32), (Material("m", None, picture),))
-    felt = Primitive("superellipsoid", (0.15, 0.05, 0.12, 0.2, 0.2), colour=0x80808000)
+    felt = ThingPrimitive("superellipsoid", (0.15, 0.05, 0.12, 0.2, 0.2), colour=0x80808000)
     soft = SoftThing(replace(solid(felt), looks=(Look(model.digest),)), {model.digest: model})
     (piece,) = soft.skin.pieces
     assert piece.mesh and piece.uv is not None and piece.picture is picture
@@ -181,7 +184,7 @@ def test_dents_of_no_length_round_the_whole_thing_or_far_away_leave_it_finite(pa
 
 def test_a_bond_pulls_both_sides_once_it_is_drawn_out_and_lets_go_when_torn() -> None:
     thing = lump(sticky=0.02)
-    limb = Primitive("cone_sphere", (0.0, R + 0.018, -0.02, 0.0, R + 0.018, 0.02, 0.008, 0.008))
+    limb = ThingPrimitive("cone_sphere", (0.0, R + 0.018, -0.02, 0.0, R + 0.018, 0.02, 0.008, 0.008))
     point = geometry_pb2.Vec3(x=0.0, y=R, z=0.0)
     bond = world_pb2.Bond(number=1, thing="clay", body="ann", point_thing=point, reach=0.012)
     near, drawn = np.array([0.0, R + 0.0002, 0.0]), np.array([0.0, R + 0.010, 0.0])

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.render.painter import Frame, Painter, ThingView
 from vistel.render.view.camera import FAR, NEAR
 from vistel.render.view.screens import EYE_DISTANCE, Screen, Stereo, boxes, eyes_apart, sights_of_screens
 from vistel.render.view.wall_pattern import eyes_at
 from vistel.space.things.tessellate import tessellate
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 from vistel_services.renderer.window.pointing import ray_through
 
 PIXELS = 0.05
@@ -103,13 +103,13 @@ def test_however_eyes_share_a_screen_each_picture_shows_all_of_it(seen: tuple[Sc
 
 
 @pytest.mark.gl
-def test_on_a_leaning_screen_what_is_drawn_is_there_as_well(surface: Surface) -> None:
+def test_on_a_leaning_screen_what_is_drawn_is_there_as_well(surface: GlContext) -> None:
     """Measured corners a good degree off the right angle, drawn by OpenGL."""
     eyes = eyes_at(np.zeros(3), 0.0, EYE_DISTANCE)
     low, right, up = np.array((0.5, 0.9, 1.0)), np.array((-0.5, 0.9, 1.0)), np.array((0.38, 1.6, 1.0))
     screen = Screen("s", low, right, up, 500, 350)
     painter = Painter(surface, 500, 350)
-    ball = tessellate(Primitive("sphere", (0.012,)), 1.0)
+    ball = tessellate(ThingPrimitive("sphere", (0.012,)), 1.0)
     painter.set_thing("dot", ball, np.ones((len(ball.vertices), 3), np.float32))
     for place in ((0.2, 1.45, 1.4), (-0.2, 1.0, 1.2), (0.05, 1.35, 1.0)):
         (sight,) = sights_of_screens([screen], eyes, Stereo.MONO, 0)

@@ -15,7 +15,7 @@ from vistel.conference import display
 from vistel.conference.display import Display
 from vistel.conference.files import load
 from vistel.render.config import render_config
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.render.painter import Frame, Painter, ThingView
 from vistel.render.view.camera import look_at
 from vistel.render.view.screens import (
@@ -30,7 +30,7 @@ from vistel.render.view.screens import (
     sights_of_screens,
 )
 from vistel.space.things.tessellate import tessellate
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 
 WIDTH, HEIGHT = 320, 240
 
@@ -158,7 +158,7 @@ def test_the_wall_in_the_examples_is_a_v_whose_screens_share_an_edge() -> None:
 def _dots(painter: Painter, *places: tuple[float, float, float], grey: float = 1.0) -> list[ThingView]:
     out: list[ThingView] = []
     for n, place in enumerate(places):
-        ball = tessellate(Primitive("sphere", (0.02,)), 1.0)
+        ball = tessellate(ThingPrimitive("sphere", (0.02,)), 1.0)
         painter.set_thing(f"dot{n}", ball, np.full((len(ball.vertices), 3), grey, np.float32))
         matrix = np.eye(4, dtype=np.float32)
         matrix[:3, 3] = place
@@ -175,7 +175,7 @@ def _centre(picture: np.ndarray, empty: np.ndarray, at: np.ndarray, reach: float
 
 
 @pytest.mark.parametrize("stereo", [Stereo.MONO, Stereo.SIDE_BY_SIDE, Stereo.TOP_BOTTOM])
-def test_on_a_v_of_two_screens_points_are_drawn_where_the_eyes_rays_meet_them(surface: Surface, stereo: Stereo) -> None:
+def test_on_a_v_of_two_screens_points_are_drawn_where_the_eyes_rays_meet_them(surface: GlContext, stereo: Stereo) -> None:
     width, height = picture_size(V)
     painter = Painter(surface, width, height)
     places = [(0.6, 1.2, 1.4), (0.4, 1.05, 1.9), (-0.5, 1.2, 1.6), (-0.45, 1.3, 1.1)]
@@ -198,7 +198,7 @@ def test_on_a_v_of_two_screens_points_are_drawn_where_the_eyes_rays_meet_them(su
     assert seen == len(places) * len(sights) // 2
 
 
-def test_an_anaglyph_shows_each_eye_its_colours(surface: Surface) -> None:
+def test_an_anaglyph_shows_each_eye_its_colours(surface: GlContext) -> None:
     flat = Screen("s", np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 1.5, 1.0)), WIDTH, HEIGHT)
     painter = Painter(surface, WIDTH, HEIGHT)
     place = (0.0, 1.2, 2.5)
@@ -212,7 +212,7 @@ def test_an_anaglyph_shows_each_eye_its_colours(surface: Surface) -> None:
         assert shown[2 - channel] > 140
 
 
-def test_where_two_projectors_overlap_their_light_adds_up_to_one(surface: Surface) -> None:
+def test_where_two_projectors_overlap_their_light_adds_up_to_one(surface: GlContext) -> None:
     flat = Screen("s", np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 1.5, 1.0)), WIDTH, HEIGHT)
     light = []
     for blend in ((0.0, 0.0, 0.0, 0.0), (0.0, 0.25, 0.0, 0.0), (0.25, 0.0, 0.0, 0.0)):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from vistel.conference.display import Display
-from vistel.render.gl.context import Surface
+from vistel.render.gl.context import GlContext
 from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
 from vistel.render.painter import Frame, Painter, ThingView
@@ -17,7 +17,7 @@ from vistel.render.view.camera import look_at
 from vistel.render.view.screens import Screen, Sight, Stereo, boxes, picture_size, sights_of_desktop, sights_of_screens
 from vistel.render.view.wall_pattern import pattern
 from vistel.space.things.tessellate import tessellate
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 
 pytestmark = pytest.mark.gl
 WIDTH, HEIGHT = 320, 240
@@ -31,14 +31,14 @@ def flat(gain: tuple[float, float, float] = (1.0, 1.0, 1.0), blend: tuple[float,
 
 
 @pytest.fixture
-def painter(surface: Surface) -> Iterator[Painter]:
+def painter(surface: GlContext) -> Iterator[Painter]:
     painter = Painter(surface, WIDTH, HEIGHT)
     yield painter
     assert painter.error() == "GL_NO_ERROR"
 
 
 def dot(painter: Painter, place: tuple[float, float, float], radius: float = 0.02, grey: float = 1.0) -> ThingView:
-    ball = tessellate(Primitive("sphere", (radius,)), 1.0)
+    ball = tessellate(ThingPrimitive("sphere", (radius,)), 1.0)
     painter.set_thing("dot", ball, np.full((len(ball.vertices), 3), grey, np.float32))
     matrix = np.eye(4, dtype=np.float32)
     matrix[:3, 3] = place
@@ -156,7 +156,7 @@ def test_gain_makes_two_projectors_of_different_light_alike(painter: Painter) ->
     assert ratio == pytest.approx((0.75, 1.0, 1.0), abs=0.02)
 
 
-def test_the_calibration_picture_has_both_eyes_and_the_fading_of_each(surface: Surface) -> None:
+def test_the_calibration_picture_has_both_eyes_and_the_fading_of_each(surface: GlContext) -> None:
     screen = flat(blend=(0.0, 0.2, 0.0, 0.0))
     for stereo in (Stereo.SIDE_BY_SIDE, Stereo.QUAD_BUFFER):
         picture = pattern([screen], EYES, stereo)

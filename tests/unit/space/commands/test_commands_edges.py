@@ -95,7 +95,7 @@ def test_a_soft_ball_is_dented_on_the_side_that_is_seen_and_stays_so() -> None:
     assert dent.thing == "ball"
     assert np.linalg.norm(dent.shape.position) == pytest.approx(0.038 + 0.6 * 0.038 - 0.3 * 0.038, abs=2e-3)
     assert dent.shape.position[1] > 0.0, "from above, where her eyes are"
-    assert talk.thing("ball").matter.material == "plastic"
+    assert talk.thing("ball").material.elasticity == "plastic"
     talk.wait(90)
     assert talk.play.views[-1].dents == (dent,)
     again = World.restore(talk.play.world.snapshot())
@@ -113,7 +113,7 @@ def test_dents_are_taken_back_one_by_one_and_made_again() -> None:
     assert World.restore(snapshot).snapshot() == snapshot
     done(talk.say(ask.Undo()))
     assert not talk.play.views[-1].dents
-    assert talk.thing("ball").matter.material == "elastic"
+    assert talk.thing("ball").material.elasticity == "elastic"
     done(talk.say(ask.Redo()))
     done(talk.say(ask.Redo()))
     assert len(talk.play.views[-1].dents) == 2

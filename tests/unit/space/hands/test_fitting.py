@@ -18,7 +18,7 @@ from vistel.space.hands.fitting import PRESS, fit, hand_of
 from vistel.space.hands.grasp import MOST_TURN, align
 from vistel.space.people import PALM, THUMB, build_of
 from vistel.space.room import BATON, meeting_room
-from vistel.space.things.things import Axis, Primitive, Thing
+from vistel.space.things.things import GraspAxis, Thing, ThingPrimitive
 
 BUILD = build_of(1.75, 1.0)
 ACROSS = np.array([0.0, 0.0, 1.0])
@@ -26,24 +26,24 @@ ROOM = meeting_room(3)
 LOOSE = [t for t in ROOM.things if not t.fixed]
 
 
-def thing(*primitives: Primitive, axes: tuple[Axis, ...] = ()) -> Thing:
+def thing(*primitives: ThingPrimitive, axes: tuple[GraspAxis, ...] = ()) -> Thing:
     return Thing("it", "it", "it", primitives, 0.1, 0.0, 0, np.zeros(3), axes=axes)
 
 
 def test_given_axes_are_used_and_others_come_from_the_shape() -> None:
-    box = thing(Primitive("superellipsoid", (0.06, 0.03, 0.02, 0.2, 0.2)))
+    box = thing(ThingPrimitive("superellipsoid", (0.06, 0.03, 0.02, 0.2, 0.2)))
     assert [tuple(np.abs(a.direction)) for a in axes_of(box, ACROSS)] == [(1, 0, 0), (0, 1, 0), (0, 0, 1)]
     assert [a.radius for a in axes_of(box, ACROSS)] == [0.02, 0.02, 0.03]
-    given_axis = Axis(np.zeros(3), np.array([0.0, 1.0, 0.0]), 0.01)
+    given_axis = GraspAxis(np.zeros(3), np.array([0.0, 1.0, 0.0]), 0.01)
     assert axes_of(thing(*box.primitives, axes=(given_axis,)), ACROSS) == (given_axis,)
-    ring = thing(Primitive("supertoroid", (0.01, 0.01, 0.01, 4.0, 1.0, 1.0)))
+    ring = thing(ThingPrimitive("supertoroid", (0.01, 0.01, 0.01, 4.0, 1.0, 1.0)))
     for a in axes_of(ring, ACROSS):
         assert np.linalg.norm(a.point) == pytest.approx(0.04)
         assert a.direction @ a.point == pytest.approx(0.0, abs=1e-12)
-    bar = Primitive("cone_sphere", (-0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 0.01, 0.02))
+    bar = ThingPrimitive("cone_sphere", (-0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 0.01, 0.02))
     (along,) = axes_of(thing(bar), ACROSS)
     assert tuple(along.direction) == (1, 0, 0) and along.radius == pytest.approx(0.015)
-    assert axes_of(thing(Primitive("superellipsoid", (0.3, 0.2, 0.2, 0.2, 0.2))), ACROSS) == ()  # too thick for a hand
+    assert axes_of(thing(ThingPrimitive("superellipsoid", (0.3, 0.2, 0.2, 0.2, 0.2))), ACROSS) == ()  # too thick for a hand
 
 
 def test_the_axis_that_needs_the_least_turn_comes_across_the_palm() -> None:

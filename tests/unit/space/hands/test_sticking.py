@@ -10,7 +10,7 @@ from vistel.figure.posture.posture import Posture
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.memory.bonds import Torn, glue_of
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
-from vistel.space.things.things import Matter, Thing
+from vistel.space.things.things import PhysicsMaterial, Thing
 from vistel.space.view import HandForce
 from vistel.space.world import World
 
@@ -19,10 +19,10 @@ UP = np.array([0.0, 1.0, 0.0])
 ASIDE = np.array([0.25, 0.0, 0.0])
 
 
-def bar(rigidity: float = 1.0, mass: float = 0.1, **matter: object) -> Extra:
+def bar(rigidity: float = 1.0, mass: float = 0.1, **material: object) -> Extra:
     """As thick as the room's baton, so that a hand closes round it."""
-    own = {"sticky": DRAWN, "bears": BEARS} | matter
-    return Extra("bar", "bar", "bar", 0.012, mass, rigidity, 0, *ASIDE[[0, 2]].tolist(), Matter(**own))  # type: ignore[arg-type]
+    own = {"sticky": DRAWN, "bears": BEARS} | material
+    return Extra("bar", "bar", "bar", 0.012, mass, rigidity, 0, *ASIDE[[0, 2]].tolist(), PhysicsMaterial(**own))  # type: ignore[arg-type]
 
 
 def held_beside(block: Extra) -> tuple[Play, np.ndarray]:
@@ -120,7 +120,7 @@ def test_a_soft_thing_is_drawn_out_further_before_it_comes_off() -> None:
 def test_what_is_viscoelastic_gives_in_to_a_slow_pull() -> None:
     forces = []
     for speed in (0.24, 0.06, 0.02):
-        play, _ = lifted(bar(material="viscoelastic", recovery=0.3), speed)
+        play, _ = lifted(bar(elasticity="viscoelastic", recovery=0.3), speed)
         (torn,) = off_table(play)
         forces.append(torn.force)
         assert torn.gap == pytest.approx(DRAWN, abs=0.006)
@@ -133,7 +133,7 @@ def fingers(over: float, extra: Extra) -> Posture:
 
 
 def test_a_heavy_thing_tears_off_the_skin_that_leaves_it() -> None:
-    extra = Extra("lump", "lump", "ball", 0.02, 5.0, 1.0, 0, *ASIDE[[0, 2]].tolist(), Matter(sticky=0.015, bears=0.8))
+    extra = Extra("lump", "lump", "ball", 0.02, 5.0, 1.0, 0, *ASIDE[[0, 2]].tolist(), PhysicsMaterial(sticky=0.015, bears=0.8))
     play = Play("ann")
     play.world = World(meeting_room(3, [extra]))
     for over in np.linspace(0.06, -0.004, 24):
@@ -171,8 +171,8 @@ def test_what_a_sticky_thing_is_laid_on_comes_along_if_the_bond_bears_its_weight
 
 
 def test_a_run_again_and_one_from_the_middle_tear_alike_to_the_last_bit() -> None:
-    play, way = lifted(bar(0.3, material="viscoelastic", recovery=0.4))
-    again = World(meeting_room(3, [bar(0.3, material="viscoelastic", recovery=0.4)]))
+    play, way = lifted(bar(0.3, elasticity="viscoelastic", recovery=0.4))
+    again = World(meeting_room(3, [bar(0.3, elasticity="viscoelastic", recovery=0.4)]))
     middle = None
     for n, inputs in enumerate(play.inputs):
         view = again.step(inputs)

@@ -14,14 +14,14 @@ from vistel.messages.world.encode import hand_force, world_state
 from vistel.space.actions import Move, Which
 from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
-from vistel.space.things.things import Matter
+from vistel.space.things.things import PhysicsMaterial
 from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldState
 
 SECOND = 1_000_000_000
-CLAY = Matter("plastic", sticky=0.02)
-GEL = Matter("viscoelastic", recovery=0.3, sticky=0.05)
+CLAY = PhysicsMaterial("plastic", sticky=0.02)
+GEL = PhysicsMaterial("viscoelastic", recovery=0.3, sticky=0.05)
 
 
 def sound(view: WorldView) -> None:
@@ -46,13 +46,13 @@ def sound(view: WorldView) -> None:
     assert WorldState.FromString(world_state(view).SerializeToString()).step == view.step
 
 
-def balls(count: int, matter: Matter, size: float = 0.03) -> list[Extra]:
-    return [Extra(f"x{k}", "x", "ball", size, 0.2, 0.2, 0, 0.0, -0.3, matter) for k in range(count)]
+def balls(count: int, material: PhysicsMaterial, size: float = 0.03) -> list[Extra]:
+    return [Extra(f"x{k}", "x", "ball", size, 0.2, 0.2, 0, 0.0, -0.3, material) for k in range(count)]
 
 
-@pytest.mark.parametrize("matter", [CLAY, GEL], ids=["clay", "gel"])
-def test_fifty_soft_things_in_one_spot_part_and_dent_each_other(matter: Matter) -> None:
-    world = World(meeting_room(3, balls(50, matter)))
+@pytest.mark.parametrize("material", [CLAY, GEL], ids=["clay", "gel"])
+def test_fifty_soft_things_in_one_spot_part_and_dent_each_other(material: PhysicsMaterial) -> None:
+    world = World(meeting_room(3, balls(50, material)))
     # At rest they sleep; one is moved a little, and all are awake.
     wake = CommandInput("w", "ann", Move(Which("x0"), np.array([0.0, TABLE_HEIGHT + 0.031, -0.3]), np.array([0, 0, 0, 1.0])))
     for k in range(1, 40):
@@ -72,9 +72,9 @@ def test_three_people_in_one_place_round_a_lump_smaller_than_a_finger() -> None:
     assert World.restore(world.snapshot()).snapshot() == world.snapshot()
 
 
-@pytest.mark.parametrize("matter", [CLAY, GEL], ids=["clay", "gel"])
-def test_a_step_of_a_second_leaves_everything_sound_and_tears_what_is_out_of_reach(matter: Matter) -> None:
-    lump = Extra("lump", "lump", "lump", 0.045, 1.0, 0.3, 0, 0.25, 0.0, matter)
+@pytest.mark.parametrize("material", [CLAY, GEL], ids=["clay", "gel"])
+def test_a_step_of_a_second_leaves_everything_sound_and_tears_what_is_out_of_reach(material: PhysicsMaterial) -> None:
+    lump = Extra("lump", "lump", "lump", 0.045, 1.0, 0.3, 0, 0.25, 0.0, material)
     play = Play("ann")
     play.world = World(meeting_room(3, [lump]))
 

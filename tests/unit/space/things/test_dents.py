@@ -16,9 +16,9 @@ from vistel.messages.world.encoder import WorldEncoder
 from vistel.space.actions import Move, Reset, Which
 from vistel.space.inputs import CommandInput
 from vistel.space.memory.bonds import Bond
-from vistel.space.memory.dents import LEAST, MOST, Dent, Press, remember
+from vistel.space.memory.dents import LEAST, MOST, DentRecord, Press, remember
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
-from vistel.space.things.things import Matter, Primitive
+from vistel.space.things.things import PhysicsMaterial, ThingPrimitive
 from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel.wire.world.decoder import WorldDecoder
@@ -27,8 +27,8 @@ BALL = PrimitiveSet.of_cone_spheres(np.zeros((1, 3)), np.zeros((1, 3)), np.array
 SECOND = 1_000_000_000
 
 
-def clay(**matter: object) -> Extra:
-    return Extra("clay", "grey clay", "lump", 0.045, 1.5, 0.3, 0xB5A48FFF, 0.25, 0.0, Matter(**matter))  # type: ignore[arg-type]
+def clay(**material: object) -> Extra:
+    return Extra("clay", "grey clay", "lump", 0.045, 1.5, 0.3, 0xB5A48FFF, 0.25, 0.0, PhysicsMaterial(**material))  # type: ignore[arg-type]
 
 
 def playing(extra: Extra) -> Play:
@@ -48,12 +48,12 @@ def press(play: Play, extra: Extra, depth: float = 0.02) -> list[WorldView]:
     return [play.step({"ann": hand(over, extra)}) for over in way]
 
 
-def finger(x: float, y: float) -> Primitive:
-    return Primitive("cone_sphere", (x, y, -0.01, x, y, 0.01, 0.008, 0.008))
+def finger(x: float, y: float) -> ThingPrimitive:
+    return ThingPrimitive("cone_sphere", (x, y, -0.01, x, y, 0.01, 0.008, 0.008))
 
 
 def test_a_plastic_lump_keeps_the_dents_of_the_hand_that_has_gone() -> None:
-    extra = clay(material="plastic")
+    extra = clay(elasticity="plastic")
     play = playing(extra)
     views = press(play, extra)
     pressed = max(len(v.dents) for v in views)
@@ -68,7 +68,7 @@ def test_a_plastic_lump_keeps_the_dents_of_the_hand_that_has_gone() -> None:
 
 
 def test_dents_travel_with_the_thing() -> None:
-    extra = clay(material="plastic")
+    extra = clay(elasticity="plastic")
     play = playing(extra)
     before = press(play, extra)[-1].dents
     turn = np.array([0.0, math.sin(0.5), 0.0, math.cos(0.5)])
@@ -86,7 +86,7 @@ def test_what_is_elastic_keeps_nothing_and_costs_nothing() -> None:
 
 
 def test_a_viscoelastic_lump_recovers() -> None:
-    extra = clay(material="viscoelastic", recovery=0.2)
+    extra = clay(elasticity="viscoelastic", recovery=0.2)
     play = playing(extra)
     views = press(play, extra)
     assert max(len(v.dents) for v in views) >= 2
@@ -96,7 +96,7 @@ def test_a_viscoelastic_lump_recovers() -> None:
 
 
 def test_dents_that_fade_are_gone_after_their_time() -> None:
-    extra = clay(material="plastic", recovery=1.0)
+    extra = clay(elasticity="plastic", recovery=1.0)
     play = playing(extra)
     assert press(play, extra)[-1].dents
     for _ in range(40):
@@ -105,7 +105,7 @@ def test_dents_that_fade_are_gone_after_their_time() -> None:
 
 
 def test_a_reset_takes_dents_away() -> None:
-    extra = clay(material="plastic")
+    extra = clay(elasticity="plastic")
     play = playing(extra)
     assert press(play, extra)[-1].dents
     view = play.step({"ann": hand(0.3, extra)}, CommandInput("r", "ann", Reset()))
@@ -114,7 +114,7 @@ def test_a_reset_takes_dents_away() -> None:
 
 
 def test_what_a_renderer_gathers_is_what_the_world_knows() -> None:
-    extra = clay(material="plastic", sticky=0.02)
+    extra = clay(elasticity="plastic", sticky=0.02)
     play, encoder, reader, changed = playing(extra), WorldEncoder(), WorldDecoder(), 0
     views = press(play, extra)
     for n, view in enumerate(views):
@@ -138,7 +138,7 @@ def test_what_a_renderer_gathers_is_what_the_world_knows() -> None:
 
 
 def test_a_world_restored_in_the_middle_of_a_press_goes_on_bit_for_bit() -> None:
-    extra = clay(material="viscoelastic", recovery=0.4, sticky=0.03)
+    extra = clay(elasticity="viscoelastic", recovery=0.4, sticky=0.03)
     play = playing(extra)
     for over in np.linspace(0.06, -0.015, 24):
         play.step({"ann": hand(over, extra)})
@@ -182,11 +182,11 @@ def test_who_leaves_takes_their_bonds_along() -> None:
 
 
 def test_a_finger_drawn_across_leaves_a_row_of_dents_but_not_too_many() -> None:
-    dents: tuple[Dent, ...] = ()
+    dents: tuple[DentRecord, ...] = ()
     number = 1
     for k, x in enumerate(np.linspace(-0.03, 0.03, 200)):
         presses = [Press("ann", 3, finger(x, 0.045), 0.2)]
-        dents, number = remember(dents, "clay", Matter("plastic"), BALL, presses, number, k * SECOND, 1 / 60)
+        dents, number = remember(dents, "clay", PhysicsMaterial("plastic"), BALL, presses, number, k * SECOND, 1 / 60)
     assert 10 < len(dents) <= MOST
     assert len({d.number for d in dents}) == len(dents)
 
@@ -201,11 +201,11 @@ def test_a_finger_drawn_across_leaves_a_row_of_dents_but_not_too_many() -> None:
 def test_whatever_presses_dents_stay_finite_and_few(
     touches: list[tuple[float, float]], material: str, dt: float, recovery: float
 ) -> None:
-    dents: tuple[Dent, ...] = ()
+    dents: tuple[DentRecord, ...] = ()
     number = 1
     for k, (x, depth) in enumerate(touches):
         presses = [Press("ann", k % 60, finger(x, 0.04), depth)] if k % 3 else []
-        dents, number = remember(dents, "clay", Matter(material, recovery), BALL, presses, number, k * SECOND, dt)
+        dents, number = remember(dents, "clay", PhysicsMaterial(material, recovery), BALL, presses, number, k * SECOND, dt)
         assert len(dents) <= MOST
         for d in dents:
             assert 0.0 <= d.depth <= 0.5
@@ -239,7 +239,7 @@ def test_a_thing_that_cannot_be_is_refused(changes: dict[str, object], what: str
         meeting_room(3, [Extra(**(whole | changes))])  # type: ignore[arg-type]
 
 
-@pytest.mark.parametrize("matter", [("clay", 0.0, 0.0), ("plastic", -1.0, 0.0), ("viscoelastic", 0.0, 0.0), ("elastic", 0.0, 9.0)])
-def test_matter_that_cannot_be_is_refused(matter: tuple[str, float, float]) -> None:
+@pytest.mark.parametrize("wrong", [("clay", 0.0, 0.0), ("plastic", -1.0, 0.0), ("viscoelastic", 0.0, 0.0), ("elastic", 0.0, 9.0)])
+def test_a_material_that_cannot_be_is_refused(wrong: tuple[str, float, float]) -> None:
     with pytest.raises(ValueError, match=r"expected|needs"):
-        Matter(*matter)
+        PhysicsMaterial(*wrong)

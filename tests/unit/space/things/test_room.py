@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room, seat_pose, table_radius
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 
 
 @pytest.mark.parametrize("seats", [1, 2, 3, 5, 12])
@@ -65,4 +65,4 @@ def test_every_thing_is_within_reach_of_somebody() -> None:
 )
 def test_a_primitive_that_cannot_be_is_refused(kind: str, params: tuple[float, ...], what: str) -> None:
     with pytest.raises(ValueError, match=what):
-        Primitive(kind, params)
+        ThingPrimitive(kind, params)

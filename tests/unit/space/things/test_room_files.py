@@ -277,7 +277,7 @@ def test_words_change_a_room() -> None:
     baton, clay = interior.thing("baton"), interior.thing("clay")
     assert (baton.mass, round(1.0 - baton.compliance, 6), baton.colour) == (0.2, 0.8, 0x102030FF)
     assert interior.thing("ball").position.tolist() == [0.0, 1.0, 0.0]
-    assert clay.matter.material == "plastic"
+    assert clay.material.elasticity == "plastic"
     assert clay.position[1] == pytest.approx(0.76, abs=2e-3)
     assert "cone" not in interior.room.by_id
     assert [s.position.tolist() for s in interior.room.seats][-1] == [1.0, 0.0, 1.0]
@@ -295,7 +295,7 @@ def test_words_change_a_room() -> None:
         ("move ball to=1,2", "expected 3 numbers"),
         ("add ball", "two things have this id"),
         ("add Ball!", "expected an id"),
-        ("set baton elasticity=jelly", "material"),
+        ("set baton elasticity=jelly", "elasticity: expected one of"),
         ("add x file=nix.usda", "no such file"),
         ("seat 7 at=0,0", "expected new"),
         ("set baton density=500", "set its mass"),

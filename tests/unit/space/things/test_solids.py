@@ -9,7 +9,7 @@ from vistel.implicit.contacts.contact_kernels import surface
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.dynamics.solids import Solids, pose_solids, solids
 from vistel.space.room import meeting_room
-from vistel.space.things.things import Primitive, Thing
+from vistel.space.things.things import Thing, ThingPrimitive
 
 
 def seen(s: Solids, k: int, point: np.ndarray) -> np.ndarray:
@@ -37,7 +37,7 @@ def test_flat_faces_have_probes_flush_with_them() -> None:
 
 
 def test_inertia_of_a_ball() -> None:
-    ball = Thing("b", "b", "b", (Primitive("sphere", (0.1,)),), 2.0, 0.0, 0, np.zeros(3))
+    ball = Thing("b", "b", "b", (ThingPrimitive("sphere", (0.1,)),), 2.0, 0.0, 0, np.zeros(3))
     np.testing.assert_allclose(np.diag(np.linalg.inv(solids((ball,)).inverse_inertia[0])), 0.4 * 2.0 * 0.01, rtol=0.06)
 
 

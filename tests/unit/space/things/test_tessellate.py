@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import Surface3, join, tessellate
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 
 HEXAGON = tuple(c for k in range(6) for c in (math.cos(k * math.pi / 3), 0.0, math.sin(k * math.pi / 3)))
 
@@ -25,12 +25,12 @@ def volume(surface: Surface3) -> float:
     return float(np.einsum("ij,ij->", c[:, 0], np.cross(c[:, 1], c[:, 2])) / 6)
 
 
-def every_primitive() -> list[Primitive]:
+def every_primitive() -> list[ThingPrimitive]:
     return [p for thing in meeting_room(3).things for p in thing.primitives]
 
 
 @pytest.mark.parametrize("primitive", every_primitive(), ids=lambda p: p.kind)
-def test_surfaces_face_outwards_and_normals_are_unit(primitive: Primitive) -> None:
+def test_surfaces_face_outwards_and_normals_are_unit(primitive: ThingPrimitive) -> None:
     surface = tessellate(primitive)
     c = corners(surface)
     face = np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0])
@@ -42,17 +42,17 @@ def test_surfaces_face_outwards_and_normals_are_unit(primitive: Primitive) -> No
 @pytest.mark.parametrize(
     ("primitive", "expected"),
     [
-        (Primitive("sphere", (0.5,)), 4 / 3 * math.pi * 0.125),
-        (Primitive("cone_sphere", (0, 0, 0, 0, 0, 1, 0.3, 0.3)), math.pi * 0.09 * (1.0 + 0.4)),
-        (Primitive("cone_sphere", (0, 0, 0, 0, 0, 0.1, 0.5, 0.1)), 4 / 3 * math.pi * 0.125),
-        (Primitive("superellipsoid", (0.5, 0.3, 0.2, 1.0, 1.0)), 4 / 3 * math.pi * 0.03),
-        (Primitive("superellipsoid", (0.5, 0.3, 0.2, 0.1, 0.1)), 8 * 0.03),
-        (Primitive("supertoroid", (0.1, 0.1, 0.1, 4.0, 1.0, 1.0)), 2 * math.pi * 0.4 * math.pi * 0.01),
-        (Primitive("rounded_polygon", (0.001, *HEXAGON)), 1.5 * math.sqrt(3) * 0.002),
+        (ThingPrimitive("sphere", (0.5,)), 4 / 3 * math.pi * 0.125),
+        (ThingPrimitive("cone_sphere", (0, 0, 0, 0, 0, 1, 0.3, 0.3)), math.pi * 0.09 * (1.0 + 0.4)),
+        (ThingPrimitive("cone_sphere", (0, 0, 0, 0, 0, 0.1, 0.5, 0.1)), 4 / 3 * math.pi * 0.125),
+        (ThingPrimitive("superellipsoid", (0.5, 0.3, 0.2, 1.0, 1.0)), 4 / 3 * math.pi * 0.03),
+        (ThingPrimitive("superellipsoid", (0.5, 0.3, 0.2, 0.1, 0.1)), 8 * 0.03),
+        (ThingPrimitive("supertoroid", (0.1, 0.1, 0.1, 4.0, 1.0, 1.0)), 2 * math.pi * 0.4 * math.pi * 0.01),
+        (ThingPrimitive("rounded_polygon", (0.001, *HEXAGON)), 1.5 * math.sqrt(3) * 0.002),
     ],
     ids=["ball", "capsule", "swallowed", "ellipsoid", "box", "torus", "tile"],
 )
-def test_volume_is_that_of_the_shape(primitive: Primitive, expected: float) -> None:
+def test_volume_is_that_of_the_shape(primitive: ThingPrimitive, expected: float) -> None:
     assert volume(tessellate(primitive, 3.0)) == pytest.approx(expected, rel=0.03)
 
 
@@ -61,14 +61,14 @@ def test_volume_is_that_of_the_shape(primitive: Primitive, expected: float) -> N
 def test_cone_spheres_touch_their_balls_and_enclose_them(ends: list[float], ra: float, rb: float) -> None:
     """Every vertex is at a ball's surface, and no ball reaches out past the hull's tangent planes."""
     a, b = np.array(ends[:3]), np.array(ends[3:])
-    surface = tessellate(Primitive("cone_sphere", (*a, *b, ra, rb)))
+    surface = tessellate(ThingPrimitive("cone_sphere", (*a, *b, ra, rb)))
     v, n = surface.vertices.astype(float), surface.normals.astype(float)
     reach = np.maximum((a * n).sum(axis=1) + ra, (b * n).sum(axis=1) + rb)
     assert (v * n).sum(axis=1) == pytest.approx(reach, abs=2e-3)
 
 
 def test_joined_surfaces_keep_their_triangles_apart() -> None:
-    ball = tessellate(Primitive("sphere", (0.1,)))
+    ball = tessellate(ThingPrimitive("sphere", (0.1,)))
     both = join([ball, ball.moved(np.array((1.0, 0, 0)), np.array((0, 0, 0, 1.0)))])
     assert volume(both) == pytest.approx(2 * volume(ball), rel=1e-4)
     assert both.vertices[both.triangles[len(ball.triangles) :], 0].min() > 0.85

@@ -12,7 +12,7 @@ from PIL import Image
 from vistel.arrays import F64
 from vistel.figure.making.assembly.colour import coloured
 from vistel.figure.making.assembly.file import Assembly, read_assembly
-from vistel.figure.making.assembly.joint import ZONES, End, Frame, blended, frame_of
+from vistel.figure.making.assembly.joint import ZONES, End, JointFrame, blended, frame_of
 from vistel.figure.making.assembly.piece import Piece, closed, joined, loops
 from vistel.figure.making.files.read import Extras, read_source
 from vistel.figure.making.parts import soundness, weld
@@ -204,7 +204,7 @@ def _pairs(assembly: Assembly, pieces: list[Piece], ends: list[End], path: Path)
     return out
 
 
-def _others(frame: Frame, frames: list[Frame], pairs: list[tuple[End, End, float | None]], part: int) -> list[F64]:
+def _others(frame: JointFrame, frames: list[JointFrame], pairs: list[tuple[End, End, float | None]], part: int) -> list[F64]:
     """Centres of a part's other joints."""
     return [f.centre for f, (a, b, _) in zip(frames, pairs, strict=True) if f is not frame and part in (a.part, b.part)]
 

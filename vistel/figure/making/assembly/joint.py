@@ -65,7 +65,7 @@ class End:
 
 
 @dataclass(frozen=True)
-class Frame:
+class JointFrame:
     """Of a joint: centre (3,), rows of `axes` (3, 3): x, y and the axis from the first part to the second; radius of the
     ends; half length of the zone [m]; gap between the ends along the axis, negative where they overlap."""
 
@@ -96,7 +96,7 @@ class Blended:
     residual: float
 
 
-def frame_of(pieces: tuple[Piece, Piece], ends: tuple[End, End], zone: float | None, names: str) -> Frame:
+def frame_of(pieces: tuple[Piece, Piece], ends: tuple[End, End], zone: float | None, names: str) -> JointFrame:
     """Where two ends meet. Raises MakingError when they are too far apart or do not face each other."""
     ring = [p.points[e.loop] for p, e in zip(pieces, ends, strict=True)]
     area = [0.5 * np.cross(r - r.mean(axis=0), np.roll(r, -1, axis=0) - r.mean(axis=0)).sum(axis=0) for r in ring]
@@ -127,11 +127,11 @@ def frame_of(pieces: tuple[Piece, Piece], ends: tuple[End, End], zone: float | N
             f"{1e2 * radius:.1f} cm in radius; is a part between them missing? else bring them together with move or landmarks"
         )
     half = max(ZONES[0] * radius if zone is None else zone, 0.5 * max(gap, 0.0) + 0.1 * radius)
-    return Frame(centre, axes, radius, half, gap)
+    return JointFrame(centre, axes, radius, half, gap)
 
 
 def blended(
-    pieces: tuple[Piece, Piece], ends: tuple[End, End], frame: Frame, others: tuple[list[F64], list[F64]], names: str
+    pieces: tuple[Piece, Piece], ends: tuple[End, End], frame: JointFrame, others: tuple[list[F64], list[F64]], names: str
 ) -> Blended:
     """The joint. others: centres (3,) of the further joints of either piece, which are left to them. Raises MakingError."""
     local = [replace(p, points=frame.local(p.points)) for p in pieces]
@@ -182,7 +182,7 @@ def blended(
     return Blended(out[0], out[1], out[2], out[3], mesh.residual)
 
 
-def _as_scanned(points: F64, collars: tuple[_Collar, _Collar], frame: Frame) -> F64:
+def _as_scanned(points: F64, collars: tuple[_Collar, _Collar], frame: JointFrame) -> F64:
     """Kept vertices outside the zone back where they were before they were smoothed."""
     out = points.copy()
     for collar, way in zip(collars, (-1.0, 1.0), strict=True):
@@ -217,7 +217,7 @@ def _flipped(piece: Piece) -> Piece:
     return replace(piece, points=piece.points * (1.0, -1.0, -1.0))
 
 
-def _collar(piece: Piece, end: End, frame: Frame, others: list[F64], names: str) -> tuple[Piece, _Collar]:
+def _collar(piece: Piece, end: End, frame: JointFrame, others: list[F64], names: str) -> tuple[Piece, _Collar]:
     """The piece without its end, and the end, drawn in where it hands over to what lies above it."""
     hidden, borders = 0, 0
     wide = 1.05 * float(np.linalg.norm(piece.points[end.loop, :2], axis=1).max())
@@ -259,7 +259,7 @@ class _NotSimpleError(Exception):
         self.borders = borders
 
 
-def _solid(near: Piece, end: End, frame: Frame) -> tuple[Piece, I64, int]:
+def _solid(near: Piece, end: End, frame: JointFrame) -> tuple[Piece, I64, int]:
     """Cut straight, drawn out to the zone's end, in rings, and closed at both ends; the vertices of the far end, and how many
     of the vertices, the first ones, are the scan's."""
     top = min(frame.zone, float(near.points[end.loop, 2].min()))
@@ -315,7 +315,7 @@ def _compact(piece: Piece) -> Piece:
     return replace(piece, points=piece.points[used], triangles=index.reshape(-1, 3))
 
 
-def _centre(solid: Piece, frame: Frame) -> tuple[F64, int]:
+def _centre(solid: Piece, frame: JointFrame) -> tuple[F64, int]:
     """The point that sees the faces of a solid best, of those along its middle and round it; how many it does not see."""
     p, tri = solid.points, solid.triangles
     corner = p[tri]
@@ -341,7 +341,7 @@ def _centre(solid: Piece, frame: Frame) -> tuple[F64, int]:
     return best[2], best[0]
 
 
-def _smoothed(solid: Piece, scanned: int, centre: F64, frame: Frame) -> tuple[Piece, int]:
+def _smoothed(solid: Piece, scanned: int, centre: F64, frame: JointFrame) -> tuple[Piece, int]:
     """The solid with the faces that a centre does not see smoothed until it does, and how many it still does not see. Of its
     first `scanned` vertices none may go far."""
     tri, p = solid.triangles, solid.points.copy()
@@ -363,14 +363,14 @@ def _smoothed(solid: Piece, scanned: int, centre: F64, frame: Frame) -> tuple[Pi
     return replace(solid, points=p), int(hidden.sum())
 
 
-def _hidden(p: F64, tri: I64, centre: F64, frame: Frame) -> NDArray[np.bool_]:
+def _hidden(p: F64, tri: I64, centre: F64, frame: JointFrame) -> NDArray[np.bool_]:
     corner = p[tri]
     normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
     depth = np.einsum("fi,fi->f", normal, corner[:, 0] - centre)
     return depth <= SEEN * frame.radius * np.linalg.norm(normal, axis=1)
 
 
-def _drawn_in(solid: Piece, centre: F64, frame: Frame) -> Piece:
+def _drawn_in(solid: Piece, centre: F64, frame: JointFrame) -> Piece:
     """The solid whose field at what was its surface falls from the threshold to nothing through the zone."""
     share = 1.0 - smooth((solid.points[:, 2] + frame.zone) / (2.0 * frame.zone))
     scale = REACH / BLEND.inverse(THRESHOLD * share)

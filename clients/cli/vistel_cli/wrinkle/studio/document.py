@@ -9,7 +9,7 @@ from typing import Any
 
 from vistel.toml.file import TomlFile, parsed
 from vistel.wrinkle.errors import WrinkleError
-from vistel.wrinkle.shape import Shape
+from vistel.wrinkle.shape import WrinkleShape
 from vistel.wrinkle.shape_file import builtin_shapes
 from vistel.wrinkle.wardrobe import SetsFile, WrinkleSet, sets_of
 from vistel.wrinkle.wardrobe_text import wardrobe_text
@@ -54,11 +54,11 @@ def check(form: Any, before: Checked | None = None) -> Checked:
     if len(form["sets"]) > MOST_SETS:
         return Checked({}, (Fault(f"{len(form['sets'])} sets, expected at most {MOST_SETS}"),))
     faults: list[Fault] = []
-    own: dict[str, Shape] = {}
+    own: dict[str, WrinkleShape] = {}
     for data in form.get("shapes", []):
         name = str(data.get("name", "")) if isinstance(data, dict) else ""
         try:
-            shape = TomlFile(f"shape {name}", data).checked(Shape, WrinkleError)
+            shape = TomlFile(f"shape {name}", data).checked(WrinkleShape, WrinkleError)
         except WrinkleError as fault:
             faults += [Fault(line, None, name) for line in str(fault).splitlines()]
             continue
@@ -67,7 +67,7 @@ def check(form: Any, before: Checked | None = None) -> Checked:
         own[shape.name] = shape
     bad = {str(fault.shape): fault.text for fault in faults}
 
-    def look(name: str) -> Shape:
+    def look(name: str) -> WrinkleShape:
         if name in own:
             return own[name]
         known = builtin_shapes()

@@ -12,12 +12,12 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space.dynamics.solids import Solids
-from vistel.space.matter.sticking import frame_of, regrasped
+from vistel.space.materials.bond_forces import frame_of, regrasped
 from vistel.space.memory.bonds import NEAR, Bond, Frame, StickyTouch, Torn, glue_of, published_alike, stick
-from vistel.space.memory.dents import MOST_IN_ROOM, Dent, Press, deepest, remember
+from vistel.space.memory.dents import MOST_IN_ROOM, DentRecord, Press, deepest, remember
 from vistel.space.people import Posed
 from vistel.space.state import State
-from vistel.space.things.things import Primitive
+from vistel.space.things.things import ThingPrimitive
 
 REACH = 0.75
 """How far round it a bond deforms a limb: this share of the sum of the radii at the limb's two ends."""
@@ -32,7 +32,7 @@ def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -
     chosen = s.remembering
     if not chosen and not (state.dents or state.bonds):
         return state, ()
-    dents: list[Dent] = []
+    dents: list[DentRecord] = []
     bonds: list[Bond] = []
     torn: list[Torn] = []
     number = state.marks
@@ -40,11 +40,11 @@ def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -
         thing = s.things[n]
         frame = matrix_from_quaternion(state.motions.rotation[n]), state.motions.position[n]
         presses, grips = _touches(n, state, s, posed, frame)
-        if thing.matter.material != "elastic" and thing.compliance > 0.0:
+        if thing.material.elasticity != "elastic" and thing.compliance > 0.0:
             before = [d for d in state.dents if d.thing == thing.id]
-            more, number = remember(before, thing.id, thing.matter, s.part(n), presses, number, state.t_ns, dt)
+            more, number = remember(before, thing.id, thing.material, s.part(n), presses, number, state.t_ns, dt)
             dents += more
-        if thing.matter.sticky > 0.0:
+        if thing.material.sticky > 0.0:
             held = [b for b in state.bonds if b.thing == thing.id]
             stuck = stick(
                 held,
@@ -72,7 +72,7 @@ def changes(before: State, now: State) -> tuple[frozenset[int], tuple[int, ...]]
     return fresh, tuple(sorted(old.keys() - new.keys()))
 
 
-def _unchanged(old: Dent | Bond | None, mark: Dent | Bond) -> bool:
+def _unchanged(old: DentRecord | Bond | None, mark: DentRecord | Bond) -> bool:
     if isinstance(old, Bond) and isinstance(mark, Bond):
         return published_alike(old, mark)
     return old is mark
@@ -93,9 +93,9 @@ def _touches(n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame:
             ends = (*a_end.tolist(), *b_end.tolist(), float(b.radius_a[i]), float(b.radius_b[i]))
             depth = float(c.field_depth[k])
             if depth > 0.0:
-                presses.append(Press(name, i, Primitive("cone_sphere", ends), depth))
+                presses.append(Press(name, i, ThingPrimitive("cone_sphere", ends), depth))
             grips.append(StickyTouch(name, i, c.point[k], max(LEAST_REACH, REACH * float(b.radius_a[i] + b.radius_b[i]))))
-    sticky = s.things[n].matter.sticky > 0.0
+    sticky = s.things[n].material.sticky > 0.0
     for m, other in enumerate(s.things):
         if m == n or (other.fixed and not sticky) or _far(state, m, n) > s.radius[m] + s.radius[n] + NEAR:
             continue
@@ -105,7 +105,7 @@ def _touches(n: int, state: State, s: Solids, posed: Mapping[str, Posed], frame:
             i, depth = int(c.a[k]), float(c.field_depth[k])
             if depth > 0.0 and not other.fixed:
                 presses.append(Press(other.id, i, _seen_from(other.primitives[i], turn, state.motions.position[m], frame), depth))
-            if sticky and not (m < n and other.matter.sticky > 0.0):  # of two that stick the first one's glue counts
+            if sticky and not (m < n and other.material.sticky > 0.0):  # of two that stick the first one's glue counts
                 grips.append(
                     StickyTouch(other.id, i, c.point[k], min(MOST_REACH, max(LEAST_REACH, REACH * float(s.bound[s.first[n]]))))
                 )
@@ -121,12 +121,12 @@ def _deepest(a: NDArray[np.int32], depth: F64) -> list[int]:
     return [best[i] for i in sorted(best)]
 
 
-def _seen_from(p: Primitive, turn: F64, at: F64, frame: Frame) -> Primitive:
+def _seen_from(p: ThingPrimitive, turn: F64, at: F64, frame: Frame) -> ThingPrimitive:
     """A primitive of a thing at `turn`, `at`, in another frame."""
     rotation, position = frame
     r = rotation.T @ turn @ matrix_from_quaternion(p.rotation)
     place = rotation.T @ (turn @ p.position + at - position)
-    return Primitive(p.kind, p.params, place, quaternion_from_matrix(np.ascontiguousarray(r)))
+    return ThingPrimitive(p.kind, p.params, place, quaternion_from_matrix(np.ascontiguousarray(r)))
 
 
 def _far(state: State, m: int, n: int) -> float:
