@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from vistel.conference.device_list import devices_of_site
-from vistel.conference.model import HUB_PLACE, Conference
+from vistel.conference.model import RESERVED, Conference
 from vistel.wire.clock import Clock
 from vistel.wire.owners import Owners
-from vistel.wire.zenoh.access import WORLD_NAME
 from vistel.wire.zenoh.bus import ZenohBus
 from vistel.wire.zenoh.config import TlsFiles
 
 
 def owners_of(conference: Conference) -> Owners:
     """Which site speaks for whom."""
-    sites: dict[str, dict[str, frozenset[str]]] = {HUB_PLACE: {}, WORLD_NAME: {}}
+    sites: dict[str, dict[str, frozenset[str]]] = {name: {} for name in RESERVED}
     for site in conference.sites:
         sites[site.name] = {
             "participant": frozenset(p.name for p in site.participants),

@@ -39,6 +39,8 @@ class Participant(Checked):
     display_name: str = ""
     seat: int = Field(default=-1, ge=-1, le=63)
     """Which seat of the room; -1 takes the next free one."""
+    role: Literal["participant", "host"] = "participant"
+    """A host may put the whole room back and move it; where nobody is one, everybody may put it back."""
     height: float = Field(default=1.75, ge=0.5, le=2.6)
     avatar: str = "builtin"
     """"builtin" (made from the name), "builtin:seed=3", or a file: .usda, .usdc or .usdz, beside the conference file or in
@@ -164,6 +166,8 @@ class RoomSettings(Checked):
 
 HUB_PLACE = "hub"
 """Where the router and the recorder are; no site."""
+RESERVED = (HUB_PLACE, "world")
+"""Names of certificates that may do more than a site's (`vistel.wire.zenoh.access`)."""
 
 
 class WorldPlaces(Checked):
@@ -208,6 +212,8 @@ class Conference(Checked):
     playout: Playout = Playout()
     motion: MotionStream = MotionStream()
     sites: list[Site] = Field(min_length=1)
+    observers: list[Name] = Field(default=[])
+    """Names of certificates that see and hear and say nothing."""
     record: bool = True
     record_raw: bool = True
     """Keep the devices' bytes in the log, so that a replay can start from them."""
@@ -223,9 +229,17 @@ class Conference(Checked):
         _no_twice("world", self.world.all)
         return self
 
+    @property
+    def hosts(self) -> dict[str, str]:
+        """Participants who are hosts, and their sites."""
+        return {p.name: s.name for s in self.sites for p in s.participants if p.role == "host"}
+
     @model_validator(mode="after")
     def _unique(self) -> Conference:
-        _no_twice("sites", [s.name for s in self.sites])
+        _no_twice("sites and observers", [*(s.name for s in self.sites), *self.observers])
+        for name in (*(s.name for s in self.sites), *self.observers):
+            if name in RESERVED:
+                raise ValueError(f"sites: {name!r} is the name of the conference's own {name}; take another")
         _no_twice("participants", [p.name for s in self.sites for p in s.participants])
         _no_twice("props", [p.thing for s in self.sites for p in s.props])
         trackers = {tracker_name(p.name): p.name for s in self.sites for p in s.participants}

@@ -18,6 +18,7 @@ from vistel.space.hands.claims import ClaimEvent
 from vistel.space.inputs import StepInputs
 from vistel.space.view import HandForce, Outcome, WorldView
 from vistel.space.world import World
+from vistel.v1.command_pb2 import Command
 from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot, WorldSnapshotRequest
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock, sleep, within
@@ -105,8 +106,12 @@ class RoomSubscriptions:
 class Room:
     """Steps a world and publishes it."""
 
-    def __init__(self, world: World, bus: Bus, subscriptions: RoomSubscriptions, store: Store | None, now_ns: int) -> None:
+    def __init__(
+        self, world: World, bus: Bus, subscriptions: RoomSubscriptions, store: Store | None, now_ns: int, hosts: frozenset[str]
+    ) -> None:
+        """hosts: who alone may put the room back; empty: everybody."""
         self.world = world
+        self._hosts = hosts
         self._subscriptions = subscriptions
         self._store = store
         subscriptions.adopt(world, now_ns)
@@ -130,6 +135,8 @@ class Room:
         passed = max(1, round((t_ns - self._last_ns) / STEP_NS))
         number = self.world.step_number + passed
         arrived = self._subscriptions.collector.take(t_ns)
+        refused = [c for c in arrived.commands if not self._may(*c)]
+        arrived.commands = [c for c in arrived.commands if self._may(*c)]
         before = self.world.snapshot() if carries_state(number, self._begins) else b""
         inputs = StepInputs(
             number,
@@ -149,7 +156,8 @@ class Room:
         self._publish(view)
         for felt in view.hands:
             self._publish_force(felt, view)
-        for outcome in view.outcomes:
+        only = f"only a host may put the room back: {', '.join(sorted(self._hosts))}"
+        for outcome in (*(Outcome(c.id, who, False, only, number) for who, c in refused), *view.outcomes):
             self._answer(outcome, t_ns)
         for event in view.claims:
             self._publish_owner(event, view)
@@ -161,6 +169,9 @@ class Room:
         _STEPS.inc()
         _PEOPLE.set(len(view.participants))
         _STEP_TIME.observe(time.perf_counter() - started)
+
+    def _may(self, who: str, command: Command) -> bool:
+        return not self._hosts or who in self._hosts or command.WhichOneof("action") != "reset"
 
     def answer(self, request: bytes) -> WorldSnapshot:
         """The whole room, for a late joiner."""

@@ -55,7 +55,8 @@ _SKIPPED = Counter("vistel_world_steps_skipped_total", "Steps left out because t
 class Config:
     """seats: of the room; folder: what the world goes on from after a crash, None to keep nothing; extras: things
     that were put into the room; room: what the conference file says of it, where files hold some of it; place: where
-    this world is; waits: it leads only when it is asked to, or nobody else does."""
+    this world is; waits: it leads only when it is asked to, or nobody else does;
+    hosts: who alone may put the room back, empty: everybody."""
 
     seats: int
     folder: Path | None = None
@@ -63,6 +64,7 @@ class Config:
     room: RoomKeys | None = None
     place: str = HUB_PLACE
     waits: bool = False
+    hosts: frozenset[str] = frozenset()
 
 
 @dataclass
@@ -78,7 +80,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     place = site.name if site is not None else HUB_PLACE
     folder = paths.run / (f"world-{place}" if site is not None else "world")
     waits = place != conference.world.on
-    return Config(room.seats, folder, extras_of(room), room if room.from_files else None, place, waits)
+    return Config(room.seats, folder, extras_of(room), room if room.from_files else None, place, waits, frozenset(conference.hosts))
 
 
 def preload(conference: Conference) -> None:
@@ -110,7 +112,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         start = await _start(config, authority, subscriptions, kept, begins, clock)
         log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)
         while True:
-            world = await _lead(start, authority, subscriptions, kept, bus, clock, led)
+            world = await _lead(start, config.hosts, authority, subscriptions, kept, bus, clock, led)
             subscriptions.close()
             subscriptions = RoomSubscriptions(bus)
             start = await _follow(Start(world, start.term), authority, subscriptions, kept, begins, clock)
@@ -180,10 +182,17 @@ async def _follow(
 
 
 async def _lead(
-    start: Start, authority: Authority, subscriptions: RoomSubscriptions, kept: Store | None, bus: Bus, clock: Clock, led: _LedRoom
+    start: Start,
+    hosts: frozenset[str],
+    authority: Authority,
+    subscriptions: RoomSubscriptions,
+    kept: Store | None,
+    bus: Bus,
+    clock: Clock,
+    led: _LedRoom,
 ) -> World:
     """Step until another world leads; the state then. Cancelled, it gives the room to one that waits, or keeps it on disk."""
-    room = Room(start.world, bus, subscriptions, kept, clock.now_ns())
+    room = Room(start.world, bus, subscriptions, kept, clock.now_ns(), hosts)
     authority.listen(lambda site, token, alive: subscriptions.collector.presence(site, token, alive, clock.now_ns()))
     authority.lead(start)
     led.room = room

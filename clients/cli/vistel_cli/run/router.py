@@ -29,7 +29,12 @@ async def _run(conference: Conference, listen: str, seconds: float) -> int:
         fail("--listen tls/...: needs certificates; name them under [bus.tls] in the conference file", USAGE)
     files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls and listen.startswith("tls/") else None
     sites = [s.name for s in conference.sites]
-    access = access_rules(conference.name, sites, worlds=conference.world.all, hub=HUB) if files else None
+    access = None
+    if files:
+        hosts = list(conference.hosts.values())
+        access = access_rules(
+            conference.name, sites, observers=conference.observers, worlds=conference.world.all, hosts=hosts, hub=HUB
+        )
     try:
         router = Router.open(listen, tls=files, access=access)
     except BusError as e:
