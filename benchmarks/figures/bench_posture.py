@@ -23,6 +23,7 @@ from vistel.arrays import F64
 from vistel.capture.body import BodyCapture, warm_up
 from vistel.capture.config import Person
 from vistel.figure.calibration.arms import START, ArmSamples, fit_comfort
+from vistel.figure.posture.arm import bones_of
 from vistel.figure.posture.posture import Stance, pose_joints
 from vistel.figure.posture.sensors import receiver_mounts
 from vistel.figure.posture.swivel import Comfort
@@ -108,12 +109,8 @@ def arm_samples(recording: Recording, side: str, until_s: float) -> ArmSamples:
         seen(recording.joint(arm[1])[0]),
         np.ascontiguousarray(hand),
         np.ascontiguousarray(chest[:, 1]),
-        skeleton.offsets[JOINT_INDEX[arm[0]]],
-        skeleton.length(arm[0], arm[1]),
-        skeleton.length(arm[1], arm[2]),
-        1.0 if side == "left" else -1.0,
+        bones_of(skeleton, side),
         LEARN_S,
-        skeleton.collar_shortening,
     )
 
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.posture.arm import arm_dofs
+from vistel.figure.posture.arm import arm_dofs, bones_of
 from vistel.figure.posture.hands import RELAXED
 from vistel.figure.posture.posture import (
     ELBOW,
@@ -217,23 +217,13 @@ def _solve(place: Place, frames: Sequence[Joints], fingers: F64) -> list[Posture
         solved = solver.solve(k / RATE_HZ, receivers, (fingers[k, 0], fingers[k, 1])).posture
         dofs = solved.dofs.copy()
         pose = pose_joints(skeleton, solved)
-        for s, side in (("left", 1.0), ("right", -1.0)):
+        for s in SIDES:
             j = JOINT_INDEX[f"{s}_shoulder"]
             collar, chest = pose.position[j], pose.rotation[j]
             wrist, hand = frame.hands[s]
-            bone = skeleton.offsets[j + 1]
-            toward = chest.T @ (frame.elbows[s] - collar) - bone
-            arm, _, _ = arm_dofs(
-                chest.T @ (wrist - collar),
-                np.ascontiguousarray(chest.T @ hand),
-                bone,
-                side,
-                skeleton.upper_arm,
-                skeleton.lower_arm,
-                toward,
-                0.0,
-                1.0,
-            )
+            bones = bones_of(skeleton, s)
+            toward = chest.T @ (frame.elbows[s] - collar) - bones.collar
+            arm, _, _ = arm_dofs(chest.T @ (wrist - collar), np.ascontiguousarray(chest.T @ hand), bones, toward, 0.0, 1.0)
             dofs[SHOULDER[s]], dofs[ELBOW[s]], dofs[WRIST[s]] = arm[:3], arm[3], arm[4:]
         out.append(Posture(dofs, solved.hands, solved.stance, np.zeros(2)))
     return out

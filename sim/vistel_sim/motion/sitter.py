@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.posture.arm import arm_dofs
+from vistel.figure.posture.arm import arm_dofs, bones_of
 from vistel.figure.posture.posture import (
     DOF_COUNT,
     ELBOW,
@@ -49,11 +49,11 @@ class Sitter:
         self._segment = skeleton.spine / SPINE_SEGMENTS
         top = skeleton.rest[JOINT_INDEX["spine_1"]] + np.array([0.0, skeleton.spine, 0.0])
         self._collar = {s: skeleton.rest[JOINT_INDEX[f"{s}_shoulder"]] - top for s in ("left", "right")}
-        self._bone = {s: skeleton.offsets[JOINT_INDEX[f"{s}_upper_arm"]] for s in ("left", "right")}
+        self._bones = {s: bones_of(skeleton, s) for s in ("left", "right")}
         self._eyes = skeleton.rest[JOINT_INDEX["left_eye"]] * (0.0, 1.0, 1.0) - top
-        self._upper, self._lower = skeleton.upper_arm, skeleton.lower_arm
         self._upright_shoulder = {
-            s: self._spine_base + np.array([0.0, skeleton.spine, 0.0]) + self._collar[s] + self._bone[s] for s in ("left", "right")
+            s: self._spine_base + np.array([0.0, skeleton.spine, 0.0]) + self._collar[s] + self._bones[s].collar
+            for s in ("left", "right")
         }
 
     def into_seat(self, p_room: F64) -> F64:
@@ -79,11 +79,10 @@ class Sitter:
         dofs[0], dofs[1] = self._ankle, self._knee
         dofs[SPINE_ROTATION] = spine
         for s, h in hands.items():
-            side = 1.0 if s == "left" else -1.0
             local = chest.T @ (wrist[s] - top) - self._collar[s]
             hand = chest.T @ self._room_of_seat.T @ matrix_from_quaternion(h.rotation)
-            ref = np.array([side * 0.55, -1.0, -0.25])
-            arm, _, _ = arm_dofs(local, np.ascontiguousarray(hand), self._bone[s], side, self._upper, self._lower, ref, 0.0, 1.0)
+            ref = np.array([self._bones[s].side * 0.55, -1.0, -0.25])
+            arm, _, _ = arm_dofs(local, np.ascontiguousarray(hand), self._bones[s], ref, 0.0, 1.0)
             dofs[SHOULDER[s]], dofs[ELBOW[s]], dofs[WRIST[s]] = arm[:3], arm[3], arm[4:]
         d = chest.T @ (self.into_seat(look) - top - chest @ self._eyes)
         yaw, pitch = math.atan2(d[0], d[2]), math.atan2(d[1], math.hypot(d[0], d[2]))
@@ -94,7 +93,7 @@ class Sitter:
 
     def _lean(self, wrist: dict[str, F64]) -> F64:
         """Rotation vector of the chest that brings both shoulders within comfortable reach of their wrists."""
-        comfortable = COMFORTABLE_REACH * (self._upper + self._lower)
+        comfortable = COMFORTABLE_REACH * (self._bones["left"].upper + self._bones["left"].lower)
         pitch, yaw, roll = 0.02, 0.0, 0.0
         for s, sign in (("left", 1.0), ("right", -1.0)):
             d = wrist[s] - self._upright_shoulder[s]

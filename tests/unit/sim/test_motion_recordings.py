@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 
 from vistel.conference.model import Conference, Participant, Site
-from vistel.figure.posture.posture import pose_joints
+from vistel.figure.posture.limits import within_limits
+from vistel.figure.posture.posture import Stance, pose_joints
 from vistel.figure.posture.sensors import RECEIVERS, out_of_frame, receiver_poses
+from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.room import BATON, table_radius
@@ -18,6 +20,7 @@ from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.bvh import load_bvh, parse_bvh
 from vistel_sim.motion.hand_over import GRIP, PALM, SLANT
 from vistel_sim.motion.open import things_of
+from vistel_sim.motion.played import play_alone
 from vistel_sim.motion.recording import INDEX, resampled
 from vistel_sim.motion.six_dof import ROLES, load_hand_over
 from vistel_sim.motion.source import places
@@ -180,6 +183,22 @@ def test_a_real_walk_and_handshake_play_without_jumps(shared_data: Path) -> None
         at = np.array([out_of_frame(place.transmitter, *c)[0] for c in chest])
         assert np.linalg.norm(np.diff(at, axis=0), axis=1).max() < 0.08
         assert np.abs(at[:, [0, 2]]).max() < 3.0
+
+
+def test_real_takes_are_solved_within_the_limits_with_the_hands_where_they_were(shared_data: Path) -> None:
+    takes = [load_bvh(p) for p in sorted((shared_data / "body" / "cmu").glob("*.bvh"))]
+    takes += load_hand_over(shared_data / "body" / "kth_handover" / "take_new").people.values()
+    place = next(iter(places(Conference(name="c", sites=[Site(name="s", participants=[Participant(name="ben")])])).values()))
+    hands = [JOINT_INDEX["left_hand"], JOINT_INDEX["right_hand"]]
+    for take in takes:
+        played = play_alone(place, take)
+        solver = PostureSolver(place.skeleton, Stance(place.seat_position, place.seat_heading), place.mounts)
+        for k in range(int(take.duration_s * 60)):
+            heard = {name: out_of_frame(place.transmitter, *r) for name, r in played.receivers(k / 60).items()}
+            solved = solver.solve(k / 60, heard).posture
+            np.testing.assert_allclose(within_limits(solved).dofs, solved.dofs, atol=1e-6)
+            off = pose_joints(place.skeleton, solved).position - pose_joints(place.skeleton, played.posture(k / 60)).position
+            assert np.linalg.norm(off[hands], axis=1).max() < 1e-3, (take.name, k)
 
 
 def test_a_real_hand_over_keeps_both_hands_at_the_baton(shared_data: Path) -> None:

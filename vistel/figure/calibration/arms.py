@@ -17,8 +17,9 @@ from scipy import optimize  # type: ignore[import-untyped]
 from vistel.arrays import F64
 from vistel.figure.calibration.fit import Calibrated
 from vistel.figure.calibration.moves import RATE_HZ, MoveError, Track
+from vistel.figure.posture.arm import Bones, bones_of
 from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm
-from vistel.figure.skeleton import JOINT_INDEX, JOINTS
+from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_z
 
 START = Comfort(0.5, 0.14, 0.22, 0.8, 0.6, 0.05, 0.0, 0.0, 0.0, 0.0)
@@ -39,20 +40,15 @@ MOST_ELBOW_M = 0.03
 class ArmSamples:
     """One arm over time, in the chest's frame with the collar joint as origin.
 
-    wrist, elbow (n, 3), hand (n, 3, 3) of the hand's joint, up (n, 3) against gravity; collar (3,) its bone; upper,
-    lower: lengths [m]; side +1 left, -1 right; interval_s between samples.
+    wrist, elbow (n, 3), hand (n, 3, 3) of the hand's joint, up (n, 3) against gravity; interval_s between samples.
     """
 
     wrist: F64
     elbow: F64
     hand: F64
     up: F64
-    collar: F64
-    upper: float
-    lower: float
-    side: float
+    bones: Bones
     interval_s: float
-    shortening: float = 0.0
 
 
 def samples_of(moves: Mapping[str, Track], side: str, found: Calibrated) -> ArmSamples:
@@ -60,9 +56,7 @@ def samples_of(moves: Mapping[str, Track], side: str, found: Calibrated) -> ArmS
 
     Where the elbow is from that receiver follows from the lengths of upper arm and forearm, which it keeps.
     """
-    skeleton, sign = found.skeleton, 1.0 if side == "left" else -1.0
-    j = JOINT_INDEX[f"{side}_upper_arm"]
-    mounts = found.mounts
+    skeleton, mounts, bones = found.skeleton, found.mounts, bones_of(found.skeleton, side)
     turn = {name: track.rotation @ mounts[name].rotation.T for name, track in moves.items()}
     chest = turn["chest"]
     collar = moves["chest"].position - np.einsum("nij,j->ni", chest, mounts["chest"].position)
@@ -71,13 +65,14 @@ def samples_of(moves: Mapping[str, Track], side: str, found: Calibrated) -> ArmS
         collar = collar + np.einsum("nij,j->ni", chest, across)
     hand = f"{side}_hand"
     wrist = moves[hand].position - np.einsum("nij,j->ni", turn[hand], mounts[hand].position)
-    shoulder = collar + np.einsum("nij,j->ni", chest, skeleton.offsets[j])
-    upper, lower = skeleton.length(JOINTS[j], JOINTS[j + 1]), skeleton.length(JOINTS[j + 1], JOINTS[j + 2])
+    shoulder = collar + np.einsum("nij,j->ni", chest, bones.collar)
     worn = moves["head"]
 
     def off(e: F64) -> F64:
         elbow = worn.position + np.einsum("nij,j->ni", worn.rotation, e)
-        return np.concatenate((np.linalg.norm(elbow - shoulder, axis=1) - upper, np.linalg.norm(elbow - wrist, axis=1) - lower))
+        return np.concatenate(
+            (np.linalg.norm(elbow - shoulder, axis=1) - bones.upper, np.linalg.norm(elbow - wrist, axis=1) - bones.lower)
+        )
 
     best: Any = min(
         (cast("Any", optimize).least_squares(off, 0.08 * start) for start in (*np.eye(3), *-np.eye(3))),
@@ -96,33 +91,21 @@ def samples_of(moves: Mapping[str, Track], side: str, found: Calibrated) -> ArmS
 
     local = np.einsum("nji,njk->nik", chest, turn[hand])
     return ArmSamples(
-        seen(wrist),
-        seen(elbow),
-        np.ascontiguousarray(local[::2]),
-        np.ascontiguousarray(-chest[::2, 2]),
-        skeleton.offsets[j],
-        upper,
-        lower,
-        sign,
-        2.0 / RATE_HZ,
-        skeleton.collar_shortening,
+        seen(wrist), seen(elbow), np.ascontiguousarray(local[::2]), np.ascontiguousarray(-chest[::2, 2]), bones, 2.0 / RATE_HZ
     )
 
 
 def elbow_errors(samples: ArmSamples, comfort: Comfort) -> F64:
     """(n,) metres by which the solver, following the samples, has the elbow off."""
-    weights = np.array(comfort)
-    rest = rotation_z(-samples.side * math.radians(80.0)) @ rotation_x(comfort.axial_at_rest)
-    toward, scale = np.array([samples.side * 0.4, -1.0, -0.4]), 1.0
+    weights, bones = np.array(comfort), samples.bones
+    rest = rotation_z(-bones.side * math.radians(80.0)) @ rotation_x(comfort.axial_at_rest)
+    toward, scale = np.array([bones.side * 0.4, -1.0, -0.4]), 1.0
     out = np.empty(len(samples.wrist))
     for k in range(len(out)):
         arm, toward, scale = solve_arm(
             samples.wrist[k],
             samples.hand[k],
-            samples.collar,
-            samples.side,
-            samples.upper,
-            samples.lower,
+            bones,
             samples.up[k],
             rest,
             toward,
@@ -130,10 +113,9 @@ def elbow_errors(samples: ArmSamples, comfort: Comfort) -> F64:
             SWIVEL_SPEED * samples.interval_s,
             k > 0,
             weights,
-            samples.shortening,
         )
-        along = matrix_from_rotvec(np.ascontiguousarray(arm[:3]))[:, 0] * (samples.side * samples.upper)
-        out[k] = np.linalg.norm(samples.collar * scale + along - samples.elbow[k])
+        along = matrix_from_rotvec(np.ascontiguousarray(arm[:3]))[:, 0] * (bones.side * bones.upper)
+        out[k] = np.linalg.norm(bones.collar * scale + along - samples.elbow[k])
     return out
 
 

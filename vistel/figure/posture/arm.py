@@ -8,12 +8,13 @@ no direction is singular, and the collar bone's length by a fixed point (mathema
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import collar_scale
-from vistel.figure.skeleton import COLLAR_SHORTENING
+from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 from vistel.geometry.rotation import quaternion_from_matrix, rotation_y, rotvec_from_matrix
 from vistel.jit.kernel_jit import compiled
 
@@ -21,6 +22,24 @@ REACH_MARGIN = 1e-6
 """Share of the arm's length kept back from full stretch, so that the elbow's plane stays defined."""
 MAX_FLEXION = math.radians(152.0)
 """Elbow flexion at which upper arm and forearm meet."""
+
+
+class Bones(NamedTuple):
+    """The bones of one arm: collar (3,), from the collar joint to the shoulder in the T-pose; lengths of upper arm and forearm [m];
+    side: +1 left, -1 right; shortening: `Skeleton.collar_shortening`."""
+
+    collar: F64
+    upper: float
+    lower: float
+    side: float
+    shortening: float
+
+
+def bones_of(skeleton: Skeleton, side: str) -> Bones:
+    """The bones of the "left" or the "right" arm."""
+    arm = JOINT_INDEX[f"{side}_upper_arm"]
+    upper, lower = (float(np.linalg.norm(skeleton.offsets[arm + k])) for k in (1, 2))
+    return Bones(skeleton.offsets[arm].copy(), upper, lower, 1.0 if side == "left" else -1.0, skeleton.collar_shortening)
 
 
 @compiled
@@ -99,23 +118,13 @@ def arm_frames(shoulder: F64, elbow: F64, wrist: F64, toward: F64, side: float, 
 
 
 @compiled
-def arm_dofs(
-    wrist: F64,
-    hand: F64,
-    collar: F64,
-    side: float,
-    upper: float,
-    lower: float,
-    ref: F64,
-    psi: float,
-    scale: float,
-    shortening: float = COLLAR_SHORTENING,
-) -> tuple[F64, F64, float]:
+def arm_dofs(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float, scale: float) -> tuple[F64, F64, float]:
     """The arm with its elbow at `psi` from `ref`: (7,) dofs in the posture's order, elbow direction (3,), collar scale.
 
-    wrist (3,), hand (3, 3): where the hand joint should be, from the collar joint; collar (3,): the collar bone of the
-    T-pose; scale: a first guess of its length (1 will do); shortening: `Skeleton.collar_shortening`.
+    wrist (3,), hand (3, 3): where the hand joint should be, from the collar joint; scale: a first guess of the collar bone's length
+    (1 will do).
     """
+    collar, upper, lower, side, shortening = bones
     toward = ref
     upper_arm = np.eye(3)
     forearm = upper_arm

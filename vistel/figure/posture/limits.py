@@ -15,15 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.posture.arm import MAX_FLEXION
+from vistel.figure.posture.arm import MAX_FLEXION, twist_about_x
 from vistel.figure.posture.posture import ANKLE, ELBOW, KNEE, NECK, SHOULDER, SPINE_ROTATION, WRIST, Posture
-from vistel.geometry.rotation import (
-    matrix_from_quaternion,
-    matrix_from_rotvec,
-    quaternion_from_matrix,
-    rotation_x,
-    rotvec_from_quaternion,
-)
+from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotvec_from_matrix
 from vistel.jit.kernel_jit import compiled
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -67,11 +61,21 @@ def ankle_range(knee: float) -> tuple[float, float]:
     return LEAST_ANKLE, math.radians(22.0 + 23.0 * loose)
 
 
+@compiled
 def axial_range(elevation: float) -> tuple[float, float]:
     """Least (outward) and most (inward) turn of an upper arm about its +X for its elevation from hanging [rad]: the
     capsule of the shoulder winds up as the arm rises."""
     raised = clip(elevation / math.pi, 0.0, 1.0)
     return -math.radians(70.0 + 25.0 * math.sin(math.pi * raised)), math.radians(95.0 - 45.0 * raised)
+
+
+@compiled
+def axial_excess(upper_arm: F64, side: float) -> float:
+    """How far an upper arm, (3, 3) relative to the chest, is turned about itself beyond its range [rad], 0 within; side +1 left, -1
+    right."""
+    low, high = axial_range(math.acos(clip(-side * upper_arm[1, 0], -1.0, 1.0)))
+    twist = twist_about_x(upper_arm)
+    return max(0.0, low - twist, twist - high)
 
 
 def spine_within_limits(rotvec: F64) -> F64:
@@ -92,14 +96,13 @@ def _cone(rotvec: F64, pitch: tuple[float, float], roll: tuple[float, float], tw
 
 def _twist_and_swing(rotvec: F64) -> tuple[float, F64]:
     """A rotation as a turn about X and what is left in front of it: swing @ twist."""
-    q = quaternion_from_matrix(matrix_from_rotvec(np.ascontiguousarray(rotvec)))
-    angle = 2.0 * math.atan2(q[0], q[3])
-    angle = (angle + math.pi) % (2.0 * math.pi) - math.pi
-    return angle, matrix_from_quaternion(q) @ rotation_x(angle).T
+    m = matrix_from_rotvec(np.ascontiguousarray(rotvec))
+    angle = twist_about_x(m)
+    return angle, m @ rotation_x(angle).T
 
 
 def _rotvec(m: F64) -> F64:
-    return rotvec_from_quaternion(quaternion_from_matrix(np.ascontiguousarray(m)))
+    return rotvec_from_matrix(np.ascontiguousarray(m))
 
 
 def shoulder_within_limits(rotvec: F64, side: float) -> F64:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.posture.arm import arm_dofs
+from vistel.figure.posture.arm import arm_dofs, bones_of
 from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 
@@ -19,19 +19,15 @@ def reach(skeleton: Skeleton, posture: Posture, side: str, wrist: F64, hand: F64
     elbow: (3,) roughly which way from the line between shoulder and wrist the elbow points; all in the room [m].
     """
     joints = pose_joints(skeleton, posture)
-    collar, arm = JOINT_INDEX[f"{side}_shoulder"], JOINT_INDEX[f"{side}_upper_arm"]
+    collar = JOINT_INDEX[f"{side}_shoulder"]
     chest = joints.rotation[collar]
     found, _, _ = arm_dofs(
         chest.T @ (wrist - joints.position[collar]),
         np.ascontiguousarray(chest.T @ hand),
-        np.ascontiguousarray(skeleton.offsets[arm]),
-        1.0 if side == "left" else -1.0,
-        skeleton.upper_arm,
-        skeleton.lower_arm,
+        bones_of(skeleton, side),
         chest.T @ elbow,
         0.0,
         1.0,
-        skeleton.collar_shortening,
     )
     dofs = posture.dofs.copy()
     dofs[SHOULDER[side]], dofs[ELBOW[side]], dofs[WRIST[side]] = found[:3], found[3], found[4:]

@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.posture.arm import arm_dofs
+from vistel.figure.posture.arm import bones_of
 from vistel.figure.posture.channel import Channel, HandChannel, MatrixPose, blend, minimum_jerk
 from vistel.figure.posture.hands import RELAXED
 from vistel.figure.posture.limits import SIDES, hand_within_limits, shoulder_within_limits, spine_within_limits, within_limits
 from vistel.figure.posture.posture import DOF_COUNT, ELBOW, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture, Stance
 from vistel.figure.posture.sensors import Mount, Placement, joint_of_receiver, receiver_mounts
 from vistel.figure.posture.stance import StanceFollower
-from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm
+from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, arm_within_limits, solve_arm
 from vistel.figure.posture.trunk import lean_to_head, solve_trunk
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
 from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_y, rotation_z, rotvec_from_matrix
@@ -60,9 +60,7 @@ class PostureSolver:
         self._spine_base = np.ascontiguousarray(skeleton.offsets[spine])
         self._ankle, self._hip = rest[JOINT_INDEX["left_foot"]].copy(), rest[JOINT_INDEX["left_upper_leg"]].copy()
         self._collar = {s: rest[JOINT_INDEX[f"{s}_shoulder"]] - self._top for s in SIDES}
-        self._bone = {s: skeleton.offsets[JOINT_INDEX[f"{s}_upper_arm"]].copy() for s in SIDES}
-        self._upper = {s: float(np.linalg.norm(skeleton.offsets[JOINT_INDEX[f"{s}_lower_arm"]])) for s in SIDES}
-        self._lower = {s: float(np.linalg.norm(skeleton.offsets[JOINT_INDEX[f"{s}_hand"]])) for s in SIDES}
+        self._bones = {s: bones_of(skeleton, s) for s in SIDES}
         self._neck = rest[JOINT_INDEX["head"]] - self._collar["left"] - self._top
         self._middle = 0.5 * (self._collar["right"] - self._collar["left"])  # of the collars, from the left one
         self._neck_joint = rest[JOINT_INDEX["neck"]] - self._top - self._collar["left"] - self._middle
@@ -138,27 +136,14 @@ class PostureSolver:
             seen = _seen_from(joints.get(f"{s}_hand"), chest_p, chest)
             wrist, hand = self._wrists[s].follow(t_s, seen, self._hand_at_rest(s))
             local = wrist + self._collar["left"] - self._collar[s]
+            hand = np.ascontiguousarray(hand)
             if elbows is not None:
-                arm, self._elbow[s], self._scale[s] = arm_dofs(
-                    local,
-                    np.ascontiguousarray(hand),
-                    self._bone[s],
-                    side,
-                    self._upper[s],
-                    self._lower[s],
-                    elbows[s],
-                    0.0,
-                    self._scale[s],
-                    self._skeleton.collar_shortening,
-                )
+                found = arm_within_limits(local, hand, self._bones[s], elbows[s], 0.0, self._scale[s])
             else:
-                arm, self._elbow[s], self._scale[s] = solve_arm(
+                found = solve_arm(
                     local,
-                    np.ascontiguousarray(hand),
-                    self._bone[s],
-                    side,
-                    self._upper[s],
-                    self._lower[s],
+                    hand,
+                    self._bones[s],
                     up,
                     self._hanging[s],
                     self._elbow[s],
@@ -166,10 +151,10 @@ class PostureSolver:
                     SWIVEL_SPEED * dt,
                     self._solved[s],
                     self._weights[s],
-                    self._skeleton.collar_shortening,
                 )
+            arm, self._elbow[s], self._scale[s] = found
             self._solved[s] = True
-            arm = _arm_within_limits(arm, side)
+            arm = _cut_to_limits(arm, side)
             dofs[SHOULDER[s]], dofs[ELBOW[s]] = arm[:3], arm[3]
             dofs[WRIST[s]] = arm[4:]
         fingers = np.empty((2, HAND_DOF_COUNT))
@@ -201,7 +186,7 @@ class PostureSolver:
         """Where a hand relaxes to, seen from the left collar joint: hanging, or in the lap of who sits."""
         sign = SIDES[side]
         length = self._skeleton.upper_arm + self._skeleton.lower_arm
-        shoulder = self._collar[side] + self._bone[side] - self._collar["left"]
+        shoulder = self._collar[side] + self._bones[side].collar - self._collar["left"]
         hanging = shoulder + np.array([sign * 0.10, -0.96, 0.10]) * length
         lap = shoulder + np.array([-sign * 0.12, -0.70, 0.42]) * length
         down = matrix_from_rotvec(np.array([0.0, 0.0, -sign * math.radians(80.0)]))
@@ -215,7 +200,7 @@ def _seen_from(joint: tuple[F64, F64] | None, origin: F64, rotation: F64) -> Mat
     return MatrixPose(rotation.T @ (joint[0] - origin), np.ascontiguousarray(rotation.T @ joint[1]))
 
 
-def _arm_within_limits(arm: F64, side: float) -> F64:
+def _cut_to_limits(arm: F64, side: float) -> F64:
     """(7,) dofs of an arm whose upper arm turns no further than it can; the hand keeps its orientation in the chest's frame."""
     kept = shoulder_within_limits(arm[:3], side)
     if np.array_equal(kept, arm[:3]):

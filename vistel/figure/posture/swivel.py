@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.posture.arm import across, arm_dofs, arm_frames, clamp_reach, elbow_circle, elbow_flexion
-from vistel.figure.skeleton import COLLAR_SHORTENING
-from vistel.geometry.rotation import quaternion_from_matrix, rotvec_from_matrix
+from vistel.figure.posture.arm import Bones, across, arm_dofs, arm_frames, clamp_reach, elbow_circle, elbow_flexion
+from vistel.figure.posture.limits import axial_excess
+from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel.jit.kernel_jit import compiled
 
 
@@ -45,6 +45,12 @@ W_LIMIT = 50.0
 
 SAMPLES = 18
 GOLDEN_STEPS = 11
+LIMIT_STEP = math.radians(10.0)
+"""How finely swivels within the shoulder's limits are looked for [rad]."""
+LIMIT_SAMPLES = 18
+"""Steps to either side: half a turn."""
+LIMIT_HALVINGS = 20
+"""How often the step in which the limit is found is halved: to 2e-7 rad."""
 
 # Comfortable limits of forearm and wrist [rad]: pronation and supination, radial and ulnar deviation, flexion.
 TWIST_LIMIT = math.radians(85.0)
@@ -88,33 +94,39 @@ def _over(x: float, low: float, high: float) -> float:
     return 0.0
 
 
+class Circle(NamedTuple):
+    """Where the elbow can be, with the wrist at its place, and what the energy of each place depends on.
+
+    shoulder, wrist (3,), hand (3, 3); axis (3,): from shoulder to wrist, along: of the circle's middle on it, radius [m];
+    e1, e2 (3,): swivels 0 and a quarter turn; flexion of the elbow; up (3,), rest (3, 3), weights (10,): as for `solve_arm`.
+    """
+
+    shoulder: F64
+    wrist: F64
+    hand: F64
+    bones: Bones
+    axis: F64
+    along: float
+    radius: float
+    e1: F64
+    e2: F64
+    flexion: float
+    up: F64
+    rest: F64
+    weights: F64
+
+
 @compiled
-def swivel_energy(
-    psi: float,
-    shoulder: F64,
-    wrist: F64,
-    hand: F64,
-    side: float,
-    upper: float,
-    lower: float,
-    e1: F64,
-    e2: F64,
-    axis: F64,
-    along: float,
-    radius: float,
-    flexion: float,
-    up: F64,
-    rest: F64,
-    weights: F64,
-) -> float:
-    """How uncomfortable the arm is with its elbow turned by `psi` from e1 towards e2 about `axis`."""
+def swivel_energy(psi: float, arm: Circle) -> float:
+    """How uncomfortable the arm is with its elbow turned by `psi` from e1 towards e2."""
     c, s = math.cos(psi), math.sin(psi)
-    toward = c * e1 + s * e2
-    elbow = shoulder + along * axis + radius * toward
-    upper_arm, forearm = arm_frames(shoulder, elbow, wrist, toward, side, flexion)
-    height = ((elbow - shoulder) * up).sum() / (upper + lower)
-    turned = rotvec_from_matrix(rest.T @ upper_arm)
-    twist, deviation, bend = wrist_angles(forearm.T @ hand, side)
+    side, weights = arm.bones.side, arm.weights
+    toward = c * arm.e1 + s * arm.e2
+    elbow = arm.shoulder + arm.along * arm.axis + arm.radius * toward
+    upper_arm, forearm = arm_frames(arm.shoulder, elbow, arm.wrist, toward, side, arm.flexion)
+    height = ((elbow - arm.shoulder) * arm.up).sum() / (arm.bones.upper + arm.bones.lower)
+    turned = rotvec_from_matrix(arm.rest.T @ upper_arm)
+    twist, deviation, bend = wrist_angles(forearm.T @ arm.hand, side)
     energy = weights[0] * height + weights[1] * (turned * turned).sum()
     energy += weights[2] * (twist - weights[6]) ** 2 + weights[3] * (deviation - weights[7]) ** 2
     energy += weights[4] * (bend - weights[8]) ** 2
@@ -124,101 +136,99 @@ def swivel_energy(
         + _over(deviation, -ULNAR_LIMIT, RADIAL_LIMIT)
         + _over(bend, -FLEXION_LIMIT, FLEXION_LIMIT)
         + _over(turned[0], -AXIAL_LIMIT, AXIAL_LIMIT)
+        + axial_excess(upper_arm, side) ** 2
     )
     return energy
 
 
 @compiled
 def solve_arm(
-    wrist: F64,
-    hand: F64,
-    collar: F64,
-    side: float,
-    upper: float,
-    lower: float,
-    up: F64,
-    rest: F64,
-    toward: F64,
-    scale: float,
-    most: float,
-    keep: bool,
-    weights: F64,
-    shortening: float = COLLAR_SHORTENING,
+    wrist: F64, hand: F64, bones: Bones, up: F64, rest: F64, toward: F64, scale: float, most: float, keep: bool, weights: F64
 ) -> tuple[F64, F64, float]:
-    """The arm with the most comfortable swivel: (7,) dofs, elbow direction (3,), collar scale.
+    """The arm with the most comfortable swivel within the shoulder's limits: (7,) dofs, elbow direction (3,), collar scale.
 
-    toward, scale: of the last solve; most: how far the elbow may turn since then [rad]; keep: False on the first
-    solve, when nothing is known of the elbow; up: (3,) against gravity; rest: (3, 3) the hanging upper arm;
-    shortening: `Skeleton.collar_shortening`.
+    toward, scale: of the last solve; most: how far the elbow may turn since then [rad], but for what the limits ask; keep: False on
+    the first solve, when nothing is known of the elbow; up: (3,) against gravity; rest: (3, 3) the hanging upper arm.
     """
-    shoulder = collar * scale
-    target = clamp_reach(shoulder, wrist, upper, lower)
-    axis, along, radius = elbow_circle(shoulder, target, upper, lower)
-    flexion = elbow_flexion(shoulder, target, upper, lower)
+    shoulder = bones.collar * scale
+    target = clamp_reach(shoulder, wrist, bones.upper, bones.lower)
+    axis, along, radius = elbow_circle(shoulder, target, bones.upper, bones.lower)
+    flexion = elbow_flexion(shoulder, target, bones.upper, bones.lower)
     e1 = across(toward, axis)
-    e2 = np.cross(axis, e1)
     w = weights.copy()
     if not keep:
         w[5] = 0.0
+    arm = Circle(shoulder, target, hand, bones, axis, along, radius, e1, np.cross(axis, e1), flexion, up, rest, w)
     step = 2.0 * math.pi / SAMPLES
     best, best_energy = 0.0, 1e300
     for k in range(SAMPLES):
         psi = -math.pi + k * step
-        e = swivel_energy(psi, shoulder, target, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, w)
+        e = swivel_energy(psi, arm)
         if e < best_energy:
             best, best_energy = psi, e
-    best, best_energy = _golden(
-        best - step, best + step, shoulder, target, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, w
-    )
+    best, best_energy = _golden(best - step, best + step, arm)
     if keep and abs(best) > step:
-        near, near_energy = _golden(
-            -step, step, shoulder, target, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, w
-        )
+        near, near_energy = _golden(-step, step, arm)
         if near_energy < best_energy + 1e-3:
             best = near
     if keep:
         best = min(most, max(-most, best))
-    out, new_toward, new_scale = arm_dofs(wrist, hand, collar, side, upper, lower, e1, best, scale, shortening)
-    return out, new_toward, new_scale
+    return arm_within_limits(wrist, hand, bones, e1, best, scale)
 
 
 @compiled
-def _golden(
-    low: float,
-    high: float,
-    shoulder: F64,
-    wrist: F64,
-    hand: F64,
-    side: float,
-    upper: float,
-    lower: float,
-    e1: F64,
-    e2: F64,
-    axis: F64,
-    along: float,
-    radius: float,
-    flexion: float,
-    up: F64,
-    rest: F64,
-    weights: F64,
-) -> tuple[float, float]:
+def _golden(low: float, high: float, arm: Circle) -> tuple[float, float]:
     """Swivel of least energy between `low` and `high`, and that energy."""
     ratio = 0.6180339887498949
     a, b = low, high
     c, d = b - ratio * (b - a), a + ratio * (b - a)
-    fc = swivel_energy(c, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, weights)
-    fd = swivel_energy(d, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, weights)
+    fc, fd = swivel_energy(c, arm), swivel_energy(d, arm)
     for _ in range(GOLDEN_STEPS):
         if fc < fd:
             b, d, fd = d, c, fc
             c = b - ratio * (b - a)
-            fc = swivel_energy(
-                c, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, weights
-            )
+            fc = swivel_energy(c, arm)
         else:
             a, c, fc = c, d, fd
             d = a + ratio * (b - a)
-            fd = swivel_energy(
-                d, shoulder, wrist, hand, side, upper, lower, e1, e2, axis, along, radius, flexion, up, rest, weights
-            )
+            fd = swivel_energy(d, arm)
     return (c, fc) if fc < fd else (d, fd)
+
+
+@compiled
+def arm_within_limits(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float, scale: float) -> tuple[F64, F64, float]:
+    """As `arm_dofs`, with the swivel nearest to `psi` at which the upper arm turns about itself no further than it can; with the
+    swivel that exceeds this least where there is none."""
+    least, best = _excess(wrist, hand, bones, ref, psi, scale), psi
+    k = 0
+    while least > 0.0 and k < LIMIT_SAMPLES:
+        k += 1
+        for turn in (-k * LIMIT_STEP, k * LIMIT_STEP):
+            excess = _excess(wrist, hand, bones, ref, psi + turn, scale)
+            if excess < least:
+                least, best = excess, psi + turn
+    if k == 0:
+        return arm_dofs(wrist, hand, bones, ref, psi, scale)
+    if least > 0.0:
+        low, high = best - LIMIT_STEP, best + LIMIT_STEP
+        for _ in range(LIMIT_HALVINGS):
+            third = (high - low) / 3.0
+            if _excess(wrist, hand, bones, ref, low + third, scale) < _excess(wrist, hand, bones, ref, high - third, scale):
+                high -= third
+            else:
+                low += third
+        return arm_dofs(wrist, hand, bones, ref, 0.5 * (low + high), scale)
+    beyond = best - math.copysign(LIMIT_STEP, best - psi)
+    for _ in range(LIMIT_HALVINGS):
+        middle = 0.5 * (beyond + best)
+        if _excess(wrist, hand, bones, ref, middle, scale) > 0.0:
+            beyond = middle
+        else:
+            best = middle
+    return arm_dofs(wrist, hand, bones, ref, best, scale)
+
+
+@compiled
+def _excess(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float, scale: float) -> float:
+    arm, _, _ = arm_dofs(wrist, hand, bones, ref, psi, scale)
+    return axial_excess(matrix_from_rotvec(arm[:3]), bones.side)

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from vistel.figure.posture.arm import arm_dofs, elbow_at, elbow_circle, elbow_flexion
-from vistel.figure.posture.limits import within_limits
+from vistel.figure.posture.arm import arm_dofs, bones_of, elbow_at, elbow_circle, elbow_flexion
+from vistel.figure.posture.limits import axial_excess, within_limits
 from vistel.figure.posture.posture import (
     DOF_COUNT,
     ELBOW,
@@ -32,9 +32,10 @@ from vistel.figure.posture.posture import (
 )
 from vistel.figure.posture.sensors import receiver_poses
 from vistel.figure.posture.solve import PostureSolver
+from vistel.figure.posture.swivel import arm_within_limits
 from vistel.figure.posture.trunk import leg_angles
 from vistel.figure.skeleton import COLLAR_SHORTENING, JOINT_INDEX, standard_skeleton
-from vistel.geometry.rotation import rotation_y, rotation_z, rotvec_from_matrix, rotvec_from_quaternion
+from vistel.geometry.rotation import matrix_from_rotvec, rotation_y, rotation_z, rotvec_from_matrix, rotvec_from_quaternion
 from vistel.geometry.smoothstep import ease
 
 SKELETON = standard_skeleton()
@@ -115,25 +116,50 @@ def angle(low: float, high: float) -> st.SearchStrategy[float]:
 ARM = st.tuples(angle(-60, 40), angle(-50, 50), angle(-75, 40), angle(3, 140), angle(-60, 60), angle(-15, 15), angle(-50, 50))
 
 
-@given(arm=ARM, side=st.sampled_from(SIDES))
-@settings(max_examples=300, deadline=None)
-def test_an_arm_is_found_again_from_its_wrist_and_elbow(arm: tuple[float, ...], side: tuple[str, float]) -> None:
-    name, sign = side
+def arm_posture(arm: tuple[float, ...], name: str, sign: float) -> Posture:
+    """Both shoulders at rest but for one arm; angles as of a left one."""
     dofs = np.zeros(DOF_COUNT)
     # Mirrored for the right arm: rotations about Y and Z change their sign.
     mirror = np.array([1.0, sign, sign])
     dofs[SHOULDER[name]] = np.array(arm[:3]) * mirror
     dofs[ELBOW[name]] = arm[3]
     dofs[WRIST[name]] = np.array(arm[4:]) * mirror
-    truth = pose_joints(SKELETON, Posture(dofs))
+    return Posture(dofs)
+
+
+@given(arm=ARM, side=st.sampled_from(SIDES))
+@settings(max_examples=300, deadline=None)
+def test_an_arm_is_found_again_from_its_wrist_and_elbow(arm: tuple[float, ...], side: tuple[str, float]) -> None:
+    name, sign = side
+    truth = pose_joints(SKELETON, arm_posture(arm, name, sign))
     c = JOINT_INDEX[f"{name}_shoulder"]
     wrist = truth.position[c + 3] - truth.position[c]
     axis = truth.position[c + 3] - truth.position[c + 1]
     elbow = truth.position[c + 2] - truth.position[c + 1]
     toward = elbow - (elbow @ axis) / (axis @ axis) * axis
-    got, _, _ = arm_dofs(
-        wrist, truth.rotation[c + 3].copy(), SKELETON.offsets[c + 1], sign, SKELETON.upper_arm, SKELETON.lower_arm, toward, 0.0, 1.0
-    )
+    dofs = np.zeros(DOF_COUNT)
+    got, _, _ = arm_dofs(wrist, truth.rotation[c + 3].copy(), bones_of(SKELETON, name), toward, 0.0, 1.0)
+    dofs[SHOULDER[name]], dofs[ELBOW[name]], dofs[WRIST[name]] = got[:3], got[3], got[4:]
+    again = pose_joints(SKELETON, Posture(dofs))
+    assert np.abs(again.position[c + 3] - truth.position[c + 3]).max() < 5e-4
+    assert np.abs(again.rotation[c + 3] - truth.rotation[c + 3]).max() < 1e-9
+
+
+@given(arm=ARM, side=st.sampled_from(SIDES), toward=st.tuples(*3 * [st.floats(-1, 1)]))
+@settings(max_examples=300, deadline=None)
+def test_wherever_the_elbow_is_wanted_the_shoulder_keeps_its_limit_and_the_hand_its_place(
+    arm: tuple[float, ...], side: tuple[str, float], toward: tuple[float, float, float]
+) -> None:
+    name, sign = side
+    posture = arm_posture(arm, name, sign)
+    assume(np.linalg.norm(toward) > 0.1)
+    assume(axial_excess(matrix_from_rotvec(posture.dofs[SHOULDER[name]]), sign) == 0.0)
+    truth = pose_joints(SKELETON, posture)
+    c = JOINT_INDEX[f"{name}_shoulder"]
+    wrist, hand = truth.position[c + 3] - truth.position[c], truth.rotation[c + 3].copy()
+    dofs = np.zeros(DOF_COUNT)
+    got, _, _ = arm_within_limits(wrist, hand, bones_of(SKELETON, name), np.array(toward), 0.0, 1.0)
+    assert axial_excess(matrix_from_rotvec(got[:3].copy()), sign) == 0.0
     dofs[SHOULDER[name]], dofs[ELBOW[name]], dofs[WRIST[name]] = got[:3], got[3], got[4:]
     again = pose_joints(SKELETON, Posture(dofs))
     assert np.abs(again.position[c + 3] - truth.position[c + 3]).max() < 5e-4
