@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import gc
 import threading
+import warnings
 
 import pytest
 
@@ -45,3 +47,11 @@ def test_where_no_router_answers_it_says_so_and_leaves_no_thread() -> None:
 def test_a_session_outside_a_with_says_how_it_is_used() -> None:
     with pytest.raises(RuntimeError, match=r"with vistel\.join"):
         vistel.join(DEMO_FILE, hub=HUB).ask("undo")
+
+
+def test_a_session_that_is_never_entered_leaves_nothing_open() -> None:
+    with warnings.catch_warnings(record=True) as left:
+        warnings.simplefilter("always", ResourceWarning)
+        vistel.join(DEMO_FILE, hub=HUB)
+        gc.collect()
+    assert [str(w.message) for w in left] == []

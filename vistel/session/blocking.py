@@ -56,11 +56,11 @@ class Session:
 
     def __init__(self, opening: AbstractAsyncContextManager[AsyncSession]) -> None:
         self._opening = opening
-        self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, name="vistel session", daemon=True)
         self._session: AsyncSession | None = None
 
     def __enter__(self) -> Self:
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._loop.run_forever, name="vistel session", daemon=True)
         self._thread.start()
         try:
             self._session = self._call(self._opening.__aenter__())
