@@ -141,7 +141,7 @@ class Store:
         """A world begins to lead under `term`: its state, and a journal of what follows."""
         self._term = term
         self._resume(world)
-        for path in self._folder.glob("*.away"):
+        for path in (*self._folder.glob("*.away"), *self._folder.glob("*.part")):  # parts: of a world killed while it wrote
             with contextlib.suppress(OSError):
                 path.unlink()
 

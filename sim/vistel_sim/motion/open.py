@@ -58,7 +58,7 @@ def open_motion(conference: Conference) -> MotionSource:
     if CLAP in wanted:
         sources.append(Clapping(wanted.pop(CLAP)))
     if CLAY in wanted:
-        thing = next((e for e in extras_of(conference.room) if e.matter.remembers), None)
+        thing = next((e for e in extras_of(conference.room) if e.material.remembers), None)
         if thing is None:
             raise MotionError("clay: needs a [[room.things]] whose material is plastic or viscoelastic, or that is sticky")
         write = partial(write_clay, thing=thing)

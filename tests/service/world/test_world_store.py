@@ -205,6 +205,32 @@ def test_what_is_older_than_two_snapshots_goes(tmp_path: Path) -> None:
     assert kept[-1] == [f"000000-{step:014d}.{kind}" for step in (40, 50) for kind in ("journal", "snapshot")]
 
 
+WRITES = """
+import sys
+from pathlib import Path
+from vistel.whole_file import whole_file
+with whole_file(Path(sys.argv[1])) as stream:
+    stream.write(b"half of a snapshot")
+    stream.flush()
+    print("writing", flush=True)
+    sys.stdin.read()
+"""
+
+
+def test_what_a_world_killed_while_it_wrote_left_behind_is_removed_by_the_next_one(tmp_path: Path) -> None:
+    path = tmp_path / "000000-00000000000060.snapshot"
+    writer = subprocess.Popen([sys.executable, "-c", WRITES, str(path)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    assert writer.stdout is not None and writer.stdout.readline() == "writing\n"
+    writer.kill()
+    writer.communicate()
+    assert not path.exists() and [p.suffix for p in tmp_path.iterdir()] == [".part"]
+    store, world = Store(tmp_path), World(meeting_room(3))
+    store.begin(world, store.next_term())
+    store.end(world)
+    assert {p.suffix for p in tmp_path.iterdir()} == {".snapshot", ".journal"}
+    assert load(tmp_path, world.t_ns) is not None
+
+
 def test_a_damaged_snapshot_costs_nothing_the_one_before_and_its_journal_lead_to_the_same(tmp_path: Path) -> None:
     folder = tmp_path / "run" / "world"
     found: list[bytes] = []
