@@ -1,7 +1,5 @@
 """Recorded hands: Leap Motion recordings to finger angles (../shared/data/hand/leap, LZString's base64 of JSON)."""
 
-from __future__ import annotations
-
 import json
 import math
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """What a benchmark is at, on standard error: a line for each part, and in a terminal how far it has come."""
 
-from __future__ import annotations
-
 import sys
 import time
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """One figure of one benchmark, as `vistel bench --json` prints it."""
 
-from __future__ import annotations
-
 import os
 import platform
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """How long calls take, measured in turn so that what else runs on the machine meets all of them."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable
 from statistics import median

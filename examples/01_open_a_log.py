@@ -4,8 +4,6 @@ make demo                                          (writes out/conference.mcap)
 python examples/01_open_a_log.py out/conference.mcap
 """
 
-from __future__ import annotations
-
 import sys
 from collections import Counter
 

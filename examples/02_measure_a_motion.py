@@ -3,8 +3,6 @@
 python examples/02_measure_a_motion.py out/conference.mcap aiko > aiko.csv
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -3,8 +3,6 @@
 python examples/03_follow_a_thing.py out/conference.mcap baton
 """
 
-from __future__ import annotations
-
 import sys
 
 import numpy as np

@@ -3,8 +3,6 @@
 python examples/04_picture_of_a_moment.py out/conference.mcap 8.5 moment.png
 """
 
-from __future__ import annotations
-
 import sys
 
 import vistel.log

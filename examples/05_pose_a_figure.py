@@ -3,8 +3,6 @@
 python examples/05_pose_a_figure.py ben.png
 """
 
-from __future__ import annotations
-
 import sys
 
 import vistel.figure

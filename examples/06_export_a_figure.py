@@ -3,8 +3,6 @@
 python examples/06_export_a_figure.py carla.glb carla.png
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 python examples/07_blend_a_field.py
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 import vistel.implicit as vi

@@ -3,8 +3,6 @@
 python examples/08_mesh_a_field.py dumbbell.obj
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

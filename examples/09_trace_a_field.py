@@ -3,8 +3,6 @@
 python examples/09_trace_a_field.py pressed.png
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

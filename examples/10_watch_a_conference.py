@@ -4,8 +4,6 @@ vistel up conference.toml --seconds 600          (prints the address of its rout
 python examples/10_watch_a_conference.py conference.toml tcp/127.0.0.1:7447 5
 """
 
-from __future__ import annotations
-
 import sys
 
 import vistel

@@ -4,8 +4,6 @@ python examples/11_take_part.py conference.toml lab tcp/127.0.0.1:7447 5
 The conference file has a participant without devices for it: [[sites.participants]] name = "lab".
 """
 
-from __future__ import annotations
-
 import math
 import sys
 import time

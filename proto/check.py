@@ -8,8 +8,6 @@ logs and older nodes know, no field may vanish (unless its number and name are r
 change its type.
 """
 
-from __future__ import annotations
-
 import argparse
 import re
 import sys

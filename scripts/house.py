@@ -3,8 +3,6 @@
 Each figure is counted from the files that git knows, so that a clean checkout and a used one give the same.
 """
 
-from __future__ import annotations
-
 import argparse
 import ast
 import json

@@ -1,7 +1,5 @@
 """Writes the reference page of the Python interface from docstrings and examples: `python -m scripts.python_reference`."""
 
-from __future__ import annotations
-
 import inspect
 import re
 import textwrap

@@ -8,8 +8,6 @@
 What stands in `__all__` here and in these modules is the public interface (docs/reference/python.md). Everything else may change.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

@@ -1,7 +1,5 @@
 """Three sites at once on one machine: pictures per second of each, with three deforming figures in every picture."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 import sys

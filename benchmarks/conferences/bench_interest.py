@@ -5,8 +5,6 @@ theirs do, half of them the other way round. Messages are counted as they are pu
 included. A receiver is a site with one person: it hears what everybody hears, and the details of that person.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace

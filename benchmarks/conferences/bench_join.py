@@ -4,8 +4,6 @@ Wall time from the opening of the door to the conference, and from the door bein
 be drawn; each is checked against the sender's checksum a second later. The world and its people run in processes of their own.
 """
 
-from __future__ import annotations
-
 import asyncio
 import subprocess
 import sys

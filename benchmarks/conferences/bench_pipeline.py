@@ -5,8 +5,6 @@ with a message to the `async for` of a service. Times are of the machine's monot
 processes share.
 """
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import contextlib

@@ -7,8 +7,6 @@ where they are (`VISTEL_PEER_PYTHON`: an interpreter with pyrender, open3d or pl
 node_modules/three). End to end: frames a second of one site alone, encoded. And what the quality setting makes of weaker machines.
 """
 
-from __future__ import annotations
-
 import json
 import math
 import os

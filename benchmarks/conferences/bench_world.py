@@ -1,7 +1,5 @@
 """The shared world: how long its steps take, how they grow with people and things, what its state costs on the wire."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from benchmarks.conferences import world_life, world_steps, world_wire

@@ -5,8 +5,6 @@ other site. A motion's capture time names the record it was solved from; that re
 bytes round `capture + device latency + transmission` were, which the capture process publishes with their times.
 """
 
-from __future__ import annotations
-
 import asyncio
 import subprocess
 import sys

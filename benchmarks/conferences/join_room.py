@@ -1,7 +1,5 @@
 """The processes `bench_join` starts: `python -m benchmarks.conferences.join_room world|people ENDPOINT PEOPLE THINGS FOLDER`."""
 
-from __future__ import annotations
-
 import asyncio
 import sys
 from pathlib import Path

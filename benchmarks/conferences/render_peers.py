@@ -8,8 +8,6 @@ it in the page. `VISTEL_PEER_THREE`: a folder with node_modules/three. Prints on
 
 # pyright: basic, reportMissingImports=false
 
-from __future__ import annotations
-
 import json
 import math
 import os

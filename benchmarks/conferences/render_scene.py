@@ -5,8 +5,6 @@ NAME, in the room's frame: NAME.positions, NAME.normals (n, 3), NAME.uv (n, 2) f
 NAME.texture (h, w, 3) sRGB, first row at the top.
 """
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -5,8 +5,6 @@
 Processor time of the drawing process is counted, which other work on the machine disturbs little.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 import time

@@ -4,8 +4,6 @@ Processor time of all that lies between the last step of one world and the first
 the state written, packed, unpacked, read, and its things weighed where they are not known yet.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 

@@ -3,8 +3,6 @@
 Processor time of the stepping thread.
 """
 
-from __future__ import annotations
-
 import gc
 import math
 import time

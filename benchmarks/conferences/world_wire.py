@@ -3,8 +3,6 @@
 The same people and things as in `world_steps`. Messages are counted as they are put on the bus, headers included.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

@@ -8,8 +8,6 @@ before or after ours where they are installed (`benchmarks/fields/deform_peers.p
 thread, medians.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import replace

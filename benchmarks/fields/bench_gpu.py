@@ -1,7 +1,5 @@
 """Figures of 10,000 vertices skinned and deformed by transform feedback on whatever OpenGL there is, beside the CPU."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Sequence
 

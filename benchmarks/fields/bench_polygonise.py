@@ -7,8 +7,6 @@ VISTEL_PEER_PYTHON as interpreter and the scenes of VISTEL_PEERS) just after our
 of the one thread, medians. Peers that are absent are passed over.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import os

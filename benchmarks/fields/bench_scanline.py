@@ -5,8 +5,6 @@ thread each, in turn; processor time, medians. The ray caster is measured twice:
 knows all primitives), and in its numeric way, ray by ray as the dissertation's.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

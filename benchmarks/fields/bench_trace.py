@@ -7,8 +7,6 @@ of our own with as many primitives and polygons, 400 x 400, shadows, mirrors to 
 the same primitives as plain polyhedra in the same ray tracer.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import json
 import os

@@ -5,8 +5,6 @@ prints one line of JSON (default: `../shared/peers` beside the repository); `VIS
 that has the peers' packages (default: this one). What is absent is passed over.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import subprocess

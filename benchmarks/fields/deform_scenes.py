@@ -1,7 +1,5 @@
 """Scenes of the deformation benchmark: a figure of 23 capsules with a mesh, a rod, people who hug."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

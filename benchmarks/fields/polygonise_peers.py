@@ -6,8 +6,6 @@ Prints one line of JSON: milliseconds (median), name and version, triangles.
 
 # pyright: basic, reportMissingImports=false
 
-from __future__ import annotations
-
 import json
 import os
 import sys

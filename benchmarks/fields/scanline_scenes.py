@@ -1,8 +1,6 @@
 """Five scenes with the make-up of Singh's Table 2: as many spheres, sphylinders, cone-spheres and rounded polygons each,
 in about a metre cube at the origin, seen from (5, 5, 5) at 10 degrees, 400 x 400 pixels."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Scenes for the ray tracer: the blob scenes of the peers, and eight with the make-up of Singh's Table 1."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

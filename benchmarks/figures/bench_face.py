@@ -8,8 +8,6 @@ hand on all 92 (eye_pupils.csv) before any was looked at by the program. The pro
 the people (MADE_ON); those of the others are told apart below.
 """
 
-from __future__ import annotations
-
 import csv
 import sys
 import time

@@ -5,8 +5,6 @@ mesh (four weights, float32, positions only). The sweep moves the same mesh by t
 through 200 postures of the recordings under ../shared/data/body.
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from importlib.metadata import version

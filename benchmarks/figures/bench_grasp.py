@@ -3,8 +3,6 @@
 Recordings that were held out at first are read from the folder in VISTEL_HELD_OUT_HANDS, if it is set (`grasp_held_out`).
 """
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 from functools import partial

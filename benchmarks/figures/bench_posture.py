@@ -7,8 +7,6 @@ does with a receiver on the forearm; all errors are those of the other two third
 for all. The peer is the same solver with the elbow always at its lowest.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Iterator, Mapping, Sequence

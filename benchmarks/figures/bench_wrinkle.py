@@ -5,8 +5,6 @@ The peer draws each curve with OpenCV and takes its distance transform in the sa
 a wrinkle: the least that a map of offset densities takes. Processor time, medians, one thread.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 

@@ -5,8 +5,6 @@ camera's picture, found there again, read as action units, and the units move th
 lids. The rules were written after the literature and looked at on MakeHuman's targets, not on these shapes.
 """
 
-from __future__ import annotations
-
 import gzip
 import json
 import sys

@@ -1,7 +1,5 @@
 """A face that does what makes marks hard to tell apart: expressions at random, crossings, a hand before it, light, slips."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

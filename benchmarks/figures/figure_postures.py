@@ -1,7 +1,5 @@
 """Recorded postures for the figure's benchmark: recordings under ../shared/data/body, carried over to a standard person."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

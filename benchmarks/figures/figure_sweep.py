@@ -1,7 +1,5 @@
 """How well a figure's skin holds in recorded postures: volumes of limb segments, triangles that pass through others."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """How deep a hand is in a thing, by points on its surface: nothing of what lays the fingers on is used here."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

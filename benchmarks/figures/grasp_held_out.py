@@ -7,8 +7,6 @@ size, tracking noise, gloves that are off, and things of sizes and shapes that t
 where the tracker itself was sure of it and the hand stays closed for as long as the world may take to find it.
 """
 
-from __future__ import annotations
-
 import math
 import os
 from collections.abc import Iterator

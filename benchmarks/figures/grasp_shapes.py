@@ -1,7 +1,5 @@
 """Hands laid on things of many shapes: how deep they are in them, by points on every bone (`grasp_depth`)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ their end of it feels more than LEAST_FORCE. Nobody recorded fingers there: thos
 the force comes and goes, on all four hands alike.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace

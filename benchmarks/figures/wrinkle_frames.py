@@ -1,7 +1,5 @@
 """What wrinkles add to the renderer's pictures: three dressed figures round a table, with wrinkles and without, in turns."""
 
-from __future__ import annotations
-
 import math
 import pickle
 import sys

@@ -1,7 +1,5 @@
 """Voices: processor time of twenty talkers heard at once and of one site of three, and what loss does to a voice."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Spoken commands: right, believed, false accepts, how soon, and what listening costs; Japanese and English."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from benchmarks.row import Row

@@ -1,7 +1,5 @@
 """English commands: pocketsphinx over the room's grammar, scored on synthesised speech."""
 
-from __future__ import annotations
-
 import random as stdrandom
 from collections.abc import Iterator
 from functools import cache

@@ -1,7 +1,5 @@
 """What a person would say to the room in English, against sentences drawn from the grammar, of which many are odd."""
 
-from __future__ import annotations
-
 DEVELOPMENT = (
     "move it to the left", "move this up a little", "move the red box to the right", "make it larger",
     "make this a little smaller", "turn it to the left", "delete it", "delete the blue ball", "copy this", "select the cone",

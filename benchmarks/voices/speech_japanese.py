@@ -1,8 +1,6 @@
 """Japanese commands by voices the model was not trained on, other talk, how soon, what listening costs, what enrolment
 gives."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

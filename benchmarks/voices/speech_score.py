@@ -1,7 +1,5 @@
 """How a recogniser does on speech of which is known what was said. For any language."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

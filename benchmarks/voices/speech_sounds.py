@@ -3,8 +3,6 @@
 Spoken on this machine, where there is a synthesiser.
 """
 
-from __future__ import annotations
-
 import random as stdrandom
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass

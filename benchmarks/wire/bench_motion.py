@@ -5,8 +5,6 @@ posture service says them; a seated speaker is made up, for nobody has recorded 
 the room after forward kinematics, so that they add up along each limb. kbit/s are at 60 Hz.
 """
 
-from __future__ import annotations
-
 import struct
 import time
 from collections.abc import Iterable, Iterator, Sequence

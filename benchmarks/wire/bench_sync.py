@@ -1,7 +1,5 @@
 """A clapper: hands that meet in the pictures against the clap in the sound, over links with delay, jitter and loss."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

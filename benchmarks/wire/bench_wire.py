@@ -6,8 +6,6 @@ floats. Joint errors are those of all joints' orientations in the room after for
 add up along each limb.
 """
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import struct

@@ -4,8 +4,6 @@ A stream is one array (n, NUMBERS) in the order of `MOTION_FIELDS`. No recording
 body gets the hands and the face of other recordings, played to and fro.
 """
 
-from __future__ import annotations
-
 import csv
 import math
 from collections.abc import Iterator

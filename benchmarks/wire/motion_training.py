@@ -5,8 +5,6 @@ number and by how much (least squares), how large what is left will be (gamma re
 comes. The model of a version that has been published is never made again.
 """
 
-from __future__ import annotations
-
 import json
 import sys
 from collections.abc import Iterable, Sequence

@@ -6,8 +6,6 @@ What was found, and what follows: docs/explanation/reliable-delivery.md. Each li
 that were published, then times.
 """
 
-from __future__ import annotations
-
 import asyncio
 import itertools
 import statistics

@@ -5,8 +5,6 @@ audio services, the motion codec, the renderer's playout and pictures. Motion an
 message by itself and loses some. Pictures are drawn where hands are about to meet, and read pixel by pixel.
 """
 
-from __future__ import annotations
-
 import asyncio
 import heapq
 import tempfile

@@ -4,8 +4,6 @@ vistel up examples/conferences/clay.toml --seconds 600       (prints its bus)
 python examples/activities/kiln.py examples/conferences/clay.toml --as aiko --hub tcp/127.0.0.1:7447
 """
 
-from __future__ import annotations
-
 from vistel.session.activity import run
 from vistel.session.session import AsyncSession
 

@@ -4,8 +4,6 @@ vistel up vistel/conference/demo.toml --seconds 600          (prints its bus)
 python examples/activities/puzzle.py vistel/conference/demo.toml --as aiko --hub tcp/127.0.0.1:7447
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ Every part goes into a file of its own with a texture of its own brightness, as 
 Between the parts a centimetre is missing, and each lies a little off where it belongs. FOLDER/parts.toml names them.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 python examples/rooms/den.py examples/rooms/den.usdz
 """
 
-from __future__ import annotations
-
 import math
 import sys
 from pathlib import Path

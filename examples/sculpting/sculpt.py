@@ -4,8 +4,6 @@ Every round the head so far is a single pointblob whose surface is the mesh of t
 the number of primitives stays small however long one goes on.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Iterator
 from pathlib import Path

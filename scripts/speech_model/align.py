@@ -1,7 +1,5 @@
 """Times for the speech of a synthesiser that tells none."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from scripts.speech_model.rooms import level

@@ -4,8 +4,6 @@ Second step of `make speech-model`. Nothing the benchmark scores on is used: oth
 of what speaks here was not trained on as it is: a mood that was only part of mixtures, and variants of espeak-ng.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Clean speech of the training voices, kept on disk in packs of a hundred sentences."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterator
 from pathlib import Path

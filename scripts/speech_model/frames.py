@@ -1,7 +1,5 @@
 """From clean speech to what the net is trained on: normalised frames and the state each belongs to."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

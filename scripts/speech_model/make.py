@@ -5,8 +5,6 @@ espeak-ng's speech, and trains the final net on all, each round in other rooms a
 seed; speech that is on disk already is not made again.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

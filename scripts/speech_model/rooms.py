@@ -1,7 +1,5 @@
 """What happens to speech between mouth and recogniser: room, other sounds, microphone. Everything drawn from a generator."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 `TRAIN` and `TEST` have no sentence frame and few words in common, so that other talk in a test is new to the model.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Trains the net: cross entropy of states, Adam, one pass after the other over shuffled frames. NumPy, one thread."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace

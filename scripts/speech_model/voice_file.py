@@ -4,8 +4,6 @@ Voices of several makers differ in how finely they describe the spectrum and in 
 its variance ("global variance"). The finer ones are cut to the coarsest and the variance is left out.
 """
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

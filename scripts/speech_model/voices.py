@@ -4,8 +4,6 @@ Voices are looked for, never shipped: `VISTEL_VOICES` names folders with *.htsvo
 /usr/share/hts-voice and the voice inside the Python package pyopenjtalk-plus are found without it.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import os
 import shutil

@@ -1,7 +1,5 @@
 """A CyberGlove as an interface unit would behave on its serial line (CyberGlove III guide; later units' drivers)."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Sequence

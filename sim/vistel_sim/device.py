@@ -1,7 +1,5 @@
 """What simulated serial devices have in common: a port, mishaps, and a beat at which they measure."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Iterable
 from dataclasses import dataclass

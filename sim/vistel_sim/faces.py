@@ -1,7 +1,5 @@
 """The simulators of the built-in kinds of phones and cameras that see faces and eyes (`DeviceKind.simulator`)."""
 
-from __future__ import annotations
-
 from vistel.conference.device_list import Device
 from vistel.conference.devices import EyeConfig
 from vistel_sim.phone import SimulatedSender, face_packets, sender, talking

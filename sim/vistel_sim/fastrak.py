@@ -1,7 +1,5 @@
 """A Polhemus FASTRAK as its manual describes it (OPM00PI002 Rev. G): commands, record formats, taking turns."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

@@ -1,7 +1,5 @@
 """The FASTRAK's data records, as text and in binary (manual, command O and appendix on output formats)."""
 
-from __future__ import annotations
-
 import functools
 import struct
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """What a FASTRAK keeps: of each receiver, and of itself."""
 
-from __future__ import annotations
-
 import dataclasses
 from dataclasses import dataclass, field
 

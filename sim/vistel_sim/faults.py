@@ -1,7 +1,5 @@
 """What can go wrong with a simulated device, scripted by time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Literal, get_args

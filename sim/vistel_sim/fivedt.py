@@ -1,7 +1,5 @@
 """5DT Data Gloves as they behave on their wire: the Ultra (HID reports and wireless kit), the 16 and the 5."""
 
-from __future__ import annotations
-
 import struct
 from collections.abc import Callable, Sequence
 

@@ -1,7 +1,5 @@
 """The simulators of the built-in kinds of gloves (`DeviceKind.simulator`)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 from vistel.conference.device_list import Device

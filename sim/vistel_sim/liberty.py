@@ -1,7 +1,5 @@
 """A Polhemus LIBERTY or PATRIOT as it behaves on its serial line: commands, frames, all stations measured at once."""
 
-from __future__ import annotations
-
 import math
 import struct
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """A phone that runs Live Link Face: packets over UDP at its frame rate, to the port that listens."""
 
-from __future__ import annotations
-
 import math
 import socket
 from collections.abc import Callable, Iterable, Sequence

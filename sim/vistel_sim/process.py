@@ -3,8 +3,6 @@
 python -m vistel_sim.process CONFERENCE.toml --run RUN [--site SITE] [--fault DEVICE:KIND:AT_S:FOR_S ...]
 """
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import logging

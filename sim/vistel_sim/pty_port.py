@@ -1,7 +1,5 @@
 """A serial port whose other end is a simulated device: a pseudo-terminal, paced like a wire, that can be unplugged."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import fcntl

@@ -1,7 +1,5 @@
 """The few rotation formulas a simulated tracker needs; its own, so that it shares no mistake with what reads it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Sentences that a simulated talker says, one after the other, again and again."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """What the simulators of a conference share: its motion, its clock, the script of faults, and where ports are."""
 
-from __future__ import annotations
-
 import zlib
 from dataclasses import dataclass
 from pathlib import Path

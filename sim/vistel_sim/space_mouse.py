@@ -1,7 +1,5 @@
 """A 3D mouse as it behaves on its wire: HID reports of how its cap is pushed and turned."""
 
-from __future__ import annotations
-
 import struct
 
 

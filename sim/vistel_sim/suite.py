@@ -1,7 +1,5 @@
 """A VR tracking suite that sends a body over VMC."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.figure.posture.posture import JointPose

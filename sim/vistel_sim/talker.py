@@ -5,8 +5,6 @@ over. Speech is babble: vowels that glide into one another, as loud as the sourc
 clap is heard.
 """
 
-from __future__ import annotations
-
 import contextlib
 import fcntl
 import os

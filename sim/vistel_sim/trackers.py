@@ -1,7 +1,5 @@
 """The simulators of the built-in kinds of trackers (`DeviceKind.simulator`)."""
 
-from __future__ import annotations
-
 from vistel.arrays import F64
 from vistel.conference.device_list import Device
 from vistel.conference.devices import AnyTracker, PropTracker

@@ -1,7 +1,5 @@
 """A VRPN server with one simulated device: a tracker as a FASTRAK's driver there would report it, or a glove."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from collections.abc import Callable, Iterable, Sequence

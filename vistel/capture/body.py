@@ -1,7 +1,5 @@
 """One participant's receivers and gloves, filtered and solved. No bus, no clock: times come with the messages."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 

@@ -1,7 +1,5 @@
 """The people and props of a site, and their devices."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """One participant's face: marks, gaze, lids."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

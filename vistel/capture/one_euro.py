@@ -9,8 +9,6 @@ station with a FASTRAK's noise; at rest they give the least jitter at that error
 The angles of a glove go through the filter as it was published, without a prediction.
 """
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Keeps peaks between two motions, such as a blink."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

@@ -1,7 +1,5 @@
 """A tracked prop: frames of its receiver in, poses of the thing out. No bus, no clock: times come with the messages."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

@@ -1,7 +1,5 @@
 """What a tracking suite measures beyond four receivers: directions of elbows, legs, fingers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

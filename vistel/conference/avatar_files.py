@@ -1,7 +1,5 @@
 """Where avatars from files lie on this machine: a participant's own file, and parcels that came from other sites."""
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 

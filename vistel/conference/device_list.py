@@ -1,7 +1,5 @@
 """The devices of a conference: one value for each unit, with its name, its kind, its keys of the file and who wears it."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar

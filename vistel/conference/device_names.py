@@ -1,8 +1,6 @@
 """The names of devices. They are made here only, and nothing is read out of a name: `vistel.conference.device_list` finds the
 device that has one."""
 
-from __future__ import annotations
-
 from typing import Literal
 
 Side = Literal["left", "right"]

@@ -1,7 +1,5 @@
 """Devices in a conference file: trackers, gloves, cameras."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, cast
@@ -102,7 +100,7 @@ class TrackerConfig(AnyTracker):
     }
 
     @model_validator(mode="after")
-    def _has_the_stations(self) -> TrackerConfig:
+    def _has_the_stations(self) -> "TrackerConfig":
         kind = self.known
         if "udp" in kind.connections and self.port != "sim" and not (self.port.isdecimal() and 0 < int(self.port) < 65536):
             raise ValueError(f'port: expected a UDP port, "39539" for most suites, got {self.port!r}')
@@ -136,7 +134,7 @@ class GloveConfig(OfKind):
     """What this user's hand reads in it, as JSON; without one, a typical hand's."""
 
     @model_validator(mode="after")
-    def _can_be(self) -> GloveConfig:
+    def _can_be(self) -> "GloveConfig":
         kind = self.known
         if self.sensors not in kind.sensors:
             raise ValueError(f"sensors: a {self.kind} has {' or '.join(map(str, kind.sensors))}; got {self.sensors}")
@@ -202,7 +200,7 @@ class PropTracker(AnyTracker):
     """Quaternion (x, y, z, w) from the receiver's axes to the thing's."""
 
     @model_validator(mode="after")
-    def _is_on_a_serial_port(self) -> PropTracker:
+    def _is_on_a_serial_port(self) -> "PropTracker":
         if "serial" not in self.known.connections:
             raise ValueError(f"kind: expected a tracker on a serial port, got {self.kind!r}")
         return self

@@ -1,7 +1,5 @@
 """What a site sees: the section `[sites.display]` of a conference file."""
 
-from __future__ import annotations
-
 import math
 import re
 from typing import Literal
@@ -34,7 +32,7 @@ class Screen(Checked):
     """With `window = "each"` and no monitor: the upper left corner of its window on the desktop, pixels."""
 
     @model_validator(mode="after")
-    def _a_rectangle(self) -> Screen:
+    def _a_rectangle(self) -> "Screen":
         across = [b - a for a, b in zip(self.lower_left, self.lower_right, strict=True)]
         up = [b - a for a, b in zip(self.lower_left, self.upper_left, strict=True)]
         w, h = math.hypot(*across), math.hypot(*up)
@@ -109,7 +107,7 @@ class Display(Checked):
         return stream
 
     @model_validator(mode="after")
-    def _screens_apart(self) -> Display:
+    def _screens_apart(self) -> "Display":
         names = [screen.name for screen in self.screens]
         twice = sorted({name for name in names if names.count(name) > 1})
         if twice:

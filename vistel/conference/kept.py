@@ -1,7 +1,5 @@
 """Files kept on this machine so that they need not come again."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What is drawn of rooms that lie in files elsewhere, kept on this machine under its digest."""
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 

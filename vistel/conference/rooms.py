@@ -1,7 +1,5 @@
 """The room of a conference: the built-in one or one from a file, and what was put into it."""
 
-from __future__ import annotations
-
 import hashlib
 import json
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Where the seats of a conference's room are: round the built-in table, or where the room's file has them."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

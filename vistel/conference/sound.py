@@ -1,7 +1,5 @@
 """A site's sound in a conference file: microphones, loudspeaker, how long voices are held back, the room's equipment."""
 
-from __future__ import annotations
-
 import re
 from typing import Literal
 
@@ -29,7 +27,7 @@ class RegisterConfig(Checked):
     """What may be asked of it, in `unit`."""
 
     @model_validator(mode="after")
-    def _can_be(self) -> RegisterConfig:
+    def _can_be(self) -> "RegisterConfig":
         single = self.table in ("coil", "discrete")
         if self.kind is not None and single != (self.kind == "bit"):
             raise ValueError(f"kind: a {self.table} holds {'bits' if single else 'u16, i16 or u32'}; got {self.kind!r}")
@@ -71,7 +69,7 @@ class Equipment(Checked):
         return address
 
     @model_validator(mode="after")
-    def _can_be(self) -> Equipment:
+    def _can_be(self) -> "Equipment":
         known = self.map()
         if not known:
             raise ValueError("registers: expected at least one; nothing is known of this device")
@@ -133,7 +131,7 @@ class Audio(Checked):
         return delay
 
     @model_validator(mode="after")
-    def _one_delay_unit(self) -> Audio:
+    def _one_delay_unit(self) -> "Audio":
         if sum(e.role == "delay" for e in self.equipment) > 1:
             raise ValueError("equipment: one delay unit at most; what is played goes through it")
         names = [e.name for e in self.equipment]

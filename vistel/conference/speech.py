@@ -1,7 +1,5 @@
 """Spoken commands of a site in a conference file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Literal, Self
 

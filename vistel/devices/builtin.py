@@ -1,7 +1,5 @@
 """The kinds of devices that come with VISTEL."""
 
-from __future__ import annotations
-
 from vistel.devices.kind import DeviceKind
 from vistel.protocol import cyberglove, fastrak, fivedt, liberty
 

@@ -1,7 +1,5 @@
 """Which kind of device sends some bytes. It names a device that is plugged in at the wrong place."""
 
-from __future__ import annotations
-
 import re
 
 from vistel.devices.kind import DeviceKind

@@ -1,7 +1,5 @@
 """The description of a kind of device. It is the one place that names the kind's driver, simulator and calibration."""
 
-from __future__ import annotations
-
 import pkgutil
 from collections.abc import Mapping
 from dataclasses import dataclass, field

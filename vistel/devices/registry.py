@@ -6,8 +6,6 @@ A package offers a kind as an entry point of the group `vistel.devices` whose ob
     beacon = "beacon:KIND"
 """
 
-from __future__ import annotations
-
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 

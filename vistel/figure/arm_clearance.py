@@ -1,7 +1,5 @@
 """Arms turned out of the own body: postures made for another body may put an arm inside the trunk, the head or a leg."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

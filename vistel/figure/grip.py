@@ -1,7 +1,5 @@
 """Fingers closed round a bar until each bone of them touches it."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

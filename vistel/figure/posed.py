@@ -1,7 +1,5 @@
 """Figures for programs and notebooks: built in or from a file, put into a posture by joint names."""
 
-from __future__ import annotations
-
 import difflib
 import math
 import tomllib
@@ -27,7 +25,7 @@ class PosedFigure:
     posture: Posture = field(default_factory=standing)
     wrinkles: tuple[str, ...] = ()
 
-    def pose(self, **degrees: Degrees) -> PosedFigure:
+    def pose(self, **degrees: Degrees) -> "PosedFigure":
         """This figure with joints at these angles, in degrees: `pose(left_lower_arm=90, head=(0, 30, 0))`.
 
         The other joints keep their angles. See `vistel.figure.posture.by_joint.with_joints` for how many angles a joint takes.
@@ -35,7 +33,7 @@ class PosedFigure:
         """
         return replace(self, posture=with_joints(self.posture, degrees))
 
-    def at(self, x: float, z: float, heading: float = 0.0) -> PosedFigure:
+    def at(self, x: float, z: float, heading: float = 0.0) -> "PosedFigure":
         """This figure standing at (x, z) on the floor [m], turned by `heading` about the vertical [degrees]; 0 faces +Z."""
         stance = Stance(np.array((x, 0.0, z)), math.radians(heading))
         return replace(self, posture=replace(self.posture, stance=stance))

@@ -1,7 +1,5 @@
 """Between the messages of commands and what may be asked of the world: fields of the same names (`description.COMMANDS`)."""
 
-from __future__ import annotations
-
 from dataclasses import MISSING, fields
 from enum import Enum
 from typing import Any, TypeVar, cast

@@ -1,7 +1,5 @@
 """Between the Motion of the wire and the posture of a figure: neither knows the other."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

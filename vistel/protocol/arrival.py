@@ -1,7 +1,5 @@
 """When a byte crossed the wire, from when it was read."""
 
-from __future__ import annotations
-
 from collections import deque
 
 

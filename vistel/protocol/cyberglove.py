@@ -8,8 +8,6 @@ answer ends in 0x00 and a sensor's value is 1..255, never 0, so a zero ends a sa
 'S' and 'G' are legal sensor values too: the place of the zero, not the letter, marks a sample.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from vistel.protocol.arrival import ByteArrivals

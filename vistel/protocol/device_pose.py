@@ -1,6 +1,4 @@
 """The form in which drivers pass on where a device saw something."""
 
-from __future__ import annotations
-
 DevicePose = tuple[tuple[float, float, float], tuple[float, float, float, float]]
 """Position [m] and unit quaternion (x, y, z, w), in the device's own frame or that of the bone's parent."""

@@ -4,8 +4,6 @@ The map of an audio delay unit (eight channels of delay line with bypass, mute a
 amplifier, a projector, shutters, are given in the conference file.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType

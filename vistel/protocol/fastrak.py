@@ -8,8 +8,6 @@ The driver asks every station for position, quaternion and CR LF in binary and c
 There is neither length nor checksum, so a record is accepted only when all of it is possible.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from dataclasses import dataclass

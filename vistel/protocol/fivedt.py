@@ -9,8 +9,6 @@ Data Glove 5, 19200 baud, when asked (`D`):    0x80 | thumb .. little, pitch, ro
 Sources: 5DT Data Glove Ultra manual v1.3, appendix B; the formats as read by VRPN and VR Juggler.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from dataclasses import dataclass

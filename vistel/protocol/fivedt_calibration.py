@@ -6,8 +6,6 @@ follow middle joints; on a glove with five sensors, each of which bends with a f
 the bend in the proportion of their ranges.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

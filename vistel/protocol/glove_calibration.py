@@ -9,8 +9,6 @@ anatomical (flexion to the palm, abduction to the thumb), so left and right glov
 software negates abductions on the left because it gives angles in a frame.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import dataclass

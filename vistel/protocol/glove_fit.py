@@ -4,8 +4,6 @@ Between a flat hand and a fist each flexion sensor is linear; between a flat and
 what bending alone does to it (seen in the fist, whose fingers lie side by side); the pinch turns the thumb's roll.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

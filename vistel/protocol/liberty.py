@@ -13,8 +13,6 @@ All stations are measured at once, and records with the same frame count belong 
 read by VRPN (vrpn_Tracker_Liberty) and by the ROS driver of the University of Edinburgh.
 """
 
-from __future__ import annotations
-
 import re
 import struct
 from dataclasses import dataclass

@@ -6,8 +6,6 @@
 A phone that sees no face sends no values (count 0). Source: the packets of the app, as kept in public recordings.
 """
 
-from __future__ import annotations
-
 import math
 import struct
 from dataclasses import dataclass

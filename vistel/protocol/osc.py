@@ -1,7 +1,5 @@
 """Open Sound Control 1.0: packets to messages and back. No arguments but the types int, float, string, blob, T and F."""
 
-from __future__ import annotations
-
 import struct
 
 Argument = int | float | str | bytes | bool

@@ -4,8 +4,6 @@ A contact closes where fingertips touch each other. As the fingers are not measu
 pinches with the fingers that touch and rests with the others. Angles: see `vistel.protocol.glove_calibration`.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection
 

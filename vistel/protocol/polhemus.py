@@ -1,7 +1,5 @@
 """What Polhemus' trackers have in common: their frame, their records' poses, their line."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -7,8 +7,6 @@ counts reach about 350 either way. Reports come while the cap is touched, and on
 Sources: linux/drivers/hid and the spacenavd project's descriptions of these devices.
 """
 
-from __future__ import annotations
-
 import struct
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """What parsers of byte streams have in common: bytes come in any pieces, and what cannot be anything is stepped over."""
 
-from __future__ import annotations
-
 import re
 from abc import ABC, abstractmethod
 

@@ -1,7 +1,5 @@
 """When a device that measures in turns really measured, freed from the jitter of the machine that reads it."""
 
-from __future__ import annotations
-
 from bisect import insort
 from collections.abc import Sequence
 

@@ -7,8 +7,6 @@ Names are VRM's humanoid bones (Unity: "LeftUpperArm"). The sender's frame is le
 comes out is right-handed: X left, Y up, Z forward.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

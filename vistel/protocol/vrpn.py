@@ -17,8 +17,6 @@ everything over TCP.
     vrpn_Base ping_message    nothing; a device that is there answers with vrpn_Base pong_message
 """
 
-from __future__ import annotations
-
 import math
 import re
 import struct

@@ -1,7 +1,5 @@
 """What pictures of a site show, as its conference file says."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path

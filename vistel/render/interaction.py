@@ -1,7 +1,5 @@
 """What lets somebody at a window act on the pictures that are drawn. A service that has windows provides it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Protocol
 

@@ -3,8 +3,6 @@
 Every call comes from the thread that opened the surface.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 A process that waits to take over makes it ahead (`preload`); what is not there is made when it is asked for.
 """
 
-from __future__ import annotations
-
 import contextlib
 from dataclasses import replace
 

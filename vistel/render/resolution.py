@@ -4,8 +4,6 @@ there is time. The picture shown keeps its size.
 Measured, not guessed: a step down that does not make pictures cheaper (the machine is slow at something else) is taken back.
 """
 
-from __future__ import annotations
-
 STEPS = (1.0, 0.84, 0.71, 0.59, 0.5)
 """Drawn width and height as parts of the shown ones: each has about 0.7 times the pixels of the one before."""
 FEWEST_LINES = 270

@@ -1,7 +1,5 @@
 """One picture of a room and its things, nobody in it."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from types import MappingProxyType
 

@@ -1,7 +1,5 @@
 """From an instant to a picture: poses the figures, aims the camera, draws, hands the picture on. One thread owns it."""
 
-from __future__ import annotations
-
 import logging
 import math
 import time

@@ -1,7 +1,5 @@
 """Things in the picture: what each looks like, how soft ones are pressed now, and what people have selected."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Iterable, Mapping, Sequence
 

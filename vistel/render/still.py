@@ -1,7 +1,5 @@
 """One picture of figures, or of a conference's state, for programs and notebooks."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@
 What stands in `__all__` is public; it is loaded when it is first used.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 

@@ -8,8 +8,6 @@ async def play(session: AsyncSession) -> None:
 run(play)      # python my_activity.py conference.toml --as aiko --hub tcp/127.0.0.1:7447
 """
 
-from __future__ import annotations
-
 import argparse
 import asyncio
 import contextlib

@@ -1,7 +1,5 @@
 """`vistel.join`: a running conference from a plain program, a notebook or a script, without an event loop of one's own."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Coroutine, Iterator
@@ -22,7 +20,7 @@ from vistel.wire.bus import Sample
 T = TypeVar("T")
 
 
-def join(conference: str | Path, site: str | None = None, participant: str | None = None, hub: str | None = None) -> Session:
+def join(conference: str | Path, site: str | None = None, participant: str | None = None, hub: str | None = None) -> "Session":
     """Join a running conference; use it in a `with`.
 
     conference: its file. site, participant: in whose name; default: the first participant of the site, or of the file.
@@ -101,7 +99,7 @@ class Session:
         """Every message of a topic from now on; `names` narrow it, such as `participant="ben"`."""
         return self._each(self._joined.messages(topic, **names))
 
-    def publish(self, display_name: str = "", avatar: str = "", height_m: float = 1.75) -> Published:
+    def publish(self, display_name: str = "", avatar: str = "", height_m: float = 1.75) -> "Published":
         """Take part with a body: announce the participant, then `put` postures."""
         publisher = self._call(_now(lambda: self._joined.publish(display_name, avatar, height_m)))
         return Published(publisher, self._loop)

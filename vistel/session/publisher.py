@@ -1,7 +1,5 @@
 """Publishing a participant from a program: who they are, and their postures."""
 
-from __future__ import annotations
-
 from vistel.figure.posture.posture import Posture
 from vistel.messages.postures import sample_of
 from vistel.v1.motion_pb2 import Participant

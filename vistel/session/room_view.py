@@ -1,7 +1,5 @@
 """The room as a program sees it: one value per step of the world."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """A program's part in a running conference, for programs that run an event loop of their own (see `vistel.join` for others)."""
 
-from __future__ import annotations
-
 import secrets
 from collections.abc import AsyncGenerator, AsyncIterator
 from contextlib import asynccontextmanager

@@ -3,8 +3,6 @@
 Lengths in metres, angles in radians, quaternions (x, y, z, w).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -169,7 +167,7 @@ class Place(Action):
     where: Where = Where.HERE
 
 
-def _turned(action: Turn, towards: Towards) -> Turn:
+def _turned(action: "Turn", towards: Towards) -> "Turn":
     """To the right is clockwise from above; ahead is over the far edge."""
     sense, about = {
         Towards.RIGHT: (-1.0, Along.UP),

@@ -5,8 +5,6 @@ of class and fields), the console and its list of commands (`phrase`), what spok
 verbs of the grammar (`vistel.speech.grammar_file`). What the command does is a function under `context.performs`.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, dataclass, fields

@@ -1,7 +1,5 @@
 """Eye positions and viewing directions of people."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass
 

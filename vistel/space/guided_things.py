@@ -3,8 +3,6 @@
 A motion by mouse counts as a change by that participant, who can undo it like a command (`vistel.space.history`).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Inputs of one step of the world. They and the state before determine everything the world does."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

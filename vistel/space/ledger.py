@@ -1,7 +1,5 @@
 """Limits the rate of commands, and keeps the answers to recent ones."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from vistel.space.inputs import CommandInput
@@ -29,16 +27,16 @@ class Ledger:
                 return known
         return None
 
-    def with_answer(self, outcome: Outcome) -> Ledger:
+    def with_answer(self, outcome: Outcome) -> "Ledger":
         """After an answer was given."""
         return replace(self, answers=(*self.answers, outcome)[-REMEMBERED:])
 
-    def next_step(self) -> Ledger:
+    def next_step(self) -> "Ledger":
         """Allowances grow back; those that are full again are forgotten."""
         grown = tuple((who, left + PER_STEP) for who, left in self.allowance)
         return replace(self, allowance=tuple((who, left) for who, left in grown if left < BURST))
 
-    def spend(self, participant: str) -> Ledger | None:
+    def spend(self, participant: str) -> "Ledger | None":
         """The ledger with one command less for the participant; None when none is left."""
         left = dict(self.allowance).get(participant, BURST)
         if left < 1.0:

@@ -1,7 +1,5 @@
 """People in the world: their posed primitives, their velocities, and the primitives of digits and palms."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
@@ -128,7 +126,7 @@ class Figure:
         """The participant."""
         return self.person.participant
 
-    def moved(self, motion: MotionInput, step: int) -> Figure:
+    def moved(self, motion: MotionInput, step: int) -> "Figure":
         """The figure after `motion`, received at a step of the world."""
         new = motion.seq != self.seq or motion.t_ns != self.t_ns
         if not new:
@@ -143,13 +141,13 @@ class Figure:
             appeared=step if self.posture is None else self.appeared,
         )
 
-    def with_opening(self, dt: float) -> Figure:
+    def with_opening(self, dt: float) -> "Figure":
         """The figure with the least flexions one step later. dt: [s]."""
         if self.posture is None:
             return self
         return replace(self, opened=np.minimum(flexion(self.posture), self.opened + OPENING_LEAK * dt))
 
-    def opened_now(self, hands: tuple[bool, ...]) -> Figure:
+    def opened_now(self, hands: tuple[bool, ...]) -> "Figure":
         """The least flexions begin anew for the chosen `hands` (left, right)."""
         if self.posture is None or not any(hands):
             return self

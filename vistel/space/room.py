@@ -3,8 +3,6 @@
 Room frame: right-handed, metres, Y up, floor at y = 0, table centre at x = z = 0.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

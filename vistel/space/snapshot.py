@@ -1,7 +1,5 @@
 """The world's state as bytes: JSON whose numbers read back exactly, the same bytes for the same state."""
 
-from __future__ import annotations
-
 import json
 import re
 from base64 import b64decode, b64encode

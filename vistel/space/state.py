@@ -1,7 +1,5 @@
 """The world's whole state between two steps."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 

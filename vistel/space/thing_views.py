@@ -1,7 +1,5 @@
 """The published states of things. A thing at rest keeps the view of the step before."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

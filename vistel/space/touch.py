@@ -1,7 +1,5 @@
 """Turns contacts between primitives into the published contacts with forces, and into ghosts."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The world's output after a step. Room frame, metres, seconds, newtons; quaternions (x, y, z, w)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -4,8 +4,6 @@
 from the same state give the same bytes; `World.snapshot` is that state, and `World.restore` continues from it.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Container, Sequence
 from dataclasses import replace
@@ -118,7 +116,7 @@ class World:
         return snapshot.encode(self._room, self._state)
 
     @staticmethod
-    def restore(data: bytes, like: World | None = None) -> World:
+    def restore(data: bytes, like: "World | None" = None) -> "World":
         """A world that goes on from `snapshot`. Raises ValueError when the bytes are none, or of another version.
 
         like: one of the same room a moment ago, whose things need not be made and weighed again.

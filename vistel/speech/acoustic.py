@@ -3,8 +3,6 @@
 The weights are one file in the package (`data/japanese.npz`; `data/japanese.md` beside it says how they were made).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """When each phone was said, for speech of which the phones are known (forced alignment)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@ The grammar says which sentences there are as patterns: sequences of slots, each
 or end alike share their junctions, so that the decoder looks at each word once, not once per sentence.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """How far a recognised sentence is to be believed: how much worse than its words any sounds at all would fit."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

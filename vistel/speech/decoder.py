@@ -1,8 +1,6 @@
 """The likeliest sentences of an automaton for what is heard, frame by frame (Viterbi, token passing), with a loop over
 all phones beside it that stands for any other talk."""
 
-from __future__ import annotations
-
 import heapq
 from dataclasses import dataclass
 

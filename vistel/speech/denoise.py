@@ -4,8 +4,6 @@ The gain follows Ephraim and Malah's decision-directed estimate (1984); the nois
 spectrum, raised to its mean (Martin 2001, much shortened).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F32

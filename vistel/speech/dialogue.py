@@ -3,8 +3,6 @@
 Time is an argument [ns].
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum

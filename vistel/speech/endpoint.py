@@ -1,7 +1,5 @@
 """Where utterances begin and end, from how likely each frame is a pause."""
 
-from __future__ import annotations
-
 from collections import deque
 
 _RECENT = 12

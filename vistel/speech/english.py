@@ -3,8 +3,6 @@
 Beside the grammar a loop of phones hears the same sound; how much worse than that the sentence fits is its confidence.
 """
 
-from __future__ import annotations
-
 import math
 import tempfile
 from collections.abc import Mapping

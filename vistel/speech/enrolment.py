@@ -4,8 +4,6 @@ One matrix and one shift for every frame are found so that the net, as it is, gi
 probability: a linear input layer, held near to leaving all as it is. Five minutes tell that much and no more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from pathlib import Path
 

@@ -4,8 +4,6 @@ A grammar compiles to JSGF (`Grammar.jsgf`), to patterns for an automaton over p
 (`Grammar.sentences`). What a recogniser reports as words, and what somebody typed, is read back by `Grammar.said`.
 """
 
-from __future__ import annotations
-
 import random
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -84,7 +82,7 @@ class Grammar:
         """Those in which something can be said."""
         return tuple(name for name in LANGUAGES if self.by_language.get(name))
 
-    def awaited(self) -> Grammar:
+    def awaited(self) -> "Grammar":
         """The same with the wake word before each sentence, or alone."""
         out = dict(self.by_language)
         for language, place in self.wake.items():

@@ -3,8 +3,6 @@
 What is wrong in a file is named with its line and left out; the rest works.
 """
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence

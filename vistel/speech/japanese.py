@@ -1,7 +1,5 @@
 """The Japanese recogniser: features, net, endpoints and decoder in a row. A `Recogniser` of `recognition.py`."""
 
-from __future__ import annotations
-
 from collections import deque
 
 import numpy as np

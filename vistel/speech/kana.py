@@ -1,7 +1,5 @@
 """Kana as it is read, however it was written: katakana, romaji, long vowels."""
 
-from __future__ import annotations
-
 from vistel.speech.phones import hiragana
 
 _VOWELS = "aiueo"

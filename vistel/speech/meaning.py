@@ -1,7 +1,5 @@
 """From what a sentence means to what is asked of the world, by the descriptions of its commands."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
 from typing import Any

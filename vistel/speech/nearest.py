@@ -4,8 +4,6 @@ Words that are put in, left out or put in another's place cost 1, less where the
 the graph of the grammar's words is found by dynamic programming, all places of the text at once.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """The sounds of Japanese, and how kana are said."""
 
-from __future__ import annotations
-
 import unicodedata
 
 PAUSE = "pau"

@@ -1,7 +1,5 @@
 """The recogniser of a language, from a grammar."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Speech from text, by the synthesisers a machine has: espeak-ng, flite. For replies, simulated talkers and measurements."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess

@@ -1,7 +1,5 @@
 """The smallest graph of single words that accepts a grammar's sentences, so that a decoder looks at each word once."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from vistel.speech.grammar import Grammar, Language, Sentence

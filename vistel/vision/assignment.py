@@ -1,7 +1,5 @@
 """Linear assignment."""
 
-from __future__ import annotations
-
 from typing import cast
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From pictures of an eye to pupil, gaze and opening of the lids."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """The calibration of one person's face in one helmet camera: positions of the marks at rest, and their colour."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass

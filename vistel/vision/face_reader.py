@@ -1,7 +1,5 @@
 """From pictures of a helmet's face camera to the marks of the face: key, spots, assignment, less the slip of the helmet."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 

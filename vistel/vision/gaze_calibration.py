@@ -1,7 +1,5 @@
 """From the position of the pupil in a picture to the gaze: a quadratic map, learnt from nine points."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """A joint Gaussian of the marks of a face: covariance of expressions, and of a helmet that slips."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

@@ -4,8 +4,6 @@ The filter's covariance is that of `MarkShape`, so hidden marks follow those tha
 nearly as likely, both are predicted until the others decide.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

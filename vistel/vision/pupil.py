@@ -4,8 +4,6 @@ Dark discs are proposed by how much darker a square is than the ring round it (Å
 unrolled about its centre; its outline is the path of steepest rise from dark to bright. The best outline is the pupil's.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import cv2

@@ -1,7 +1,5 @@
 """Spots of a key picture, with sub-pixel centres; merged spots can be split."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -5,8 +5,6 @@ As systemd's watchdog does, by a file whose time of change is the sign of life: 
 would have to inherit, and no thread, which would go on while the loop hangs.
 """
 
-from __future__ import annotations
-
 import asyncio
 import faulthandler
 from pathlib import Path

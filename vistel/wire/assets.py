@@ -3,8 +3,6 @@
 Bytes here; what they mean, and whether they are what their name says, is for who asked.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from collections.abc import Callable, Mapping

@@ -5,8 +5,6 @@ Zenoh calls back on Python threads of its own, and the interpreter waits for suc
 thread's end.
 """
 
-from __future__ import annotations
-
 import contextlib
 import threading
 from collections.abc import Callable

@@ -5,8 +5,6 @@ A background task belongs to the service within which it was started. When it ra
 back-off. Every task whose result nobody awaits is started here, so that none can fail unseen.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from collections.abc import AsyncGenerator, Awaitable, Coroutine

@@ -1,7 +1,5 @@
 """Clocks: the only place of the library that reads one. Times are integer nanoseconds of conference time."""
 
-from __future__ import annotations
-
 import asyncio
 import threading
 import time

@@ -5,8 +5,6 @@ offset is at most half the round trip. Of several probes the one with the shorte
 half of that is the uncertainty reported.
 """
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from dataclasses import dataclass

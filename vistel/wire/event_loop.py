@@ -4,8 +4,6 @@ From a message's publication to its handler in another process uvloop saves abou
 starts no processes in groups of their own, so what supervises processes stays on asyncio's.
 """
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Coroutine
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """Who speaks for a room: of two worlds that both believe they do, the one of the higher term is heard."""
 
-from __future__ import annotations
-
 LEASE_NS = 2_000_000_000
 """How long a term counts after it was heard last: a world that begins anew, knowing nothing of the last one, is heard again."""
 

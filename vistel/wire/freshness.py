@@ -1,7 +1,5 @@
 """Tells a late message from one whose sender's clock is off."""
 
-from __future__ import annotations
-
 NS = 1_000_000_000
 
 

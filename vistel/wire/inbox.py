@@ -1,7 +1,5 @@
 """What a subscription holds between the network's thread and the service's event loop."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import threading

@@ -6,8 +6,6 @@ metadata. Chunks are closed at 256 KB or after a second, so a recorder that dies
 second.
 """
 
-from __future__ import annotations
-
 import heapq
 import os
 import tomllib

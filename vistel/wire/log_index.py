@@ -1,7 +1,5 @@
 """Where everything lies in an MCAP file: from its summary, or, when it was cut off, by walking through its records."""
 
-from __future__ import annotations
-
 import contextlib
 import struct
 from dataclasses import dataclass, field

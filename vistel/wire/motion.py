@@ -6,8 +6,6 @@ with "rare" it needs those between, for fewer bytes. A full frame comes at least
 does whoever lost a frame that others refer to. docs/reference/motion-stream.md describes the bytes.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.wire.motion_codec.decoder import ListFrame, MotionDecoder, MotionFrame

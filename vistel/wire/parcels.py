@@ -4,8 +4,6 @@ Every part has a key of its own, so that the bus repeats it to who comes late. W
 the right one, wherever it came from.
 """
 
-from __future__ import annotations
-
 import hashlib
 import logging
 from collections.abc import Iterator

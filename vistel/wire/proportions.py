@@ -1,7 +1,5 @@
 """The message Proportions, to and from plain lists."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Bytes of a device's wire, gathered into messages and taken out again with the time of every read."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 
 from vistel.v1.device_pb2 import RawBytes

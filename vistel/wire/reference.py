@@ -1,7 +1,5 @@
 """Writes the reference page of topics from the table: `python -m vistel.wire.reference`."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 

@@ -7,8 +7,6 @@ message waits for the network, no link has to be closed for being slow, and a ro
 sent meanwhile is fetched afterwards.
 """
 
-from __future__ import annotations
-
 import struct
 import threading
 from collections import deque
@@ -35,7 +33,7 @@ class Stamp:
         return _STAMP.pack(self.epoch, self.seq, self.oldest)
 
     @staticmethod
-    def from_bytes(data: bytes) -> Stamp | None:
+    def from_bytes(data: bytes) -> "Stamp | None":
         """The other end of `to_bytes`; None for bytes of another length."""
         return Stamp(*_STAMP.unpack(data)) if len(data) == _STAMP.size else None
 
@@ -97,7 +95,7 @@ class ReceiveOrder:
     retired: set[int] = field(default_factory=set[int])
 
     @staticmethod
-    def starting(stamp: Stamp, *, from_last: bool) -> ReceiveOrder:
+    def starting(stamp: Stamp, *, from_last: bool) -> "ReceiveOrder":
         """A key seen for the first time.
 
         From_last: deliver the last value and what follows; else all that is kept.

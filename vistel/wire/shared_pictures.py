@@ -18,8 +18,6 @@ and picture n lies in place n mod the ring's length, with a head of 64 bytes bef
     16  u64       conference time at which it was drawn [ns]
 """
 
-from __future__ import annotations
-
 import contextlib
 import mmap
 import os

@@ -3,8 +3,6 @@
 Keys, access rules, the recorder, the console and the reference page come from it.
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 from enum import Enum

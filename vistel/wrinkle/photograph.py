@@ -4,8 +4,6 @@ A ridge that is lit from one side is bright on that side and dark on the other: 
 side is towards the lamp. A valley's is the other way round, and so are the feet of a ridge, which is how they are told apart.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import pairwise

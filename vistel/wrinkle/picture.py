@@ -1,7 +1,5 @@
 """Pictures of wrinkles for looking at: a shape's curves, and a shape as it comes out on cloth or skin."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Thinned lines as curves: paths between their ends and forks."""
 
-from __future__ import annotations
-
 from collections import defaultdict
 
 import numpy as np

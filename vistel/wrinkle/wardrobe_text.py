@@ -1,7 +1,5 @@
 """Sets of wrinkles as a text that holds all they need: what an avatar's file keeps of what it wears, readable as TOML."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, cast
 

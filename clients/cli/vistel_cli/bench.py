@@ -1,7 +1,5 @@
 """`vistel bench`: VISTEL's figures beside those of a named peer, from one run."""
 
-from __future__ import annotations
-
 import importlib
 import inspect
 import json

@@ -1,7 +1,5 @@
 """The `vistel` command."""
 
-from __future__ import annotations
-
 import logging
 import os
 import sys

@@ -1,7 +1,5 @@
 """Finds the participant that a command names."""
 
-from __future__ import annotations
-
 from vistel.conference.model import Conference, Participant, Site
 from vistel_cli.terminal import USAGE, fail
 

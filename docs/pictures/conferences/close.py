@@ -5,8 +5,6 @@
 As the renderer shows them: a world says what touches and what is held, skins give way. Needs an OpenGL context (software is fine).
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 make demo && python -m docs.pictures.conferences.demo
 """
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

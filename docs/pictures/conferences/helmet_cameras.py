@@ -4,8 +4,6 @@ Makes helmet-cameras.png: above, a speaking face with its marks, the same with a
 the eye at three of the nine points, half closed and closed. Green: seen; yellow: guessed from the others.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import cv2

@@ -1,8 +1,6 @@
 """window.png and watch.png: one conference as it is seen in a window, where somebody moves a thing by mouse, and in
 a browser that watches another site's stream. Needs Xvfb and Chromium; takes a minute."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import signal

@@ -4,8 +4,6 @@ with (tests/looks/test_looks.py).
 Everything goes the way it goes live: a world is stepped, what it says is told to the renderer's stage, and its studio draws it.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable

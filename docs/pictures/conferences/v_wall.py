@@ -6,8 +6,6 @@ as that eye sees it, both screens where they stand, and the same room without an
 Needs an OpenGL context (EGL without a display; software is fine).
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A wall of screens as somebody before it sees it: each screen's picture laid on it where it stands, seen from one eye."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import replace

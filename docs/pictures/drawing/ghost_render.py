@@ -1,7 +1,5 @@
 """Pictures of several bodies under ghosts: in space by `implicit_render`, and cut by the plane z = 0."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 

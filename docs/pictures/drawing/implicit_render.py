@@ -4,8 +4,6 @@ Rays step through the shape's bounds and the crossing of the threshold is refine
 and thin parts come out as they are. Costly shapes (polyblobs of many triangles) are stepped through on a lattice.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 

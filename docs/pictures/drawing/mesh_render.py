@@ -1,7 +1,5 @@
 """Photographs of meshes by OpenGL without a window: textured people and plain things together."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,13 +25,13 @@ class Part:
     texture: NDArray[np.uint8]
 
     @staticmethod
-    def plain(vertices: NDArray[np.floating], triangles: NDArray[np.integer], colour: Sequence[float]) -> Part:
+    def plain(vertices: NDArray[np.floating], triangles: NDArray[np.integer], colour: Sequence[float]) -> "Part":
         """A mesh of one colour."""
         texture = np.full((1, 1, 3), np.multiply(colour, 255), np.uint8)
         return Part(vertices, normals(vertices, triangles), np.zeros((len(vertices), 2), np.float32), triangles, texture)
 
     @staticmethod
-    def worn(avatar: Avatar, mesh: Mesh, vertices: F32, normals: F32) -> Part:
+    def worn(avatar: Avatar, mesh: Mesh, vertices: F32, normals: F32) -> "Part":
         """A mesh of an avatar where it is now: vertices, normals (V, 3)."""
         corner = mesh.corner_vertex
         return Part(vertices[corner], normals[corner], mesh.uv, mesh.corner_triangles, avatar.albedo)

@@ -1,7 +1,5 @@
 """Photographs of figures that wear wrinkles: moved texture coordinates, and the light of wrinkles at those that did not move."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

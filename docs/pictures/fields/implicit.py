@@ -1,7 +1,5 @@
 """Make the pictures of docs/explanation/implicit.md: python -m docs.pictures.fields.implicit [name ...]"""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable
 

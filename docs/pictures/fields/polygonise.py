@@ -1,7 +1,5 @@
 """The pictures of docs/how-to/polygonise.md: meshes with their edges, smooth and as they are."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 from dataclasses import replace

@@ -4,8 +4,6 @@ scanline-table-2.png: the five scenes of docs/performance.md, by scanlines above
 scanline-edit.png: a picture, the same with one sphere moved, and what was drawn again for it.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

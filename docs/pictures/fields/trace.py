@@ -3,8 +3,6 @@
 python -m docs.pictures.fields.trace            writes trace.png and trace-table1.png beside this file
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

@@ -3,8 +3,6 @@
 Prints a table and makes embedding-fit.png: the person coloured by vertex weight, and histograms of the weights.
 """
 
-from __future__ import annotations
-
 import sys
 from pathlib import Path
 

@@ -3,8 +3,6 @@
 Names: 14, 15, honey, fly-paper. With --film also an MP4 of each into out/ghosts (needs the package `av`).
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace

@@ -3,8 +3,6 @@
 Names: 5, 9, 10, 11, 33, 72. Figures 14, 15 and the films are made by ghost_scenes.py.
 """
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Callable, Sequence
 

@@ -5,8 +5,6 @@ pressed by a ball that is not shown. With a mesh of
 your own it prints how well the primitives fit and shows that instead.
 """
 
-from __future__ import annotations
-
 import colorsys
 import sys
 from pathlib import Path

@@ -5,8 +5,6 @@
 Needs an OpenGL context (EGL without a display; software is fine) and a minute.
 """
 
-from __future__ import annotations
-
 import argparse
 import logging
 import subprocess

@@ -6,8 +6,6 @@ wrinkle-renderer.png: bent sleeves as the renderer draws them.
 Needs an OpenGL context (EGL without a display; software is fine).
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 import time

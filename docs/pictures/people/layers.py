@@ -7,8 +7,6 @@ its layers) and layers-sweep.png (an elbow from 0 to 150 degrees) beside this fi
 built-in person. Needs an OpenGL context (EGL without a display; software is fine).
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from dataclasses import replace

@@ -9,8 +9,6 @@ young_lightskinned_male_diffuse2: caucasian-male-young and caucasian-female-youn
 (universal-male-young-averagemuscle-maxweight=1.3) in male_elegantsuit01.
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

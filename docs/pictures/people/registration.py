@@ -5,8 +5,6 @@
 Needs an OpenGL context (EGL without a display; software is fine).
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from pathlib import Path

@@ -5,8 +5,6 @@
 AVATAR: what follows "builtin:", or an avatar file. Needs an OpenGL context (software is fine).
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Callable

@@ -9,8 +9,6 @@ second site's viewer sees it, with the recorded voice. Where the recording found
 again. Needs ffmpeg, espeak-ng and an OpenGL context (software is fine, and takes some minutes).
 """
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import itertools

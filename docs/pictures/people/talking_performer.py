@@ -4,8 +4,6 @@ Gestures are keys joined by minimum-jerk moves; the mouth follows the sound of t
 sentences, as people's do.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

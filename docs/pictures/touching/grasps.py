@@ -6,8 +6,6 @@ FOLDER: of the recordings, with hand/leap/grab.json.lz in it; its closed hand is
 as the world lays it on them (below). Needs an OpenGL context (software is fine).
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -6,8 +6,6 @@ Everything goes through the world: hands come, close and move, and are drawn as 
 context (software is fine).
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from dataclasses import replace

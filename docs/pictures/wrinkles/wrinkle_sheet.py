@@ -4,8 +4,6 @@ that wrinkles.py has drawn.
     python -m docs.pictures.wrinkles.wrinkle_sheet [--out FOLDER]
 """
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

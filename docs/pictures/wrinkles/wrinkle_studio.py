@@ -1,7 +1,5 @@
 """wrinkle-studio.png: the page of `vistel wrinkle studio`, as Chromium shows it."""
 
-from __future__ import annotations
-
 import asyncio
 import sys
 import tempfile

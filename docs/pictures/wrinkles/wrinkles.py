@@ -6,8 +6,6 @@ They show what the dissertation's figures 45 to 51 show. The figures need an Ope
 fine).
 """
 
-from __future__ import annotations
-
 import argparse
 import math
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """The Beacon's driver: from lines to TrackerFrame messages, and the little there is to start."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

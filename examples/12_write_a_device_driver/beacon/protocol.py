@@ -9,8 +9,6 @@ Positions are in millimetres. The quaternion turns the receiver's axes into the 
 before the asterisk modulo 256, in decimal.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 START = b"G\n"

@@ -1,7 +1,5 @@
 """A simulated Beacon at a pseudo-terminal, moved by the conference's motion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from beacon.protocol import ANSWER, RATE_HZ, START, STOP, WHO, Sample, line_of

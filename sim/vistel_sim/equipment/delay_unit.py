@@ -1,7 +1,5 @@
 """An audio delay unit on Modbus: eight channels of delay line with ramps, bypass, mute and levels."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What simulated equipment on Modbus has in common: a server on TCP or on a serial line, that can be unplugged and misbehave."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from abc import ABC, abstractmethod

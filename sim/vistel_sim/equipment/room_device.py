@@ -1,7 +1,5 @@
 """Any other device of a room on Modbus, by the registers it is configured to have: an amplifier, a projector, shutters."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 

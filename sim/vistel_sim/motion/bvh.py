@@ -1,7 +1,5 @@
 """Biovision hierarchy files: reading, forward kinematics, and the joints this system needs, by their usual names."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """A participant who does what a calibration asks for, on time: the moves of `vistel.figure.calibration.moves`."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Somebody who claps: the hands meet at known times, with speed, and part again."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -3,8 +3,6 @@
 One cycle of it: the palm on its top, the forefinger into it twice, both palms on its ends.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@ The recorded thing is longer and thicker than the room's, and its frame sits on 
 along the line between the two hands' grips, and each hand is led, while it holds, to where it holds the shorter one.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

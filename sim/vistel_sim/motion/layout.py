@@ -1,7 +1,5 @@
 """What choreographies need to know of the room they play in: how high its tables are, who sits near whom, where the baton lies."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

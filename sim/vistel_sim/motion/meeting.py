@@ -4,8 +4,6 @@ All of it is a smooth function of time and the conference's seed. The script (`s
 file adds what people do without thinking: breathing, swaying, gesturing while they speak, turning to who speaks.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 

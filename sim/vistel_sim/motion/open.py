@@ -1,7 +1,5 @@
 """From a conference file to the motion of its participants."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Callable, Sequence
 from functools import partial

@@ -1,7 +1,5 @@
 """People moved by recordings, put at their places in the room and fitted to their bodies."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ Frames: metres, right-handed, Y up; rotations take the person's T-pose (facing +
 pose, so that they mean the same as the figure's own joint rotations.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

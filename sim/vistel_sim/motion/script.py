@@ -4,8 +4,6 @@ Seat 0 takes the baton from its rest, hands it to seat 1, gets it back later and
 lays a hand on seat 0's; seats 1 and the last press their palms together. Parts whose people are absent are left out.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

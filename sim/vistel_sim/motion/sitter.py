@@ -1,7 +1,5 @@
 """A seated body that carries its hands to given places and looks at a given point: targets in, posture out."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

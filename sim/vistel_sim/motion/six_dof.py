@@ -5,8 +5,6 @@ rows a second. Bodies are the joints of a skeleton whose frames are the room's a
 facing -Y with the left arm along +X.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What every motion source offers, and the places of the people it moves."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 

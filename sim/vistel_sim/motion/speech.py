@@ -1,7 +1,5 @@
 """Who speaks when: turns of talk drawn from a seed, cycle after cycle, and how loud a voice is."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

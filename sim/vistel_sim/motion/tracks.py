@@ -1,7 +1,5 @@
 """Tracks of keys joined by minimum-jerk moves (Flash and Hogan 1985): how hands and attention travel."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """A camera on the network: pictures over HTTP as a stream of JPEG, as many cameras and phones send them."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 from collections.abc import Iterable

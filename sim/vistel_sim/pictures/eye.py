@@ -1,7 +1,5 @@
 """What an infrared eye camera sees: a dark pupil, an iris, lids that close, a lamp's reflection."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

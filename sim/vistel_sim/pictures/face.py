@@ -1,7 +1,5 @@
 """What the face camera of a helmet sees: a face with 13 green marks, drawn so that the true centres are known."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

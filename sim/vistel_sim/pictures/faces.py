@@ -1,7 +1,5 @@
 """What the cameras on a simulated participant's helmet look at."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 

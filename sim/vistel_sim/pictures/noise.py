@@ -1,7 +1,5 @@
 """What a camera does to a picture: light that drifts, noise, the picture gone black."""
 
-from __future__ import annotations
-
 import math
 
 import cv2

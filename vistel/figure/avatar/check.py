@@ -1,7 +1,5 @@
 """Whether an avatar that was read from somewhere can be drawn: nothing in it points beyond what is there."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

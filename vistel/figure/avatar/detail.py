@@ -5,8 +5,6 @@ level keeps a part of the vertices where they are. Vertices on a texture seam mo
 surface stays closed and the texture where it was.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

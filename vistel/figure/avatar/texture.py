@@ -6,8 +6,6 @@ registered). What is drawn and exported are the coordinates that come of it; the
 each can be changed or taken back.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

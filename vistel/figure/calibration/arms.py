@@ -4,8 +4,6 @@ A receiver that is otherwise on the head, worn on the forearm for half a minute,
 teaches stays: people differ far more from each other than from themselves.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

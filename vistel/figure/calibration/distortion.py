@@ -5,8 +5,6 @@ A receiver near metal reads a pose that is off by an amount that depends on wher
 *measured* positions and interpolated trilinearly; outside the grid those of its edge hold.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What a calibration found, on file: a person's body (kept for good) and a tracker's set-up (until something is moved)."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass

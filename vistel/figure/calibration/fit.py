@@ -5,8 +5,6 @@ the straight arm swings, the elbow while the forearm does, the wrist while the h
 spine from its own curve. What a move does not show stays as a person of that height has it on average.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The moves of a calibration: what the participant is asked for, and what their receivers said meanwhile."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

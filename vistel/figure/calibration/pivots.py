@@ -4,8 +4,6 @@ Rotations are (n, 3, 3), positions (n, 3) [m], all seen from one frame. Every fi
 is how far the expectation may be off [m], beside `NOISE_M` for a sample; what the moves did not show stays as expected.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from typing import NamedTuple

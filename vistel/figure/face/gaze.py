@@ -1,7 +1,5 @@
 """Where eyes look: both at one point, nearer or farther."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Avatars as .npz: arrays without pickles. The cache's own format, which keeps everything."""
 
-from __future__ import annotations
-
 import tokenize
 import zipfile
 import zlib

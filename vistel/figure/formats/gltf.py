@@ -6,8 +6,6 @@ extension VISTEL_avatar, which others pass over; with it nothing is lost. Coarse
 makes them anew.
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any

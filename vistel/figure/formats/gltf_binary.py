@@ -1,7 +1,5 @@
 """The container of a glTF 2.0 file that is being written: accessors and views over one buffer, packed as GLB."""
 
-from __future__ import annotations
-
 import io
 import json
 import struct

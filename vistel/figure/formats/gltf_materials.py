@@ -4,8 +4,6 @@ Pictures of a patch span its box by KHR_texture_transform. A mesh has a primitiv
 vertices; in what order its triangles were, VISTEL_avatar keeps.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Avatars of VISTEL read back from glTF and VRM: what `vistel.figure.formats.gltf` wrote, to the last bit."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 from typing import Any

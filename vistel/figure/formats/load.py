@@ -1,7 +1,5 @@
 """Avatar files of any kind, by their endings."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from vistel.figure.avatar.avatar import Avatar

@@ -1,7 +1,5 @@
 """An avatar's shape and texture for other programs: OBJ, MTL and PNG. It cannot be read back as an avatar."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from PIL import Image

@@ -5,8 +5,6 @@
 The same avatar gives the same bytes, so they may be named by their digest.
 """
 
-from __future__ import annotations
-
 import io
 import struct
 import tempfile

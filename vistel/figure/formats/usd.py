@@ -12,8 +12,6 @@ joints only, as UsdSkel has it; those with twist bones are kept in vistel:bone a
 
 # pyright: reportAttributeAccessIssue=false
 
-from __future__ import annotations
-
 import os
 import tempfile
 from dataclasses import replace

@@ -6,8 +6,6 @@
 A mesh has a GeomSubset for each patch it shows.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

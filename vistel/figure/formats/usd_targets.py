@@ -1,7 +1,5 @@
 """Targets of expressions in USD: blend shapes of UsdSkel, under the mesh that they move."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

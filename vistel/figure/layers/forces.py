@@ -5,8 +5,6 @@ l the belly's length / at rest, which is taken for its best. A path pulls its po
 from where those points are, without moment arms by hand.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

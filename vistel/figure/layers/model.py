@@ -4,8 +4,6 @@ The graph of Fig. 39b: whatever belongs to one limb blends; limbs do not blend w
 joint between them. `vistel.implicit.compile` makes one field program of it, which can be polygonised and traced.
 """
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass

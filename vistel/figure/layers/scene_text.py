@@ -1,7 +1,5 @@
 """A layered model as a scene file, which `vistel trace` draws (docs/reference/scene-file.md)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 

@@ -1,7 +1,5 @@
 """The bones of a person as implicit shapes in a posture, for layered models (Singh §4.1, Fig. 38a)."""
 
-from __future__ import annotations
-
 import itertools
 from collections.abc import Iterator
 

@@ -1,7 +1,5 @@
 """Texture coordinates and the one picture of an avatar, from the file's materials; plain clothes where it has none."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 

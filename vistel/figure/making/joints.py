@@ -1,7 +1,5 @@
 """A skeleton in the mesh's own pose, and the turns of its joints that make the T-pose of it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Arms: rings of equal distance along the surface from the fingertips have their m
 to the girth of the trunk, the shoulder begins. Legs: middles of slices. Lengths between are divided as in an average body.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

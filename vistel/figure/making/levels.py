@@ -1,7 +1,5 @@
 """The coarser levels of detail of people from files, whatever their meshes are like."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

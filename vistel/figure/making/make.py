@@ -1,7 +1,5 @@
 """From what a file held to an avatar: upright, jointed, in the T-pose, fitted, dressed."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Pictures of a material that lie otherwise on the surface than its colour does, laid as that one is; and put together."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Names of joints in the rigs of others, told as the house's joints: VRM, Mixamo, Unreal, MakeHuman, CMU, Blender."""
 
-from __future__ import annotations
-
 import re
 
 from vistel.figure.skeleton import JOINT_INDEX

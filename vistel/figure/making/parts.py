@@ -1,7 +1,5 @@
 """Which faces of a file are the person's skin, which are eyeballs, which are not to be seen; and what is wrong with them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

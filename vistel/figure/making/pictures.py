@@ -1,7 +1,5 @@
 """Pictures of textures: read, and kept to a sensible size."""
 
-from __future__ import annotations
-
 import io
 import threading
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Joints of a rig with names nobody knows, told by where they are and what they hang on."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64, I32

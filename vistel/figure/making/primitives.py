@@ -1,7 +1,5 @@
 """A figure's primitives fitted to a mesh in the T-pose: alternately vertices to primitives and primitives to vertices."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

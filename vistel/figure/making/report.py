@@ -1,7 +1,5 @@
 """What an avatar is made of and how well its primitives hold its mesh."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

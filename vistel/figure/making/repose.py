@@ -1,7 +1,5 @@
 """A mesh bent from the pose it was modelled in to the T-pose."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

@@ -1,7 +1,5 @@
 """A file's rig, told in the house's joints."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

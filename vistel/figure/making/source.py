@@ -1,7 +1,5 @@
 """What a file of a person's shape held, before anything is known about it."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -28,7 +26,7 @@ class Finish:
     metallic: float
 
     @staticmethod
-    def of(roughness: float, metallic: float) -> Finish | None:
+    def of(roughness: float, metallic: float) -> "Finish | None":
         """In bounds and rounded to what can be seen; None for what is no number."""
         if not (math.isfinite(roughness) and math.isfinite(metallic)):
             return None
@@ -93,7 +91,7 @@ class Source:
     notes: tuple[str, ...] = field(default=())
     targets: tuple[SourceTarget, ...] = ()
 
-    def of_faces(self, keep: NDArray[np.bool_]) -> Source:
+    def of_faces(self, keep: NDArray[np.bool_]) -> "Source":
         """The part with these faces only; points stay as they are."""
         return Source(
             self.name,

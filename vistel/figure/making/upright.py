@@ -1,7 +1,5 @@
 """Unit, axes and heading of a person's mesh, found from its proportions; everything found is said."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A picture of an avatar's texture with the islands of its coordinates drawn over it, numbered."""
 
-from __future__ import annotations
-
 import colorsys
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Weights of a file's rig, told as shares of the house's bones."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Postures from angles of single joints, in degrees, as a person writes them."""
 
-from __future__ import annotations
-
 import difflib
 import math
 from collections.abc import Mapping, Sequence

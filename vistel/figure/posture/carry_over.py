@@ -1,7 +1,5 @@
 """A measured person's posture on the limbs that others see: hands, head and chest stay where they are in the room."""
 
-from __future__ import annotations
-
 from vistel.arrays import F64
 from vistel.figure.posture.limits import SIDES
 from vistel.figure.posture.posture import Posture, Stance, pose_joints

@@ -1,7 +1,5 @@
 """One sensor's value over time: followed while it speaks, held and then relaxed while silent, eased back on return."""
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ Finger angles follow `Posture.hands`: thumb roll, abduction, two flexions; then 
 end flexion for index, middle, ring and little finger [rad].
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

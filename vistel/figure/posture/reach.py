@@ -1,7 +1,5 @@
 """A hand put somewhere: the arm that holds it there."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -7,8 +7,6 @@ Frames, from device to room: *receiver* -> *transmitter* (+X away from the cable
 (origin on the floor under the seat, +Z where the person faces, +Y up) -> *room*.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Chest to spine and legs, head to neck, wrists to arms. A receiver that falls sil
 comes back the body eases over to it. Nothing ever snaps.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Where the feet stand: fixed while a person sways, leans and sits; following when they walk off or turn round."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

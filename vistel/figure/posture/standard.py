@@ -1,7 +1,5 @@
 """Postures in which an avatar is looked at: limbs stretched, folded and twisted as far as people do."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -6,8 +6,6 @@ skeleton; the rest through probe points on the surface of the first. Everything 
 input gives the same list, ordered by the first primitive, then by the second.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol

@@ -1,7 +1,5 @@
 """How deep two fields overlap: delta = max over space of min(F_a, F_b) - T (mathematics M3.4)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 `Blend.actuated` is the Moebius warp in use; the power warp is the other closed form with the surface where it is wanted.
 """
 
-from __future__ import annotations
-
 import math
 
 from vistel.implicit.blend import QUARTIC, Blend

@@ -9,8 +9,6 @@ Ghosts act in ascending priority. Ghosts of one priority see the fields that the
 (priority 0) first, then contacts (10), so that a body blown against a wall is stopped by the wall (Figure 72).
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import permutations

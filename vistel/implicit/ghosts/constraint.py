@@ -5,8 +5,6 @@ Several constraints of one pair share one ghost (mathematics M4.6), graphs of an
 wide the bulges fall short: the bodies break away gradually.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace

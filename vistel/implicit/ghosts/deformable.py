@@ -1,7 +1,5 @@
 """A body that gives ghosts and takes them."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -40,7 +38,7 @@ class Deformable:
         """Its field at rest, in the room."""
         return self.shape.moved(self.position, self.rotation)
 
-    def at(self, position: ArrayLike, rotation: ArrayLike | None = None) -> Deformable:
+    def at(self, position: ArrayLike, rotation: ArrayLike | None = None) -> "Deformable":
         """The same body elsewhere."""
         x, y, z = (float(v) for v in np.asarray(position, np.float64))
         turn = self.rotation if rotation is None else tuple(float(v) for v in np.asarray(rotation, np.float64))

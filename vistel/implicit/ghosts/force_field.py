@@ -4,8 +4,6 @@ A ghost that is the body's own field times a function of place vanishes at the e
 above 0.1 everywhere, however many forces act, so that the body stays in one piece.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol

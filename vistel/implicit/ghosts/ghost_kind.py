@@ -1,7 +1,5 @@
 """What every ghost has: an owner, a target, a span of time and a priority (Singh §2.1)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 

@@ -8,8 +8,6 @@ of penetration, vertices lie within 2e-5 of field of the deformed shape. Where n
 deepest vertex at rest (mathematics M3.4), about twice what two shapes have half-way between them, and rims are wider.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -8,8 +8,6 @@ Every ghost is kept in the deformed body's own frame, so dents travel with it. D
 bodies do: the deepest counts, their raised rims add up.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -101,7 +99,7 @@ class KeptImprint:
         """The maker's shape in the body's frame."""
         return self.shape.moved(*self.pose)
 
-    def distance(self, other: KeptImprint) -> float:
+    def distance(self, other: "KeptImprint") -> float:
         """How far apart the two poses are [m]."""
         return math.dist(self.pose.position, other.pose.position)
 
@@ -113,7 +111,7 @@ class ContactMemory:
     materials: Mapping[str, Material]
     dents: Mapping[tuple[str, str], tuple[KeptImprint, ...]] = field(default_factory=dict[tuple[str, str], tuple[KeptImprint, ...]])
 
-    def step(self, bodies: Sequence[Deformable], time: float, dt: float) -> ContactMemory:
+    def step(self, bodies: Sequence[Deformable], time: float, dt: float) -> "ContactMemory":
         """What is remembered at `time`, with the bodies where they are then, dt seconds after the last step."""
         dents = dict(self.dents)
         for maker, body in permutations(bodies, 2):

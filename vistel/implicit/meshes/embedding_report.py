@@ -4,8 +4,6 @@ A vertex weight w_v is 1 where the primitive's surface passes through the vertex
 it and below where it lies within. Weights at the bounds are made up by offsets: there the primitive does not fit.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

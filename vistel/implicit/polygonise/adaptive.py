@@ -1,7 +1,5 @@
 """The mesh of cells of different sizes: lines on the finest faces, loops and triangles in the cells."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The way back: from a mesh to an implicit primitive, for the next round of modelling (Singh §3.2, §3.5)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -7,8 +7,6 @@ longer ones become a fan about a vertex in their middle. No side of a fan lies i
 fans of one cell, or to the cells on both sides of a face: closed and manifold, as in the table.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """Where segments cross the surface, and where points beside it come to lie on it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

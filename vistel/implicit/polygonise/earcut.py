@@ -4,8 +4,6 @@ Every vertex of the rim is a corner of a triangle, also where the rim is straigh
 `mapbox_earcut` leaves such vertices out, which would leave cracks.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

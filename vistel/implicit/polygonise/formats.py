@@ -6,8 +6,6 @@ for each corner; PLY and glTF, which know vertices only, repeat the vertex for e
 Written here and not by trimesh, which knows triangles only and one normal for each vertex.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import struct

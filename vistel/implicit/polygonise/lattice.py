@@ -1,7 +1,5 @@
 """The lattice a surface is looked for on: where it lies, how fine it is, and what it would cost."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 
@@ -25,7 +23,7 @@ class Lattice:
     cell: float
 
     @classmethod
-    def over(cls, bounds: F64, resolution: int) -> Lattice:
+    def over(cls, bounds: F64, resolution: int) -> "Lattice":
         """`resolution` cells along the longest side of a box (2, 3)."""
         size = float(np.ptp(bounds, axis=0).max())
         if not size > 0:

@@ -2,8 +2,6 @@
 
 # Numba is only loaded when something is polygonised
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from threading import Event, Thread

@@ -1,7 +1,5 @@
 """The closed triangle mesh that polygonisation makes, and what can be asked of it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any

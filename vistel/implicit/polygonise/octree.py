@@ -5,8 +5,6 @@ missed. Then cells that the surface passes are cut while the surface in them ben
 neighbours so that sizes of cells with a common edge differ by no more than two.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which primitives may keep their own polygons, and where each acts alone (Singh §3.3.4)."""
 
-from __future__ import annotations
-
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
 from functools import cached_property

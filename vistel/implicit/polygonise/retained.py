@@ -5,8 +5,6 @@ on them: whole where they touch no box, and cut along the boxes' faces where the
 in a cell at a box's face the lines on that face are the cuts themselves, so that both sides share every vertex.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any

@@ -4,8 +4,6 @@ All coordinates are in cells. A point on a plane counts as above it, so that eve
 numbers and the same wherever it is taken; triangles that share an edge share its points.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +39,7 @@ class MeshEdges:
     of: I64
 
     @classmethod
-    def of_triangles(cls, triangles: I64) -> MeshEdges:
+    def of_triangles(cls, triangles: I64) -> "MeshEdges":
         """The edges of triangles (T, 3), each once."""
         directed = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=-1).reshape(-1, 2)
         ends, of = np.unique(np.sort(directed, axis=1), axis=0, return_inverse=True)

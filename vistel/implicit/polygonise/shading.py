@@ -1,7 +1,5 @@
 """Normals of meshes with hard edges: a corner's normal is the mean over the faces that bend little from its own."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

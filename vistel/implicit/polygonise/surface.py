@@ -1,7 +1,5 @@
 """`polygonise`: the one call that turns a shape into a closed mesh."""
 
-from __future__ import annotations
-
 from vistel.arrays import F32
 from vistel.implicit.checks import ShapeError, positive, within
 from vistel.implicit.constants import THRESHOLD

@@ -9,8 +9,6 @@ into triangles by diagonals that lie in no face, so an edge of the mesh belongs 
 a face: closed and manifold by construction. Loops that no such diagonals can cut get a vertex in their middle.
 """
 
-from __future__ import annotations
-
 from functools import cache
 
 import numpy as np

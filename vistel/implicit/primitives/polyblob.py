@@ -1,7 +1,5 @@
 """Polyblob, the primitive that changes shape: a polyhedron about a polyhedral skeleton (Singh §3.1; mathematics M1.12)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -4,8 +4,6 @@ film = vi.WeightChange(a, b)                       film.at(0.4) is the shape 40 
 film = vi.ThresholdChange.between(torus, cube)     from the first polyhedron to the second
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Self

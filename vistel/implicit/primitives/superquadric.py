@@ -1,7 +1,5 @@
 """Superquadric primitives about the axis z: ellipsoid and toroid (Singh §1.2.1; mathematics M1.7, M1.8)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Self

@@ -1,7 +1,5 @@
 """Scanline pictures of scenes: the sweep's surface and polygons in one z-buffer, lit, and redone where edited."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -146,7 +144,7 @@ class Scanline:
         return looks.depth, looks.normal, looks.planes
 
     @cached_property
-    def _meshes(self) -> _Meshes:
+    def _meshes(self) -> "_Meshes":
         shape = self.size[1], 16 * self.view.groups
         depth, owner = np.full(shape, LARGE, np.float32), np.full(shape, -1, np.int64)
         if self.scene.meshes:
@@ -156,7 +154,7 @@ class Scanline:
         return _Meshes(depth, owner)
 
     @cached_property
-    def _looks(self) -> _Looks:
+    def _looks(self) -> "_Looks":
         height, columns = self.size[1], 16 * self.view.groups
         return _Looks(
             np.full((height + 2, columns), LARGE, np.float32),

@@ -1,7 +1,5 @@
 """The implicit surface in a picture: depth and normal of every pixel, drawn by the sweep and kept between edits."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 from typing import Any

@@ -1,7 +1,5 @@
 """How a camera's picture looks at a FieldProgram, and the outlines of its primitives."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -30,7 +28,7 @@ class View:
     numbers: F64
 
     @classmethod
-    def of(cls, camera: Camera, size: tuple[int, int], origin: F64) -> View:
+    def of(cls, camera: Camera, size: tuple[int, int], origin: F64) -> "View":
         """The view of `camera`, depths measured from `origin` (3,)."""
         (width, height), half = size, camera.half_extent(size)
         eye = camera.frame @ (origin - np.array(camera.position, np.float64))
@@ -73,7 +71,7 @@ class Outlines:
     triangles: I32
 
     @classmethod
-    def of(cls, program: FieldProgram) -> Outlines:
+    def of(cls, program: FieldProgram) -> "Outlines":
         """The outlines of a program's leaves; primitives without a polyhedron of their own have their box."""
         leaf, params = program.arrays["leaf"], program.arrays["params"]
         rows = np.zeros((len(leaf), 6), np.int32)

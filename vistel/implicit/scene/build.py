@@ -1,7 +1,5 @@
 """From the tables of a scene file to shapes, meshes and materials of the library."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Scene files: TOML to a Scene. Shapes are made of the library's own; a fault is one line: file: key: what was expected."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from pathlib import Path

@@ -3,8 +3,6 @@
 Read here and not by trimesh, which would cut polygons into triangles and drop faces without a word.
 """
 
-from __future__ import annotations
-
 import struct
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A scene as immutable values; `vistel.implicit.scene.file` reads them from TOML."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field

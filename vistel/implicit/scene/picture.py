@@ -1,7 +1,5 @@
 """Pictures of linear light to PNG files."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 

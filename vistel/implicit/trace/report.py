@@ -1,7 +1,5 @@
 """What a scene is made of, in numbers, and what looks wrong with it (the columns of Singh's Table 1)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.implicit.graph.combine import Combination, Complement, Sum

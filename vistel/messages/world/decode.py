@@ -1,7 +1,5 @@
 """From messages to what the world takes in."""
 
-from __future__ import annotations
-
 import logging
 
 import numpy as np

@@ -1,7 +1,5 @@
 """From what the world says to messages."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

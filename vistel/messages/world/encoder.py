@@ -4,8 +4,6 @@ The bytes depend on the steps since the last key frame alone, so that a re-run t
 same from the next key frame on.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

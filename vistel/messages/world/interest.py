@@ -3,8 +3,6 @@ receives the poses that would look most wrong from where their eyes are. So ever
 many move and however many people receive them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -4,8 +4,6 @@ A ghost named longer than it acts deforms nothing, because its field no longer r
 contact need not be told again and again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Container
 from dataclasses import dataclass, field
 

@@ -5,8 +5,6 @@ world. So a log may begin in the middle, the world may have been killed and star
 log the comparison goes on a second later; what could not be compared is counted and told.
 """
 
-from __future__ import annotations
-
 import contextlib
 from collections import deque
 from collections.abc import Iterable, Sequence

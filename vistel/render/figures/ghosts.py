@@ -1,7 +1,5 @@
 """The ghosts that deform each figure at an instant: whom they act on says the world, where they are, playout."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Getting a participant's avatar, ready to deform."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType

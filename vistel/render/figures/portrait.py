@@ -1,7 +1,5 @@
 """Pictures of figures alone, without a room: for looking at an avatar. Needs an OpenGL context (software is fine)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import moderngl

@@ -4,8 +4,6 @@ What is drawn depends on the log, the view and the rate alone, so that the same 
 OpenGL.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace

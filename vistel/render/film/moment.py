@@ -1,7 +1,5 @@
 """One picture of a log: what a site saw at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Any
 

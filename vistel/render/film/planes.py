@@ -1,7 +1,5 @@
 """Pictures as encoders take them: brightness and two colours in planes, first row at the top."""
 
-from __future__ import annotations
-
 import av
 import cv2
 import numpy as np

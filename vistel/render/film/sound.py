@@ -1,7 +1,5 @@
 """The sound track of a film: each voice in time with the picture of its speaker, and from their direction."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

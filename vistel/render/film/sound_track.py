@@ -3,8 +3,6 @@
 Players lose step where a track has holes; so every 20 ms hold a packet.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 from typing import Any
 

@@ -8,8 +8,6 @@ Figures move as their joints do; that skin deforms where people touch is not in 
 is invisible.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """H.264 in MP4, written in fragments: what was written stays playable however the process ends."""
 
-from __future__ import annotations
-
 import contextlib
 import logging
 import queue

@@ -1,7 +1,5 @@
 """Pictures on the graphics side."""
 
-from __future__ import annotations
-
 import logging
 
 import moderngl

@@ -1,7 +1,5 @@
 """Darkens the picture where surfaces hide each other's light: in folds, under chins, where feet stand on the floor."""
 
-from __future__ import annotations
-
 import moderngl
 import numpy as np
 

@@ -1,7 +1,5 @@
 """Pictures of captions: what people said to the room and what it answered."""
 
-from __future__ import annotations
-
 import logging
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """How late everybody is, over the picture: for who sets a conference up."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """Names over heads: small pictures of text."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

@@ -1,7 +1,5 @@
 """What is laid over a finished picture: names over heads, and the light of projectors whose pictures join."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

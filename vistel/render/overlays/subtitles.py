@@ -1,7 +1,5 @@
 """Captions drawn at the foot of a picture."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import moderngl

@@ -3,8 +3,6 @@
 All amounts are relative: 1 is the floor in the open under the roof light.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

@@ -3,8 +3,6 @@
 Every function returns (h, w, 3) linear colour in 0..1, first row at the top.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

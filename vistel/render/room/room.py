@@ -1,7 +1,5 @@
 """The room that does not move: shell with baked light and colour, furniture with its place's light per vertex."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2

@@ -1,7 +1,5 @@
 """The room's shell on the graphics side: floor, walls, ceiling and table top, with light baked into their pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

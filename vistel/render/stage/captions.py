@@ -1,7 +1,5 @@
 """What people said to the room lately and what it answered."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 from vistel.v1.speech_pb2 import Utterance
@@ -33,7 +31,7 @@ class Caption:
     colour: tuple[int, int, int]
 
     @property
-    def over_things(self) -> Caption:
+    def over_things(self) -> "Caption":
         """The same as it stands over them."""
         return replace(self, speaker="", things=())
 

@@ -4,8 +4,6 @@ A hand cannot move what others hold as well, what stands against furniture and w
 thing in it as the world laid it there, so that the two touch and do not go through each other.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

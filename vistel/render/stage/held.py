@@ -9,8 +9,6 @@ A hand whose thing is not where it would have it, because others hold it too, fu
 own, is drawn at the thing all the same, and its arm follows: so it does not go through the thing.
 """
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -1,7 +1,5 @@
 """From the compact motion on the wire to postures."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 from vistel.figure.posture.posture import Posture, interpolate
@@ -25,7 +23,7 @@ class ReceivedPosture:
 class InterpolatedPosture:
     """The posture between two others."""
 
-    def __init__(self, a: ReceivedPosture | InterpolatedPosture, b: ReceivedPosture | InterpolatedPosture, u: float) -> None:
+    def __init__(self, a: "ReceivedPosture | InterpolatedPosture", b: "ReceivedPosture | InterpolatedPosture", u: float) -> None:
         self.posture = interpolate(a.posture, b.posture, u)
 
 

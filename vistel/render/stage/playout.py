@@ -3,8 +3,6 @@
 Nothing here reads a clock: arrival and drawing times are arguments, so a simulated conference plays out the same.
 """
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Callable
 from dataclasses import dataclass

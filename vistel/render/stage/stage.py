@@ -1,7 +1,5 @@
 """Who and what is in the room, buffered until it is shown. Lives on the event loop; knows no graphics and no clock."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Mapping

@@ -1,7 +1,5 @@
 """The shared room at an instant of playout, from the world's messages."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 

@@ -1,7 +1,5 @@
 """Lines round things that people have selected, each in the colour of its person."""
 
-from __future__ import annotations
-
 import colorsys
 import hashlib
 import math

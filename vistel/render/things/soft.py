@@ -1,7 +1,5 @@
 """Soft things: their dents, what presses on them now and what is stuck to them, in the vertices that are drawn."""
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

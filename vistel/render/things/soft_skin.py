@@ -1,7 +1,5 @@
 """What of a soft thing is drawn, fine enough to be dented, and the limbs in it that its vertices are embedded in (Singh §2.3)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Things on the graphics side: surfaces in plain colours, and those that show pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ stands behind it like the world behind a window, whatever the angle (R. Kooima, 
 Two of them make the V of walls of Singh §6.1. A desktop's stereo is the same with a window that hangs before the head.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -67,7 +65,7 @@ class Screen:
         return self.gain == (1.0, 1.0, 1.0) and not any(self.blend)
 
     @staticmethod
-    def placed(config: display.Screen, position: F64, heading: float) -> Screen:
+    def placed(config: display.Screen, position: F64, heading: float) -> "Screen":
         """A screen of the conference file, for a viewer whose seat stands at `position`, turned by `heading` [rad] about +Y."""
         c, s = float(np.cos(heading)), float(np.sin(heading))
         turn = np.array(((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)))
@@ -76,7 +74,7 @@ class Screen:
         )
         return Screen(config.name, low_left, low_right, up_left, config.width, config.height, config.gain, config.blend)
 
-    def scaled(self, scale: float) -> Screen:
+    def scaled(self, scale: float) -> "Screen":
         """The same with a picture of `scale` times the width and height."""
         return replace(self, width=max(1, round(scale * self.width)), height=max(1, round(scale * self.height)))
 

@@ -1,7 +1,5 @@
 """What a picture is to be of, and how it is to be drawn."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 

@@ -4,8 +4,6 @@ On each screen's own surface: a grid of decimetres, a ring that must be round, s
 across all screens: circles of the sky, which run straight over a seam only where the corners in the file are those of the wall.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

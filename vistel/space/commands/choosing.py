@@ -1,7 +1,5 @@
 """Commands about hands, choices and second thoughts."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

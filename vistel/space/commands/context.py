@@ -1,7 +1,5 @@
 """The room as it is when somebody asks, and what follows when things change."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

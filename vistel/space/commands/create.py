@@ -1,7 +1,5 @@
 """New things that can be asked for."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """A dent that is asked for: as a ball would leave it that was pressed into the side that the speaker sees."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -5,8 +5,6 @@ grow points on their way to 1.9; both become rounder towards 1. A bar or a cone 
 tip; it becomes rounder until it is as thick as the other. What a thing is long and weighs stays.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Things that are to stand in a row."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Doing commands: each gives the state that follows, or is refused in one line for the person who asked."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import replace

@@ -6,8 +6,6 @@
 Lengths are in metres unless cm or mm follows, angles in degrees.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Commands that say where things are: they go there as if led by a hand nobody sees."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Which things somebody means, and where: by what they say, point at, look at, have selected or hold."""
 
-from __future__ import annotations
-
 import colorsys
 import math
 from collections.abc import Callable, Sequence

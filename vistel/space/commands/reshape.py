@@ -4,8 +4,6 @@ What the kinds of primitive cannot say exactly is said by the nearest they can: 
 the cross-section's area right; a superquadric or a ring stretched along none of its own axes keeps these.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from dataclasses import replace

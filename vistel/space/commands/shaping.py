@@ -1,7 +1,5 @@
 """Commands that say what things are, and which there are."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

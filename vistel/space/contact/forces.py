@@ -4,8 +4,6 @@ The forces on two bodies are opposite and act at the same points: closed systems
 Pressures are those of the ghosts that deform the bodies, p = (F - T) / c at the shared surface.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

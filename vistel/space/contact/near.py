@@ -3,8 +3,6 @@
 The result equals that of `find_contacts` for each pair, without a Python call for each.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -4,8 +4,6 @@ A body at rest on a slope stays there; friction by speed alone cannot do that. T
 step. Opposite forces act on both bodies at one point, so that momentum is kept.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ substeps, in each of which impulses at the contacts are iterated (Catto, "Solver
 depends on the order of a set or a dictionary, and no thread is started: equal inputs give equal bytes.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 
@@ -45,7 +43,7 @@ class Motions:
     mode: I64
     still: I64
 
-    def copy(self) -> Motions:
+    def copy(self) -> "Motions":
         """The same in arrays of its own."""
         return Motions(
             self.position.copy(), self.rotation.copy(), self.velocity.copy(), self.spin.copy(), self.mode.copy(), self.still.copy()
@@ -70,7 +68,7 @@ class Pushes:
     velocity: F64
 
     @staticmethod
-    def none() -> Pushes:
+    def none() -> "Pushes":
         """No contact."""
         e = np.zeros((0, 3))
         return Pushes(np.zeros(0, np.int64), e, e, np.zeros(0), e)

@@ -1,7 +1,5 @@
 """Things as flat arrays for the kernels: posed primitives, contact points on the surface, mass and inertia."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Changes of a room by command lines, as in `vistel world edit`."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Callable, Sequence

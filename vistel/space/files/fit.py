@@ -5,8 +5,6 @@ how well it fits, parts where one does not). Parts are cut where that leaves the
 hulls (Mamou & Ghorbel 2009), then joined again as long as the joined shape fits about as well.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

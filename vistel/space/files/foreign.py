@@ -1,7 +1,5 @@
 """Things of files made by others: furniture, movable things, masses, and primitives for contacts."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace

@@ -3,8 +3,6 @@
 What only the world needs stays behind; USD keeps it.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The content of a room file: the room for the world, and the polymeshes of its things."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
@@ -20,7 +18,7 @@ class Interior:
     models: Mapping[str, Model] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
 
-    def with_things(self, things: tuple[Thing, ...], models: Mapping[str, Model] | None = None) -> Interior:
+    def with_things(self, things: tuple[Thing, ...], models: Mapping[str, Model] | None = None) -> "Interior":
         """The same room with other things; models: of those that are new. Those that nobody needs are left out.
 
         Raises RoomFileError where two have one id.

@@ -4,8 +4,6 @@ Fitting shapes to a foreign file's meshes takes seconds. The result is kept on t
 file changes.
 """
 
-from __future__ import annotations
-
 import contextlib
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Polymeshes that are drawn for things: triangles, texture coordinates, colours, pictures; and their mass properties."""
 
-from __future__ import annotations
-
 import hashlib
 from dataclasses import dataclass
 from functools import cached_property
@@ -47,7 +45,7 @@ class Model:
         _, uses = np.unique(ends.astype(np.int64) @ np.array([len(self.vertices), 1]), return_counts=True)
         return len(uses) > 0 and bool((uses % 2 == 0).all())
 
-    def moved(self, offset: F64) -> Model:
+    def moved(self, offset: F64) -> "Model":
         """The model with `offset` (3,) [m] added to its vertices."""
         vertices = (self.vertices.astype(np.float64) + offset).astype(np.float32)
         return Model(vertices, self.triangles, self.uv, self.uv_triangles, self.material, self.materials)

@@ -1,7 +1,5 @@
 """Models of the parts of a file: in metres with Y up, welded, no larger than is sensible."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

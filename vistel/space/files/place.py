@@ -1,7 +1,5 @@
 """Puts things into a room: on fixed things, or on the floor."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Where people sit in a room from a file: our attributes, else nodes called seat or spawn, else its chairs."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Iterable

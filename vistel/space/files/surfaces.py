@@ -1,7 +1,5 @@
 """Triangles that are drawn for a thing: those of its looks with their pictures, and of its own primitives."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ A polymesh goes without its pictures, which several may share: it names them. A 
 content, not of the bytes, so that a receiver can check the assembled one.
 """
 
-from __future__ import annotations
-
 import hashlib
 import io
 import json

@@ -1,7 +1,5 @@
 """Rooms of VISTEL read back from USD: what `vistel.space.files.usd_write` wrote, to the last bit."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -9,8 +9,6 @@
                      (inside a .usdz)
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

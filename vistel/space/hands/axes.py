@@ -1,7 +1,5 @@
 """Axes a hand can close around: those a thing was given, or those its shape has (Singh §6.6; mathematics M8.8)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

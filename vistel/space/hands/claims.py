@@ -1,7 +1,5 @@
 """Claims to held things, and their changes, as values."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from enum import Enum
 

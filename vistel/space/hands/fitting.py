@@ -5,8 +5,6 @@ hold is bent until it touches (constraint). A finger that would enter the thing 
 from the knuckle outwards. The result is kept while the hand holds, and costs nothing meanwhile.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -5,8 +5,6 @@ lets go when the fingers open again. Where the thing lies is aligned to the hand
 least change turns to lie across the palm (mathematics M8.8), and the fingers are laid on it (`vistel.space.hands.fitting`).
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from typing import Any

@@ -4,8 +4,6 @@ A hand cannot always move its thing: others may hold it too, it may follow its o
 The hand is then displayed at the thing, as a god-object is in haptics.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ every contact is integrated once and acts on the other the other way round. Pres
 the skin, so a picture of the contact and the force of it agree.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 from collections.abc import Container, Iterable, Mapping, Sequence

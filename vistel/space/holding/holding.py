@@ -1,7 +1,5 @@
 """Hands take things, carry them and let go (Singh §6.6). Each function returns the state that follows."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Container, Mapping, Sequence, Set
 from dataclasses import replace

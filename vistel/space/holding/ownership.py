@@ -5,8 +5,6 @@ about; they receive the claim's owner and its end. Every new motion of the owner
 capture stops, their things are free after a lease.
 """
 
-from __future__ import annotations
-
 from collections.abc import Set
 from dataclasses import replace
 

@@ -5,8 +5,6 @@ A hand holds the thing by a spring between its palm and the point of the thing t
 Their balance is a Procrustes problem, solved by polar decomposition. A thing slips out of a hand whose strength is exceeded.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

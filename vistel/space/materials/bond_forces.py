@@ -5,8 +5,6 @@ A bond is a spring of no length between two points (`bonds.Glue`). A held thing 
 (they are stiff for so light things), before it is moved.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

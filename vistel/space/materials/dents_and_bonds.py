@@ -1,7 +1,5 @@
 """One step of dents and bonds, for the things whose material keeps them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

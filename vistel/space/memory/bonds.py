@@ -5,8 +5,6 @@ skin and thing bulge towards each other, as `vistel.implicit.ghosts.constraint` 
 grows with the gap, and at the force it bears it tears for good and its bulges fade.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace

@@ -6,8 +6,6 @@ follows its maker with a time constant once that draws back. Each dent has a num
 dents are published.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Things on their way to where a command sent them: moved there evenly."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Things as JSON values whose numbers read back exactly."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

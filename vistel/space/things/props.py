@@ -1,7 +1,5 @@
 """Tracked things: they follow their own receiver, or a mouse, as long as its measurements arrive."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 

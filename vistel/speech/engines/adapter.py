@@ -1,7 +1,5 @@
 """Makes a `Recogniser` of an engine that writes down what it hears: cut into utterances, and put back on the grammar."""
 
-from __future__ import annotations
-
 import importlib
 import logging
 from typing import cast
@@ -19,7 +17,7 @@ FARTHEST = 0.4
 """From this distance on a text is no sentence of the grammar; see `nearest.Near`."""
 
 
-def made(chosen: Chosen, grammar: Grammar, language: Language) -> EngineRecogniser:
+def made(chosen: Chosen, grammar: Grammar, language: Language) -> "EngineRecogniser":
     """The recogniser of an engine that is not the package's own. Raises EngineError."""
     if chosen.model is None:
         raise EngineError(f"{chosen.name}: needs a model; name it: model = 'path', or --model path")

@@ -1,7 +1,5 @@
 """Which engine hears a language. Loads nothing, for conference files and command lines."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args

@@ -1,7 +1,5 @@
 """What an engine is, and what is common to finding its package and its model."""
 
-from __future__ import annotations
-
 import importlib
 from dataclasses import dataclass
 from pathlib import Path

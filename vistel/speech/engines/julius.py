@@ -2,8 +2,6 @@
 grammar kit. It is given the grammar itself, as an automaton and a dictionary, and runs beside VISTEL as a process.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re
@@ -33,7 +31,7 @@ _SAME = {"cl": "q"}
 _VOWELS = "aiueo"
 
 
-def make(grammar: Grammar, language: Language, model: Path) -> Julius:
+def make(grammar: Grammar, language: Language, model: Path) -> "Julius":
     """Raises EngineError."""
     program = shutil.which("julius")
     if program is None:

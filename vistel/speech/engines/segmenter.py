@@ -3,8 +3,6 @@
 For recognisers that hear an utterance at a time. What a stage means is said at `Stage`.
 """
 
-from __future__ import annotations
-
 import math
 from collections import deque
 from collections.abc import Iterator

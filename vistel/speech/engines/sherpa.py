@@ -4,8 +4,6 @@ A folder whose name has "streaming" in it is heard while somebody speaks, others
 the grammar's phrases as hot words where it can spell them: Japanese where its tokens are letters, English with a bpe.vocab.
 """
 
-from __future__ import annotations
-
 import math
 import tempfile
 from functools import cache
@@ -24,7 +22,7 @@ _TAIL_S = 0.6
 """Quiet after an utterance, for the last words to come out of a streaming model."""
 
 
-def make(grammar: Grammar, language: Language, model: Path) -> Sherpa:
+def make(grammar: Grammar, language: Language, model: Path) -> "Sherpa":
     """Raises EngineError."""
     folder = folder_of(model, engine="sherpa")
     streaming = "streaming" in folder.resolve().name

@@ -1,7 +1,5 @@
 """pocketsphinx, which hears English and separates speech from silence: loaded when it is needed."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import cache
 from typing import Any

@@ -4,8 +4,6 @@ A phrase with a word that the model does not know is left out of what it is told
 way, is heard freely and compared with the grammar afterwards.
 """
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Callable
@@ -23,7 +21,7 @@ _FILES = ("am/final.mdl", "final.mdl")
 """In new models, in old ones."""
 
 
-def make(grammar: Grammar, language: Language, model: Path) -> Vosk:
+def make(grammar: Grammar, language: Language, model: Path) -> "Vosk":
     """Raises EngineError."""
     folder = folder_of(model, engine="vosk")
     if not any((folder / name).is_file() for name in _FILES):

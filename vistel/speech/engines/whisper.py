@@ -3,8 +3,6 @@
 Whisper writes down whatever it hears, and of noise whatever it knows; the grammar decides what of it was a command.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from functools import cache
@@ -25,7 +23,7 @@ _EXAMPLES = 24
 """Sentences of the prompt: words that are in it are heard more often, and it holds 224 tokens."""
 
 
-def make(grammar: Grammar, language: Language, model: Path) -> Whisper:
+def make(grammar: Grammar, language: Language, model: Path) -> "Whisper":
     """Raises EngineError."""
     try:
         with model.open("rb") as file:

@@ -1,7 +1,5 @@
 """What somebody hears of the room beyond `world_state`: where things are exactly that it leaves to foresight."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from operator import add
 

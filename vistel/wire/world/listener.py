@@ -1,7 +1,5 @@
 """Follows the room over the bus: changes as they come, and the whole of it when something is missing."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from collections.abc import Sequence

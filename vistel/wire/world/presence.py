@@ -2,8 +2,6 @@
 it is. The highest term leads.
 """
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass

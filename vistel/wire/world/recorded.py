@@ -1,7 +1,5 @@
 """The room from a log: the messages of a recorded world, one after the other, to rooms."""
 
-from __future__ import annotations
-
 from vistel.wire.log import LogRecord
 from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
 

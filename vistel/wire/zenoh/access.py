@@ -6,8 +6,6 @@ neighbour: where sites have routers of their own, the hub's router is the one th
 show their site's certificate.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

@@ -10,8 +10,6 @@ Several of Zenoh's defaults fail badly here, so every session is opened from thi
 - shared memory off, small transmit queues: a queue is latency.
 """
 
-from __future__ import annotations
-
 import json
 from dataclasses import dataclass
 from pathlib import Path

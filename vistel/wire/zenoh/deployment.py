@@ -5,8 +5,6 @@ what; `python -m vistel.wire.zenoh.deployment site HUB-ENDPOINT NAME` that of a 
 the hub.
 """
 
-from __future__ import annotations
-
 import argparse
 import sys
 from pathlib import Path

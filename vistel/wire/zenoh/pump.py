@@ -6,8 +6,6 @@ lies there at once: a process whose event loop computes for 30 ms has to be inte
 message.
 """
 
-from __future__ import annotations
-
 # zenoh's stubs leave return types out
 # pyright: reportUnknownMemberType=false
 import contextlib

@@ -5,8 +5,6 @@ network had dropped it: the gap is seen at the next message or heartbeat and the
 meanwhile let go of (`vistel.wire.reliable.CACHE_MESSAGES`, `CACHE_BYTES`) is counted as lost and logged.
 """
 
-from __future__ import annotations
-
 # zenoh's stubs leave return types out
 # pyright: reportUnknownMemberType=false
 import asyncio

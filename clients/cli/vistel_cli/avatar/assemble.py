@@ -1,7 +1,5 @@
 """`vistel avatar assemble`: one avatar of separately scanned parts."""
 
-from __future__ import annotations
-
 import time
 from pathlib import Path
 from typing import Annotated

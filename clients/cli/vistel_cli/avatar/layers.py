@@ -1,7 +1,5 @@
 """`vistel avatar layers`: an avatar's bones, muscles and veins in a posture, as a scene file."""
 
-from __future__ import annotations
-
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated

@@ -1,7 +1,5 @@
 """`vistel avatar islands` and `register`: registration of the texture on each part of an avatar's surface."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import asdict

@@ -1,7 +1,5 @@
 """Guides a person through the moves of a calibration: instruction, countdown, remaining time."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import shutil

@@ -1,7 +1,5 @@
 """`vistel calibrate`: measures people and devices once. One module for each command."""
 
-from __future__ import annotations
-
 import typer
 
 from vistel_cli.lazy import Lazy, lazy_group

@@ -1,7 +1,5 @@
 """`vistel calibrate distortion`: corrects the distortion of a magnetic tracker by metal in the room."""
 
-from __future__ import annotations
-
 import csv
 import math
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`vistel calibrate face`: a person's neutral face, and the colour of its marks, in their helmet's camera."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 

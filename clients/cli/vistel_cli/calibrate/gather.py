@@ -1,7 +1,5 @@
 """A participant's receivers during the moves of a calibration: live from their tracker, or from a log."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Mapping, Sequence
 from pathlib import Path

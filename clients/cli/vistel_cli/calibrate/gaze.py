@@ -1,7 +1,5 @@
 """`vistel calibrate gaze`: maps the pupil's position in an eye camera's picture to the direction of gaze."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Annotated, Any

@@ -1,7 +1,5 @@
 """`vistel calibrate glove`: fits a glove to its user from four hand shapes held still."""
 
-from __future__ import annotations
-
 import asyncio
 from collections.abc import Callable
 from pathlib import Path

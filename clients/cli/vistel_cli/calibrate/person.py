@@ -1,7 +1,5 @@
 """`vistel calibrate tracker` and `vistel calibrate body`: bone lengths, receivers' and transmitter's positions from six moves."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from pathlib import Path

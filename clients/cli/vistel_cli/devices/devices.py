@@ -1,7 +1,5 @@
 """`vistel devices`: the ports of this machine and the devices on them."""
 
-from __future__ import annotations
-
 import asyncio
 from pathlib import Path
 from typing import Annotated, Any

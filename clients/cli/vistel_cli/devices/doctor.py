@@ -1,7 +1,5 @@
 """`vistel doctor`: the equipment of this machine, and the substitute for each missing part."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import platform

@@ -1,7 +1,5 @@
 """Runs the devices of a conference file without a conference, to calibrate or watch them."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 import tempfile

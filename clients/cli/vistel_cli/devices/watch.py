@@ -1,7 +1,5 @@
 """`vistel devices --watch`: every tracker and glove of a conference file, its firmware, rate and newest values."""
 
-from __future__ import annotations
-
 import asyncio
 import math
 from typing import Any

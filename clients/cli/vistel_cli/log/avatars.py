@@ -1,7 +1,5 @@
 """Copies the avatars of a log to the avatar folder, so that a replay needs none of their source files."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from vistel.conference.avatar_files import keep_parcel, kept_parcel, parcel_path

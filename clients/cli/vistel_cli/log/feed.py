@@ -1,7 +1,5 @@
 """Publishes a log's messages on the bus at their recorded times."""
 
-from __future__ import annotations
-
 import asyncio
 import heapq
 from collections.abc import Iterator

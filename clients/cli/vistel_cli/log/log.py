@@ -1,7 +1,5 @@
 """`vistel log`: inspects, repairs, cuts and exports logs."""
 
-from __future__ import annotations
-
 import os
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`vistel replay`: plays a recorded conference through the same services, from any time and at any speed."""
 
-from __future__ import annotations
-
 import asyncio
 import signal
 import tempfile

@@ -1,7 +1,5 @@
 """`vistel log export`: a conference as USD with time samples."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path

@@ -1,7 +1,5 @@
 """`vistel replay --verify`: runs the world again on a log and compares every state bit for bit."""
 
-from __future__ import annotations
-
 from vistel.wire.log import LogReader
 from vistel_cli.terminal import FAILED, out, print_error
 

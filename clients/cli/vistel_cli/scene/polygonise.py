@@ -1,7 +1,5 @@
 """`vistel polygonise`: writes the surface of a scene's shapes as a mesh file."""
 
-from __future__ import annotations
-
 import json
 import sys
 import time
@@ -96,7 +94,7 @@ def polygonise(
         out.print(f"{name.replace('_', ' '):18} {shown}")
 
 
-def _made(read: Any, resolution: int | None, tolerance: float | None, keep_polygons: bool, residual: float, bar: _Bar) -> Any:
+def _made(read: Any, resolution: int | None, tolerance: float | None, keep_polygons: bool, residual: float, bar: "_Bar") -> Any:
     from vistel.implicit.polygonise import polygonise as make
 
     return make(

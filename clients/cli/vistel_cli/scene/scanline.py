@@ -1,7 +1,5 @@
 """`vistel scanline`: draws a scene file row by row, in milliseconds."""
 
-from __future__ import annotations
-
 import json
 import time
 from contextlib import nullcontext

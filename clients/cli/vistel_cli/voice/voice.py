@@ -1,7 +1,5 @@
 """`vistel voice`: microphones and the room's equipment of a running conference."""
 
-from __future__ import annotations
-
 import asyncio
 import contextlib
 import signal

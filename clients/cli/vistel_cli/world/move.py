@@ -1,7 +1,5 @@
 """`vistel world where|move`: shows which world leads a room, and moves the room to another world."""
 
-from __future__ import annotations
-
 import asyncio
 import json
 import re

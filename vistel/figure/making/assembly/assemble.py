@@ -1,7 +1,5 @@
 """Somebody put together from separately scanned parts, blended at the joints into one closed surface (Singh §5.1)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path

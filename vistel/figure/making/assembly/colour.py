@@ -1,7 +1,5 @@
 """The texture of a blended joint: the two limbs' own near their ends, passing into one another between (Singh §5.1)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

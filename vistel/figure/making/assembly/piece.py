@@ -1,7 +1,5 @@
 """A piece of somebody's surface: triangles with texture coordinates at their corners, to be cut, closed and put together."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -32,11 +30,11 @@ class Piece:
     material: I64
     part: I64
 
-    def of_faces(self, keep: Mask) -> Piece:
+    def of_faces(self, keep: Mask) -> "Piece":
         """These faces only; points stay."""
         return replace(self, triangles=self.triangles[keep], uv=self.uv[keep], material=self.material[keep], part=self.part[keep])
 
-    def moved(self, matrix: F64) -> Piece:
+    def moved(self, matrix: F64) -> "Piece":
         """Under an affine map (3, 4)."""
         return replace(self, points=self.points @ matrix[:, :3].T + matrix[:, 3])
 

@@ -1,7 +1,5 @@
 """Shapes of expressions as files bring them: glTF's morph targets, VRM's expressions, MakeHuman's targets."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The container of glTF 2.0: JSON, buffers, accessors and pictures, from .glb, .vrm or .gltf with files beside it."""
 
-from __future__ import annotations
-
 import base64
 import binascii
 import json

@@ -1,7 +1,5 @@
 """Materials of glTF: colour, and what a surface is like beside it, each picture laid as that of the colour."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

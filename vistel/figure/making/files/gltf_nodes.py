@@ -1,7 +1,5 @@
 """Nodes of a glTF scene: where they are, what hangs on what, which are drawn; and the joints of a skin's vertices."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

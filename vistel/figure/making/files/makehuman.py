@@ -1,7 +1,5 @@
 """MakeHuman's own files: joint cubes in the mesh, rigs and weights as JSON (MPFB), morph targets."""
 
-from __future__ import annotations
-
 import gzip
 import json
 import zlib

@@ -1,7 +1,5 @@
 """A person's mesh from whatever file it is in, with what was given beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

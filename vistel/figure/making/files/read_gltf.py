@@ -1,7 +1,5 @@
 """A person's mesh from glTF 2.0, GLB and VRM: as the file shows it, with its rig, weights, materials and pictures."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -6,8 +6,6 @@ coordinates and others none, it drops all of them. A face of a vertex that is no
 line at fault.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

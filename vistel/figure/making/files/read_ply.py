@@ -5,8 +5,6 @@ for whole. It leaves pentagons as they are, and fails on texture coordinates at 
 of corners.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 

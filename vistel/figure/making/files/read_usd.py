@@ -1,7 +1,5 @@
 """A person's mesh from USD made by others: meshes as the stage shows them, UsdSkel rig and weights, materials, textures."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path

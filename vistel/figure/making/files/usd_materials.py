@@ -1,7 +1,5 @@
 """Materials of USD meshes as a figure needs them: colour or picture of a UsdPreviewSurface, and what it says beside that."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any, cast
 

@@ -1,7 +1,5 @@
 """What a UsdPreviewSurface says beside its colour, each picture laid as that of the colour."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Which joints a VRM file says are whose: its humanoid map, of VRM 1.0 and of 0.x, and the house's names in VRM's."""
 
-from __future__ import annotations
-
 import re
 from typing import Any
 

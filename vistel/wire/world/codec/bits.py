@@ -1,7 +1,5 @@
 """Numbers of any size as bits: Exp-Golomb codes, which spend few bits on the small ones."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 
 MOST_ZEROS = 32

@@ -1,7 +1,5 @@
 """Where things are exactly that a frame leaves to foresight: how far each is from where the frame has it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from vistel.wire.world.codec.bits import BitReader, BitWriter, FrameError

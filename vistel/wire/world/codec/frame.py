@@ -1,7 +1,5 @@
 """One frame: up to a few steps of everything that moves, and who touches whom, as changes to the frame before."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple

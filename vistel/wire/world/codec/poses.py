@@ -1,7 +1,5 @@
 """Where a thing is, in whole numbers, and how the next place is foreseen from the last ones."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from operator import add, sub

@@ -1,7 +1,5 @@
 """Who touches whom with which limbs: pairs that begin, change and end."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

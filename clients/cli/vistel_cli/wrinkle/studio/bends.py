@@ -1,7 +1,5 @@
 """The page's sliders: a few numbers that make a posture and an expression. Each of them drives wrinkles."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace

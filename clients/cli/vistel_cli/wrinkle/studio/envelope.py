@@ -4,8 +4,6 @@ The first four bytes are the length of the head, little-endian. Its `arrays` giv
 array begins at a multiple of four bytes after the head. Spaces fill the head up to such a length.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from typing import Any

@@ -1,7 +1,5 @@
 """One avatar as the page shows it: posed, wrinkled and lit; the planes of its regions. Not for two threads at once."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -47,7 +45,7 @@ class Seen:
 class FigureScene:
     """say: receives the name of each step. like: a scene of the same person with another texture or registration."""
 
-    def __init__(self, avatar: Avatar, say: Callable[[str], None], like: FigureScene | None = None) -> None:
+    def __init__(self, avatar: Avatar, say: Callable[[str], None], like: "FigureScene | None" = None) -> None:
         self.avatar = avatar
         say("laying cloth on sleeves and legs")
         self._made = dressed(avatar)

@@ -1,7 +1,5 @@
 """The studio's avatar on disk: reading, writing, and detection of changes by others."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """Registration of a photographed texture on an avatar: the unregistered islands, and registrations from pins."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

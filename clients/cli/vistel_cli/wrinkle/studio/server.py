@@ -1,8 +1,6 @@
 """The studio's web server: the page, and the mathematics behind it. It listens on this machine only, by default. Everybody who
 reaches the port may edit the avatar, so it refuses requests of other pages (Origin) and under other names (Host)."""
 
-from __future__ import annotations
-
 import asyncio
 import io
 import json

@@ -1,7 +1,5 @@
 """The session of one page: its own copy of the avatar's wrinkles and registrations. One thread computes for all."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
