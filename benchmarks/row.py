@@ -2,7 +2,7 @@
 
 import os
 import platform
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 
 def machine() -> str:
@@ -22,9 +22,9 @@ class Row:
     metric: str
     unit: str
     value: float
-    peer: str | None
-    peer_value: float | None
-    ratio: float | None
-    target: str | None
-    met: bool | None
-    machine: str
+    peer: str | None = None
+    peer_value: float | None = None
+    ratio: float | None = None
+    target: str | None = None
+    met: bool | None = None
+    machine: str = field(default_factory=machine)

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 
 SECONDS = 20
 
@@ -18,14 +18,13 @@ def run() -> Iterator[Row]:
         command = [sys.executable, "-m", "vistel_cli.main", "up", "--seconds", str(SECONDS), "--out", folder, "--json"]
         subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
         report = json.loads((Path(folder) / "report.json").read_text())
-    where = machine()
     peer = "Singh's VISTEL (whole world, 1995)"
     for site, figures in report["sites"].items():
         rate = figures["frames_per_s_median"]
-        yield Row("demo", site, "pictures at 640x360", "frames/s", rate, peer, 8.0, rate / 8.0, ">= 12", rate >= 12, where)
+        yield Row("demo", site, "pictures at 640x360", "frames/s", rate, peer, 8.0, rate / 8.0, ">= 12", rate >= 12)
         delay = max(figures["image_delay_s_median"].values()) * 1e3
-        yield Row("demo", site, "capture to picture, median", "ms", delay, None, None, None, None, None, where)
+        yield Row("demo", site, "capture to picture, median", "ms", delay)
     for node, process in report["processes"].items():
         if process["cpu_percent"] is not None:
             cpu = process["cpu_percent"]
-            yield Row("demo", node, "processor use", "% of a core", cpu, None, None, None, None, None, where)
+            yield Row("demo", node, "processor use", "% of a core", cpu)

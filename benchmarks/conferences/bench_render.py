@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.conferences.render_scene import save_scene
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.figure.posture.posture import ELBOW, NECK, SHOULDER, SPINE_ROTATION, Posture, Stance
 from vistel.geometry.pose import Pose
 from vistel.render.film.video import VideoWriter
@@ -52,7 +52,6 @@ SINGH_FPS = 8.0
 
 def run() -> Iterator[Row]:
     """One row after the other."""
-    where = machine()
     with tempfile.TemporaryDirectory() as folder:
         alone = _one_site(Path(folder) / "alone.mp4", FRAMES)
         case = f"3 figures, {WIDTH}x{HEIGHT}, {alone['renderer']}"
@@ -60,7 +59,7 @@ def run() -> Iterator[Row]:
             whole = part == "frame"
             met = ms <= TARGET_CPU_MS if whole and alone["software"] else None
             target = f"<= {TARGET_CPU_MS:.0f}" if whole else None
-            yield Row("render", case, f"CPU time per {part}", "ms", ms, None, None, None, target, met, where)
+            yield Row("render", case, f"CPU time per {part}", "ms", ms, target=target, met=met)
         together = _together(Path(folder))
         slowest = min(r["fps"] for r in together)
         yield Row(
@@ -74,15 +73,14 @@ def run() -> Iterator[Row]:
             slowest / SINGH_FPS,
             f">= {TARGET_FPS:.0f}",
             slowest >= TARGET_FPS,
-            where,
         )
-    yield from _large(where)
-    yield from _beside(where)
-    yield from _end_to_end(where)
-    yield from _held(where)
+    yield from _large()
+    yield from _beside()
+    yield from _end_to_end()
+    yield from _held()
 
 
-def _large(where: str) -> Iterator[Row]:
+def _large() -> Iterator[Row]:
     """Pictures of 1280 x 720: processor time of each kind against the mean of the plain one before it and after it. One after
     the other: two OpenGL contexts in a thread disturb each other."""
     what, one = "CPU time per picture", View(*LARGE, "room", "", False)
@@ -92,7 +90,7 @@ def _large(where: str) -> Iterator[Row]:
         "fine light, 4 samples a pixel": (replace(one, light="fine"), 3, None),
     }
     before = _picture_ms(one, 3)
-    yield Row("render", "3 figures, 1280x720", what, "ms", before, None, None, None, None, None, where)
+    yield Row("render", "3 figures, 1280x720", what, "ms", before)
     for case, (view, people, most) in more.items():
         ms, after = _picture_ms(view, people), _picture_ms(one, 3)
         beside, before = 0.5 * (before + after), after
@@ -107,11 +105,10 @@ def _large(where: str) -> Iterator[Row]:
             ms / beside,
             None if most is None else f"<= {most} x",
             None if most is None else ms / beside <= most,
-            where,
         )
 
 
-def _beside(where: str) -> Iterator[Row]:
+def _beside() -> Iterator[Row]:
     """Against other renderers, each between two runs of ours."""
     if "VISTEL_PEER_PYTHON" not in os.environ:
         return
@@ -135,7 +132,7 @@ def _beside(where: str) -> Iterator[Row]:
             case = f"3 figures, {triangles} triangles, 1280x720, posed, deformed, with shadows, {ours[view.samples or 1]}"
             peer = f"{found['name']}, standing still"
             target = f"<= {most} x"
-            yield Row("render", case, "CPU time per picture", "ms", ms, peer, found["ms"], ratio, target, ratio <= most, where)
+            yield Row("render", case, "CPU time per picture", "ms", ms, peer, found["ms"], ratio, target, ratio <= most)
 
 
 def _peer(which: str, scene: Path, picture: Path) -> dict[str, Any] | None:
@@ -167,23 +164,23 @@ def _scene(path: Path, view: View) -> int:
         studio.close()
 
 
-def _end_to_end(where: str) -> Iterator[Row]:
+def _end_to_end() -> Iterator[Row]:
     """One site alone, as fast as it goes: posed, deformed, drawn, read back, encoded."""
     for (width, height), least in ((640, 480), 50.0), (LARGE, 25.0):
         with tempfile.TemporaryDirectory() as folder:
             fps = _fps(Path(folder) / "site.mp4", View(width, height, "seat", PEOPLE[0].name, light="fast"), lambda: None)
         case = f"one site alone, 3 figures, {width}x{height}, encoded"
-        yield Row("render", case, "frames/s", "frames/s", fps, None, None, None, f">= {least:.0f}", fps >= least, where)
+        yield Row("render", case, "frames/s", "frames/s", fps, target=f">= {least:.0f}", met=fps >= least)
 
 
-def _held(where: str) -> Iterator[Row]:
+def _held() -> Iterator[Row]:
     """Whether the quality setting holds a rate by itself where the machine is too weak for every pixel."""
     for slower in 1.0, 1.5, 2.0:
         fps, scale = _held_by(slower)
         case = f"one core {slower:g} times as slow as this one, 3 figures, 1280x720, drawn at {scale:g} of width and height"
         what = f"frames/s at {HELD_RATE:.0f}, held by itself"
         least = 0.98 * HELD_RATE
-        yield Row("render", case, what, "frames/s", fps, None, None, None, f">= {least:g}", fps >= least, where)
+        yield Row("render", case, what, "frames/s", fps, target=f">= {least:g}", met=fps >= least)
 
 
 def _held_by(slower: float) -> tuple[float, float]:

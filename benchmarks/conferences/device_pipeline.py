@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import tomli_w
 
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.skeleton import standard_skeleton
@@ -38,13 +38,12 @@ NEAR_NS = 4_000_000
 def rows() -> Iterator[Row]:
     """Latency of the whole path, and what was lost on it."""
     latencies_ms, lost, reordered = event_loop.run(_measure())
-    where = machine()
     case = "last device byte to pose at another site"
     for q, limit in ((50, 5.0), (99, 25.0)):
         value = float(np.percentile(latencies_ms, q))
-        yield Row("pipeline", case, f"latency p{q}", "ms", value, None, None, None, f"<= {limit:g} ms", value <= limit, where)
+        yield Row("pipeline", case, f"latency p{q}", "ms", value, target=f"<= {limit:g} ms", met=value <= limit)
     for what, n in (("lost", lost), ("reordered", reordered)):
-        yield Row("pipeline", case, f"frames {what}", "frames", n, None, None, None, "0", n == 0, where)
+        yield Row("pipeline", case, f"frames {what}", "frames", n, target="0", met=n == 0)
 
 
 def _conference() -> Conference:

@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.conferences.world_steps import Load, Scene
 from benchmarks.progress import part
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.messages.world.encode import world_state
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldHandover, WorldSnapshot
@@ -25,7 +25,6 @@ TIMES = 15
 
 def rows(thorough: bool) -> Iterator[Row]:
     """A hand-over, a restart, a late joiner, a step's record in the journal, for a small and a large room."""
-    where = machine()
     for people, things in ((3, 50), (20, 500)):
         case, times = f"{people} people, {things} things", TIMES if thorough else TIMES // 3
         scene = Scene(Load(people, things))
@@ -36,17 +35,17 @@ def rows(thorough: bool) -> Iterator[Row]:
         ready = World.restore(scene.world.snapshot())
         moved = _least(lambda scene=scene, ready=ready: _hand_over(scene, ready), times)
         target = "<= 16.7 (one step)"
-        yield Row("world", case, "hand-over", "ms", moved, None, None, None, target, moved <= TICK_MS, where)
+        yield Row("world", case, "hand-over", "ms", moved, target=target, met=moved <= TICK_MS)
         cold = _least(lambda scene=scene: World.restore(scene.world.snapshot()), times)
-        yield Row("world", case, "read from disk", "ms", cold, None, None, None, None, None, where)
+        yield Row("world", case, "read from disk", "ms", cold)
         view = scene.take(scene.inputs())
         late = _least(lambda scene=scene, view=view: _late(scene, view), times)
-        yield Row("world", case, "late joiner", "ms", late, None, None, None, "<= 500", late <= 500.0, where)
+        yield Row("world", case, "late joiner", "ms", late, target="<= 500", met=late <= 500.0)
         inputs = scene.inputs()
         kept = _least(lambda inputs=inputs: journal.record(inputs_message(inputs), inputs), times)
-        yield Row("world", case, "journal, per step", "ms", kept, None, None, None, None, None, where)
+        yield Row("world", case, "journal, per step", "ms", kept)
         size = len(journal.record(inputs_message(inputs), inputs)) * 60 / 1000
-        yield Row("world", case, "journal", "kB/s", size, None, None, None, None, None, where)
+        yield Row("world", case, "journal", "kB/s", size)
 
 
 def _hand_over(scene: Scene, ready: World) -> None:

@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from benchmarks.progress import part
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture, Stance
@@ -60,18 +60,18 @@ class Load:
 
 def rows(thorough: bool) -> Iterator[Row]:
     """Step times under two loads, and how they grow."""
-    where, times = machine(), 3 if thorough else 2
+    times = 3 if thorough else 2
     with part("kernels"):
         warm_up()
-    yield Row("world", "this machine now", "fixed loop of Python", "s", python_loop(), None, None, None, None, None, where)
+    yield Row("world", "this machine now", "fixed loop of Python", "s", python_loop())
     for (people, things), target in TARGETS.items():
         load = Load(people, things)
         ms, size = measure(load, times)
         for name, share in (("p50", 50), ("p90", 90), ("p99", 99), ("max", 100)):
             value = float(np.percentile(ms, share))
             aim, met = (f"<= {target:g}", value <= target) if name == "p99" else (None, None)
-            yield Row("world", load.name, f"step {name}", "ms", value, None, None, None, aim, met, where)
-        yield Row("world", load.name, "state", "kB", size / 1000, None, None, None, None, None, where)
+            yield Row("world", load.name, f"step {name}", "ms", value, target=aim, met=met)
+        yield Row("world", load.name, "state", "kB", size / 1000)
     steps, settle = (480, 120) if thorough else (180, 60)
     grown = {
         "people": [Load(n, 50, steps, settle) for n in PEOPLE],
@@ -83,20 +83,19 @@ def rows(thorough: bool) -> Iterator[Row]:
 
 def growth(what: str, loads: list[Load], times: int) -> Iterator[Row]:
     """Median and 99th percentile of each size, and the slopes of straight lines through them, both axes logarithmic."""
-    where = machine()
     found: dict[str, list[float]] = {"p50": [], "p99": []}
     for load in loads:
         ms, _ = measure(load, times)
         for name, values in found.items():
             values.append(float(np.percentile(ms, int(name[1:]))))
-            yield Row("world", f"growth: {load.name}", f"step {name}", "ms", values[-1], None, None, None, None, None, where)
+            yield Row("world", f"growth: {load.name}", f"step {name}", "ms", values[-1])
     count = np.log([load.people if what == "people" else load.things for load in loads])
     for name, values in found.items():
         every = float(np.polyfit(count, np.log(values), 1)[0])
         last = float(np.diff(np.log(values[-2:]))[0] / np.diff(count[-2:])[0])
         case, aim = f"growth in {what}", f"<= {EXPONENT:g}"
-        yield Row("world", case, f"exponent of {name}", "", every, None, None, None, aim, every <= EXPONENT, where)
-        yield Row("world", case, f"of the last two, {name}", "", last, None, None, None, None, None, where)
+        yield Row("world", case, f"exponent of {name}", "", every, target=aim, met=every <= EXPONENT)
+        yield Row("world", case, f"of the last two, {name}", "", last)
 
 
 def python_loop() -> float:

@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.conferences.world_steps import LASTS_S, STEP_NS, Load, Scene
 from benchmarks.progress import part
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import quaternion_from_matrix
@@ -55,41 +55,27 @@ class ReceivedPosture:
 
 def rows(thorough: bool) -> Iterator[Row]:
     """Bandwidth, errors and costs."""
-    where, share = machine(), 1.0 if thorough else 0.5
+    share = 1.0 if thorough else 0.5
     warm_up()
     for what, seats, led in (("led by trackers", SEATS, True), ("thrown and pushed about", 10, False)):
         heard = listen(Load(3, 50, seats=seats), led=led, seconds=share * SECONDS)
         case = f"3 people, 50 things, {np.mean(heard.moving):.1f} of them {what}"
-        yield Row(
-            "world", case, "to each receiver", "kbit/s", heard.kbit_s, None, None, None, f"<= {KBIT:g}", heard.kbit_s <= KBIT, where
-        )
+        yield Row("world", case, "to each receiver", "kbit/s", heard.kbit_s, target=f"<= {KBIT:g}", met=heard.kbit_s <= KBIT)
         for metric, unit, errors, target in (
             ("position error p99", "mm", heard.millimetres, MILLIMETRES),
             ("orientation error p99", "degrees", heard.degrees, DEGREES),
         ):
             p99 = float(np.percentile(errors, 99))
-            yield Row("world", case, metric, unit, p99, None, None, None, f"<= {target:g}", p99 <= target, where)
+            yield Row("world", case, metric, unit, p99, target=f"<= {target:g}", met=p99 <= target)
         steps = heard.seconds * 60
-        yield Row("world", case, "saying it, per step", "us", heard.telling_s / steps * 1e6, None, None, None, None, None, where)
-        yield Row(
-            "world",
-            case,
-            "hearing it, per second",
-            "ms",
-            heard.hearing_s / heard.seconds * 1e3,
-            None,
-            None,
-            None,
-            None,
-            None,
-            where,
-        )
-        yield Row("world", case, "snapshot for a late joiner", "kB", heard.snapshot / 1000, None, None, None, None, None, where)
+        yield Row("world", case, "saying it, per step", "us", heard.telling_s / steps * 1e6)
+        yield Row("world", case, "hearing it, per second", "ms", heard.hearing_s / heard.seconds * 1e3)
+        yield Row("world", case, "snapshot for a late joiner", "kB", heard.snapshot / 1000)
     crowds = CROWDS if thorough else CROWDS[:-1]
     rates = [listen(Load(n, 50, seats=CROWDED), seconds=share * CROWD_SECONDS).kbit_s for n in crowds]
     each = float(np.polyfit(crowds, rates, 1)[0])
     case = "50 things, people: " + ", ".join(f"{n}: {r:.1f}" for n, r in zip(crowds, rates, strict=True)) + " kbit/s"
-    yield Row("world", case, "each further person", "kbit/s", each, None, None, None, None, None, where)
+    yield Row("world", case, "each further person", "kbit/s", each)
 
 
 def listen(load: Load, *, led: bool = False, seconds: float) -> ReceivedPosture:

@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.fields.deform_peers import peer
 from benchmarks.fields.deform_scenes import Body, body, capsules, hugging
 from benchmarks.figures.figure_peers import linear_blend
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from benchmarks.timing import microseconds
 from vistel.figure.figure import Figure
 from vistel.figure.people.builtin import builtin_avatar
@@ -46,7 +46,7 @@ def _row(
     met: bool | None = None,
 ) -> Row:
     ratio = None if beside_value is None else value / beside_value
-    return Row("deform", case, metric, unit, value, beside, beside_value, ratio, target, met, machine())
+    return Row("deform", case, metric, unit, value, beside, beside_value, ratio, target, met)
 
 
 def _against(case: str, metric: str, unit: str, value: float, name: str, beside: float, most: float | None) -> Row:

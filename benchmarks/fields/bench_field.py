@@ -23,7 +23,7 @@ from numba import types
 from numba.extending import intrinsic
 
 import vistel.implicit as vi
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.arrays import F32
 from vistel.jit.pointers import pointer
 
@@ -100,7 +100,6 @@ def alternating(repeats: int, *calls: Callable[[], Any]) -> list[float]:
 
 def run() -> Iterator[Row]:
     """Every figure of this benchmark."""
-    here = machine()
 
     def row(
         case: str,
@@ -113,7 +112,7 @@ def run() -> Iterator[Row]:
         target: str | None = None,
         met: bool | None = None,
     ) -> Row:
-        return Row("field", case, metric, unit, value, peer, peer_value, ratio, target, met, here)
+        return Row("field", case, metric, unit, value, peer, peer_value, ratio, target, met)
 
     axis = np.linspace(-HALF, HALF, SIDE).astype(np.float32)
     points = np.random.default_rng(7).uniform(-HALF, HALF, (POINTS, 3))

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 import vistel.implicit as vi
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.implicit.polygonise import Lattice, Polygonisation, SurfaceMesh, polygonise
 from vistel.implicit.polygonise.retained import Retained
 
@@ -42,7 +42,7 @@ def _row(
     met: bool | None = None,
 ) -> Row:
     ratio = None if beside_value is None else value / beside_value
-    return Row("polygonise", case, metric, unit, value, beside, beside_value, ratio, target, met, machine())
+    return Row("polygonise", case, metric, unit, value, beside, beside_value, ratio, target, met)
 
 
 def _took(call: Callable[[], object], repeats: int = REPEATS) -> float:

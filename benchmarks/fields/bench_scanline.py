@@ -12,7 +12,7 @@ import numpy as np
 import vistel.implicit as vi
 from benchmarks.fields.bench_field import alternating
 from benchmarks.fields.scanline_scenes import CLAY, table2
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.implicit.evaluation.program import compile
 from vistel.implicit.scanline import Scanline, ScanlinePicture
 from vistel.implicit.scene import Scene, encoded
@@ -30,7 +30,6 @@ def cast(scene: Scene, method: str = "auto") -> ScanlinePicture:
 
 def run() -> Iterator[Row]:
     """Every figure of this benchmark."""
-    here = machine()
     for row in table2():
         scene = row.scene
         name = f"figure {row.figure}: {row.name} {'/'.join(map(str, row.counts))}"
@@ -38,13 +37,11 @@ def run() -> Iterator[Row]:
         cast(scene, "numeric")
         a, b = alternating(REPEATS, lambda: Scanline(scene).draw(), lambda: cast(scene))
         _, c = alternating(3, lambda: None, lambda: cast(scene, "numeric"))
-        yield Row(
-            "scanline", name, "picture", "ms", 1e3 * a, "own ray caster", 1e3 * b, b / a, f"ratio >= {GAIN}", b / a >= GAIN, here
-        )
-        yield Row("scanline", name, "picture", "ms", 1e3 * a, "own ray caster, ray by ray", 1e3 * c, c / a, None, None, here)
+        yield Row("scanline", name, "picture", "ms", 1e3 * a, "own ray caster", 1e3 * b, b / a, f"ratio >= {GAIN}", b / a >= GAIN)
+        yield Row("scanline", name, "picture", "ms", 1e3 * a, "own ray caster, ray by ray", 1e3 * c, c / a)
         seen = int((theirs.thing == 1).sum())
         equal = 1 - float((ours.thing != theirs.thing).sum()) / seen
-        yield Row("scanline", name, "equal hit pixels", "1", equal, "own ray caster", None, None, ">= 0.999", equal >= 0.999, here)
+        yield Row("scanline", name, "equal hit pixels", "1", equal, "own ray caster", target=">= 0.999", met=equal >= 0.999)
         both = (ours.thing == 1) & (theirs.thing == 1)
         apart = np.abs(encoded(ours.light).astype(int) - encoded(theirs.light).astype(int)).max(axis=2)[both]
         worst = float(np.quantile(apart, 0.999))
@@ -55,16 +52,13 @@ def run() -> Iterator[Row]:
             "1/255",
             worst,
             "own ray caster",
-            None,
-            None,
-            "<= 2",
-            worst <= 2,
-            here,
+            target="<= 2",
+            met=worst <= 2,
         )
-    yield from _edits(here)
+    yield from _edits()
 
 
-def _edits(here: str) -> Iterator[Row]:
+def _edits() -> Iterator[Row]:
     """Moving one of 106 spheres to and fro."""
     row = table2()[1]
     line = Scanline(row.scene)
@@ -93,7 +87,7 @@ def _edits(here: str) -> Iterator[Row]:
 
     a, b = alternating(REPEATS, edit, lambda: Scanline(row.scene).draw())
     name = "figure 34, one sphere moved"
-    yield Row("scanline", name, "edit, field compiled", "ms", 1e3 * a, "whole picture, likewise", 1e3 * b, b / a, None, None, here)
+    yield Row("scanline", name, "edit, field compiled", "ms", 1e3 * a, "whole picture, likewise", 1e3 * b, b / a)
     a, b = alternating(REPEATS, redraw, surface.draw)
-    yield Row("scanline", name, "depths and normals drawn again", "ms", 1e3 * a, "all drawn", 1e3 * b, b / a, None, None, here)
-    yield Row("scanline", name, "part of the picture drawn again", "1", picture.redrawn, None, None, None, None, None, here)
+    yield Row("scanline", name, "depths and normals drawn again", "ms", 1e3 * a, "all drawn", 1e3 * b, b / a)
+    yield Row("scanline", name, "part of the picture drawn again", "1", picture.redrawn)

@@ -24,7 +24,7 @@ import numpy as np
 
 import vistel.implicit as vi
 from benchmarks.fields.trace_scenes import CAMERA, table1
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.implicit.scene import Light, Material, Scene
 from vistel.implicit.trace import TracedPicture, Tracer, render
 
@@ -77,7 +77,6 @@ def against_povray() -> Iterator[Row]:
                     ratio,
                     f"ratio <= {POVRAY}",
                     ratio <= POVRAY,
-                    machine(),
                 )
                 yield Row(
                     "trace",
@@ -86,11 +85,8 @@ def against_povray() -> Iterator[Row]:
                     "%",
                     equal,
                     version,
-                    None,
-                    None,
-                    f">= {EQUAL}",
-                    equal >= EQUAL,
-                    machine(),
+                    target=f">= {EQUAL}",
+                    met=equal >= EQUAL,
                 )
 
 
@@ -121,9 +117,8 @@ def against_polyhedra() -> Iterator[Row]:
             ours / theirs,
             f"ratio <= {POLYHEDRA}",
             ours / theirs <= POLYHEDRA,
-            machine(),
         )
-        yield Row("trace", case, "candidate polygons", "", float(candidates), None, None, None, None, None, machine())
+        yield Row("trace", case, "candidate polygons", "", float(candidates))
 
 
 def timed(scene: Scene, **options: Any) -> tuple[float, TracedPicture]:

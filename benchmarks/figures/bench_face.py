@@ -19,7 +19,7 @@ import cv2
 import numpy as np
 
 from benchmarks.figures.face_scenes import RATE_HZ, hard_face
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.arrays import F64, U8
 from vistel.figure.face.marks import MARK_COUNT, REST
 from vistel.vision.eye_reader import EyeReader
@@ -44,10 +44,9 @@ _HOUGH = f"OpenCV {cv2.__version__}: HoughCircles"
 def run() -> Iterator[Row]:
     """One row after the other."""
     cv2.setNumThreads(1)
-    where = machine()
-    yield from _marks(where)
-    yield from _simulated_eye(where)
-    yield from _real_eyes(where)
+    yield from _marks()
+    yield from _simulated_eye()
+    yield from _real_eyes()
 
 
 @dataclass
@@ -64,34 +63,24 @@ class _Tally:
     lost: int = 0
 
 
-def _marks(where: str) -> Iterator[Row]:
+def _marks() -> Iterator[Row]:
     t = _track()
     case = f"marks, 640x480, {FRAMES} frames"
     ms, peer = float(np.median(t.ms)), float(np.median(t.peer_ms))
     errors, guesses = np.concatenate(t.errors), np.concatenate(t.guesses)
     rms = _rms(errors)
-    yield Row("face", case, "time per frame", "ms", ms, _BLOBS, peer, ms / peer, "<= 4", ms <= 4.0, where)
-    yield Row("face", case, "time per frame p95", "ms", float(np.percentile(t.ms, 95)), None, None, None, None, None, where)
+    yield Row("face", case, "time per frame", "ms", ms, _BLOBS, peer, ms / peer, "<= 4", ms <= 4.0)
+    yield Row("face", case, "time per frame p95", "ms", float(np.percentile(t.ms, 95)))
     yield Row(
-        "face",
-        case,
-        "centroid error RMS",
-        "px",
-        rms,
-        _BLOBS,
-        _rms(np.concatenate(t.peer_errors)),
-        None,
-        "<= 0.3",
-        rms <= 0.3,
-        where,
+        "face", case, "centroid error RMS", "px", rms, _BLOBS, _rms(np.concatenate(t.peer_errors)), target="<= 0.3", met=rms <= 0.3
     )
-    yield Row("face", case, "centroid error p99", "px", float(np.percentile(errors, 99)), None, None, None, None, None, where)
-    yield Row("face", case, "identity swaps", "marks", t.swapped, None, None, None, "= 0", t.swapped == 0, where)
-    yield Row("face", case, f"claimed > {WRONG_PX:.0f} px off", "marks", t.wrong, None, None, None, None, None, where)
+    yield Row("face", case, "centroid error p99", "px", float(np.percentile(errors, 99)))
+    yield Row("face", case, "identity swaps", "marks", t.swapped, target="= 0", met=t.swapped == 0)
+    yield Row("face", case, f"claimed > {WRONG_PX:.0f} px off", "marks", t.wrong)
     told = 100.0 * len(guesses) / (FRAMES * MARK_COUNT)
-    yield Row("face", case, "told as guessed", "%", told, None, None, None, None, None, where)
-    yield Row("face", case, "guesses' error, median", "px", float(np.median(guesses)), None, None, None, None, None, where)
-    yield Row("face", case, "frames without a face", "frames", t.lost, None, None, None, None, None, where)
+    yield Row("face", case, "told as guessed", "%", told)
+    yield Row("face", case, "guesses' error, median", "px", float(np.median(guesses)))
+    yield Row("face", case, "frames without a face", "frames", t.lost)
 
 
 def _track() -> _Tally:
@@ -138,7 +127,7 @@ def _apart(a: F64, b: F64) -> F64:
     return np.hypot(*(a[:, None] - b[None]).transpose(2, 0, 1))
 
 
-def _simulated_eye(where: str) -> Iterator[Row]:
+def _simulated_eye() -> Iterator[Row]:
     """Gaze and blinks of a drawn eye whose truth is known."""
     eye, seconds = EyePicture(SEED), 20.0
     pupils: list[F64] = []
@@ -164,13 +153,13 @@ def _simulated_eye(where: str) -> Iterator[Row]:
         if reading.gaze is not None:
             errors.append(float(np.degrees(np.hypot(*(reading.gaze - gaze)))))
     case = "eye, simulated, 320x240"
-    yield Row("face", case, "gaze error, median", "deg", float(np.median(errors)), None, None, None, None, None, where)
-    yield Row("face", case, "gaze error p95", "deg", float(np.percentile(errors, 95)), None, None, None, None, None, where)
-    yield Row("face", case, "lid opening error, mean", "1", float(np.mean(openings)), None, None, None, None, None, where)
-    yield Row("face", case, "time per frame", "ms", float(np.median(ms)), None, None, None, None, None, where)
+    yield Row("face", case, "gaze error, median", "deg", float(np.median(errors)))
+    yield Row("face", case, "gaze error p95", "deg", float(np.percentile(errors, 95)))
+    yield Row("face", case, "lid opening error, mean", "1", float(np.mean(openings)))
+    yield Row("face", case, "time per frame", "ms", float(np.median(ms)))
 
 
-def _real_eyes(where: str) -> Iterator[Row]:
+def _real_eyes() -> Iterator[Row]:
     if not DATA.is_dir():
         print(f"face: no real pictures of eyes at {DATA}; their rows are left out", file=sys.stderr)
         return
@@ -197,29 +186,15 @@ def _real_eyes(where: str) -> Iterator[Row]:
         found, peer = (100.0 * float(np.mean([hits[n] for n in members])) for hits in (ours, peers))
         target, met = (">= 95", found >= 95.0) if name == "all" else (None, None)
         yield Row(
-            "face", f"real open eyes, {name}: {len(members)}", "pupil found", "%", found, _HOUGH, peer, None, target, met, where
+            "face", f"real open eyes, {name}: {len(members)}", "pupil found", "%", found, _HOUGH, peer, target=target, met=met
         )
     loose = 100.0 * float(np.mean(list(by_box.values())))
-    yield Row(
-        "face", f"real open eyes, all: {len(pupils)}", "near the box's middle", "%", loose, None, None, None, None, None, where
-    )
+    yield Row("face", f"real open eyes, all: {len(pupils)}", "near the box's middle", "%", loose)
     closed = sorted((DATA / "closed").glob("*.jpg"))
     told = 100.0 * float(np.mean([_pupil(_grey(p)) is None for p in closed]))
-    yield Row("face", f"real closed eyes: {len(closed)}", "told closed", "%", told, None, None, None, ">= 95", told >= 95.0, where)
+    yield Row("face", f"real closed eyes: {len(closed)}", "told closed", "%", told, target=">= 95", met=told >= 95.0)
     ms = [_timed(_grey(DATA / "open" / n)) for n in pupils]
-    yield Row(
-        "face",
-        f"real open eyes, all: {len(pupils)}",
-        "search of a whole picture",
-        "ms",
-        float(np.median(ms)),
-        None,
-        None,
-        None,
-        None,
-        None,
-        where,
-    )
+    yield Row("face", f"real open eyes, all: {len(pupils)}", "search of a whole picture", "ms", float(np.median(ms)))
 
 
 def _hit(name: str, box: F64, true: F64, find: Callable[[U8], F64 | None]) -> bool:

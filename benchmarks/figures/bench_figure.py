@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.figures.figure_peers import linear_blend
 from benchmarks.figures.figure_postures import recorded_postures
 from benchmarks.figures.figure_sweep import DUAL, LINEAR, sweep
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from benchmarks.timing import microseconds
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
@@ -74,7 +74,6 @@ def _layers(avatar: Avatar) -> Iterator[Row]:
         round(ratio, 3),
         f"ratio <= {_LAYERS}",
         ratio <= _LAYERS,
-        machine(),
     )
 
 
@@ -105,7 +104,6 @@ def _times(avatar: Avatar) -> Iterator[Row]:
             round(ratio, 3),
             f"ratio <= {_SLOWER}",
             ratio <= _SLOWER,
-            machine(),
         )
     postures = recorded_postures(_POSTURES) or [_bent()]
 
@@ -151,7 +149,6 @@ def _sweeps(case: str, avatar: Avatar, postures: list[Posture]) -> Iterator[Row]
                 round(value / max(beside, 1e-9), 3),
                 None if target is None else f"value <= {target}",
                 None if target is None else value <= target,
-                machine(),
             )
 
 
@@ -204,4 +201,4 @@ def _moved_at_rest(avatar: Avatar) -> float:
 
 
 def _row(case: str, metric: str, unit: str, value: float, target: str, met: bool) -> Row:
-    return Row("figure", case, metric, unit, round(value, 3), None, None, None, target, met, machine())
+    return Row("figure", case, metric, unit, round(value, 3), target=target, met=met)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.arrays import F64
 from vistel.capture.body import BodyCapture, warm_up
 from vistel.capture.config import Person
@@ -68,7 +68,6 @@ class Outcome:
 def run() -> Iterator[Row]:
     """Every recording that is on this machine; nothing where there is none."""
     warm_up()
-    where = machine()
     pooled: list[tuple[Outcome, Outcome]] = []
     strangers: list[Outcome] = []
     known: list[Outcome] = []
@@ -78,14 +77,14 @@ def run() -> Iterator[Row]:
         pooled.append((ours, peer))
         strangers.append(measure(recording, START))
         known.append(measure(recording, learnt, skeleton=recording.measured()))
-        yield from _rows(recording.name, ours, peer, where)
+        yield from _rows(recording.name, ours, peer)
     if pooled:
         peers = _pool([p for _, p in pooled])
-        yield from _rows("all", _pool([o for o, _ in pooled]), peers, where)
-        for row in _rows("all, arms not learnt", _pool(strangers), peers, where):
+        yield from _rows("all", _pool([o for o, _ in pooled]), peers)
+        for row in _rows("all, arms not learnt", _pool(strangers), peers):
             if row.metric.startswith(("elbow", "largest")):
                 yield replace(row, target=None, met=None)
-        for row in _rows("all, bones of the whole recordings", _pool(known), peers, where):
+        for row in _rows("all, bones of the whole recordings", _pool(known), peers):
             if not row.metric.startswith("filter"):
                 yield replace(row, target=None, met=None)
 
@@ -223,7 +222,7 @@ def _pool(outcomes: Sequence[Outcome]) -> Outcome:
     return Outcome(errors, jumps, solve)
 
 
-def _rows(case: str, ours: Outcome, peer: Outcome, where: str) -> Iterator[Row]:
+def _rows(case: str, ours: Outcome, peer: Outcome) -> Iterator[Row]:
     for part, names in JOINTS.items():
         for metric, share in (("median", 50), ("p95", 95)):
             value, other = (float(np.percentile(np.concatenate([o.errors[n] for n in names]), share)) * 1e3 for o in (ours, peer))
@@ -239,12 +238,9 @@ def _rows(case: str, ours: Outcome, peer: Outcome, where: str) -> Iterator[Row]:
                 value / other,
                 None if target is None else f"<= {target:g} mm",
                 None if target is None else value <= target,
-                where,
             )
     share, other = (100.0 * float((o.jumps > math.radians(MOST_JUMP_DEG)).mean()) for o in (ours, peer))
-    yield Row(
-        "posture", case, f"frames with an arm jump over {MOST_JUMP_DEG:g} deg", "%", share, PEER, other, None, None, None, where
-    )
+    yield Row("posture", case, f"frames with an arm jump over {MOST_JUMP_DEG:g} deg", "%", share, PEER, other)
     jump, other = (math.degrees(float(o.jumps.max())) for o in (ours, peer))
     yield Row(
         "posture",
@@ -257,9 +253,6 @@ def _rows(case: str, ours: Outcome, peer: Outcome, where: str) -> Iterator[Row]:
         jump / other,
         f"<= {MOST_JUMP_DEG:g} deg",
         jump <= MOST_JUMP_DEG,
-        where,
     )
     value, other = (float(np.median(o.solve)) * 1e3 for o in (ours, peer))
-    yield Row(
-        "posture", case, "filter and solve, median", "ms", value, PEER, other, value / other, "<= 0.5 ms", value <= 0.5, where
-    )
+    yield Row("posture", case, "filter and solve, median", "ms", value, PEER, other, value / other, "<= 0.5 ms", value <= 0.5)

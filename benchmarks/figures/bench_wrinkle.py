@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.fields.bench_field import alternating
 from benchmarks.figures import face_rules, wrinkle_frames
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.figure.figure import Figure
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, Posture, pose_joints, standing
@@ -77,18 +77,17 @@ def postures() -> list[Posture]:
 
 def run() -> Iterator[Row]:
     """Every figure of this benchmark."""
-    here = machine()
     cv2.setNumThreads(1)
     every = wrinkles()
     displacement_map(every[:1], SIZE, 64)
     ours, theirs = alternating(3, lambda: displacement_map(every, SIZE, TEXELS), lambda: by_distance_transforms(every))
     case = f"{TEXELS} x {TEXELS} map, {WRINKLES} wrinkles"
     peer = f"OpenCV {cv2.__version__} distance transforms"
-    yield Row("wrinkle", case, "displacement map", "s", ours, peer, theirs, ours / theirs, "<= 2 s on two cores", ours <= 2.0, here)
+    yield Row("wrinkle", case, "displacement map", "s", ours, peer, theirs, ours / theirs, "<= 2 s on two cores", ours <= 2.0)
     of = displacement_map(every, SIZE, TEXELS)
     flat = np.full((TEXELS, TEXELS, 3), 128, np.uint8)
     lit, _ = alternating(3, lambda: wrinkled_texture(flat, of, limit=LIMIT), lambda: None)
-    yield Row("wrinkle", case, "wrinkled texture", "s", lit, None, None, None, None, None, here)
+    yield Row("wrinkle", case, "wrinkled texture", "s", lit)
     _, loss = drawn_in(of, LIMIT)
     yield Row(
         "wrinkle",
@@ -96,20 +95,16 @@ def run() -> Iterator[Row]:
         "texture moves, most",
         "mm",
         1e3 * loss.shift,
-        None,
-        None,
-        None,
-        f"<= {1e3 * LIMIT:g}",
-        loss.shift <= LIMIT * (1 + 1e-6),
-        here,
+        target=f"<= {1e3 * LIMIT:g}",
+        met=loss.shift <= LIMIT * (1 + 1e-6),
     )
-    yield Row("wrinkle", case, "to keep lengths it would", "mm", 1e3 * loss.wanted, None, None, None, None, None, here)
-    yield from _figures(here)
-    yield from wrinkle_frames.rows(here, PEOPLE)
-    yield from face_rules.rows(here)
+    yield Row("wrinkle", case, "to keep lengths it would", "mm", 1e3 * loss.wanted)
+    yield from _figures()
+    yield from wrinkle_frames.rows(PEOPLE)
+    yield from face_rules.rows()
 
 
-def _figures(here: str) -> Iterator[Row]:
+def _figures() -> Iterator[Row]:
     people = [dressed(builtin_avatar(f"builtin:{spec}", name=spec, height=1.75)) for spec in PEOPLE]
     figures = [Figure(p.avatar) for p in people]
     worn = [Worn(p.avatar, wardrobe(), p.charts, textures=False) for p in people]
@@ -129,16 +124,4 @@ def _figures(here: str) -> Iterator[Row]:
 
     wrinkled()
     ours, theirs = (1e3 * t / POSTURES for t in alternating(7, wrinkled, plain))
-    yield Row(
-        "wrinkle",
-        "3 dressed figures posed by the processor",
-        "with wrinkles",
-        "ms",
-        ours,
-        "without",
-        theirs,
-        ours / theirs,
-        None,
-        None,
-        here,
-    )
+    yield Row("wrinkle", "3 dressed figures posed by the processor", "with wrinkles", "ms", ours, "without", theirs, ours / theirs)

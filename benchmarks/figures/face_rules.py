@@ -81,7 +81,7 @@ class Head:
         return 0.01 * _vertices(DATA / "expressions" / f"{name}.obj.gz")[:SKIN]
 
 
-def rows(here: str) -> Iterator[Row]:
+def rows() -> Iterator[Row]:
     """Every figure."""
     if not DATA.is_dir():
         print(f"wrinkle: no head at {DATA}; the rows of the face are left out", file=sys.stderr)
@@ -104,19 +104,7 @@ def rows(here: str) -> Iterator[Row]:
         right += named == expected
         errors.append(error)
         moved.append(motion)
-        yield Row(
-            "wrinkle",
-            f"ICT {name}: {motion:.1f} mm of motion, named {named}",
-            "mean vertex error",
-            "mm",
-            error,
-            None,
-            None,
-            None,
-            None,
-            None,
-            here,
-        )
+        yield Row("wrinkle", f"ICT {name}: {motion:.1f} mm of motion, named {named}", "mean vertex error", "mm", error)
     mean = float(np.mean(errors))
     yield Row(
         "wrinkle",
@@ -129,10 +117,9 @@ def rows(here: str) -> Iterator[Row]:
         mean / float(np.mean(moved)),
         "<= 1.5",
         mean <= 1.5,
-        here,
     )
     share = 100.0 * right / len(EXPECTED)
-    yield Row("wrinkle", case, "right action unit named", "%", share, None, None, None, ">= 90", share >= 90.0, here)
+    yield Row("wrinkle", case, "right action unit named", "%", share, target=">= 90", met=share >= 90.0)
 
 
 def seen(head: Head, reader: MarkReader, true: F64, name: str, seed: int) -> Expression:

@@ -27,9 +27,9 @@ WIDTH, HEIGHT = 640, 360
 PICTURES, ROUNDS = 24, 9
 
 
-def rows(here: str, people: tuple[str, ...]) -> Iterator[Row]:
+def rows(people: tuple[str, ...]) -> Iterator[Row]:
     """Every figure. people: specifications of built-in ones."""
-    yield from _making(here, people[0])
+    yield from _making(people[0])
     persons: dict[str, tuple[AvatarFigure, WrinkleState | None]] = {}
 
     def load(about: ParticipantInfo) -> AvatarFigure:
@@ -64,34 +64,24 @@ def rows(here: str, people: tuple[str, ...]) -> Iterator[Row]:
         renderer = "software GL" if studio.capability.software else studio.capability.renderer
         case = f"3 dressed figures, {WIDTH}x{HEIGHT}, {renderer}"
         yield Row(
-            "wrinkle",
-            case,
-            "processor time per picture",
-            "ms",
-            ours,
-            "without",
-            theirs,
-            share,
-            "ratio <= 1.10",
-            share <= 1.10,
-            here,
+            "wrinkle", case, "processor time per picture", "ms", ours, "without", theirs, share, "ratio <= 1.10", share <= 1.10
         )
     finally:
         studio.close()
 
 
-def _making(here: str, spec: str) -> Iterator[Row]:
+def _making(spec: str) -> Iterator[Row]:
     avatar = builtin_avatar(f"builtin:{spec}", name=spec, height=1.75)
     began = time.process_time()
     made = dressed(avatar)
     whole = shown(made, wardrobe())
     took = time.process_time() - began
     case = "dressing a built-in figure, once"
-    yield Row("wrinkle", case, "processor time", "s", took, None, None, None, None, None, here)
+    yield Row("wrinkle", case, "processor time", "s", took)
     size = 1e-6 * len(pickle.dumps(whole, 5))
     more = 1e-6 * (made.avatar.albedo.nbytes - avatar.albedo.nbytes)
-    yield Row("wrinkle", case, "wrinkles kept on disk", "MB", size, None, None, None, None, None, here)
-    yield Row("wrinkle", case, "textures of sleeves and legs", "MB", more, None, None, None, None, None, here)
+    yield Row("wrinkle", case, "wrinkles kept on disk", "MB", size)
+    yield Row("wrinkle", case, "textures of sleeves and legs", "MB", more)
 
 
 def _instant(k: int, people: tuple[str, ...]) -> Instant:

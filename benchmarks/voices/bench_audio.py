@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.arrays import F32
 from vistel.audio.delay_policy import Policy
 from vistel.audio.hrtf import EAR_ANGLE, response
@@ -29,17 +29,16 @@ QUIET = 0.12
 
 def run() -> Iterator[Row]:
     """One row after the other."""
-    where = machine()
     speech = babble(3)
     packets, lookahead_ns = _packets(np.resize(0.2 * speech, SECONDS * RATE))
     for spatial in ("pan", "hrtf"):
         case = f"{TALKERS} talkers at once, spatial = {spatial}, {version()}"
         share = _mixed(packets, lookahead_ns, TALKERS, 0.0, 1, spatial)[0]
-        yield Row("audio", case, "processor time", "% of a core", 100 * share, None, None, None, "<= 20", share <= 0.20, where)
-    yield from _ears(where)
+        yield Row("audio", case, "processor time", "% of a core", 100 * share, target="<= 20", met=share <= 0.20)
+    yield from _ears()
     share = _spoken(np.resize(0.2 * speech, SECONDS * RATE))
     case = "one microphone that never rests"
-    yield Row("audio", case, "processor time", "% of a core", 100 * share, None, None, None, None, None, where)
+    yield Row("audio", case, "processor time", "% of a core", 100 * share)
     vowel = np.asarray(0.2 * np.sin(2 * np.pi * 140.0 * np.arange(SECONDS * RATE) / RATE), np.float32)
     vowel += np.asarray(0.1 * np.sin(2 * np.pi * 280.0 * np.arange(SECONDS * RATE) / RATE), np.float32)
     held, lookahead_ns = _packets(vowel)
@@ -47,7 +46,7 @@ def run() -> Iterator[Row]:
         gaps = [_longest_gap(_mixed(held, lookahead_ns, 1, loss, seed)[1]) for seed in range(5)]
         case = f"{100 * loss:.0f} % {what}, {JITTER_NS // 1_000_000} ms jitter, 5 x {SECONDS} s of a held vowel"
         target, met = ("<= 60", max(gaps) <= 60.0) if loss == LOSS else (None, None)
-        yield Row("audio", case, "longest gap", "ms", max(gaps), None, None, None, target, met, where)
+        yield Row("audio", case, "longest gap", "ms", max(gaps), target=target, met=met)
 
 
 def _packets(pcm: F32) -> tuple[list[bytes], int]:
@@ -111,7 +110,7 @@ def _way(angle: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.where(off < np.pi / 2.0, -np.cos(off), off - np.pi / 2.0)
 
 
-def _ears(where: str) -> Iterator[Row]:
+def _ears() -> Iterator[Row]:
     """The model head against the formulas of the literature, at directions all round."""
     azimuths = np.radians(np.arange(15.0, 166.0, 15.0))
     heads = np.array([response(float(a), 0.0, pinna=False) for a in azimuths])
@@ -127,22 +126,10 @@ def _ears(where: str) -> Iterator[Row]:
     case = "interaural delay, 15 to 165 degrees to the left"
     for at, name, theory in ((low, "300 Hz against 3 a/c sin (Kuhn 1977)", kuhn), (high, "10 kHz against Woodworth", woodworth)):
         error = 1e6 * float(np.max(np.abs(late[:, at] - theory)))
-        yield Row("audio", case, f"largest difference, {name}", "us", error, None, None, None, "<= 50", error <= 50.0, where)
+        yield Row("audio", case, f"largest difference, {name}", "us", error, target="<= 50", met=error <= 50.0)
     for f in (500.0, 2000.0, 4000.0, 8000.0):
         level = 20.0 * np.log10(np.abs(ratio[:, int(np.argmin(np.abs(frequency - f)))]))
-        yield Row(
-            "audio",
-            "interaural level, 15 to 165 degrees to the left",
-            f"largest at {f:.0f} Hz",
-            "dB",
-            float(level.max()),
-            None,
-            None,
-            None,
-            None,
-            None,
-            where,
-        )
+        yield Row("audio", "interaural level, 15 to 165 degrees to the left", f"largest at {f:.0f} Hz", "dB", float(level.max()))
 
 
 def _longest_gap(heard: F32) -> float:

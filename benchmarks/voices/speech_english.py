@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from benchmarks.voices.speech_english_sentences import TEST
 from benchmarks.voices.speech_score import false_accepts, score, share_of_core
 from benchmarks.voices.speech_sounds import NoisyRoom
@@ -121,4 +121,4 @@ def listening(hears: Recogniser, talk_s: float) -> Iterator[Row]:
 
 
 def _row(case: str, metric: str, unit: str, value: float, target: str, met: bool) -> Row:
-    return Row("speech", case, metric, unit, value, None, None, None, target, met, machine())
+    return Row("speech", case, metric, unit, value, target=target, met=met)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from benchmarks.voices.speech_score import Score, false_accepts, score, share_of_core
 from benchmarks.voices.speech_sounds import CONDITIONS, Command, NoisyRoom, commands, held_out, other_talk
 from scripts.speech_model import rooms
@@ -34,7 +34,6 @@ def rows() -> Iterator[Row]:
     if reason:
         print(f"speech, Japanese: skipped, {reason}", flush=True)
         return
-    where = machine()
     grammar, _ = load_grammar()
     said = list(commands(grammar, COUNT, held_out()))
     sounds = [each.sound for each in said[:30]]
@@ -42,25 +41,25 @@ def rows() -> Iterator[Row]:
     accepted: list[float] = []
     for condition in CONDITIONS:
         found = _scored(grammar, said, NoisyRoom(condition, sounds))
-        yield _row(f"{COUNT} commands, held-out voice mei, {condition}", "understood", found.right, TARGETS[condition], where)
+        yield _row(f"{COUNT} commands, held-out voice mei, {condition}", "understood", found.right, TARGETS[condition])
         late.append(found.late_s)
         accepted.append(found.accepted)
-        yield _row(f"the same, {condition}", "right and accepted", found.accepted, None, where)
-    yield _row("over all four conditions", "right and accepted", float(np.mean(accepted)), 0.90, where)
+        yield _row(f"the same, {condition}", "right and accepted", found.accepted, None)
+    yield _row("over all four conditions", "right and accepted", float(np.mean(accepted)), 0.90)
     p95 = 1000.0 * float(np.nanquantile(np.concatenate(late), 0.95))
     case = "Japanese, end of utterance to result, p95"
-    yield Row("speech", case, "latency", "ms", p95, None, None, None, "<= 300", p95 <= 300.0, where)
-    yield _false(grammar, sounds, where)
-    yield from _listening(grammar, where)
+    yield Row("speech", case, "latency", "ms", p95, target="<= 300", met=p95 <= 300.0)
+    yield _false(grammar, sounds)
+    yield from _listening(grammar)
     other = list(commands(grammar, COUNT // 2, ESPEAK_TEST, seed=5))
     found = _scored(grammar, other, NoisyRoom("clean", sounds))
-    yield _row(f"{COUNT // 2} commands, held-out espeak-ng voices, clean", "understood", found.right, None, where)
-    yield from _enrolled(grammar, where)
+    yield _row(f"{COUNT // 2} commands, held-out espeak-ng voices, clean", "understood", found.right, None)
+    yield from _enrolled(grammar)
 
 
-def _row(case: str, metric: str, value: float, target: float | None, where: str) -> Row:
+def _row(case: str, metric: str, value: float, target: float | None) -> Row:
     text, met = (None, None) if target is None else (f">= {100 * target:.0f}", value >= target)
-    return Row("speech", f"Japanese, {case}", metric, "%", 100.0 * value, None, None, None, text, met, where)
+    return Row("speech", f"Japanese, {case}", metric, "%", 100.0 * value, target=text, met=met)
 
 
 def _recogniser(grammar: Grammar, adaptation: Adaptation | None = None) -> JapaneseRecogniser:
@@ -76,25 +75,25 @@ def _scored(grammar: Grammar, said: list[Command], place: NoisyRoom, adaptation:
     return score(_recogniser(grammar, adaptation), heard, understood, ACCEPT)
 
 
-def _false(grammar: Grammar, sounds: list[F32], where: str) -> Row:
+def _false(grammar: Grammar, sounds: list[F32]) -> Row:
     talk = other_talk(TALK_S, held_out())
     half = len(talk) // 2
     heard = np.concatenate([NoisyRoom("clean", sounds).heard(talk[:half]), NoisyRoom("20 dB", sounds).heard(talk[half:])])
     found = len(false_accepts(_recogniser(grammar), heard, ACCEPT))
     rate = found / (len(heard) / RATE / 600.0)
     case = f"Japanese, {len(heard) / RATE / 60.0:.0f} minutes of other talk, held-out voice and texts, half of it at 20 dB"
-    return Row("speech", case, "false accepts", "in 10 minutes", rate, None, None, None, "<= 1", rate <= 1.0, where)
+    return Row("speech", case, "false accepts", "in 10 minutes", rate, target="<= 1", met=rate <= 1.0)
 
 
-def _listening(grammar: Grammar, where: str) -> Iterator[Row]:
+def _listening(grammar: Grammar) -> Iterator[Row]:
     random = seeded(6, "idle")
     quiet = 0.003 * rooms.coloured(random, 20 * RATE, 3.0)
     share = 100.0 * share_of_core(_recogniser(grammar), quiet)
     case = "Japanese, listening to a quiet room"
-    yield Row("speech", case, "processor time", "% of a core", share, None, None, None, "<= 25", share <= 25, where)
+    yield Row("speech", case, "processor time", "% of a core", share, target="<= 25", met=share <= 25)
 
 
-def _enrolled(grammar: Grammar, where: str) -> Iterator[Row]:
+def _enrolled(grammar: Grammar) -> Iterator[Row]:
     """A voice far from all others, before and after it read sentences of its own."""
     far = Manner(rate=1.0 / _FAR_STEP, semitones=1.0)
     voice = held_out()[:1]
@@ -105,7 +104,7 @@ def _enrolled(grammar: Grammar, where: str) -> Iterator[Row]:
     case = f"{COUNT // 2} commands, a voice far from the training, 20 dB"
     for what, adaptation in (("before enrolment", None), (f"after {ENROLMENT_S:.0f} s of it", learnt)):
         found = _scored(grammar, said, NoisyRoom("20 dB", [each.sound for each in said]), adaptation)
-        yield _row(f"{case}, {what}", "understood", found.right, None, where)
+        yield _row(f"{case}, {what}", "understood", found.right, None)
 
 
 def _shorter(command: Command) -> Command:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import zstandard
 
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from benchmarks.wire.motion_streams import DATA, HALVES, RATE_HZ, posture_of, seated, streams
 from vistel.arrays import F64
 from vistel.figure.posture.posture import pose_joints
@@ -54,21 +54,20 @@ class Sent:
 def run() -> Iterator[Row]:
     """One stream after the other; nothing but the seated speaker where there are no recordings."""
     warm_up()
-    where = machine()
     held_out: list[F64] = []
     if (DATA / "body").is_dir():
         for recorded in HALVES[0]:
             for name, rows in streams(recorded):
                 held_out.append(rows)
-                yield from _stream(name, rows, "moving", where)
+                yield from _stream(name, rows, "moving")
         for recorded in HALVES[1]:
             for name, rows in streams(recorded):
-                yield from _stream(f"{name} (learnt from)", rows, None, where)
+                yield from _stream(f"{name} (learnt from)", rows, None)
         for name, rows in seated(7, 30.0):
-            yield from _stream(name, rows, "seated", where)
+            yield from _stream(name, rows, "seated")
     if held_out:
-        yield from _curve(held_out, where)
-        yield from _losses(held_out, where)
+        yield from _curve(held_out)
+        yield from _losses(held_out)
 
 
 def samples(rows: F64) -> list[MotionSample]:
@@ -129,7 +128,7 @@ def errors(rows: F64, back: Sequence[MotionSample]) -> Errors:
     return Errors(turned, np.linalg.norm(a - b, axis=-1), *moves)
 
 
-def _stream(name: str, rows: F64, kind: str | None, where: str) -> Iterator[Row]:
+def _stream(name: str, rows: F64, kind: str | None) -> Iterator[Row]:
     sent = send(rows)
     found = errors(rows, sent.back)
     degrees, millimetres = float(np.percentile(found.turned, 99)), float(np.percentile(found.off, 99))
@@ -139,19 +138,19 @@ def _stream(name: str, rows: F64, kind: str | None, where: str) -> Iterator[Row]
         text = None if target is None or metric != "payload" else f"<= {target:g} at 0.2 deg, 1 mm"
         met = None if text is None or target is None else bool(value <= target and kept)
         for peer, other in _peers(rows).items():
-            yield Row("motion", name, metric, "kbit/s", value, peer, other, value / other, text, met, where)
+            yield Row("motion", name, metric, "kbit/s", value, peer, other, value / other, text, met)
     for losses in LOSSES[1:]:
         payload = send(rows, MotionEncoder(losses=losses)).payload
-        yield Row("motion", name, f"payload, for {losses} losses", "kbit/s", payload, None, None, None, None, None, where)
+        yield Row("motion", name, f"payload, for {losses} losses", "kbit/s", payload)
     for metric, unit, value, most in (
         ("joint error p99", "deg", degrees, MOST_DEG),
         ("joint position error p99", "mm", millimetres, MOST_MM),
     ):
-        yield Row("motion", name, metric, unit, value, None, None, None, f"<= {most:g}", value <= most, where)
+        yield Row("motion", name, metric, unit, value, target=f"<= {most:g}", met=value <= most)
     marks = 1e3 * max(
         float(np.abs(row[PLACES["face"]] - s.face).max()) for row, s in zip(rows, sent.back, strict=True) if s.face is not None
     )
-    yield Row("motion", name, "mark error max", "mm", marks, None, None, None, "<= 1", marks <= 1.0, where)
+    yield Row("motion", name, "mark error max", "mm", marks, target="<= 1", met=marks <= 1.0)
     yield Row(
         "motion",
         name,
@@ -161,15 +160,12 @@ def _stream(name: str, rows: F64, kind: str | None, where: str) -> Iterator[Row]
         "as given",
         found.given_mm,
         found.sent_mm / found.given_mm,
-        None,
-        None,
-        where,
     )
     value = 1e6 * float(np.median(sent.seconds))
-    yield Row("motion", name, "encode and decode", "us", value, None, None, None, f"<= {MOST_US:g}", value <= MOST_US, where)
+    yield Row("motion", name, "encode and decode", "us", value, target=f"<= {MOST_US:g}", met=value <= MOST_US)
     for every, of in ((1, "every"), (6, "one in six")):
         value = 1e6 * _receiving(sent.messages, every)
-        yield Row("motion", name, f"receiving, {of} frame drawn", "us per frame", value, None, None, None, None, None, where)
+        yield Row("motion", name, f"receiving, {of} frame drawn", "us per frame", value)
 
 
 def _receiving(messages: Sequence[Motion], every: int) -> float:
@@ -186,23 +182,23 @@ def _receiving(messages: Sequence[Motion], every: int) -> float:
     return float(np.median(rounds))
 
 
-def _curve(held_out: Sequence[F64], where: str) -> Iterator[Row]:
+def _curve(held_out: Sequence[F64]) -> Iterator[Row]:
     """All that was not learnt from, at finer and coarser steps."""
     for grain, tenths in enumerate(GRAINS_TENTHS):
         sent = [send(rows, MotionEncoder(grain=grain)) for rows in held_out]
         found = [errors(rows, s.back) for rows, s in zip(held_out, sent, strict=True)]
         case = f"all, steps x {tenths / 10:g}" + (" (usual)" if grain == USUAL_GRAIN else "")
         payload = float(np.mean([s.payload for s in sent]))
-        yield Row("motion", case, "payload", "kbit/s", payload, None, None, None, None, None, where)
+        yield Row("motion", case, "payload", "kbit/s", payload)
         for metric, unit, each in (
             ("joint error p99", "deg", [f.turned for f in found]),
             ("joint position error p99", "mm", [f.off for f in found]),
         ):
             value = float(np.percentile(np.concatenate(each), 99))
-            yield Row("motion", case, metric, unit, value, None, None, None, None, None, where)
+            yield Row("motion", case, metric, unit, value)
 
 
-def _losses(held_out: Sequence[F64], where: str) -> Iterator[Row]:
+def _losses(held_out: Sequence[F64]) -> Iterator[Row]:
     """Share of the frames that arrive which can be read, and the longest time without one."""
     for losses in LOSSES:
         for loss in LOST:
@@ -217,20 +213,8 @@ def _losses(held_out: Sequence[F64], where: str) -> Iterator[Row]:
                     since = 0 if read else since + 1
                     longest = max(longest, since)
             case = f"{loss:.0%} lost, for {losses} losses"
-            yield Row(
-                "motion",
-                case,
-                "arrived frames that decode",
-                "%",
-                100 * float(np.mean(readable)),
-                None,
-                None,
-                None,
-                None,
-                None,
-                where,
-            )
-            yield Row("motion", case, "longest gap", "ms", longest * 1e3 / RATE_HZ, None, None, None, None, None, where)
+            yield Row("motion", case, "arrived frames that decode", "%", 100 * float(np.mean(readable)))
+            yield Row("motion", case, "longest gap", "ms", longest * 1e3 / RATE_HZ)
 
 
 def _peers(rows: F64) -> dict[str, float]:

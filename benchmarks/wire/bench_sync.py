@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from benchmarks.wire.sync_conference import FOR_LOSSES, PLAIN, Link, Sending, clapping
 from vistel.audio.delay_policy import Policy
 
@@ -17,7 +17,6 @@ SINGH = "fixed 0.2 s (Singh 1995)"
 
 def run() -> Iterator[Row]:
     """One row after the other."""
-    where = machine()
     links = [(delay_s, LOSS, FOR_LOSSES) for delay_s in (0.0, 0.040, 0.120)] + [(0.040, 0.0, PLAIN), (0.040, LOSS, PLAIN)]
     for number, (delay_s, loss, sending) in enumerate(links):
         link = Link(delay_s, JITTER_S, loss)
@@ -40,7 +39,7 @@ def run() -> Iterator[Row]:
             target, met = (None, None) if limit is None or not wanted else (f"<= {limit:g}", bool(value <= limit))
             named = SINGH if peer is not None else None
             theirs = None if peer is None else float(peer)
-            yield Row("sync", case, metric, unit, float(value), named, theirs, None, target, met, where)
+            yield Row("sync", case, metric, unit, float(value), named, theirs, target=target, met=met)
 
 
 def _measured(

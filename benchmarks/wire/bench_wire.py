@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.skeleton import standard_skeleton
@@ -39,22 +39,21 @@ FLOATS = "69 float32 and 16 bytes of header at 60 Hz"
 
 def run() -> Iterator[Row]:
     """One row after the other."""
-    where = machine()
     for name, samples in motions():
         rate, errors, distances = _through_the_codec(samples)
         plain = (69 * 4 + 16) * 8 * RATE_HZ / 1000
         ratio, met = rate / plain, rate <= 64
-        yield Row("wire", name, "motion payload", "kbit/s", rate, FLOATS, plain, ratio, "<= 64", met, where)
+        yield Row("wire", name, "motion payload", "kbit/s", rate, FLOATS, plain, ratio, "<= 64", met)
         p99 = float(np.percentile(errors, 99))
-        yield Row("wire", name, "joint error p99", "deg", p99, None, None, None, "<= 0.3", p99 <= 0.3, where)
-        yield Row("wire", name, "joint error max", "deg", float(errors.max()), None, None, None, None, None, where)
+        yield Row("wire", name, "joint error p99", "deg", p99, target="<= 0.3", met=p99 <= 0.3)
+        yield Row("wire", name, "joint error max", "deg", float(errors.max()))
         p99 = float(np.percentile(distances, 99)) * 1000
-        yield Row("wire", name, "joint position error p99", "mm", p99, None, None, None, None, None, where)
+        yield Row("wire", name, "joint position error p99", "mm", p99)
     for topic, per_s in asyncio.run(_count_topics()):
         limit = "<= 8000" if topic == "motion" else None
         met = per_s <= 8000 if topic == "motion" else None
         case, metric = f"topic {topic}", "link bytes per participant"
-        yield Row("wire", case, metric, "B/s", per_s, None, None, None, limit, met, where)
+        yield Row("wire", case, metric, "B/s", per_s, target=limit, met=met)
 
 
 def motions() -> Iterator[tuple[str, list[MotionSample]]]:
