@@ -1,13 +1,14 @@
 """English commands: pocketsphinx over the room's grammar, scored on synthesised speech."""
 
 import random as stdrandom
+import tomllib
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 
 from benchmarks.row import Row
-from benchmarks.voices.speech_english_sentences import TEST
 from benchmarks.voices.speech_score import false_accepts, score, share_of_core
 from benchmarks.voices.speech_sounds import NoisyRoom
 from vistel.arrays import F32
@@ -18,6 +19,8 @@ from vistel.speech.recognisers import RecogniserError, checked_grammar, recognis
 from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Recogniser
 from vistel.speech.synthesis import synthesise, voices
 
+_SENTENCES = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+TEST: list[str] = _SENTENCES["test"]
 VOICES = ("rms", "slt", "awb", "kal16")
 """Of flite; the first three are of recorded people (CMU Arctic). Settings and confidence were chosen with others: festival's ked,
 espeak-ng."""
@@ -25,18 +28,7 @@ TARGETS = {"clean": 0.97, "20 dB": 0.95, "10 dB": 0.85}
 BELIEVED = 0.5
 COUNT, TALK_S = len(TEST), 600.0
 _SEED = 29
-TALK = (
-    "What time does the train leave tomorrow morning", "We should have lunch before the meeting starts",
-    "Did anybody see the game last night", "My sister is coming to visit us next week", "The weather is really lovely today",
-    "Could you send me that report by Friday", "I am not sure that is what they meant", "We had a good time at the beach",
-    "Tell me when you are ready to go", "She said the results were better than expected",
-    "There is a new restaurant around the corner", "I still have to buy some milk on the way home",
-    "How many people are coming to the party", "He has been working on it for several months",
-    "The price of oil went up again yesterday", "They moved to a bigger house last summer", "It rained so hard that we stayed in",
-    "Our flight was delayed for almost three hours", "The doctor told him to get more rest",
-    "Nobody knew what had happened to the keys", "The museum is closed on Mondays", "I would rather stay at home tonight",
-    "They are building a new bridge over the river", "The students asked a lot of good questions",
-)  # fmt: skip
+TALK: list[str] = _SENTENCES["talk"]
 
 
 @cache

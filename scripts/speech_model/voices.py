@@ -48,22 +48,9 @@ class Manner:
 
     def options(self) -> list[str]:
         """As both open_jtalk and hts_engine take them."""
-        return [
-            "-a",
-            f"{0.55 + self.warp:.3f}",
-            "-fm",
-            f"{self.semitones:.2f}",
-            "-r",
-            f"{self.rate:.3f}",
-            "-u",
-            f"{self.breath:.3f}",
-            "-b",
-            f"{self.edge:.3f}",
-            "-jm",
-            f"{0.5 + 0.5 * self.liveliness:.3f}",
-            "-jf",
-            f"{self.liveliness:.3f}",
-        ]
+        lively = f"-jm {0.5 + 0.5 * self.liveliness:.3f} -jf {self.liveliness:.3f}"
+        voice = f"-a {0.55 + self.warp:.3f} -fm {self.semitones:.2f} -r {self.rate:.3f} -u {self.breath:.3f} -b {self.edge:.3f}"
+        return f"{voice} {lively}".split()
 
 
 def drawn(random: np.random.Generator) -> Manner:
