@@ -2,10 +2,9 @@
 
 With `--accept`, what is new is added to the baseline, unless something breaks it.
 
-Lint: every message, enum, value and field has a comment, names follow the style guide of Protocol Buffers,
-and every message of a topic begins with a header. Breaking: against `baseline.binpb`, the descriptors that
-logs and older nodes know, no field may vanish (unless its number and name are reserved), be renamed, or
-change its type.
+Lint: every message, enum, value and field has a comment, names follow the style guide of Protocol Buffers, and every message of a
+topic begins with a header. Breaking: against `baseline.binpb`, the descriptors that logs and older nodes know, no field may vanish
+(unless its number and name are reserved), be renamed, or change its type.
 """
 
 import argparse
@@ -29,10 +28,7 @@ BASELINE = HERE / "vistel/v1/baseline.binpb"
 
 
 def compile_protos(folder: Path = HERE, *, comments: bool = True) -> FileDescriptorSet:
-    """The descriptors of every .proto below `folder`.
-
-    Raises SystemExit with protoc's lines when one is not valid.
-    """
+    """The descriptors of every .proto below `folder`. Raises SystemExit with protoc's lines when one is not valid."""
     with tempfile.TemporaryDirectory() as temporary:
         out = Path(temporary) / "all.binpb"
         options = ["--include_source_info"] if comments else []

@@ -1,8 +1,7 @@
 """The bus beside raw Zenoh: from the publish call in one process to the handler in another, through a router.
 
-Both send the same bytes to the same router by turns: raw Zenoh from `put` to its callback, our bus from `put`
-with a message to the `async for` of a service. Times are of the machine's monotonic clock, which its
-processes share.
+Both send the same bytes to the same router by turns: raw Zenoh from `put` to its callback, our bus from `put` with a message to the
+`async for` of a service. Times are of the machine's monotonic clock, which its processes share.
 """
 
 import argparse

@@ -1,11 +1,10 @@
 """Deformation: figures that touch nothing, themselves, each other, against linear blend skinning; contact lists; growth.
 
-Ours: the built-in person of about 10,000 vertices and 55 primitives. Parts are timed alone: `skin` is the rigid
-component (blended dual quaternions, normals too), `ghosts` the implicit deformation of the vertices, `normals` those
-round what it moved, `whole` a call of `Figure.pose`. The peer is a Numba kernel with four weights per vertex, float32,
-positions only, in the same process, alternating. Programs of their own (Blender, MuJoCo, FCL, Warp) run right
-before or after ours where they are installed (`benchmarks/fields/deform_peers.py`). Times are processor time of the one
-thread, medians.
+Ours: the built-in person of about 10,000 vertices and 55 primitives. Parts are timed alone: `skin` is the rigid component (blended
+dual quaternions, normals too), `ghosts` the implicit deformation of the vertices, `normals` those round what it moved, `whole` a
+call of `Figure.pose`. The peer is a Numba kernel with four weights per vertex, float32, positions only, in the same process,
+alternating. Programs of their own (Blender, MuJoCo, FCL, Warp) run right before or after ours where they are installed
+(`benchmarks/fields/deform_peers.py`). Times are processor time of the one thread, medians.
 """
 
 import math
@@ -245,9 +244,8 @@ def _growth() -> Iterator[Row]:
 
 
 def deepest(poses: int, seed: int = 0) -> tuple[float, int, int]:
-    """Random contact poses of two bumpy capsules that deform each other: depth of the deepest vertex with a
-    root, as a share of its body's radius; vertices that touch; vertices without a root (pressed past their
-    skeleton)."""
+    """Random contact poses of two bumpy capsules that deform each other: depth of the deepest vertex with a root, as a share of its
+    body's radius; vertices that touch; vertices without a root (pressed past their skeleton)."""
     rng = np.random.default_rng(seed)
     radii = (0.05, 0.04)
     bodies = [

@@ -37,8 +37,7 @@ SIDE = (
 
 
 def capsules(offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> PrimitiveSet:
-    """The figure of 23 capsules (balls where both ends are one) that `collision_peers.py` gives to physics
-    engines."""
+    """The figure of 23 capsules (balls where both ends are one) that `collision_peers.py` gives to physics engines."""
     rows = [(JOINTS[a], JOINTS[b], r) for a, b, r in MIDDLE]
     for sign in (1.0, -1.0):
         for a, b, r in SIDE:
@@ -49,8 +48,7 @@ def capsules(offset: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> PrimitiveS
 
 
 def tube(a: F64, b: F64, radius: float, count: int, seed: int, bump: float) -> tuple[F32, F32, I32]:
-    """About `count` vertices on a bumpy tube with round ends: positions, unit normals (of the smooth one),
-    triangles."""
+    """About `count` vertices on a bumpy tube with round ends: positions, unit normals (of the smooth one), triangles."""
     rng = np.random.default_rng(seed)
     length = float(np.linalg.norm(b - a))
     around = max(6, round(math.sqrt(count * 2 * math.pi * radius / (length + math.pi * radius))))

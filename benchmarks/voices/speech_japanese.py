@@ -1,5 +1,4 @@
-"""Japanese commands by voices the model was not trained on, other talk, how soon, what listening costs, what enrolment
-gives."""
+"""Japanese commands by voices the model was not trained on, other talk, how soon, what listening costs, what enrolment gives."""
 
 from collections.abc import Iterator
 from dataclasses import replace

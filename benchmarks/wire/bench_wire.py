@@ -1,9 +1,8 @@
 """Bytes per participant and second on the wire, by topic; and what the motion codec does to the joints.
 
-Bytes are counted on the TCP connection from a site to its router, Zenoh's framing and keep-alives included,
-while the bus publishes at the topic's nominal rate. The peer of Motion is the same posture as plain 32-bit
-floats. Joint errors are those of all joints' orientations in the room after forward kinematics, so that they
-add up along each limb.
+Bytes are counted on the TCP connection from a site to its router, Zenoh's framing and keep-alives included, while the bus publishes
+at the topic's nominal rate. The peer of Motion is the same posture as plain 32-bit floats. Joint errors are those of all joints'
+orientations in the room after forward kinematics, so that they add up along each limb.
 """
 
 import asyncio

@@ -111,10 +111,7 @@ def tilt(random: np.random.Generator, hz: NDArray[np.float64], strength_db: floa
 
 
 class Noises:
-    """Stretches of other sounds, made once and cut from at random.
-
-    speech: what the babble is made of.
-    """
+    """Stretches of other sounds, made once and cut from at random. speech: what the babble is made of."""
 
     _LENGTH, _COUNT = 30 * RATE, 60
 

@@ -1,8 +1,7 @@
 """A simulated microphone: what its participant says, from the same motion source as their body, into a named pipe.
 
-The pipe carries what a sound card would give: 16-bit samples, mono, 48 kHz, twenty milliseconds at a time when they are
-over. Speech is babble: vowels that glide into one another, as loud as the source says the voice is. Where hands meet, a
-clap is heard.
+The pipe carries what a sound card would give: 16-bit samples, mono, 48 kHz, twenty milliseconds at a time when they are over.
+Speech is babble: vowels that glide into one another, as loud as the source says the voice is. Where hands meet, a clap is heard.
 """
 
 import contextlib

@@ -79,8 +79,7 @@ class TrackerConfig(AnyTracker):
     """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person; a tracker of a VRPN server, whose sensor 0 is station 1; or a VR
     tracking suite that sends VMC to a UDP port.
 
-    A suite's floor and forward are `transmitter_position` (there by default the floor under the seat) and
-    `transmitter_heading`.
+    A suite's floor and forward are `transmitter_position` (there by default the floor under the seat) and `transmitter_heading`.
     """
 
     kind: str = "fastrak"

@@ -120,10 +120,9 @@ class Outcome:
 class WorldView:
     """The room after step `step`, at conference time `t_ns`.
 
-    things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0;
-    hands: hand forces, and one last empty one when a contact has ended; dents, bonds: all there are; fresh: numbers of
-    new or changed dents and bonds; gone: numbers of those that ended in this step; claims: changes of claims; torn: bonds
-    torn in this step.
+    things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0; hands: hand
+    forces, and one last empty one when a contact has ended; dents, bonds: all there are; fresh: numbers of new or changed dents and
+    bonds; gone: numbers of those that ended in this step; claims: changes of claims; torn: bonds torn in this step.
     """
 
     step: int

@@ -67,8 +67,7 @@ class Automaton:
 def compile_automaton(patterns: Sequence[Pattern], phones: Sequence[str]) -> Automaton:
     """The automaton that accepts exactly the patterns' sentences.
 
-    Raises ValueError that names pattern, word and phone where a phone is unknown, a slot is empty or a whole pattern
-    may be silent.
+    Raises ValueError that names pattern, word and phone where a phone is unknown, a slot is empty or a whole pattern may be silent.
     """
     number = {name: i for i, name in enumerate(phones)}
     words: dict[str, int] = {}

@@ -21,9 +21,8 @@ _EXPANSIONS = 4000
 class Network:
     """An automaton as states: every word's phones written out, and at every junction a pause that may be taken.
 
-    first: (words + 1,) where each arc's positions begin; state, stay, move: of each position (logarithms);
-    source, target, word: of each arc; word is an index into `words`, -1 for none, -2 for a pause. cost: of entering it.
-    order, order_first: arcs by target.
+    first: (words + 1,) where each arc's positions begin; state, stay, move: of each position (logarithms); source, target, word: of
+    each arc; word is an index into `words`, -1 for none, -2 for a pause. cost: of entering it. order, order_first: arcs by target.
     """
 
     words: tuple[str, ...]

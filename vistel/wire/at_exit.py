@@ -1,8 +1,7 @@
 """Closes what is open when the main thread ends.
 
-Zenoh calls back on Python threads of its own, and the interpreter waits for such threads before it runs
-`atexit` handlers: a process that forgot to close its session would never end. So a thread waits for the main
-thread's end.
+Zenoh calls back on Python threads of its own, and the interpreter waits for such threads before it runs `atexit` handlers: a
+process that forgot to close its session would never end. So a thread waits for the main thread's end.
 """
 
 import contextlib

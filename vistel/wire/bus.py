@@ -21,8 +21,7 @@ from vistel.wire.topics import Publisher, Topic
 class Sample:
     """One message that arrived.
 
-    names: what the key's braces held (site, participant, device, ...). received_ns: conference time of
-    arrival.
+    names: what the key's braces held (site, participant, device, ...). received_ns: conference time of arrival.
     """
 
     topic: Topic
@@ -67,10 +66,7 @@ class Subscription(Protocol):
 
 
 class Bus(Protocol):
-    """A site's connection to the conference.
-
-    Keys are filled from `conference`, and from `site` for the site's own topics.
-    """
+    """A site's connection to the conference. Keys are filled from `conference`, and from `site` for the site's own topics."""
 
     conference: str
     site: str
@@ -92,9 +88,8 @@ class Bus(Protocol):
     def subscribe(self, topic: Topic, *, queue_all: bool = False, polled: bool = False, **names: str) -> Subscription:
         """Everything on `topic` in this conference; `names` narrow it. RELIABLE topics first deliver the last values.
 
-        `queue_all` makes a NEWEST subscription keep every message in order (recorder, posture); up to 4096,
-        then the oldest go and are counted. `polled`: only `take` will be used, so the event loop is not woken for
-        every message.
+        `queue_all` makes a NEWEST subscription keep every message in order (recorder, posture); up to 4096, then the oldest go and
+        are counted. `polled`: only `take` will be used, so the event loop is not woken for every message.
         """
         ...
 
@@ -103,8 +98,7 @@ class Bus(Protocol):
         ...
 
     def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
-        """Answer queries; `answer` gets the request's bytes and is called on the event loop. None: no answer; someone
-        else may."""
+        """Answer queries; `answer` gets the request's bytes and is called on the event loop. None: no answer; someone else may."""
         ...
 
     def announce(self, token: str) -> None:

@@ -1,8 +1,7 @@
 """Conference time: the hub's clock, measured over the bus (Cristian 1989, "Probabilistic clock synchronization").
 
-A probe asks the hub for its time; had the answer been read half-way through the round trip, the error of the
-offset is at most half the round trip. Of several probes the one with the shortest round trip is the best, and
-half of that is the uncertainty reported.
+A probe asks the hub for its time; had the answer been read half-way through the round trip, the error of the offset is at most half
+the round trip. Of several probes the one with the shortest round trip is the best, and half of that is the uncertainty reported.
 """
 
 import asyncio
@@ -63,8 +62,7 @@ async def measure_offset(bus: Bus, clock: Clock, probes: int = PROBES) -> Offset
 async def follow_hub(bus: Bus, clock: SystemClock, node: str, period_s: float = PERIOD_S) -> None:
     """Keep `clock` on the hub's time and publish how far it was off, until cancelled.
 
-    A measurement that lies within its own uncertainty corrects nothing: following it would only add its
-    noise.
+    A measurement that lies within its own uncertainty corrects nothing: following it would only add its noise.
     """
     publication = bus.publish(BY_NAME["clock_offset"], node=node)
     reachable = True

@@ -6,13 +6,11 @@ NS = 1_000_000_000
 class Freshness:
     """Decides for one stream whether a message arrives too late to be shown.
 
-    The age `received_ns - t_ns` holds the difference of two clocks besides the delay, and nobody promises
-    that a sender has synchronised its clock yet. So an age is judged against the least age this stream has
-    shown lately: a message is stale when it comes `limit_ns` later than that. What a healed link delivers at
-    once from before the cut is stale by this measure, whatever the clocks say. The least age may creep
-    upwards by `CREEP`, to follow a clock that is slewed; and when everything has been stale for `RESET_NS`,
-    it is the clock that has stepped (or the path that has become slower for good), and the stream starts
-    anew.
+    The age `received_ns - t_ns` holds the difference of two clocks besides the delay, and nobody promises that a sender has
+    synchronised its clock yet. So an age is judged against the least age this stream has shown lately: a message is stale when it
+    comes `limit_ns` later than that. What a healed link delivers at once from before the cut is stale by this measure, whatever the
+    clocks say. The least age may creep upwards by `CREEP`, to follow a clock that is slewed; and when everything has been stale for
+    `RESET_NS`, it is the clock that has stepped (or the path that has become slower for good), and the stream starts anew.
     """
 
     CREEP = 0.02

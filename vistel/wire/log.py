@@ -1,9 +1,8 @@
 """Logs of a conference: MCAP files with the protobuf schemas inside, so that Foxglove and Rerun open them too.
 
-One channel per key. `log_time` is when a message arrived at the recorder, `publish_time` its `header.t_ns`,
-both conference time. The conference file is an attachment; the clock offsets of the nodes, as last seen, are
-metadata. Chunks are closed at 256 KB or after a second, so a recorder that dies loses at most the last
-second.
+One channel per key. `log_time` is when a message arrived at the recorder, `publish_time` its `header.t_ns`, both conference time.
+The conference file is an attachment; the clock offsets of the nodes, as last seen, are metadata. Chunks are closed at 256 KB or
+after a second, so a recorder that dies loses at most the last second.
 """
 
 import heapq

@@ -1,10 +1,9 @@
 """Reliable delivery over a bus that may drop: a cache at the sender, gaps and their repair at the receiver.
 
-Every reliable message carries (epoch, seq, oldest): which life of the sender, its number in that life (1, 2,
-...), and the oldest number the sender can still repeat. A receiver that misses numbers asks for them. A
-sender that has been silent repeats its last number now and then, so that a loss at the end is noticed too. No
-message waits for the network, no link has to be closed for being slow, and a router may restart: what was
-sent meanwhile is fetched afterwards.
+Every reliable message carries (epoch, seq, oldest): which life of the sender, its number in that life (1, 2, ...), and the oldest
+number the sender can still repeat. A receiver that misses numbers asks for them. A sender that has been silent repeats its last
+number now and then, so that a loss at the end is noticed too. No message waits for the network, no link has to be closed for being
+slow, and a router may restart: what was sent meanwhile is fetched afterwards.
 """
 
 import struct
@@ -96,10 +95,7 @@ class ReceiveOrder:
 
     @staticmethod
     def starting(stamp: Stamp, *, from_last: bool) -> "ReceiveOrder":
-        """A key seen for the first time.
-
-        From_last: deliver the last value and what follows; else all that is kept.
-        """
+        """A key seen for the first time. From_last: deliver the last value and what follows; else all that is kept."""
         first = max(1, stamp.seq) if from_last else max(1, stamp.oldest)
         return ReceiveOrder(epoch=stamp.epoch, next=first)
 

@@ -1,7 +1,4 @@
-"""The one table of topics.
-
-Keys, access rules, the recorder, the console and the reference page come from it.
-"""
+"""The one table of topics. Keys, access rules, the recorder, the console and the reference page come from it."""
 
 import re
 from dataclasses import dataclass
@@ -50,10 +47,7 @@ class Audience(Enum):
 
 @dataclass(frozen=True)
 class Topic:
-    """One row.
-
-    `key` holds {conference} and, for publisher SITE, {site}; further names in braces are the topic's own.
-    """
+    """One row. `key` holds {conference} and, for publisher SITE, {site}; further names in braces are the topic's own."""
 
     name: str
     key: str

@@ -41,8 +41,7 @@ def with_levels(avatar: Avatar, triangles: Sequence[int]) -> Avatar:
 def coarser(mesh: Mesh, triangles: int) -> Mesh:
     """`mesh` with about `triangles` triangles; more where its shape or its seams allow no fewer.
 
-    What it returns is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a part of the
-    mesh's.
+    What it returns is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a part of the mesh's.
     """
     p = mesh.vertices.astype(np.float64)
     tri, corner = mesh.triangles.astype(np.int64), mesh.corner_triangles.astype(np.int64)

@@ -104,10 +104,7 @@ def cut(samples: Samples, starts_s: float = 0.0, steps: Sequence[Step] = STEPS) 
 
 
 def find_beginning(samples: Samples) -> float:
-    """When the whole began in a recording: the T-pose is the first time that both hands are held far out [s].
-
-    Raises MoveError.
-    """
+    """When the whole began in a recording: the T-pose is the first time that both hands are held far out [s]. Raises MoveError."""
     left, right = samples.get("left_hand"), samples.get("right_hand")
     if left is None or right is None or len(left[0]) < 20 or len(right[0]) < 20:
         raise MoveError("the recording has no receivers on both hands")

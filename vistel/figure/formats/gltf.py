@@ -1,9 +1,8 @@
 """Avatars in glTF 2.0 (.glb) and VRM 1.0 (.vrm): a skinned character for everything that is not VISTEL.
 
-Joints are nodes under the house's names, without rotation at rest, as VRM 1.0 wants them; skin and eyeballs are meshes
-of one skin. What only VISTEL knows (primitives, twist bones, bone ends, which drawn vertices are one) goes along in the
-extension VISTEL_avatar, which others pass over; with it nothing is lost. Coarser levels of detail are not kept: reading
-makes them anew.
+Joints are nodes under the house's names, without rotation at rest, as VRM 1.0 wants them; skin and eyeballs are meshes of one skin.
+What only VISTEL knows (primitives, twist bones, bone ends, which drawn vertices are one) goes along in the extension VISTEL_avatar,
+which others pass over; with it nothing is lost. Coarser levels of detail are not kept: reading makes them anew.
 """
 
 from dataclasses import asdict

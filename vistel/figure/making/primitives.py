@@ -37,9 +37,8 @@ class BodyFit:
 
 
 def fit_body(skeleton: Skeleton, points: F64, triangles: I32, bone: I32, count: int = WITH_FINGERS) -> BodyFit:
-    """`count` primitives for a mesh in the T-pose: 23 (a hand is one), 55 (fingers apart) or more, which go where the fit
-    is worst. points: (V, 3) [m]; bone: (V,) joint or twist bone that each vertex follows most. Raises ValueError for
-    another count."""
+    """`count` primitives for a mesh in the T-pose: 23 (a hand is one), 55 (fingers apart) or more, which go where the fit is worst.
+    points: (V, 3) [m]; bone: (V,) joint or twist bone that each vertex follows most. Raises ValueError for another count."""
     if count != TRUNK_AND_LIMBS and not WITH_FINGERS <= count <= 200:
         raise ValueError(f"primitives: expected {TRUNK_AND_LIMBS}, or {WITH_FINGERS} to 200, got {count}")
     body = standard_body(skeleton)

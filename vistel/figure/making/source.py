@@ -71,10 +71,9 @@ class SourceTarget:
 
 @dataclass(frozen=True)
 class Source:
-    """A mesh as a file holds it. points: (V, 3) in the file's frame and unit; triangles: (F, 3); uv: (T, 2) origin
-    bottom left; uv_triangles: (F, 3), -1 where a face has none; group, material: (F,) indices into `groups`,
-    `materials`. unit: metres of one unit and up: "Y" or "Z", where the file says so. notes: what was remarkable. targets:
-    shapes of expressions."""
+    """A mesh as a file holds it. points: (V, 3) in the file's frame and unit; triangles: (F, 3); uv: (T, 2) origin bottom left;
+    uv_triangles: (F, 3), -1 where a face has none; group, material: (F,) indices into `groups`, `materials`. unit: metres of one
+    unit and up: "Y" or "Z", where the file says so. notes: what was remarkable. targets: shapes of expressions."""
 
     name: str
     points: F64

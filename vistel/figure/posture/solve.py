@@ -89,10 +89,9 @@ class PostureSolver:
 
         elbows: where they are known to point, (3,) from the shoulder in the chest's frame by side; else they are guessed.
 
-        Receivers left out are silent. The head's orientation is met exactly, the chest's pose but for the little it
-        leans towards a head that the neck cannot carry where it was measured; a wrist within reach is met to less than
-        a millimetre. Joints that would be beyond their limits (`vistel.figure.posture.limits`) are brought to them: first the
-        spine, then what hangs on it.
+        Receivers left out are silent. The head's orientation is met exactly, the chest's pose but for the little it leans towards a
+        head that the neck cannot carry where it was measured; a wrist within reach is met to less than a millimetre. Joints that
+        would be beyond their limits (`vistel.figure.posture.limits`) are brought to them: first the spine, then what hangs on it.
         """
         dt = 0.0 if self._t is None else max(0.0, t_s - self._t)
         self._t = t_s

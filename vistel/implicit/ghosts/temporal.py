@@ -59,9 +59,8 @@ class Elastic:
 class Plastic:
     """Keeps the deepest imprint of every contact.
 
-    least: penetration below which nothing stays [field]; spacing: an imprint this far from the last one is another
-    dent [m], None: a quarter of the maker's surface radius; most: dents kept of one maker, the deepest; decay: None
-    keeps them for ever.
+    least: penetration below which nothing stays [field]; spacing: an imprint this far from the last one is another dent [m], None:
+    a quarter of the maker's surface radius; most: dents kept of one maker, the deepest; decay: None keeps them for ever.
     """
 
     least: float = 1e-3

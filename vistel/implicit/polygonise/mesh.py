@@ -15,11 +15,10 @@ from vistel.implicit.primitives.polyhedron import Polyhedron
 class SurfaceMesh:
     """A closed surface of triangles.
 
-    vertices: (n, 3) [m]; triangles: (m, 3) vertex numbers, counter-clockwise seen from outside; normals: (k, 3)
-    outward unit normals, one for each vertex, or where the mesh has hard edges those that `normal_of` (m, 3) names for
-    the corners; attributes: name -> (n, c) numbers at the vertices, such as `colour` and `uv`; polygon: (m,) number
-    of the flat polygon a triangle is a part of; retained: how many polygons, the first ones, are a primitive's own;
-    residual: the largest |F - T| at a vertex.
+    vertices: (n, 3) [m]; triangles: (m, 3) vertex numbers, counter-clockwise seen from outside; normals: (k, 3) outward unit
+    normals, one for each vertex, or where the mesh has hard edges those that `normal_of` (m, 3) names for the corners; attributes:
+    name -> (n, c) numbers at the vertices, such as `colour` and `uv`; polygon: (m,) number of the flat polygon a triangle is a part
+    of; retained: how many polygons, the first ones, are a primitive's own; residual: the largest |F - T| at a vertex.
     """
 
     vertices: F64

@@ -12,9 +12,8 @@ log = logging.getLogger("vistel.renderer")
 
 
 def texture_of(ctx: moderngl.Context, image: U8, software: bool, at_most: int = 8192, *, mipmaps: bool = True) -> moderngl.Texture:
-    """A texture of `image` (h, w), (h, w, 3) or (h, w, 4), first row at the top, reduced to `at_most` texels each way; to
-    fewer, which is logged, where OpenGL takes no more. Without mipmaps it is meant to be seen in its own size and ends
-    at its edges."""
+    """A texture of `image` (h, w), (h, w, 3) or (h, w, 4), first row at the top, reduced to `at_most` texels each way; to fewer,
+    which is logged, where OpenGL takes no more. Without mipmaps it is meant to be seen in its own size and ends at its edges."""
     takes = int(ctx.info["GL_MAX_TEXTURE_SIZE"])
     step = -(-max(image.shape[:2]) // min(at_most, takes))
     if takes < min(at_most, max(image.shape[:2])):

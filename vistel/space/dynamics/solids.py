@@ -25,10 +25,9 @@ class Solids:
     """N things with P primitives and M contact points, in the order of `things`.
 
     first, contact_point_first: (N + 1,) where each thing's primitives and contact points begin; owner: (P,) thing of a primitive;
-    primitives: the P primitives, posed in their thing's frame; centre (P, 3) and bound (P,): a sphere round each,
-    thing frame; contact_point (M, 3), contact_point_radius (M,): little spheres that together reach the surface from inside;
-    radius: (N,) round the whole thing; inverse_mass (N,) [1/kg]; inverse_inertia (N, 3, 3) in the thing's frame
-    [1/(kg m^2)]; both 0 for fixed things.
+    primitives: the P primitives, posed in their thing's frame; centre (P, 3) and bound (P,): a sphere round each, thing frame;
+    contact_point (M, 3), contact_point_radius (M,): little spheres that together reach the surface from inside; radius: (N,) round
+    the whole thing; inverse_mass (N,) [1/kg]; inverse_inertia (N, 3, 3) in the thing's frame [1/(kg m^2)]; both 0 for fixed things.
     """
 
     things: tuple[Thing, ...]

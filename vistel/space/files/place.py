@@ -18,9 +18,8 @@ from vistel.space.things.things import Thing
 
 @dataclass(frozen=True)
 class FromFile:
-    """A thing from a file, to put into a room. id: of the thing, or before the ids of several; name: for people, "": the
-    file's; at: x, z [m]; turn: about the vertical [degrees]; fixed, mass [kg], rigidity, colour 0xRRGGBBAA: None: as in the
-    file."""
+    """A thing from a file, to put into a room. id: of the thing, or before the ids of several; name: for people, "": the file's;
+    at: x, z [m]; turn: about the vertical [degrees]; fixed, mass [kg], rigidity, colour 0xRRGGBBAA: None: as in the file."""
 
     file: Path
     id: str

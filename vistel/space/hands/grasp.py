@@ -73,10 +73,9 @@ ALONG = 0.1
 class Grasp:
     """A hand holds a thing. start, aim: where it lay in the hand joint's frame and where it is brought to.
 
-    engaged: which of the four fingers hold it; tightest: (4,) their greatest flexion [rad]; fingers: (20,) angles with
-    which the hand touches it and does not go into it, when it lies in the displayed hand at `laid`; shift (3,): from its
-    place in the real hand to that one [m]; off: steps the hand has been off the thing; strained: steps it has borne
-    more than it can.
+    engaged: which of the four fingers hold it; tightest: (4,) their greatest flexion [rad]; fingers: (20,) angles with which the
+    hand touches it and does not go into it, when it lies in the displayed hand at `laid`; shift (3,): from its place in the real
+    hand to that one [m]; off: steps the hand has been off the thing; strained: steps it has borne more than it can.
     """
 
     participant: str

@@ -84,10 +84,9 @@ def hand_forces(
 ) -> tuple[HandForce, ...]:
     """The force on every hand in contact, by participant, the left hand first.
 
-    skin: contacts of every two people who touch, by their names in order; reached: each figure's other contacts;
-    held: participant, right, thing of each grasp: a held thing does not slide in the hand; let_go: the same for hands that
-    have let go of a thing and are still at it, which do not push it either; due: the participants whose hands are computed,
-    None: all.
+    skin: contacts of every two people who touch, by their names in order; reached: each figure's other contacts; held: participant,
+    right, thing of each grasp: a held thing does not slide in the hand; let_go: the same for hands that have let go of a thing and
+    are still at it, which do not push it either; due: the participants whose hands are computed, None: all.
     """
     asked = [posed[name] for name in sorted(posed) if due is None or name in due]
     felt = [_of_things(asked, reached, s, m, frozenset(held), frozenset(let_go))]

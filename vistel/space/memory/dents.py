@@ -1,9 +1,8 @@
 """Dents: imprints of primitives in a thing's own frame (Singh §C.2).
 
 The laws are those of `vistel.implicit.ghosts.temporal`, for the primitives that the world's contacts are made of: a plastic thing
-keeps the deepest imprint of every contact, several side by side where the maker slides; the ghost of a viscoelastic one
-follows its maker with a time constant once that draws back. Each dent has a number, and only changed
-dents are published.
+keeps the deepest imprint of every contact, several side by side where the maker slides; the ghost of a viscoelastic one follows its
+maker with a time constant once that draws back. Each dent has a number, and only changed dents are published.
 """
 
 import math

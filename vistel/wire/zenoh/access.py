@@ -1,9 +1,8 @@
 """Access rules of a router, derived from the table of topics: who shows which certificate may say what.
 
-The common name of a node's certificate is its site's name; the world shows `world`, the hub that keeps the
-time `hub`, an observer any name that is listed as such. A router sees only the certificate of its direct
-neighbour: where sites have routers of their own, the hub's router is the one that decides, and their routers
-show their site's certificate.
+The common name of a node's certificate is its site's name; the world shows `world`, the hub that keeps the time `hub`, an observer
+any name that is listed as such. A router sees only the certificate of its direct neighbour: where sites have routers of their own,
+the hub's router is the one that decides, and their routers show their site's certificate.
 """
 
 from collections.abc import Sequence

@@ -63,10 +63,7 @@ class BusError(RuntimeError):
 
 
 class Router:
-    """A router inside this process.
-
-    It publishes and subscribes nothing: a reader that is slow cannot slow it down.
-    """
+    """A router inside this process. It publishes and subscribes nothing: a reader that is slow cannot slow it down."""
 
     def __init__(self, session: zenoh.Session, endpoints: list[str]) -> None:
         self._session = session
@@ -88,8 +85,7 @@ class Router:
     ) -> Router:
         """Listen on `listen` ("tcp/host:port", "tls/host:port"), by default on a free port of the loopback interface.
 
-        access: who may publish what (`vistel.wire.zenoh.access`). connect: further routers to join. Raises
-        BusError.
+        access: who may publish what (`vistel.wire.zenoh.access`). connect: further routers to join. Raises BusError.
         """
         endpoints = [listen] if isinstance(listen, str) else list(listen or [f"tcp/127.0.0.1:{_free_port()}"])
         config = router_config(endpoints, _tls(tls), access, list(connect))
@@ -106,10 +102,7 @@ class Router:
 
 
 class ZenohBus:
-    """A site's connection to the conference (`vistel.wire.bus.Bus`).
-
-    Make it with `open`, on the event loop that will use it.
-    """
+    """A site's connection to the conference (`vistel.wire.bus.Bus`). Make it with `open`, on the event loop that will use it."""
 
     def __init__(
         self,

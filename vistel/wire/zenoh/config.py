@@ -48,10 +48,7 @@ def client_config(endpoints: list[str], tls: TlsFiles | None = None, connect_s: 
 def router_config(
     listen: list[str], tls: TlsFiles | None = None, access: Json | None = None, connect: list[str] | None = None
 ) -> Json:
-    """A session that routes.
-
-    `access`: see `vistel.wire.zenoh.access`; `connect`: routers to join, over a thin link perhaps.
-    """
+    """A session that routes. `access`: see `vistel.wire.zenoh.access`; `connect`: routers to join, over a thin link perhaps."""
     config: Json = {
         "mode": "router",
         "listen": {"endpoints": listen},

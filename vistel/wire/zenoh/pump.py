@@ -1,9 +1,8 @@
 """A thread that carries what a Zenoh subscription receives into Python, a burst at a time.
 
-Zenoh puts samples into a ring that drops its oldest when it is full, so that a process that is busy never
-holds up the network: its own other subscriptions, the router, or anyone behind it. The thread takes all that
-lies there at once: a process whose event loop computes for 30 ms has to be interrupted once, not once per
-message.
+Zenoh puts samples into a ring that drops its oldest when it is full, so that a process that is busy never holds up the network: its
+own other subscriptions, the router, or anyone behind it. The thread takes all that lies there at once: a process whose event loop
+computes for 30 ms has to be interrupted once, not once per message.
 """
 
 # zenoh's stubs leave return types out

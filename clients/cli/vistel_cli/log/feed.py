@@ -33,8 +33,7 @@ LIVE_SERVICES: dict[str, tuple[str, ...]] = {
 VERBATIM = ("motion", "world_state", "world_key", "world_detail")
 """Topics whose messages their sender numbers; other messages refer to the numbers."""
 GATHERED_NS = 1_300_000_000
-"""Raw bytes are logged at most so long after they were read (`vistel.wire.raw_bytes`; a second when a device falls
-silent)."""
+"""Raw bytes are logged at most so long after they were read (`vistel.wire.raw_bytes`; a second when a device falls silent)."""
 EARLY_NS = 500_000_000
 """Before the asked time, at which what lies before it is fed."""
 

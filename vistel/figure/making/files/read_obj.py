@@ -1,9 +1,8 @@
 """Wavefront OBJ with its materials (MTL) and pictures.
 
-trimesh (5.2) cannot stand in for this reader. It drops vertices that no face uses and gives every group vertices of its
-own, whereas MakeHuman's clothes, rigs and targets name vertices by their number in the file. Where some faces have texture
-coordinates and others none, it drops all of them. A face of a vertex that is not there ends in an IndexError instead of the
-line at fault.
+trimesh (5.2) cannot stand in for this reader. It drops vertices that no face uses and gives every group vertices of its own,
+whereas MakeHuman's clothes, rigs and targets name vertices by their number in the file. Where some faces have texture coordinates
+and others none, it drops all of them. A face of a vertex that is not there ends in an IndexError instead of the line at fault.
 """
 
 from pathlib import Path
