@@ -27,7 +27,6 @@ MASKS = {18: bytes((0x3F, 0xBB, 0x7B)), 22: bytes((0x7F, 0xFF, 0x7F))}
 """Which of 24 slots (6 groups of 4) are sensors, least significant byte first."""
 
 STATUS_PLUGGED = 0x01
-STATUS_SWITCH = 0x02
 STATUS_ALWAYS = 0x80
 
 _ANSWER_LENGTH = dict.fromkeys(b"GSNRUDFLJW", 1) | dict.fromkeys(b"KMP", 3) | {ord("T"): 4}

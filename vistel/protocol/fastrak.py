@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 from vistel.protocol.device_pose import DevicePose
-from vistel.protocol.polhemus import Record, numbers, pose_of
+from vistel.protocol.polhemus import Record, pose_of
 from vistel.protocol.stream import NO, WAIT, StreamParser
 from vistel.protocol.turns import Turns
 
@@ -201,21 +201,6 @@ def output_list(station: int) -> bytes:
 def boresight(station: int) -> bytes:
     """Make the receiver's present attitude the reference."""
     return f"B{station}\r".encode()
-
-
-def unboresight(station: int) -> bytes:
-    """Undo `boresight`."""
-    return f"b{station}\r".encode()
-
-
-def position_filter(low: float, high: float, ease: float, factor: float) -> bytes:
-    """The adaptive filter of all positions: sensitivity, lowest, highest, factor (manual, command x)."""
-    return f"x{numbers((low, high, ease, factor))}\r".encode()
-
-
-def attitude_filter(low: float, high: float, ease: float, factor: float) -> bytes:
-    """The same for attitudes (command v)."""
-    return f"v{numbers((low, high, ease, factor))}\r".encode()
 
 
 def parse_status(reply: Reply) -> Status | None:

@@ -30,8 +30,6 @@ _TICK_S = 0.05
 """Time between two changes of what the unit measures [s]."""
 _WRITES_BITS = (5, 15)
 """Function codes that write coils."""
-_WRITES_WORDS = (6, 16)
-"""Function codes that write holding registers."""
 
 
 @dataclass

@@ -129,7 +129,6 @@ def test_commands_are_what_the_manual_says() -> None:
     assert fastrak.output_list(2) == b"O2,2,11,1\r"
     assert hemisphere(1, (0.0, 0.0, -1.0)) == b"H1,0,0,-1\r"
     assert fastrak.enable_station(4, False) == b"l4,0\r"
-    assert fastrak.position_filter(0.2, 0.2, 0.8, 0.95) == b"x0.2,0.2,0.8,0.95\r"
 
 
 @given(

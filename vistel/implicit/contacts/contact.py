@@ -102,18 +102,6 @@ def find_contacts(a: PrimitiveSet, b: PrimitiveSet, *, margin: float = 0.0, skip
     return ContactArray(pairs[:, 0], pairs[:, 1], rows[:, 0:3], rows[:, 3:6], rows[:, 6], rows[:, 7])
 
 
-def cone_sphere_contacts(a: ConeSpheres | PrimitiveSet, b: ConeSpheres | PrimitiveSet, *, margin: float = 0.0) -> ContactArray:
-    """`find_contacts` for posed bodies as they are: `PosedBody` on either side, or a `PrimitiveSet`."""
-    return find_contacts(as_set(a), as_set(b), margin=margin)
-
-
-def as_set(body: ConeSpheres | PrimitiveSet) -> PrimitiveSet:
-    """A posed body as a set of primitives."""
-    if isinstance(body, PrimitiveSet):
-        return body
-    return PrimitiveSet.of_cone_spheres(body.a, body.b, body.radius_a, body.radius_b)
-
-
 class ContactScene:
     """Several bodies and all contacts between them, found in one call without allocating.
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from vistel.arrays import F64
 
-UNION_POWER = 4
 DIFF_SOFTNESS = 0.02
 """e of the smoothed DIFF, in squared field."""
 

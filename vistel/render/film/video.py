@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import av
-import cv2
 from av.error import FFmpegError
 from av.video.frame import PictureType
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc
@@ -149,9 +148,3 @@ def _free(path: Path) -> Path:
         number += 1
         out = path.with_name(f"{path.stem}.{number}{path.suffix}")
     return out
-
-
-def save_png(path: Path, rgba: U8) -> None:
-    """A picture (h, w, 4) RGBA, first row at the bottom, as a file. Raises OSError."""
-    if not cv2.imwrite(str(path), cv2.cvtColor(cv2.flip(rgba, 0), cv2.COLOR_RGBA2BGR)):
-        raise OSError(f"{path}: could not be written")

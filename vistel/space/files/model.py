@@ -70,11 +70,6 @@ def inertia_of(moments: F64) -> F64:
     return np.trace(moments) * np.eye(3) - moments
 
 
-def moments_of(inertia: F64) -> F64:
-    """(3, 3) mean x x^T of an inertia per kilogram; undoes `inertia_of`."""
-    return 0.5 * np.trace(inertia) * np.eye(3) - inertia
-
-
 def bulk_of_mesh(vertices: F64, triangles: I32) -> Bulk:
     """Of a closed mesh, exactly: sums over the tetrahedra from the origin to each face (Eberly, "Polyhedral mass
     properties"). The volume is negative for a mesh that is inside out. Raises ValueError for one without volume."""

@@ -12,7 +12,6 @@ import contextlib
 import logging
 import threading
 from collections import deque
-from collections.abc import Callable
 
 import zenoh
 
@@ -34,7 +33,6 @@ LOG_S = 1.0
 """Losses are logged together, once in so many seconds."""
 
 _Arrival = tuple[str, Stamp, bytes, int, bool]
-_Reply = Callable[[zenoh.Reply], None]
 
 
 class ReliableReader:

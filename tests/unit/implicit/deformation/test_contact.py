@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.implicit.constants import SURFACE_RATIO
-from vistel.implicit.contacts.contact import ContactScene, cone_sphere_contacts, find_contacts
+from vistel.implicit.contacts.contact import ContactScene, find_contacts
 from vistel.implicit.contacts.contact_set import KIND_CODES, PrimitiveSet
 from vistel.implicit.contacts.contact_surface_kernels import field_of_ratio, surface
 
@@ -64,7 +64,7 @@ def test_swapping_the_sets_swaps_the_contacts(seed):
 
 
 def test_two_spheres_meet_where_their_fields_are_equal():
-    c = cone_sphere_contacts(one("sphere", [SURFACE_RATIO]), one("sphere", [SURFACE_RATIO], (0.9, 0, 0)))
+    c = find_contacts(one("sphere", [SURFACE_RATIO]), one("sphere", [SURFACE_RATIO], (0.9, 0, 0)))
     np.testing.assert_allclose(c.point[0], (0.45, 0, 0), atol=1e-9)
     np.testing.assert_allclose(c.normal[0], (1, 0, 0), atol=1e-9)
     assert c.depth[0] == pytest.approx(2 * SURFACE_RATIO - 0.9)

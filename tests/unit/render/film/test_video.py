@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from waiting import wait_until
 
-from vistel.render.film.video import VideoWriter, save_png
+from vistel.render.film.video import VideoWriter
 
 ENDLESS = """
 import sys, time, numpy as np
@@ -96,14 +96,3 @@ def test_a_full_queue_leaves_pictures_out_and_counts_them(tmp_path: Path) -> Non
     video.close()
     assert video.left_out == 300 - taken
     assert video.written == taken == len(frames(tmp_path / "a.mp4"))
-
-
-def test_a_png_is_the_picture_the_right_way_up(tmp_path: Path) -> None:
-    picture = np.zeros((4, 6, 4), np.uint8)
-    picture[0] = (250, 0, 0, 255)
-    save_png(tmp_path / "a.png", picture)
-    from PIL import Image
-
-    image = np.asarray(Image.open(tmp_path / "a.png"))
-    assert tuple(image[3, 0]) == (250, 0, 0)
-    assert tuple(image[0, 0]) == (0, 0, 0)
