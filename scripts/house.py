@@ -139,12 +139,10 @@ def unstrict(files: list[Path]) -> list[str]:
 
 
 def lines(files: list[Path]) -> int:
-    """Lines of sources."""
     return sum((ROOT / f).read_text("utf-8").count("\n") for f in files if f.suffix in SOURCES)
 
 
 def figures() -> list[Figure]:
-    """All figures of the house."""
     files = tracked()
     code = [f for f in files if f.suffix in SOURCES]
     rings = circles()
@@ -168,7 +166,6 @@ def figures() -> list[Figure]:
 
 
 def main() -> None:
-    """Print every figure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="one JSON object per figure, with the places that count")
     as_json = parser.parse_args().json

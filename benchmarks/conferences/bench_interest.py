@@ -60,7 +60,6 @@ class Told:
 
 
 def run() -> Iterator[Row]:
-    """One row after the other."""
     warm_up()
     for people, things, moving in SCENES:
         told = listen(people, things, moving)

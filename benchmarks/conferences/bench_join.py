@@ -42,7 +42,6 @@ class Joins:
 
 
 def run() -> Iterator[Row]:
-    """One row after the other."""
     for people, things in ROOMS:
         found = measure(people, things)
         case = f"{people} people, {things} things, {len(found.from_door)} joins; the world did {found.steps_s:.0f} steps a second"

@@ -34,7 +34,6 @@ MOTION = BY_NAME["motion"]
 
 
 def run() -> Iterator[Row]:
-    """One row after the other."""
     yield from device_rows()
     yield from bus_rows()
 

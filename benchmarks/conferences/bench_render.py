@@ -51,7 +51,6 @@ SINGH_FPS = 8.0
 
 
 def run() -> Iterator[Row]:
-    """One row after the other."""
     with tempfile.TemporaryDirectory() as folder:
         alone = _one_site(Path(folder) / "alone.mp4", FRAMES)
         case = f"3 figures, {WIDTH}x{HEIGHT}, {alone['renderer']}"

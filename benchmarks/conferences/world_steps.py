@@ -159,7 +159,6 @@ class Scene:
         return StepInputs(k, t_ns, people, motions, commands=tuple(self._tosses(k)))
 
     def take(self, inputs: StepInputs) -> WorldView:
-        """One step."""
         return self.world.step(inputs)
 
     def step(self) -> None:

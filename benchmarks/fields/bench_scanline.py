@@ -29,7 +29,6 @@ def cast(scene: Scene, method: str = "auto") -> ScanlinePicture:
 
 
 def run() -> Iterator[Row]:
-    """Every figure of this benchmark."""
     for row in table2():
         scene = row.scene
         name = f"figure {row.figure}: {row.name} {'/'.join(map(str, row.counts))}"

@@ -35,7 +35,6 @@ POVRAY, POLYHEDRA, EQUAL = 0.25, 1.24, 99.9
 
 
 def run() -> Iterator[Row]:
-    """The rows of this benchmark."""
     yield from against_povray()
     yield from against_polyhedra()
 

@@ -42,7 +42,6 @@ _HOUGH = f"OpenCV {cv2.__version__}: HoughCircles"
 
 
 def run() -> Iterator[Row]:
-    """One row after the other."""
     cv2.setNumThreads(1)
     yield from _marks()
     yield from _simulated_eye()

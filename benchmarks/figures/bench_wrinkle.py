@@ -76,7 +76,6 @@ def postures() -> list[Posture]:
 
 
 def run() -> Iterator[Row]:
-    """Every figure of this benchmark."""
     cv2.setNumThreads(1)
     every = wrinkles()
     displacement_map(every[:1], SIZE, 64)

@@ -82,7 +82,6 @@ class Head:
 
 
 def rows() -> Iterator[Row]:
-    """Every figure."""
     if not DATA.is_dir():
         print(f"wrinkle: no head at {DATA}; the rows of the face are left out", file=sys.stderr)
         return

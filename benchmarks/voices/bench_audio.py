@@ -28,7 +28,6 @@ QUIET = 0.12
 
 
 def run() -> Iterator[Row]:
-    """One row after the other."""
     speech = babble(3)
     packets, lookahead_ns = _packets(np.resize(0.2 * speech, SECONDS * RATE))
     for spatial in ("pan", "hrtf"):

@@ -16,7 +16,6 @@ SINGH = "fixed 0.2 s (Singh 1995)"
 
 
 def run() -> Iterator[Row]:
-    """One row after the other."""
     links = [(delay_s, LOSS, FOR_LOSSES) for delay_s in (0.0, 0.040, 0.120)] + [(0.040, 0.0, PLAIN), (0.040, LOSS, PLAIN)]
     for number, (delay_s, loss, sending) in enumerate(links):
         link = Link(delay_s, JITTER_S, loss)

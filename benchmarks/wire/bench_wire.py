@@ -37,7 +37,6 @@ FLOATS = "69 float32 and 16 bytes of header at 60 Hz"
 
 
 def run() -> Iterator[Row]:
-    """One row after the other."""
     for name, samples in motions():
         rate, errors, distances = _through_the_codec(samples)
         plain = (69 * 4 + 16) * 8 * RATE_HZ / 1000

@@ -250,7 +250,6 @@ async def _measure(make: Callable[[str], Kind]) -> None:
 
 
 def main() -> None:
-    """Measure both."""
     for _ in range(RUNS):
         for make in (Ours, Advanced):
             asyncio.run(_measure(make))

@@ -81,7 +81,6 @@ class CyberGlove:
         return 2 + self._values + 5 * self._on[ord("D")] + self._on[ord("U")] + 2 * (not self.plugged)
 
     def measure(self, t_s: float) -> bytes:
-        """The sample at `t_s`."""
         counts = np.array(self._calibration.counts([float(a) for a in self._angles(t_s)], self.sensors))
         counts += self._drift + self._noise * self._rng.standard_normal(self.sensors)
         if self._saturated:

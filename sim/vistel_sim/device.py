@@ -57,8 +57,6 @@ class Instrument(Protocol):
 
 
 class Simulator(Protocol):
-    """A simulated device."""
-
     name: str
 
     async def run(self) -> None:

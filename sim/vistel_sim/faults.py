@@ -50,7 +50,6 @@ class DeviceFaults:
         self._faults = tuple(f for f in faults if f.device == self._device)
 
     def active(self, kind: Kind, t_s: float) -> bool:
-        """Whether such a fault acts at `t_s`."""
         return self.progress(kind, t_s) > 0.0
 
     def progress(self, kind: Kind, t_s: float) -> float:

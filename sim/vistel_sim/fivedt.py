@@ -67,7 +67,6 @@ class UltraReports(_Glove):
         return (not self.right) | 0x10 * (self.sensors == 5)
 
     def measure(self, t_s: float) -> bytes:
-        """The report at `t_s`."""
         return struct.pack(">16H", *self.values(t_s)).ljust(64, b"\0")
 
 
@@ -80,7 +79,6 @@ class Ultra(_Glove):
         return 29
 
     def measure(self, t_s: float) -> bytes:
-        """The record at `t_s`."""
         packed = 0
         for v in self.values(t_s):
             packed = packed << 12 | v
@@ -99,7 +97,6 @@ class Glove16(_Glove):
         return 36 if self._sent % 51 else 7
 
     def measure(self, t_s: float) -> bytes:
-        """The record at `t_s`, or what it is when that is due."""
         self._sent += 1
         if (self._sent - 1) % 51 == 0:
             return b"<I\x02\x01" + bytes((self.right, 0x01)) + b">"
@@ -125,7 +122,6 @@ class Glove5(_Glove):
         return 9 if self._streaming or self._once else 0
 
     def measure(self, t_s: float) -> bytes:
-        """The record at `t_s`."""
         self._once = max(0, self._once - 1)
         slots = dict(zip(SLOTS, self.values(t_s), strict=False))
         values = bytes([slots[name] for name in SLOTS_5] + [128, 128])

@@ -14,7 +14,6 @@ from vistel_sim.vrpn_server import PinchGlove, SimulatedVrpn
 
 
 def cyberglove(device: Device, simulation: Simulation) -> SimulatedDevice:
-    """A CyberGlove."""
     keys, seed = device.config_as(GloveConfig), simulation.seed(device.name)
     angles = angles_of(device, simulation)
     unit = CyberGlove(angles, sensors=keys.sensors, right=device.right, seed=seed, restart_s=RESTART_S)
@@ -27,12 +26,10 @@ def fivedt_ultra(device: Device, simulation: Simulation) -> SimulatedDevice:
 
 
 def fivedt_16(device: Device, simulation: Simulation) -> SimulatedDevice:
-    """A 5DT Data Glove 16."""
     return _fivedt(Glove16, device, simulation)
 
 
 def fivedt_5(device: Device, simulation: Simulation) -> SimulatedDevice:
-    """A 5DT Data Glove 5."""
     return _fivedt(Glove5, device, simulation)
 
 

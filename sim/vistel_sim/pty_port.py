@@ -109,7 +109,6 @@ class PtyPort:
         task.add_done_callback(self._answers.discard)
 
     def discard_answers(self) -> None:
-        """Forget replies not yet sent."""
         for task in self._answers:
             task.cancel()
 

@@ -17,19 +17,16 @@ from vistel_sim.vrpn_server import SimulatedVrpn, Tracker
 
 
 def fastrak(device: Device, simulation: Simulation) -> SimulatedDevice:
-    """A FASTRAK."""
     receivers, seed = sorted(device.stations.values()), simulation.seed(device.name)
     unit = Fastrak(poses_of(device, simulation), receivers=receivers, seed=seed, restart_s=RESTART_S)
     return simulation.at_port(device.name, unit, device.config_as(AnyTracker).baud)
 
 
 def liberty(device: Device, simulation: Simulation) -> SimulatedDevice:
-    """A LIBERTY."""
     return _liberty("liberty", device, simulation)
 
 
 def patriot(device: Device, simulation: Simulation) -> SimulatedDevice:
-    """A PATRIOT."""
     return _liberty("patriot", device, simulation)
 
 

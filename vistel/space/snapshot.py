@@ -130,7 +130,6 @@ def decode(data: bytes, room: Room | None = None, things: Iterable[Thing] = ()) 
 
 
 def _is_of(d: dict[str, Any], room: Room) -> bool:
-    """Whether a snapshot is of that room."""
     if "room" in d or room.source:
         return "room" in d and d["room"][0] == room.source
     return int(d["seats"]) == len(room.seats) and d["extras"] == [_from_extra(e) for e in room.extras]

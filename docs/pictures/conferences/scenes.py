@@ -135,7 +135,6 @@ class Played:
         self._now = self._stage.instant(t_ns)
 
     def now(self, camera: Camera) -> Moment:
-        """As it is seen."""
         return Moment(View(640, 360, "room", ""), self._now, camera)
 
 

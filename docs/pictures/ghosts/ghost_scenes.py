@@ -288,14 +288,12 @@ def fly_shot(now: SoftRoom, size: tuple[int, int], smooth: int = 2) -> Image.Ima
 
 
 def fly() -> None:
-    """A fly on fly-paper."""
     wanted = (0, 9, 13, 16, 23)
     pictures = [label(fly_shot(now, (360, 280)), f"{now.time:.2f} s") for k, now in enumerate(flies(24)) if k in wanted]
     sheet(pictures, 5, "ghosts/fly-paper")
 
 
 def films() -> None:
-    """The four scenes as films."""
     rising = [*np.linspace(-0.03, 0.03, 45), *np.linspace(0.03, -0.03, 45)]
     film(
         (studio().photograph(arm_and_ball(float(d)), (0.62, 1.62, 0.80), (0.53, 1.41, 0.02), (640, 480), 0.40) for d in rising),

@@ -46,7 +46,6 @@ AIM, OPENING = (0.0, 1.04, 0.13), 0.50
 
 
 def conference_text(microphone: Path, corners: str) -> str:
-    """The conference file."""
     return f"""
 name = "talking"
 [room]

@@ -92,7 +92,6 @@ class Performer:
         self._loud, self._bright = _heard(self.sound)
 
     def posture(self, t: float) -> Posture:
-        """Of body and hands."""
         talk = self._at(self._loud, t - 0.05)
         left, right = (_beating(track.at(t), k, t, talk) for k, track in enumerate(self._hands))
         nod = 0.02 * math.sin(2.3 * t) + 0.03 * talk * math.sin(7.1 * t)

@@ -30,7 +30,6 @@ class Layout:
 
     @property
     def seats(self) -> int:
-        """How many there are."""
         return len(self.room.seats)
 
     def table(self, place: F64) -> float:

@@ -270,7 +270,6 @@ def _volume(region: I64) -> float:
 
 
 def _in_region(cell: I64, region: I64) -> I64:
-    """Which of some cells are in a region."""
     first = (region[:, 0] + OFFSET) << (2 * BITS)
     rows = np.flatnonzero((cell >= first[0]) & (cell < first[1]))
     index = cell_indices(cell[rows])

@@ -86,7 +86,6 @@ class Scanline:
         return rows
 
     def _lit(self, dirty: U8) -> ScanlinePicture:
-        """Light the dirty groups."""
         surface = self.surface
         constants = None
         if surface is not None and not self.scene.meshes:

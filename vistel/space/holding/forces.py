@@ -295,7 +295,6 @@ def _joined(parts: list[ContactArray], first_a: list[int], first_b: list[int]) -
 
 
 def _contacts(c: ContactArray, rows: I64) -> ContactArray:
-    """Some of the contacts."""
     return ContactArray(c.a[rows], c.b[rows], c.point[rows], c.normal[rows], c.depth[rows], c.field_depth[rows])
 
 
