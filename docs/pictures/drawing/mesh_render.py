@@ -1,7 +1,7 @@
 """Photographs of meshes by OpenGL without a window: textured people and plain things together."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import moderngl
@@ -9,9 +9,23 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from docs.pictures.people.avatars import FRAGMENT, VERTEX, view_matrix
 from vistel.arrays import F32
 from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.render.view.camera import look_at
+
+_VERTEX = """#version 330
+uniform mat4 view; in vec3 position; in vec3 normal; in vec2 uv; out vec3 n; out vec3 p; out vec2 t;
+void main() { gl_Position = view * vec4(position, 1.0); n = normal; p = position; t = uv; }"""
+_FRAGMENT = """#version 330
+uniform sampler2D albedo; uniform vec3 eye; in vec3 n; in vec3 p; in vec2 t; out vec4 colour;
+void main() {
+    vec3 N = normalize(n), V = normalize(eye - p), key = normalize(vec3(0.5, 0.7, 0.8));
+    vec3 base = pow(texture(albedo, t).rgb, vec3(2.2));
+    vec3 light = vec3(0.26 + 0.16 * N.y) + 0.78 * max(0.0, dot(N, key))
+        + vec3(0.20, 0.22, 0.26) * max(0.0, dot(N, normalize(vec3(-0.8, 0.2, 0.5)))) + 0.2 * max(0.0, -N.z);
+    float shine = 0.05 * pow(max(0.0, dot(N, normalize(key + V))), 24.0);
+    colour = vec4(pow(base * light + shine, vec3(1.0 / 2.2)), 1.0);
+}"""
 
 
 @dataclass(frozen=True)
@@ -47,36 +61,68 @@ def normals(vertices: NDArray[np.floating], triangles: NDArray[np.integer]) -> N
     return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-20)
 
 
-class Studio:
-    """A headless OpenGL context."""
+@dataclass(frozen=True)
+class View:
+    """From where [m] to where, and the upright opening [rad]."""
 
-    def __init__(self) -> None:
+    eye: Sequence[float]
+    target: Sequence[float]
+    angle: float = 0.5
+
+
+class Camera:
+    """A headless OpenGL context and the program that draws there."""
+
+    def __init__(self, vertex: str, fragment: str) -> None:
         backend = {"backend": "egl"} if os.name == "posix" and not os.environ.get("DISPLAY") else {}
         self.context = moderngl.create_context(standalone=True, require=330, **backend)
-        self.program = self.context.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT)
+        self.program = self.context.program(vertex_shader=vertex, fragment_shader=fragment)
+
+    def expose(self, view: View, size: tuple[int, int], ground: tuple[float, ...], draw: Callable[[], None]) -> Image.Image:
+        """What `draw` draws, drawn at twice the size; ground: the colour behind it."""
+        width, height = 2 * size[0], 2 * size[1]
+        buffer = self.context.simple_framebuffer((width, height))
+        buffer.use()
+        self.context.enable(moderngl.DEPTH_TEST)
+        buffer.clear(*ground)
+        camera = look_at(np.array(view.eye, float), np.array(view.target, float), view.angle)
+        self.program["view"].write((camera.projection(width / height) @ camera.view()).T.astype("f4").tobytes())  # type: ignore[union-attr]
+        self.program["eye"].value = tuple(view.eye)  # type: ignore[union-attr]
+        draw()
+        image = Image.frombytes("RGB", (width, height), buffer.read(components=3, alignment=1))
+        buffer.release()
+        return image.transpose(Image.Transpose.FLIP_TOP_BOTTOM).resize(size, Image.Resampling.LANCZOS)
+
+    def texture(self, picture: NDArray[np.uint8], unit: int = 0) -> moderngl.Texture:
+        texels = np.ascontiguousarray(picture[::-1]).tobytes()
+        out = self.context.texture(picture.shape[1::-1], picture.shape[2], texels, alignment=1)
+        out.build_mipmaps()
+        out.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
+        out.use(unit)
+        return out
+
+    def draw(self, rows: Sequence[NDArray[np.floating]], layout: str, names: Sequence[str], triangles: NDArray[np.integer]) -> None:
+        """Triangles whose vertices have these attributes."""
+        vertices = self.context.buffer(np.hstack(rows).astype("f4").tobytes())
+        index = self.context.buffer(triangles.astype("i4").tobytes())
+        self.context.vertex_array(self.program, [(vertices, layout, *names)], index).render()
+
+
+class Studio(Camera):
+    """Photographs parts."""
+
+    def __init__(self) -> None:
+        super().__init__(_VERTEX, _FRAGMENT)
 
     def photograph(
         self, parts: Sequence[Part], eye: Sequence[float], target: Sequence[float], size: tuple[int, int], angle: float
     ) -> Image.Image:
         """A picture of `size` pixels; eye, target in the room [m]; angle: opening, in radians, upright."""
-        context, (width, height) = self.context, (2 * size[0], 2 * size[1])
-        buffer = context.simple_framebuffer((width, height))
-        buffer.use()
-        context.enable(moderngl.DEPTH_TEST)
-        buffer.clear(0.93, 0.94, 0.95)
-        matrix = view_matrix(np.array(eye, float), np.array(target, float), angle, width / height)
-        self.program["view"].write(matrix.T.astype("f4").tobytes())  # type: ignore[union-attr]
-        self.program["eye"].value = tuple(eye)  # type: ignore[union-attr]
-        self.program["ink"].value = 0.0  # type: ignore[union-attr]
-        for part in parts:
-            texture = context.texture(part.texture.shape[1::-1], 3, part.texture[::-1].tobytes(), alignment=1)
-            texture.build_mipmaps()
-            texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-            texture.use()
-            rows = np.hstack([part.vertices, part.normals, part.uv]).astype("f4")
-            drawn = [(context.buffer(rows.tobytes()), "3f 3f 2f", "position", "normal", "uv")]
-            context.vertex_array(self.program, drawn, context.buffer(part.triangles.astype("i4").tobytes())).render()
-            texture.release()
-        image = Image.frombytes("RGB", (width, height), buffer.read(components=3, alignment=1))
-        buffer.release()
-        return image.transpose(Image.Transpose.FLIP_TOP_BOTTOM).resize(size, Image.Resampling.LANCZOS)
+
+        def draw() -> None:
+            for part in parts:
+                texture = self.texture(part.texture)
+                self.draw((part.vertices, part.normals, part.uv), "3f 3f 2f", ("position", "normal", "uv"), part.triangles)
+                texture.release()
+
+        return self.expose(View(eye, target, angle), size, (0.93, 0.94, 0.95), draw)

@@ -1,15 +1,11 @@
 """Photographs of figures that wear wrinkles: moved texture coordinates, and the light of wrinkles at those that did not move."""
 
-import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
 
-import moderngl
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
-from docs.pictures.people.avatars import view_matrix
+from docs.pictures.drawing.mesh_render import Camera, View
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.wrinkle.worn import Worn
@@ -30,22 +26,11 @@ void main() {
 }"""
 
 
-@dataclass(frozen=True)
-class View:
-    """From where [m] to where, and the upright opening [rad]."""
-
-    eye: Sequence[float]
-    target: Sequence[float]
-    angle: float = 0.5
-
-
-class Studio:
-    """A headless OpenGL context."""
+class Studio(Camera):
+    """Photographs figures with their wrinkles."""
 
     def __init__(self) -> None:
-        backend = {"backend": "egl"} if os.name == "posix" and not os.environ.get("DISPLAY") else {}
-        self.context = moderngl.create_context(standalone=True, require=330, **backend)
-        self.program = self.context.program(vertex_shader=VERTEX, fragment_shader=FRAGMENT)
+        super().__init__(VERTEX, FRAGMENT)
         self.program["wrinkles"].value = 1  # type: ignore[union-attr]
 
     def photograph(
@@ -61,36 +46,23 @@ class Studio:
         plain: bool = False,
     ) -> Image.Image:
         """The figure in a posture, with the wrinkles that go with it or without. plain: grey, to see the shape alone."""
-        context, avatar = self.context, figure.avatar
+        avatar = figure.avatar
         weights = worn.weights(pose_joints(avatar.skeleton, posture), actions) * float(wrinkled)
         state = figure.pose(posture, (), worn.displacement(weights))
-        width, height = 2 * size[0], 2 * size[1]
-        buffer = context.simple_framebuffer((width, height))
-        buffer.use()
-        context.enable(moderngl.DEPTH_TEST)
-        buffer.clear(0.80, 0.815, 0.835)
-        matrix = view_matrix(np.array(view.eye, float), np.array(view.target, float), view.angle, width / height)
-        self.program["view"].write(matrix.T.astype("f4").tobytes())  # type: ignore[union-attr]
-        self.program["eye"].value = tuple(view.eye)  # type: ignore[union-attr]
         self.program["plain"].value = float(plain)  # type: ignore[union-attr]
         light = np.clip(worn.light(weights) * 127.5, 0, 255).astype(np.uint8)[..., None]
-        textures = [self._texture(avatar.albedo, 0), self._texture(light, 1)]
+        textures = [self.texture(avatar.albedo), self.texture(light, 1)]
+        for texture in textures:
+            texture.anisotropy = 8.0
         meshes = [(avatar.mesh, state.vertices, state.normals, worn.coordinates(weights))]
         meshes += [(m, v, n, m.uv) for m, (v, n) in zip(avatar.eyeballs, state.eyeballs, strict=True)]
-        for mesh, vertices, normals, uv in meshes:
-            rows = np.hstack([vertices[mesh.corner_vertex], normals[mesh.corner_vertex], uv, mesh.uv]).astype("f4")
-            drawn = [(context.buffer(rows.tobytes()), "3f 3f 2f 2f", "position", "normal", "uv", "rest")]
-            context.vertex_array(self.program, drawn, context.buffer(mesh.corner_triangles.astype("i4").tobytes())).render()
-        image = Image.frombytes("RGB", (width, height), buffer.read(components=3, alignment=1))
-        for thing in (*textures, buffer):
-            thing.release()
-        return image.transpose(Image.Transpose.FLIP_TOP_BOTTOM).resize(size, Image.Resampling.LANCZOS)
 
-    def _texture(self, picture: NDArray[np.uint8], unit: int) -> moderngl.Texture:
-        texels = np.ascontiguousarray(picture[::-1]).tobytes()
-        out = self.context.texture(picture.shape[1::-1], picture.shape[2], texels, alignment=1)
-        out.build_mipmaps()
-        out.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
-        out.anisotropy = 8.0
-        out.use(unit)
-        return out
+        def draw() -> None:
+            for mesh, vertices, normals, uv in meshes:
+                rows = (vertices[mesh.corner_vertex], normals[mesh.corner_vertex], uv, mesh.uv)
+                self.draw(rows, "3f 3f 2f 2f", ("position", "normal", "uv", "rest"), mesh.corner_triangles)
+
+        image = self.expose(view, size, (0.80, 0.815, 0.835), draw)
+        for texture in textures:
+            texture.release()
+        return image

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from docs.pictures.drawing.wrinkle_render import Studio, View
+from docs.pictures.drawing.mesh_render import View
+from docs.pictures.drawing.wrinkle_render import Studio
 from vistel.arrays import U8
 from vistel.figure.figure import Figure
 from vistel.figure.people.builtin import builtin_avatar
