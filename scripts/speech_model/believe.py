@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.voices.speech_sounds import CONDITIONS, Command, Place, commands, other_talk
+from benchmarks.voices.speech_sounds import CONDITIONS, Command, NoisyRoom, commands, other_talk
 from scripts.speech_model import rooms
 from scripts.speech_model.corpus import seeded
 from scripts.speech_model.texts import TRAIN
@@ -43,7 +43,7 @@ def evidence_of(model: Model, grammar: Grammar, said: Sequence[Command], talk: F
     right: list[F64] = []
     wrong: list[F64] = []
     for condition in CONDITIONS:
-        place = Place(condition, [each.sound for each in said[:30]], seed=4)
+        place = NoisyRoom(condition, [each.sound for each in said[:30]], seed=4)
         for each in said:
             recogniser.reset()
             for heard in [*recogniser.feed(place.heard(each.sound)), *recogniser.flush()]:
@@ -53,7 +53,7 @@ def evidence_of(model: Model, grammar: Grammar, said: Sequence[Command], talk: F
     other: list[F64] = []
     for condition, part in zip(("clean", "20 dB"), np.array_split(talk, 2), strict=True):
         recogniser.reset()
-        sound = Place(condition, [each.sound for each in said[:30]], seed=4).heard(part)
+        sound = NoisyRoom(condition, [each.sound for each in said[:30]], seed=4).heard(part)
         for at in range(0, len(sound), RATE // 10):
             other.extend(recogniser.last_evidence for _ in recogniser.feed(sound[at : at + RATE // 10]))
     sounds: list[F64] = []

@@ -1,7 +1,5 @@
 """How a process of a conference joins its bus: with the conference's certificates, and hearing only whom its file knows."""
 
-from __future__ import annotations
-
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.model import RESERVED, Conference
 from vistel.wire.clock import Clock

@@ -1,7 +1,5 @@
 """Reading a conference file; every error names file, line, key and what was expected."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

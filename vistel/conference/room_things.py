@@ -1,7 +1,5 @@
 """What a conference file puts on the table of its room, and whether the props of its sites are in the room."""
 
-from __future__ import annotations
-
 from vistel.conference.model import Conference, RoomSettings, RoomThing
 from vistel.space.room import Extra, meeting_room
 from vistel.space.things.things import PhysicsMaterial

@@ -1,7 +1,5 @@
 """One participant's voice, from messages to sound for a recogniser, when each moment of it was said and how it came."""
 
-from __future__ import annotations
-
 from collections import deque
 from collections.abc import Iterator
 from dataclasses import dataclass

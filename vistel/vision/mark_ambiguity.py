@@ -1,7 +1,5 @@
 """How ambiguous an assignment of spots to marks is, under a joint Gaussian of all marks."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ Both deliver messages as protobuf objects of the topic's type, check `Header.ver
 does not parse: a service never sees a broken message.
 """
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass, field

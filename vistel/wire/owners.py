@@ -5,8 +5,6 @@ A router's access rules (`vistel.wire.zenoh.access`) hold every certificate to t
 the names in those keys belong to. That is asked here, by every subscription, and there only.
 """
 
-from __future__ import annotations
-
 import logging
 import threading
 from collections.abc import Collection, Mapping

@@ -1,7 +1,5 @@
 """Commands whose modules are imported when they are called, so that `vistel --help` imports none of them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass

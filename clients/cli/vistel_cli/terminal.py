@@ -1,5 +1,7 @@
 """What the command prints: results on standard output, errors in one line on standard error."""
 
+from __future__ import annotations
+
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 

@@ -8,8 +8,6 @@ The rigid component is stepped semi-implicitly in small equal substeps, on linea
 system keeps both to rounding; the deformable component follows from where the bodies are. Values in, values out.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -78,7 +76,7 @@ class SoftRoom:
         materials: Mapping[str, Material] | None = None,
         gravity: tuple[float, float, float] = (0.0, -9.81, 0.0),
         surface: ContactParameters | None = None,
-    ) -> SoftRoom:
+    ) -> "SoftRoom":
         """Things where they begin; velocity: of some of them, by id [m/s]. Things of mass 0 stay where they are."""
         s = solids(tuple(things))
         moving = velocity or {}
@@ -99,7 +97,7 @@ class SoftRoom:
         """The bodies' ids, in order."""
         return tuple(t.id for t in self.solids.things)
 
-    def step(self, dt: float) -> SoftRoom:
+    def step(self, dt: float) -> "SoftRoom":
         """The room `dt` seconds later: any dt, cut into substeps; then dents are pressed and constraints torn."""
         count = max(1, math.ceil(dt / self._substep() - 1e-9))
         state = _State(self)

@@ -12,8 +12,6 @@ How a topic travels:
 - Presence: Zenoh liveliness tokens, which go when a process goes (a frozen one after the lease of 2 s).
 """
 
-from __future__ import annotations
-
 # zenoh's stubs leave return types out
 # pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
 import asyncio
@@ -82,7 +80,7 @@ class Router:
         tls: TlsFiles | tuple[str, str, str] | None = None,
         access: Json | None = None,
         connect: Sequence[str] = (),
-    ) -> Router:
+    ) -> "Router":
         """Listen on `listen` ("tcp/host:port", "tls/host:port"), by default on a free port of the loopback interface.
 
         access: who may publish what (`vistel.wire.zenoh.access`). connect: further routers to join. Raises BusError.
@@ -143,7 +141,7 @@ class ZenohBus:
         connect_s: float = 10.0,
         stale_after_ns: int | None = STALE_AFTER_NS,
         owners: Owners | None = None,
-    ) -> ZenohBus:
+    ) -> "ZenohBus":
         """Connect to the first router of `endpoints` that answers within `connect_s`. Raises BusError.
 
         tls: (ca, certificate, key) files. stale_after_ns: None shows late motion too (for a reader of the

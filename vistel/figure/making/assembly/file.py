@@ -1,7 +1,5 @@
 """The file that says which scan is which part of somebody, how the parts lie and where they are joined."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Annotated
 
@@ -39,7 +37,7 @@ class PartFile(_Model):
     """Whether landmarks may change its size too."""
 
     @model_validator(mode="after")
-    def _one_way(self) -> PartFile:
+    def _one_way(self) -> "PartFile":
         if self.landmarks and (any(self.turn) or any(self.move)):
             raise ValueError("give landmarks, or turn and move, not both")
         if 0 < len(self.landmarks) < 3:
@@ -80,7 +78,7 @@ class Assembly(_Model):
     """Joints are found wherever the open ends of two parts face each other; here stands what is to be other than that."""
 
     @model_validator(mode="after")
-    def _known(self) -> Assembly:
+    def _known(self) -> "Assembly":
         names = [p.part for p in self.parts]
         twice = sorted({n for n in names if names.count(n) > 1})
         if twice:

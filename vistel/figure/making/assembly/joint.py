@@ -6,8 +6,6 @@ come out as they were, without the swelling of a plain sum, and ends that do not
 is polygonised there, and polygons outside the zone are kept (Singh §3.3.4).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -182,7 +180,7 @@ def blended(
     return Blended(out[0], out[1], out[2], out[3], mesh.residual)
 
 
-def _as_scanned(points: F64, collars: tuple[_Collar, _Collar], frame: JointFrame) -> F64:
+def _as_scanned(points: F64, collars: "tuple[_Collar, _Collar]", frame: JointFrame) -> F64:
     """Kept vertices outside the zone back where they were before they were smoothed."""
     out = points.copy()
     for collar, way in zip(collars, (-1.0, 1.0), strict=True):
@@ -207,7 +205,7 @@ class _Collar:
     margin: float
     scan: F64
 
-    def flipped(self) -> _Collar:
+    def flipped(self) -> "_Collar":
         turn = np.array((1.0, -1.0, -1.0))
         return _Collar(_flipped(self.piece), self.centre * turn, self.margin, self.scan * turn)
 

@@ -1,8 +1,6 @@
 """The edited document: an avatar's sets of wrinkles as the page holds them. Each set is checked by itself, so that a fault
 names its set."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
