@@ -94,14 +94,14 @@ async def _main(args: argparse.Namespace) -> int:
     bus: ZenohBus | None = None
     try:
         async with background.service("process") as process:
+            if args.alive is not None:
+                process.start(alive.report(args.alive), "sign of life")
             began = time.perf_counter()
             bus = await connect(conference, plan.site, clock, *args.hub)
             log.info("bus joined took_ms=%.0f", (time.perf_counter() - began) * 1e3)
             port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
             process.start(run_process(conference, plan, paths, bus, clock), "services")
             process.start(_heartbeat(plan, port, bus, clock), "heartbeat")
-            if args.alive is not None:
-                process.start(alive.report(args.alive), "sign of life")
             if "renderer" in plan.services and os.getpgrp() == os.getpid():
                 process.start(_give_way(GIVE_WAY_AFTER_S), "priority")
             if isinstance(clock, SystemClock):

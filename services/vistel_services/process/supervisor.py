@@ -25,6 +25,8 @@ RESTART_MOST_S = 5.0
 """The longest back-off [s]."""
 SILENT_S = 60.0
 """A process whose event loop gave no sign of life for so long hangs [s]. Generous: a machine may be overloaded."""
+STARTING_S = 300.0
+"""As SILENT_S, before its first sign of life: until then it loads its modules, which a slow disk and busy cores can draw out [s]."""
 ABORT_S = 2.0
 """How long a process that hangs may take to write down what it was doing [s]."""
 STEADY_S = 10.0
@@ -63,13 +65,18 @@ class Child:
 
 
 class Supervisor:
-    """Runs `specs`; each process's output goes to `log_folder`/NAME.log. `fork_server`: stopped with the rest. `silent_s`: see
-    SILENT_S."""
+    """Runs `specs`; each process's output goes to `log_folder`/NAME.log. `fork_server`: stopped with the rest. `silent_s`,
+    `starting_s`: see SILENT_S, STARTING_S."""
 
     def __init__(
-        self, specs: Sequence[ProcessSpec], log_folder: Path, fork_server: ForkServer | None = None, silent_s: float = SILENT_S
+        self,
+        specs: Sequence[ProcessSpec],
+        log_folder: Path,
+        fork_server: ForkServer | None = None,
+        silent_s: float = SILENT_S,
+        starting_s: float = STARTING_S,
     ) -> None:
-        self._silent_s = silent_s
+        self._silent_s, self._starting_s = silent_s, starting_s
         self.children = {s.name: Child(s) for s in specs}
         self._folder = log_folder
         self._tasks: dict[str, asyncio.Task[None]] = {}
@@ -137,18 +144,18 @@ class Supervisor:
 
     async def _watchdog(self, spec: ProcessSpec, process: Process) -> None:
         """End `process` when it has fallen silent. Looks are counted, not time: while this process is paused, or the machine
-        sleeps, nobody counts as silent. What starts is not watched before its first sign of life."""
+        sleeps, nobody counts as silent."""
         if spec.alive is None:
             return
         period_s = min(alive.PERIOD_S, self._silent_s / 4)
         before = seen = alive.last(spec.alive)
-        silent = 0
-        while silent * period_s < self._silent_s:
+        silent, most_s = 0, self._starting_s
+        while silent * period_s < most_s:
             await asyncio.sleep(period_s)
             last = alive.last(spec.alive)
-            silent = silent + 1 if last == seen != before else 0
-            seen = last
-        log.error("event=process_hangs process=%s silent_s=%.0f log=%s", spec.name, self._silent_s, self.log_file(spec.name))
+            silent, seen = silent + 1 if last == seen else 0, last
+            most_s = self._starting_s if seen == before else self._silent_s
+        log.error("event=process_hangs process=%s silent_s=%.0f log=%s", spec.name, most_s, self.log_file(spec.name))
         with contextlib.suppress(ProcessLookupError):
             process.send_signal(signal.SIGABRT)
             await asyncio.sleep(ABORT_S)

@@ -142,3 +142,15 @@ def test_a_process_whose_loop_hangs_writes_down_where_before_it_is_started_again
         await supervisor.stop()
 
     asyncio.run(scene())
+
+
+def test_a_process_that_hangs_before_its_first_sign_of_life_is_started_again(tmp_path: Path) -> None:
+    async def scene() -> None:
+        never = ProcessSpec("never", (sys.executable, "-c", "import time; time.sleep(3600)"), alive=tmp_path / "alive" / "never")
+        supervisor = Supervisor([never], tmp_path / "logs", silent_s=0.2, starting_s=1.0)
+        await supervisor.start()
+        await until(lambda: supervisor.children["never"].restarts)
+        assert supervisor.children["never"].exits[0] == -signal.SIGABRT
+        await supervisor.stop()
+
+    asyncio.run(scene())
