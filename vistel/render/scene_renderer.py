@@ -24,7 +24,7 @@ from vistel.render.figures.gpu_deform import open_deformer
 from vistel.render.figures.people import load_figure
 from vistel.render.gl.antialias import antialias
 from vistel.render.gl.context import open_surface
-from vistel.render.interaction import WindowSystem
+from vistel.render.interaction.interface import WindowSystem
 from vistel.render.overlays.gauges import Rate, rows_of
 from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView

@@ -18,6 +18,10 @@ from prometheus_client import Gauge
 from vistel.conference.model import RoomSettings as RoomKeys
 from vistel.render.figures.figures import DrawableFigure
 from vistel.render.gl.context import NoOpenGlError
+from vistel.render.interaction.navigation import Deflection
+from vistel.render.interaction.requests import DrawingRequest, Request
+from vistel.render.interaction.status import ConferenceStatus
+from vistel.render.interaction.window_interaction import WindowInteraction
 from vistel.render.preparation import decor_of
 from vistel.render.resolution import Resolution
 from vistel.render.scene_renderer import SceneRenderer
@@ -26,12 +30,8 @@ from vistel.render.view.view import View
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Model
-from vistel_services.renderer.window.desk import Desk
-from vistel_services.renderer.window.facts import Facts
-from vistel_services.renderer.window.navigation import Puck
 from vistel_services.renderer.window.presenter import DesktopWindows
 from vistel_services.renderer.window.window import Pane
-from vistel_services.renderer.window.wishes import Draw, Wish
 
 log = logging.getLogger("vistel.renderer")
 
@@ -66,16 +66,16 @@ class DrawingThread:
         self._resolution = None if whole else Resolution(rate, view.height)
         self._renderer: SceneRenderer | None = None
         self._retry_ns = 0
-        self._wishes: list[Wish] = []
-        self._set: Desk | None = None
-        self.puck = Puck()
+        self._requests: list[Request] = []
+        self._set: WindowInteraction | None = None
+        self.deflection = Deflection()
         """How the 3D mouse is pushed."""
-        self.facts = Facts()
+        self.status = ConferenceStatus()
         """What the window shows beside its picture."""
 
-    def wishes(self) -> list[Wish]:
+    def requests(self) -> list[Request]:
         """What somebody at the window has asked for since the last call."""
-        out, self._wishes = self._wishes, []
+        out, self._requests = self._requests, []
         return out
 
     async def draw(self, instant: Instant) -> NDArray[np.uint8] | None:
@@ -113,10 +113,10 @@ class DrawingThread:
         renderer, self._renderer = self._renderer, None
         if renderer is None:
             return
-        if (desk := _desk(renderer)) is not None:
-            desk.leave()
-            self._wishes += [wish for wish in desk.wishes() if not isinstance(wish, Draw)]
-            self._set = desk
+        if (interaction := _interaction(renderer)) is not None:
+            interaction.leave()
+            self._requests += [request for request in interaction.requests() if not isinstance(request, DrawingRequest)]
+            self._set = interaction
         with contextlib.suppress(Exception):  # of a context that is gone, nothing can be given back
             renderer.close()
 
@@ -141,8 +141,8 @@ class DrawingThread:
             began = time.perf_counter()
             windows = DesktopWindows(self._view, self._panes, f"VISTEL {self._site}") if self._panes else None
             self._renderer = SceneRenderer(self._view, self._seats, self._load, self._decor(), self._models, windows)
-            if (desk := _desk(self._renderer)) is not None and self._set is not None:
-                desk.go_on(self._set)
+            if (interaction := _interaction(self._renderer)) is not None and self._set is not None:
+                interaction.go_on(self._set)
             found = self._renderer.capability
             log.info(
                 "event=drawing_with renderer=%r version=%d software=%s window=%s size=%dx%d setup_ms=%.0f",
@@ -156,14 +156,14 @@ class DrawingThread:
             )
             return None
         began_ns = time.perf_counter_ns()
-        desk = _desk(self._renderer)
-        if desk is not None:
-            desk.facts, desk.puck = self.facts, self.puck
+        interaction = _interaction(self._renderer)
+        if interaction is not None:
+            interaction.status, interaction.deflection = self.status, self.deflection
         picture = self._renderer.render(instant)
         if self._resolution is not None and self._renderer.complete:
             self._follow(self._renderer, self._resolution, time.perf_counter_ns(), began_ns)
-        if desk is not None:
-            self._fulfil(self._renderer, desk)
+        if interaction is not None:
+            self._apply(self._renderer, interaction)
         if self._renderer is None:
             return picture
         if self._renderer.closed_by_user:
@@ -172,19 +172,19 @@ class DrawingThread:
             self._panes = ()
         return picture
 
-    def _fulfil(self, renderer: SceneRenderer, desk: Desk) -> None:
+    def _apply(self, renderer: SceneRenderer, interaction: WindowInteraction) -> None:
         """Do what somebody at the window wants of the picture; keep the other requests."""
-        for wish in desk.wishes():
-            if not isinstance(wish, Draw):
-                self._wishes.append(wish)
+        for request in interaction.requests():
+            if not isinstance(request, DrawingRequest):
+                self._requests.append(request)
                 continue
-            if wish.scale is not None:
-                self._resolution = None if wish.scale else Resolution(self._rate, self._view.height)
-                renderer.draw_at(wish.scale or 1.0)
-            if wish.light is not None:
-                self._light(renderer, desk, wish.light)
+            if request.scale is not None:
+                self._resolution = None if request.scale else Resolution(self._rate, self._view.height)
+                renderer.draw_at(request.scale or 1.0)
+            if request.light is not None:
+                self._light(renderer, interaction, request.light)
 
-    def _light(self, renderer: SceneRenderer, desk: Desk, light: str) -> None:
+    def _light(self, renderer: SceneRenderer, interaction: WindowInteraction, light: str) -> None:
         """Draw in another light; where that cannot be set up, as before."""
         began = time.perf_counter()
         try:
@@ -192,7 +192,7 @@ class DrawingThread:
         except Exception as e:
             now = "fine" if renderer.painter.fine else "fast"
             log.warning("event=light_not_changed wanted=%s reason=%r using=%s", light, str(e), now)
-            desk.choices = replace(desk.choices, light=now)
+            interaction.choices = replace(interaction.choices, light=now)
             return
         self._view = replace(self._view, light=light)
         log.info("event=light now=%s setup_ms=%.0f", light, (time.perf_counter() - began) * 1e3)
@@ -207,6 +207,6 @@ class DrawingThread:
             log.info("event=resolution scale=%.2f took_ms=%.0f", scale, (now_ns - began_ns) * 1e-6)
 
 
-def _desk(renderer: SceneRenderer) -> Desk | None:
+def _interaction(renderer: SceneRenderer) -> WindowInteraction | None:
     """What somebody does at the windows (`DesktopWindows.interaction` makes nothing else); None without any."""
-    return renderer.interaction if isinstance(renderer.interaction, Desk) else None
+    return renderer.interaction if isinstance(renderer.interaction, WindowInteraction) else None

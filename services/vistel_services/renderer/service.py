@@ -16,6 +16,7 @@ from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.render.config import RenderConfig, render_config
 from vistel.render.figures.people import load_figure
+from vistel.render.interaction.requests import CommandRequest, Drag, Drop, RecordRequest, Request
 from vistel.render.stage.stage import Instant, Stage
 from vistel.render.view.screens import boxes
 from vistel.render.view.view import View
@@ -36,7 +37,6 @@ from vistel_services.renderer.room_deliveries import RoomDeliveries
 from vistel_services.renderer.window.space_mouse import SpaceMouse
 from vistel_services.renderer.window.window import Pane
 from vistel_services.renderer.window.wire import WindowWire
-from vistel_services.renderer.window.wishes import Ask, Carry, LetGo, Record, Wish
 
 log = logging.getLogger("vistel.renderer")
 
@@ -191,14 +191,14 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             if wire is not None and mouse is not None:
                 wire.take()
                 mouse.look()
-                drawing.puck = mouse.puck
-                drawing.facts = wire.facts.now(instant.now_ns, outputs.film)
+                drawing.deflection = mouse.deflection
+                drawing.status = wire.status.now(instant.now_ns, outputs.film)
             furnished = drawing.furnished
             picture = await drawing.draw(instant)
             if drawing.furnished and not furnished and not first.logged:
                 first.done("setting_up")
             if wire is not None:
-                _grant(drawing.wishes(), wire, outputs, instant.now_ns)
+                _carry_out(drawing.requests(), wire, outputs, instant.now_ns)
             if picture is not None:
                 done_ns = clock.now_ns()
                 first.shown(len(instant.people), drawing.stand_ins)
@@ -218,19 +218,19 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         await asyncio.shield(_wind_up(drawing, outputs, thread))
 
 
-def _grant(wishes: Sequence[Wish], wire: WindowWire, outputs: Outputs, now_ns: int) -> None:
+def _carry_out(requests: Sequence[Request], wire: WindowWire, outputs: Outputs, now_ns: int) -> None:
     """What somebody at the window wants that is not the picture's business."""
-    for wish in wishes:
-        if isinstance(wish, Ask):
-            wire.ask(wish)
-        elif isinstance(wish, Carry):
-            wire.carry(wish)
-        elif isinstance(wish, LetGo):
-            wire.let_go(wish)
-        elif isinstance(wish, Record):
-            fault = outputs.record(wish.on)
+    for request in requests:
+        if isinstance(request, CommandRequest):
+            wire.ask(request)
+        elif isinstance(request, Drag):
+            wire.drag(request)
+        elif isinstance(request, Drop):
+            wire.drop(request)
+        elif isinstance(request, RecordRequest):
+            fault = outputs.record(request.on)
             if fault:
-                wire.facts.notice(fault, now_ns, amiss=True)
+                wire.status.notice(fault, now_ns, warning=True)
 
 
 async def _wind_up(drawing: DrawingThread, outputs: Outputs, thread: ThreadPoolExecutor) -> None:

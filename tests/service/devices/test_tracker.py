@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from device_site import STATE, DeviceSite, quiet_fastrak, quiet_glove, run
+from vistel_services.tracker.decoder import FastrakDecoder
 
 from vistel.conference.devices import TrackerConfig
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame, TrackerReceiver
 from vistel.wire.raw_bytes import reads_of
-from vistel_services.tracker.decoder import FastrakDecoder
 from vistel_sim.faults import Fault
 
 T = "ann-tracker"

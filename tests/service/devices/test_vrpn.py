@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from device_site import HAND, STATE, DeviceSite, pose, run
+from vistel_services.tracker.vrpn import VrpnDecoder
 from waiting import until
 
 from vistel.conference.device_list import Device
@@ -23,7 +24,6 @@ from vistel.v1.device_pb2 import RawBytes, TrackerFrame
 from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
 from vistel_services.devices.service import connect
-from vistel_services.tracker.vrpn import VrpnDecoder
 from vistel_sim.device import Instrument, SimulatedDevice
 from vistel_sim.fastrak import Fastrak
 from vistel_sim.faults import Fault

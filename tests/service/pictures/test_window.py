@@ -126,26 +126,26 @@ def test_a_thing_that_is_clicked_is_selected_and_one_that_is_drawn_goes_there_at
     hands: Hands, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def play(c: Conference) -> None:
-        desk = c.studio.interaction
+        interaction = c.studio.interaction
         x, y = c.pixel("ball")
         hands.move(x, y)
-        await c.until(lambda: desk._hit is not None and desk._hit.thing == "ball", "the ball under the mouse")
+        await c.until(lambda: interaction._hit is not None and interaction._hit.thing == "ball", "the ball under the mouse")
         hands.button(1, True)
         hands.button(1, False)
         await c.until(lambda: dict(c.now.selected).get("aiko") == ("ball",), "the selection, at another site")
         began = c.at("ball").copy()
         hands.button(1, True)
-        await c.until(lambda: desk._carrying is not None, "the ball on the mouse")
+        await c.until(lambda: interaction._dragging is not None, "the ball on the mouse")
         for k in range(1, 11):
             hands.move(x, y - 8 * k)
             await asyncio.sleep(0.03)  # a hand takes time
         await c.until(lambda: c.at("ball")[1] > began[1] + 0.08, "the ball in the air, at another site")
         up = c.at("ball").copy()
-        depth = desk._carrying.depth
+        depth = interaction._dragging.depth
         hands.wheel(2)
-        await c.until(lambda: desk._carrying.depth > depth, "the ball further off")
+        await c.until(lambda: interaction._dragging.depth > depth, "the ball further off")
         hands.button(1, False)
-        await c.until(lambda: desk._carrying is None, "the ball off the mouse")
+        await c.until(lambda: interaction._dragging is None, "the ball off the mouse")
         await c.until(lambda: c.at("ball")[1] < up[1] - 0.04, "the ball fallen")
 
         hands.key("u", True)
@@ -160,11 +160,11 @@ def test_a_thing_that_is_clicked_is_selected_and_one_that_is_drawn_goes_there_at
 
 def test_keys_and_mouse_look_about_and_walk_and_film(hands: Hands, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def play(c: Conference) -> None:
-        desk = c.studio.interaction
+        interaction = c.studio.interaction
         seat = c.studio._from[0].camera.position.copy()
         hands.move(200, 200)
         hands.key("w", True)
-        await c.until(lambda: desk.choices.mode is Mode.FREE, "a walk")
+        await c.until(lambda: interaction.choices.mode is Mode.FREE, "a walk")
         await c.until(lambda: np.linalg.norm(c.studio._from[0].camera.position - seat) > 0.1, "some way")
         hands.key("w", False)
         before = c.studio._from[0].camera.rotation.copy()
@@ -179,14 +179,14 @@ def test_keys_and_mouse_look_about_and_walk_and_film(hands: Hands, tmp_path: Pat
         await c.until(lambda: np.linalg.norm(c.studio._from[0].camera.position - seat) < 0.05, "the seat again")
         hands.key("3", True)
         hands.key("3", False)
-        await c.until(lambda: desk.choices.mode is Mode.ROOM and c.studio._inside == "", "the overview")
+        await c.until(lambda: interaction.choices.mode is Mode.ROOM and c.studio._inside == "", "the overview")
         hands.key("f", True)
         hands.key("f", False)
-        await c.until(lambda: c.studio._inside == "aiko" and desk.choices.mode is Mode.FOLLOW, "somebody's eyes")
+        await c.until(lambda: c.studio._inside == "aiko" and interaction.choices.mode is Mode.FOLLOW, "somebody's eyes")
         for film in ("tokyo.mp4", ""):
             hands.key("F9", True)
             hands.key("F9", False)
-            await c.until(lambda film=film: desk.facts.film == film, "a film, and its end")
+            await c.until(lambda film=film: interaction.status.film == film, "a film, and its end")
 
     played(tmp_path, monkeypatch, play)
     assert (tmp_path / "tokyo.mp4").stat().st_size > 0

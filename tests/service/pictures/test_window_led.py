@@ -14,6 +14,7 @@ from waiting import until
 from world_site import CONFERENCE
 
 from vistel.conference.paths import RunPaths
+from vistel.render.interaction.requests import CommandRequest, Drag, Drop
 from vistel.space import actions as ask
 from vistel.space.things.props import SILENT_NS
 from vistel.v1.device_pb2 import TrackerReceiver
@@ -26,8 +27,7 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services import world
-from vistel_services.renderer.window.wire import LAST_WORDS, WindowWire
-from vistel_services.renderer.window.wishes import Ask, Carry, LetGo
+from vistel_services.renderer.window.wire import DROP_REPEATS, WindowWire
 from vistel_services.world.received import InputCollector
 
 UPRIGHT = np.array((0.0, 0.0, 0.0, 1.0))
@@ -71,14 +71,14 @@ class Site:
         await self.until(lambda: "ball" in self.now.poses, "the room")
         start = self.ball.copy()
         for k in range(1, 11):
-            self.wire.carry(Carry("ball", start + 0.05 * k * UP, UPRIGHT, STILL))
+            self.wire.drag(Drag("ball", start + 0.05 * k * UP, UPRIGHT, STILL))
             await asyncio.sleep(0.02)  # a hand takes time
         top = start + 0.5 * UP
         await self.until(lambda: bool(np.allclose(self.ball, top, atol=1e-3)), "the ball up there, in paris")
         return top
 
-    def deed(self, action: ask.Action) -> None:
-        self.wire.ask(Ask(action))
+    def action(self, action: ask.Action) -> None:
+        self.wire.ask(CommandRequest(action))
 
 
 async def motions(bus: ZenohBus, clock: SystemClock) -> None:
@@ -122,7 +122,7 @@ def test_it_falls_at_once_when_it_is_let_go_of_and_one_undo_brings_it_back_and_o
         start = site.ball.copy()
         top = await site.drawn_up()
         let_go_ns = site.clock.now_ns()
-        site.wire.let_go(LetGo("ball", top, UPRIGHT, STILL))
+        site.wire.drop(Drop("ball", top, UPRIGHT, STILL))
         await site.until(lambda: site.ball[1] < top[1] - 0.02, "the ball falling")
         words = [s for s in site.steps if any(p.let_go for p in s.props)]
         silent = [s for s in site.steps if not s.props and s.header.t_ns > let_go_ns]
@@ -130,19 +130,19 @@ def test_it_falls_at_once_when_it_is_let_go_of_and_one_undo_brings_it_back_and_o
         # Not by silence: since its last word the world has not waited for half a second.
         assert not silent or silent[-1].header.t_ns - words[0].header.t_ns < SILENT_NS
         await site.until(lambda: site.ball[1] < start[1] + 0.1, "the ball down")
-        site.deed(ask.Undo())
+        site.action(ask.Undo())
         await site.until(lambda: bool(np.allclose(site.ball, start, atol=5e-3)), "the ball where it was before")
-        site.deed(ask.Redo())
+        site.action(ask.Redo())
         await site.until(lambda: site.ball[1] > top[1] - 0.1, "the ball up again")
-        site.deed(ask.Undo())
+        site.action(ask.Undo())
         await site.until(lambda: bool(np.allclose(site.ball, start, atol=5e-3)), "the ball back once more")
-        await site.until(lambda: sum(m.let_go for m in site.told) == LAST_WORDS, "all its last words")
+        await site.until(lambda: sum(m.let_go for m in site.told) == DROP_REPEATS, "all its last words")
         assert len({m.header.t_ns for m in site.told if m.let_go}) == 1
 
     played(tmp_path, play)
 
 
-@pytest.mark.parametrize("lost_words", [1, LAST_WORDS])
+@pytest.mark.parametrize("lost_words", [1, DROP_REPEATS])
 def test_when_its_last_word_is_lost_the_next_one_frees_it_and_without_any_silence_does(tmp_path: Path, lost_words: int) -> None:
     gone: list[Prop] = []
 
@@ -154,11 +154,11 @@ def test_when_its_last_word_is_lost_the_next_one_frees_it_and_without_any_silenc
     async def play(site: Site) -> None:
         top = await site.drawn_up()
         start = top - 0.5 * UP
-        site.wire.let_go(LetGo("ball", top, UPRIGHT, STILL))
+        site.wire.drop(Drop("ball", top, UPRIGHT, STILL))
         await site.until(lambda: site.ball[1] < top[1] - 0.02, "the ball falling")
         heard = [p for s in site.steps for p in s.props if p.let_go]
-        assert bool(heard) == (lost_words < LAST_WORDS)
-        site.deed(ask.Undo())
+        assert bool(heard) == (lost_words < DROP_REPEATS)
+        site.action(ask.Undo())
         await site.until(lambda: bool(np.allclose(site.ball, start, atol=5e-3)), "the ball where it was before")
 
     played(tmp_path, play, lost)

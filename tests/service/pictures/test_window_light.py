@@ -77,8 +77,8 @@ async def picture(drawing: DrawingThread, n: int, **how: Any) -> np.ndarray:
 
 async def lit(drawing: DrawingThread, light: str, n: int) -> None:
     """Somebody chooses a light in the panel."""
-    desk = drawing._renderer.interaction
-    desk._chosen(replace(desk.choices, light=light))
+    interaction = drawing._renderer.interaction
+    interaction._chosen(replace(interaction.choices, light=light))
     await drawing.draw(instant(n))
 
 
@@ -90,7 +90,7 @@ def test_the_light_changes_to_and_fro_in_one_window(hands: Hands, caplog: pytest
     async def play(drawing: DrawingThread) -> None:
         studio = drawing._renderer
         fast = await picture(drawing, 10)
-        there, context, desk = windows(hands), studio.painter.ctx, studio.interaction
+        there, context, interaction = windows(hands), studio.painter.ctx, studio.interaction
         with caplog.at_level(logging.INFO, "vistel.renderer"):
             await lit(drawing, "fine", 20)
         assert drawing._renderer is studio and studio.painter.fine
@@ -105,9 +105,9 @@ def test_the_light_changes_to_and_fro_in_one_window(hands: Hands, caplog: pytest
         assert painter.size == (80, 50)
         await drawing._call(studio.draw_at, 1.0)
         assert np.abs(await picture(drawing, 70) - fine).mean() < 0.5
-        assert (windows(hands), studio.painter.ctx, studio.interaction) == (there, context, desk)
+        assert (windows(hands), studio.painter.ctx, studio.interaction) == (there, context, interaction)
         assert hands.screen().any() and studio.painter.error() == "GL_NO_ERROR"
-        assert desk.choices.light == "fine"
+        assert interaction.choices.light == "fine"
         assert len([r for r in caplog.records if "event=light now=fine setup_ms=" in r.message]) == 1
         assert not any("drawing_with" in r.message for r in caplog.records)
 
@@ -122,8 +122,8 @@ def test_who_and_what_goes_while_another_light_is_on_is_gone_in_this_one_too(han
         await lit(drawing, "fine", 30)
         await picture(drawing, 40)
         await picture(drawing, 50, people=False, without="ball")
-        desk = drawing._renderer.interaction
-        desk._chosen(replace(desk.choices, light="fast"))
+        interaction = drawing._renderer.interaction
+        interaction._chosen(replace(interaction.choices, light="fast"))
         for k in range(60, 64):
             drawn = await drawing.draw(instant(k, people=False, without="ball"))
         assert np.abs(drawn[..., :3] - empty).mean() < 0.5

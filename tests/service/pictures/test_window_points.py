@@ -17,6 +17,7 @@ from x_server import Hands, x_server
 from vistel.figure.posture.posture import Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.render.gl.context import open_surface
+from vistel.render.interaction.navigation import Viewpoint
 from vistel.render.painter import Frame, Painter, ThingView
 from vistel.render.view.camera import look_at, overview
 from vistel.render.view.screens import Screen, Stereo, boxes, picture_size, sights_of_screens
@@ -26,7 +27,6 @@ from vistel.space.things.things import ThingPrimitive
 from vistel.wire.clock import SystemClock
 from vistel.wire.shared_pictures import PictureReader
 from vistel_services.renderer.out.outputs import Out, Outputs
-from vistel_services.renderer.window.navigation import Walker
 from vistel_services.renderer.window.presenter import opener
 from vistel_services.renderer.window.window import Pane
 
@@ -86,12 +86,12 @@ def test_a_thing_is_seen_from_ones_seat_from_anywhere_and_through_somebody_elses
             (Mode.FOLLOW, "bruno", eyes_of(p.people["bruno"])),
             (Mode.ROOM, "", overview().position),
         ):
-            p.desk.choices = replace(p.desk.choices, mode=mode, who=who)
+            p.interaction.choices = replace(p.interaction.choices, mode=mode, who=who)
             assert await seen(p) == pytest.approx(eye, abs=2e-3)
-        walked = np.array((-0.7, 1.4, 1.1))
-        p.desk.choices = replace(p.desk.choices, mode=Mode.FREE)
-        p.desk._walker = Walker.at(look_at(walked, BALL + np.array((0.1, 0.05, 0.0)), 0.7))
-        assert await seen(p) == pytest.approx(walked)
+        navigated = np.array((-0.7, 1.4, 1.1))
+        p.interaction.choices = replace(p.interaction.choices, mode=Mode.FREE)
+        p.interaction._viewpoint = Viewpoint.at(look_at(navigated, BALL + np.array((0.1, 0.05, 0.0)), 0.7))
+        assert await seen(p) == pytest.approx(navigated)
 
     played(play, View(WIDTH, HEIGHT, "seat", "aiko", light="fast"))
 

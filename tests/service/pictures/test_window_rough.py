@@ -13,12 +13,12 @@ from window_pictures import HEIGHT, WIDTH, Pictures, played
 from x_server import Hands, x_server
 
 from vistel.render.gl.context import open_surface
+from vistel.render.interaction.requests import Drag, Drop
 from vistel.render.painter import Painter
 from vistel.render.view.view import Mode
 from vistel_services.renderer import drawing_thread
 from vistel_services.renderer.window.presenter import opener
 from vistel_services.renderer.window.window import Pane, chosen_monitor
-from vistel_services.renderer.window.wishes import Carry, LetGo
 
 pytestmark = pytest.mark.gl
 
@@ -69,12 +69,12 @@ def test_a_card_lost_in_the_middle_of_a_drag_gives_a_new_window_with_what_was_se
         x, y = p.at("ball")
         hands.move(x, y)
         hands.button(1, True)
-        await p.until(lambda: p.desk._carrying is not None, "the ball on the mouse")
+        await p.until(lambda: p.interaction._dragging is not None, "the ball on the mouse")
         for k in range(1, 5):
             hands.move(x, y - 6 * k)
             await p.draw()
-        p.desk.choices = replace(p.desk.choices, gauges=True, mode=Mode.FREE)
-        led = [w for w in p.drawing.wishes() if isinstance(w, Carry)]
+        p.interaction.choices = replace(p.interaction.choices, gauges=True, mode=Mode.FREE)
+        led = [w for w in p.drawing.requests() if isinstance(w, Drag)]
         assert led and led[-1].thing == "ball"
         lost = p.drawing._renderer
         with caplog.at_level(logging.ERROR):
@@ -82,8 +82,8 @@ def test_a_card_lost_in_the_middle_of_a_drag_gives_a_new_window_with_what_was_se
             await p.until(lambda: p.drawing._renderer not in (None, lost), "another window")
         await p.draw(3)
         assert hands.screen().std() > 20
-        assert p.desk.choices.gauges and p.desk.choices.mode is Mode.FREE
-        (free,) = [w for w in p.drawing.wishes() if isinstance(w, LetGo)]
+        assert p.interaction.choices.gauges and p.interaction.choices.mode is Mode.FREE
+        (free,) = [w for w in p.drawing.requests() if isinstance(w, Drop)]
         assert free.thing == "ball"
         assert sum("set_up_again" in r.message for r in caplog.records) == 1
 

@@ -59,7 +59,7 @@ class Pictures:
         return self.drawing._renderer._surface.window.window
 
     @property
-    def desk(self) -> Any:
+    def interaction(self) -> Any:
         return self.drawing._renderer.interaction
 
     def at(self, thing: str) -> np.ndarray:

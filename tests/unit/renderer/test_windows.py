@@ -13,8 +13,8 @@ from waiting import wait_until
 from x_server import Hands, x_server
 
 from vistel.render.gl.context import GlContext, NoOpenGlError, open_surface
+from vistel.render.gl.raw_gl import BACK_LEFT, BACK_RIGHT
 from vistel.render.painter import Painter
-from vistel_services.renderer.window.bare_gl import BACK_LEFT, BACK_RIGHT
 from vistel_services.renderer.window.presenter import Presenter, opener
 from vistel_services.renderer.window.window import Pane, Window
 

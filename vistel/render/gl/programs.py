@@ -47,12 +47,13 @@ def vertex_array(
     prog: moderngl.Program,
     content: Sequence[tuple[Any, ...]],
     index: moderngl.Buffer | None = None,
+    index_bytes: int = 4,
     skip_errors: bool = False,
 ) -> moderngl.VertexArray:
-    """`Context.vertex_array` of moderngl, which says no types. content: buffer, layout and names of attributes each; skip_errors:
-    attributes that the program does not use are left out."""
+    """`Context.vertex_array` of moderngl, which says no types. content: buffer, layout and names of attributes each; index_bytes:
+    of one number in `index`; skip_errors: attributes that the program does not use are left out."""
     made: Any = getattr(ctx, "vertex_array")  # noqa: B009  the member has no types
-    return made(prog, content, index, skip_errors=skip_errors)
+    return made(prog, content, index, index_element_size=index_bytes, skip_errors=skip_errors)
 
 
 def as_gl(matrix: NDArray[np.floating]) -> bytes:

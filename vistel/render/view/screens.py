@@ -188,3 +188,13 @@ def _shares(stereo: Stereo, box: Box, frame: int) -> list[tuple[int, Box, Colour
     if stereo is Stereo.SEQUENTIAL:
         return [(frame % 2, box, _ALL)]
     return [(2, box, _ALL)]
+
+
+def fitted(part: Box, size: tuple[int, int], squeezed: bool = False) -> Box:
+    """Where in a window of `size` a picture's part is shown as large as fits, its shape kept. squeezed: it holds two eyes'
+    pictures of full width side by side, each of which gets half the window's."""
+    _, _, w, h = part
+    w = w // 2 if squeezed else w
+    scale = min(size[0] / w, size[1] / h)
+    width, height = round(w * scale), round(h * scale)
+    return (size[0] - width) // 2, (size[1] - height) // 2, width, height

@@ -1,1 +1,1 @@
-"""The renderer's desktop windows: what is done at them by mouse, keyboard and 3D mouse, and the panel beside the picture."""
+"""The renderer's desktop windows: opened, shown on, listened to, and connected to the bus."""

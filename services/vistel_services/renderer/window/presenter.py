@@ -11,13 +11,12 @@ import moderngl
 from vistel.arrays import U8
 from vistel.render.gl.canvas import Canvas
 from vistel.render.gl.context import open_surface
+from vistel.render.gl.raw_gl import BACK, BACK_LEFT, BACK_RIGHT
+from vistel.render.interaction.window_interaction import WindowInteraction
 from vistel.render.painter import Painter
-from vistel.render.view.screens import Box, Stereo
+from vistel.render.view.screens import Box, Stereo, fitted
 from vistel.render.view.view import View, choices_of
 from vistel.space.files.model import Model
-from vistel_services.renderer.window.bare_gl import BACK, BACK_LEFT, BACK_RIGHT
-from vistel_services.renderer.window.desk import Desk
-from vistel_services.renderer.window.placement import fitted
 from vistel_services.renderer.window.window import Pane, Window
 
 _SHOWN_AGAIN_S = 0.05
@@ -66,13 +65,13 @@ class DesktopWindows:
         self._window = Window(self._panes, self._view.stereo is Stereo.QUAD_BUFFER)
         return Presenter(self._window)
 
-    def interaction(self, painter: Painter, models: Mapping[str, Model]) -> Desk:
+    def interaction(self, painter: Painter, models: Mapping[str, Model]) -> WindowInteraction:
         """What somebody does at them."""
         assert self._window is not None, "opened before"
         view = self._view
         choices = replace(choices_of(view), light="fine" if painter.fine else "fast")
         walled, stereo = bool(view.screens), view.stereoscopic
-        return Desk(painter.ctx, self._window, view.eyes, choices, self._title, models, walled=walled, stereo=stereo)
+        return WindowInteraction(painter.ctx, self._window, view.eyes, choices, self._title, models, walled=walled, stereo=stereo)
 
 
 def opener(panes: Sequence[Pane], eyes_apart: bool = False) -> Callable[[], Presenter]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 
 from vistel.protocol.space_mouse import FULL, LOGITECH, THREE_DCONNEXION, SpaceMouseState, after, is_space_mouse
+from vistel.render.interaction.navigation import Deflection
 from vistel.wire.clock import Clock
 from vistel_services.devices.hid_transport import HidDevice, find_hid, open_hid
 from vistel_services.devices.transport import Transport, TransportError
-from vistel_services.renderer.window.navigation import Puck
 
 log = logging.getLogger("vistel.renderer")
 
@@ -19,7 +19,7 @@ STILL = 0.05
 
 
 class SpaceMouse:
-    """Call `look` every so often; `puck` says what it does."""
+    """Call `look` every so often; `deflection` says how it is pushed."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -29,9 +29,9 @@ class SpaceMouse:
         self._looked_ns: int | None = None
 
     @property
-    def puck(self) -> Puck:
+    def deflection(self) -> Deflection:
         """How it is pushed and turned, along and about right, up and towards one."""
-        return Puck(_turned(self._state.push), _turned(self._state.turn))
+        return Deflection(_turned(self._state.push), _turned(self._state.turn))
 
     def look(self) -> None:
         """Look for one where there is none."""

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
+from vistel.render.gl.raw_gl import RawGl
+from vistel.render.interaction.events import Button, Event, FocusLost, Key, Pointer, Text, Wheel
 from vistel.render.view.screens import Box
-from vistel_services.renderer.window.bare_gl import BareGl
-from vistel_services.renderer.window.events import Button, Event, Key, Lost, Pointer, Text, Wheel
 
 log = logging.getLogger("vistel.renderer")
 
@@ -71,7 +71,7 @@ class Window:
             raise NoWindowError("glfw found no usable display")
         self._panes = list(panes)
         self._handles: list[Any] = []
-        self._bare: list[BareGl] = []
+        self._bare: list[RawGl] = []
         self._events: list[Event] = []
         self._at: dict[int, tuple[float, float]] = {}
         self.eyes_apart = eyes_apart
@@ -85,7 +85,7 @@ class Window:
         for handle in self._handles:
             glfw.make_context_current(handle)
             glfw.swap_interval(0)
-            self._bare.append(BareGl(glfw.get_proc_address))
+            self._bare.append(RawGl(glfw.get_proc_address))
         glfw.make_context_current(self._handles[0])
         for number, handle in enumerate(self._handles):
             self._listen(number, handle)
@@ -175,7 +175,7 @@ class Window:
 
     def _focus(self, _handle: Any, focused: int) -> None:
         if not focused:
-            self._events.append(Lost())
+            self._events.append(FocusLost())
 
     def _in_pixels(self, handle: Any, x: float, y: float) -> tuple[float, float]:
         """Window systems that scale count positions in larger units."""
@@ -209,7 +209,7 @@ class Window:
         """Calls of OpenGL go to this window's context from now on."""
         self._glfw.make_context_current(self._handles[number])
 
-    def gl(self, number: int) -> BareGl:
+    def gl(self, number: int) -> RawGl:
         """OpenGL of a window's context."""
         return self._bare[number]
 

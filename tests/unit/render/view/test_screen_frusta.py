@@ -8,13 +8,13 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from vistel.render.gl.context import GlContext
+from vistel.render.interaction.picking import ray_through
 from vistel.render.painter import Frame, Painter, ThingView
 from vistel.render.view.camera import FAR, NEAR
 from vistel.render.view.screens import EYE_DISTANCE, Screen, Stereo, boxes, eyes_apart, sights_of_screens
 from vistel.render.view.wall_pattern import eyes_at
 from vistel.space.things.tessellate import tessellate
 from vistel.space.things.things import ThingPrimitive
-from vistel_services.renderer.window.pointing import ray_through
 
 PIXELS = 0.05
 """No place is drawn further off than this."""
@@ -87,7 +87,7 @@ def test_a_mouse_points_where_the_picture_is(seen: tuple[Screen, np.ndarray], u:
     assert ray is not None
     across, up = screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left
     there = screen.lower_left + u * across + (1.0 - v) * up
-    assert np.linalg.norm(np.cross(there - ray.origin, ray.way)) < 1e-5
+    assert np.linalg.norm(np.cross(there - ray.origin, ray.direction)) < 1e-5
 
 
 @given(viewed(), st.sampled_from([s for s in Stereo if s is not Stereo.SEQUENTIAL]))

@@ -1,14 +1,15 @@
-"""What lets somebody at a window act on the pictures that are drawn. A service that has windows provides it."""
+"""What the engine needs of windows at which somebody acts on the pictures. A service that has windows provides it."""
 
 from collections.abc import Mapping
 from typing import Protocol
 
 from vistel.render.gl.context import GlWindow
+from vistel.render.interaction.events import Event
 from vistel.render.painter import Painter
 from vistel.render.stage.stage import Instant
 from vistel.render.things.outlines import Outline
 from vistel.render.view.camera import Camera
-from vistel.render.view.screens import Sight
+from vistel.render.view.screens import Box, Sight
 from vistel.render.view.view import Choices
 from vistel.space.files.model import Model
 
@@ -46,6 +47,25 @@ class Interaction(Protocol):
 
     def close(self) -> None:
         """Give everything back."""
+        ...
+
+
+class InputWindow(Protocol):
+    """Windows that take input."""
+
+    eyes_apart: bool
+    """Each window shows the two eyes' pictures in one place."""
+
+    def events(self) -> list[Event]:
+        """What keyboard and mouse did since the last call."""
+        ...
+
+    def size(self, number: int = 0) -> tuple[int, int]:
+        """Of a window's picture [pixels]; a 0 in it while it is minimised."""
+        ...
+
+    def parts(self, size: tuple[int, int]) -> list[Box]:
+        """What each window shows of a picture of `size`."""
         ...
 
 

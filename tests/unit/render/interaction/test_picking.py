@@ -10,15 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.geometry.pose import Pose
+from vistel.render.interaction.dragging import Dragging
+from vistel.render.interaction.picking import Hit, Ray, Targets, on_plane, ray_through
+from vistel.render.interaction.requests import Drop
 from vistel.render.view.camera import look_at
-from vistel.render.view.screens import Screen, Sight, Stereo, sights_of_screens
+from vistel.render.view.screens import Screen, Sight, Stereo, fitted, sights_of_screens
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate, tessellate_thing
 from vistel.space.things.things import ThingPrimitive
-from vistel_services.renderer.window.carrying import Carrying
-from vistel_services.renderer.window.placement import fitted
-from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane, ray_through
-from vistel_services.renderer.window.wishes import LetGo
 
 WIDTH, HEIGHT = 640, 400
 EYE = look_at(np.array((0.1, 1.3, -0.9)), np.array((0.0, 0.8, 0.1)), 0.9)
@@ -38,7 +37,7 @@ def test_the_ray_of_the_pixel_where_a_place_is_drawn_goes_through_it(x: float, y
     ray = ray_through([Sight(EYE)], u, v, (WIDTH, HEIGHT))
     assert ray is not None
     away = place - ray.origin
-    assert np.linalg.norm(np.cross(away, ray.way)) < 1e-6
+    assert np.linalg.norm(np.cross(away, ray.direction)) < 1e-6
 
 
 def test_on_a_wall_of_screens_a_mouse_points_through_the_screen_and_the_eye_it_is_over() -> None:
@@ -62,11 +61,11 @@ def test_the_first_of_two_things_in_a_row_is_met_and_only_within_its_surface() -
     targets.put("far", [tessellate(ThingPrimitive("sphere", (0.05,)), 1.0)])
     poses = {"ball": (np.array((0.0, 1.0, 1.0)), UPRIGHT), "far": (np.array((0.0, 1.0, 2.0)), UPRIGHT)}
     for up, met in ((0.0, "ball"), (0.048, "ball"), (0.052, None), (-0.2, None)):
-        hit = targets.met(Ray(np.array((0.0, 1.0 + up, 0.0)), np.array((0.0, 0.0, 1.0))), poses)
+        hit = targets.first_hit(Ray(np.array((0.0, 1.0 + up, 0.0)), np.array((0.0, 0.0, 1.0))), poses)
         assert (hit.thing if hit else None) == met
-    hit = targets.met(Ray(np.array((0.0, 1.0, 0.0)), np.array((0.0, 0.0, 1.0))), poses)
+    hit = targets.first_hit(Ray(np.array((0.0, 1.0, 0.0)), np.array((0.0, 0.0, 1.0))), poses)
     assert hit is not None and hit.distance == pytest.approx(0.95, abs=0.003)
-    behind = targets.met(Ray(np.array((0.0, 1.0, 3.0)), np.array((0.0, 0.0, 1.0))), poses)
+    behind = targets.first_hit(Ray(np.array((0.0, 1.0, 3.0)), np.array((0.0, 0.0, 1.0))), poses)
     assert behind is None
 
 
@@ -81,9 +80,9 @@ def test_every_loose_thing_of_the_room_is_met_where_it_stands_and_the_table_from
         if thing.shape == "ring":
             continue  # there is nothing in its middle
         from_above = Ray(thing.position + np.array((0.0, 1.0, 0.0)), np.array((0.0, -1.0, 0.0)))
-        hit = targets.met(from_above, poses)
+        hit = targets.first_hit(from_above, poses)
         assert hit is not None and hit.thing == thing.id
-    table = targets.met(Ray(np.array((0.0, 2.0, 0.35)), np.array((0.0, -1.0, 0.0))), {"table": poses["table"]})
+    table = targets.first_hit(Ray(np.array((0.0, 2.0, 0.35)), np.array((0.0, -1.0, 0.0))), {"table": poses["table"]})
     assert table is not None and table.place[1] == pytest.approx(0.74, abs=0.03)
 
 
@@ -92,11 +91,11 @@ def test_a_thing_on_the_mouse_follows_it_and_stands_on_what_is_under_it() -> Non
     targets.put("table", [tessellate(ThingPrimitive("superellipsoid", (0.6, 0.02, 0.6, 0.2, 0.2)), 1.0)])
     poses = {"ball": (np.array((0.0, 0.95, 0.0)), UPRIGHT), "table": (np.array((0.0, 0.7, 0.0)), UPRIGHT)}
     hit = Hit("ball", poses["ball"][0] + np.array((0.0, 0.0, -0.05)), 1.0)
-    carrying = Carrying.begin(hit, EYE, poses["ball"], 0)
+    dragging = Dragging.begin(hit, EYE, poses["ball"], 0)
 
     def led(place: np.ndarray, t_ns: int) -> np.ndarray:
         way = place - EYE.position
-        return carrying.lead(Ray(EYE.position, way / np.linalg.norm(way)), EYE, targets, poses, t_ns).position
+        return dragging.move_to(Ray(EYE.position, way / np.linalg.norm(way)), EYE, targets, poses, t_ns).position
 
     aside = hit.place + 0.1 * EYE.rotation[:, 0]
     assert led(aside, 20_000_000) == pytest.approx(poses["ball"][0] + 0.1 * EYE.rotation[:, 0], abs=1e-6)
@@ -104,22 +103,22 @@ def test_a_thing_on_the_mouse_follows_it_and_stands_on_what_is_under_it() -> Non
     assert down[1] == pytest.approx(0.72 + 0.05, abs=0.004)  # on the table, not in it
     far = led(EYE.position + 50.0 * EYE.rotation[:, 0] - EYE.rotation[:, 2], 60_000_000)
     assert math.hypot(far[0], far[2]) <= 4.51
-    depth = carrying.depth
-    carrying.nearer(-3)
-    assert carrying.depth < depth
+    depth = dragging.depth
+    dragging.nearer(-3)
+    assert dragging.depth < depth
 
 
 def test_a_thing_that_does_not_come_along_is_let_go_of_and_one_that_comes_late_is_not() -> None:
-    carrying = Carrying("ball", np.zeros(3), UPRIGHT, np.zeros(3), 1.0, 0)
+    dragging = Dragging("ball", np.zeros(3), UPRIGHT, np.zeros(3), 1.0, 0)
     targets, poses = ball(), {"ball": (np.zeros(3), UPRIGHT)}
     for k in range(1, 40):
         aim = np.array((0.03 * k, 1.0, -1.0))
         way = aim - EYE.position
-        carrying.lead(Ray(EYE.position, way / np.linalg.norm(way)), EYE, targets, poses, k * 30_000_000)
+        dragging.move_to(Ray(EYE.position, way / np.linalg.norm(way)), EYE, targets, poses, k * 30_000_000)
         if k == 20:
-            late = carrying.position.copy()
-    assert not carrying.lost(late, 40 * 30_000_000)
-    assert carrying.lost(np.array((3.0, 1.0, 3.0)), 40 * 30_000_000 + 800_000_000)
+            late = dragging.position.copy()
+    assert not dragging.lost(late, 40 * 30_000_000)
+    assert dragging.lost(np.array((3.0, 1.0, 3.0)), 40 * 30_000_000 + 800_000_000)
 
 
 def test_a_picture_is_shown_as_large_as_fits_and_two_eyes_squeezed_into_the_shape_of_one() -> None:
@@ -129,16 +128,16 @@ def test_a_picture_is_shown_as_large_as_fits_and_two_eyes_squeezed_into_the_shap
     assert fitted((0, 0, 1280, 360), (640, 360), squeezed=True) == (0, 0, 640, 360)
 
 
-def led_along(speeds: list[float], every_ns: int = 30_000_000) -> LetGo:
+def led_along(speeds: list[float], every_ns: int = 30_000_000) -> Drop:
     """What is let go of after a mouse went to the right at these speeds [m/s], one picture each."""
     across, far, middle = EYE.rotation[:, 0], 0.0, EYE.position - EYE.rotation[:, 2]
-    carrying = Carrying("ball", middle, UPRIGHT, np.zeros(3), 1.0, 0)
+    dragging = Dragging("ball", middle, UPRIGHT, np.zeros(3), 1.0, 0)
     targets, poses = ball(), {"ball": (middle, UPRIGHT)}
     for k, speed in enumerate(speeds, 1):
         far += speed * every_ns * 1e-9
         way = middle + far * across - EYE.position
-        carrying.lead(Ray(EYE.position, way / np.linalg.norm(way)), EYE, targets, poses, k * every_ns)
-    return carrying.let_go()
+        dragging.move_to(Ray(EYE.position, way / np.linalg.norm(way)), EYE, targets, poses, k * every_ns)
+    return dragging.drop()
 
 
 @pytest.mark.parametrize("every_ms", [4, 16, 33, 250])
@@ -151,4 +150,4 @@ def test_what_is_let_go_of_flies_as_it_was_led_last_however_slow_pictures_are(ev
 
 def test_it_flies_no_faster_than_something_thrown() -> None:
     assert np.linalg.norm(led_along([50.0] * 2).velocity) == pytest.approx(4.0)
-    assert not Carrying("ball", np.zeros(3), UPRIGHT, np.zeros(3), 1.0, 0).let_go().velocity.any()
+    assert not Dragging("ball", np.zeros(3), UPRIGHT, np.zeros(3), 1.0, 0).drop().velocity.any()

@@ -32,9 +32,9 @@ LOWEST = 0.15
 """The eyes are no lower than this [m]."""
 HIGHEST = 3.2
 """The eyes are no higher than this [m]."""
-PUCK_SPEED = 1.5
+MOUSE_SPEED = 1.5
 """Speed with a 3D mouse pushed as far as it goes [m/s]."""
-PUCK_TURN = 1.8
+MOUSE_TURN = 1.8
 """Turning with a 3D mouse turned as far as it goes [rad/s]."""
 MOST_S = 0.1
 """A picture that took longer than this moves one no further."""
@@ -52,7 +52,7 @@ _TURNS: Mapping[str, tuple[float, float]] = {"left": (1.0, 0.0), "right": (-1.0,
 
 
 @dataclass(frozen=True)
-class Puck:
+class Deflection:
     """How a 3D mouse is pushed and turned, each -1 to 1. push: to the right, up, towards one; turn: about these axes."""
 
     push: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -65,7 +65,7 @@ class Puck:
 
 
 @dataclass(frozen=True)
-class Walker:
+class Viewpoint:
     """position: (3,) of the eyes [m]; heading: about +Y, 0 looks along -Z; pitch: upwards [rad]; field_of_view: of the
     picture's height [rad]."""
 
@@ -75,12 +75,12 @@ class Walker:
     field_of_view: float = ROOM_FIELD_OF_VIEW
 
     @staticmethod
-    def at(camera: Camera) -> Walker:
+    def at(camera: Camera) -> Viewpoint:
         """One who sees what `camera` sees, upright."""
         ahead = -camera.rotation[:, 2]
         pitch = math.asin(max(-1.0, min(1.0, float(ahead[1]))))
         heading = math.atan2(-float(ahead[0]), -float(ahead[2]))
-        return Walker(np.array(camera.position), heading, max(-STEEPEST, min(STEEPEST, pitch)), camera.field_of_view)
+        return Viewpoint(np.array(camera.position), heading, max(-STEEPEST, min(STEEPEST, pitch)), camera.field_of_view)
 
     @property
     def ahead(self) -> F64:
@@ -93,7 +93,7 @@ class Walker:
         """What one sees."""
         return look_at(self.position, self.position + self.ahead, self.field_of_view)
 
-    def turned(self, heading: float, pitch: float) -> Walker:
+    def turned(self, heading: float, pitch: float) -> Viewpoint:
         """Having turned to the left and upwards [rad]."""
         return replace(
             self,
@@ -101,12 +101,12 @@ class Walker:
             pitch=max(-STEEPEST, min(STEEPEST, self.pitch + pitch)),
         )
 
-    def zoomed(self, notches: float) -> Walker:
+    def zoomed(self, notches: float) -> Viewpoint:
         """Seeing less, and that larger, for positive `notches`."""
         wanted = self.field_of_view * ZOOM**notches
         return replace(self, field_of_view=max(NARROWEST, min(WIDEST, wanted)))
 
-    def gone(self, right: float, up: float, back: float) -> Walker:
+    def moved(self, right: float, up: float, back: float) -> Viewpoint:
         """Having walked so far [m]: right and back along the floor, whichever way one looks; never out of the room."""
         c, s = math.cos(self.heading), math.sin(self.heading)
         x = float(self.position[0]) + c * right + s * back
@@ -118,20 +118,20 @@ class Walker:
         return replace(self, position=np.array((x, y, z)))
 
 
-def walked(walker: Walker, keys: Set[str], puck: Puck, seconds: float) -> Walker:
+def navigated(viewpoint: Viewpoint, keys: Set[str], deflection: Deflection, seconds: float) -> Viewpoint:
     """After `seconds` with these keys held down and the 3D mouse pushed so."""
     dt = max(0.0, min(MOST_S, seconds))
     way = np.sum([_WAYS[k] for k in keys if k in _WAYS] or [(0.0, 0.0, 0.0)], axis=0)
     length = float(np.linalg.norm(way))
     speed = RUN if "shift" in keys else WALK
-    step = dt * (speed * way / max(1.0, length) + PUCK_SPEED * np.array(puck.push))
+    step = dt * (speed * way / max(1.0, length) + MOUSE_SPEED * np.array(deflection.push))
     heading, pitch = np.sum([_TURNS[k] for k in keys if k in _TURNS] or [(0.0, 0.0)], axis=0)
-    turned = walker.turned(
-        dt * (TURN * float(heading) + PUCK_TURN * puck.turn[1]), dt * (TURN * float(pitch) + PUCK_TURN * puck.turn[0])
+    turned = viewpoint.turned(
+        dt * (TURN * float(heading) + MOUSE_TURN * deflection.turn[1]), dt * (TURN * float(pitch) + MOUSE_TURN * deflection.turn[0])
     )
-    return turned.gone(*step.tolist()) if step.any() else turned
+    return turned.moved(*step.tolist()) if step.any() else turned
 
 
-def moves(keys: Set[str], puck: Puck) -> bool:
+def moves(keys: Set[str], deflection: Deflection) -> bool:
     """Whether these take one away from where one is."""
-    return not puck.still or any(k in _WAYS or k in _TURNS for k in keys)
+    return not deflection.still or any(k in _WAYS or k in _TURNS for k in keys)

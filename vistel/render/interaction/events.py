@@ -54,15 +54,15 @@ class Text:
 
 
 @dataclass(frozen=True)
-class Lost:
+class FocusLost:
     """The window has lost the keyboard: no event says what is released from now on."""
 
 
-Event = Key | Button | Pointer | Wheel | Text | Lost
+Event = Key | Button | Pointer | Wheel | Text | FocusLost
 
 
 @dataclass
-class Held:
+class InputState:
     """Keys and buttons that are down now, and where the mouse is."""
 
     keys: set[str] = field(default_factory=set[str])
@@ -70,7 +70,7 @@ class Held:
     at: Pointer | None = None
 
     def take(self, event: Event) -> None:
-        """Something came."""
+        """Update it by an event."""
         if isinstance(event, Key):
             (self.keys.add if event.down else self.keys.discard)(event.name)
         elif isinstance(event, Button):
@@ -78,6 +78,6 @@ class Held:
             self.at = Pointer(event.x, event.y, event.window)
         elif isinstance(event, Pointer):
             self.at = event
-        elif isinstance(event, Lost):
+        elif isinstance(event, FocusLost):
             self.keys.clear()
             self.buttons.clear()

@@ -1,4 +1,4 @@
-"""What a window shows about the conference beside its picture: sites and how they are, voices, what was answered."""
+"""What a window shows about the conference beside its picture: the state of sites, delays of voices, answers."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ NOTICE_NS = 6_000_000_000
 
 
 @dataclass(frozen=True)
-class SiteFacts:
+class SiteStatus:
     """A site. people: who are at it; heard_ns: when one of its processes was last heard [ns]; rate: pictures a second; delay:
     of the picture that is shown there, the latest person's [s]; devices: all of its, and faults: what is wrong with them."""
 
@@ -28,7 +28,7 @@ class SiteFacts:
     faults: tuple[str, ...] = ()
 
     def state(self, now_ns: int) -> str:
-        """How it is, in a word or two."""
+        """Its state, in a word or two."""
         if not self.heard_ns:
             return "awaited"
         if now_ns - self.heard_ns > SILENT_NS:
@@ -37,28 +37,28 @@ class SiteFacts:
 
 
 @dataclass(frozen=True)
-class Facts:
-    """skew: how much later than their picture people are heard here [s]; notice: one line, and amiss: whether it is bad news;
+class ConferenceStatus:
+    """skew: how much later than their picture people are heard here [s]; notice: one line, and warning: whether it warns;
     film: name of the file that is recorded, empty for none."""
 
-    sites: tuple[SiteFacts, ...] = ()
+    sites: tuple[SiteStatus, ...] = ()
     skew: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     notice: str = ""
-    amiss: bool = False
+    warning: bool = False
     film: str = ""
 
 
-class FactsCollector:
-    """Collects facts from messages. sites: of the conference and who is at each, as the file says."""
+class StatusCollector:
+    """Collects the status from messages. sites: of the conference and who is at each, as the file says."""
 
     def __init__(self, sites: Mapping[str, tuple[str, ...]]) -> None:
-        self._sites = {name: SiteFacts(name, people) for name, people in sites.items()}
+        self._sites = {name: SiteStatus(name, people) for name, people in sites.items()}
         self._devices: dict[str, dict[str, str]] = {}
         self._skew: Mapping[str, float] = MappingProxyType({})
-        self._notice, self._amiss, self._noticed_ns = "", False, 0
+        self._notice, self._warning, self._noticed_ns = "", False, 0
 
     def heartbeat(self, site: str, received_ns: int) -> None:
-        """A process of a site lives."""
+        """A process of a site runs."""
         self._change(site, heard_ns=received_ns)
 
     def image_delay(self, site: str, message: service_pb2.ImageDelay) -> None:
@@ -85,17 +85,17 @@ class FactsCollector:
     def answer(self, message: command_pb2.CommandResult, received_ns: int) -> None:
         """What became of a command."""
         if message.outcome == command_pb2.CommandResult.OUTCOME_REFUSED:
-            self.notice(message.reason, received_ns, amiss=True)
+            self.notice(message.reason, received_ns, warning=True)
 
-    def notice(self, text: str, now_ns: int, amiss: bool = False) -> None:
-        """Tell this for a while."""
-        self._notice, self._amiss, self._noticed_ns = text, amiss, now_ns
+    def notice(self, text: str, now_ns: int, warning: bool = False) -> None:
+        """Show this for a while."""
+        self._notice, self._warning, self._noticed_ns = text, warning, now_ns
 
-    def now(self, now_ns: int, film: str) -> Facts:
+    def now(self, now_ns: int, film: str) -> ConferenceStatus:
         """What is known."""
         if now_ns - self._noticed_ns > NOTICE_NS:
             self._notice = ""
-        return Facts(tuple(self._sites.values()), self._skew, self._notice, self._amiss, film)
+        return ConferenceStatus(tuple(self._sites.values()), self._skew, self._notice, self._warning, film)
 
     def _change(self, site: str, **news: object) -> None:
-        self._sites[site] = replace(self._sites.get(site, SiteFacts(site)), **news)  # type: ignore[arg-type]
+        self._sites[site] = replace(self._sites.get(site, SiteStatus(site)), **news)  # type: ignore[arg-type]

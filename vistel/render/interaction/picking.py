@@ -1,4 +1,4 @@
-"""What a mouse points at: rays from the picture into the room, and where they meet things."""
+"""Picking: rays from the picture into the room, and where they meet things."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ EDGE = 1e-6
 
 @dataclass(frozen=True)
 class Ray:
-    """origin: (3,) room [m]; way: (3,) unit."""
+    """origin: (3,) room [m]; direction: (3,) unit."""
 
     origin: F64
-    way: F64
+    direction: F64
 
     def at(self, distance: float) -> F64:
         """(3,) so far along it [m]."""
-        return self.origin + distance * self.way
+        return self.origin + distance * self.direction
 
 
 @dataclass(frozen=True)
 class Hit:
-    """A thing is met at (3,) `place`, `distance` metres along the ray."""
+    """A ray meets a thing at (3,) `place`, `distance` metres along it."""
 
     thing: str
     place: F64
@@ -50,8 +50,8 @@ def ray_through(sights: Sequence[Sight], x: float, y: float, size: tuple[int, in
         u, v = (x - left) / w, (height - y - bottom) / h
         if not (0.0 <= u <= 1.0 and 0.0 <= v <= 1.0):
             continue
-        way = sight.camera.through(u, v, w / h)
-        return Ray(sight.camera.position, way / np.linalg.norm(way))
+        direction = sight.camera.through(u, v, w / h)
+        return Ray(sight.camera.position, direction / np.linalg.norm(direction))
     return None
 
 
@@ -84,7 +84,7 @@ class Targets:
         upwards = matrix_from_quaternion(np.ascontiguousarray(rotation))[1]
         return float((self._corners[thing] @ upwards).min())
 
-    def met(self, ray: Ray, poses: Mapping[str, Pose], hidden_from: float = FURTHEST) -> Hit | None:
+    def first_hit(self, ray: Ray, poses: Mapping[str, Pose], hidden_from: float = FURTHEST) -> Hit | None:
         """The first thing a ray meets. poses: position (3,) and quaternion (4,) of things; what is further than
         `hidden_from` metres stands behind something else."""
         best: Hit | None = None
@@ -94,39 +94,39 @@ class Targets:
                 continue
             position, rotation = poses[thing]
             away = position - ray.origin
-            along = float(away @ ray.way)
+            along = float(away @ ray.direction)
             reach = self._reach[thing]
             if along < -reach or along - reach > nearest or float(away @ away) - along * along > reach * reach:
                 continue
             turn = matrix_from_quaternion(np.ascontiguousarray(rotation))
-            distance = first_met(corners, (ray.origin - position) @ turn, ray.way @ turn)
+            distance = first_intersection(corners, (ray.origin - position) @ turn, ray.direction @ turn)
             if distance < nearest:
                 nearest = distance
                 best = Hit(thing, ray.at(distance), distance)
         return best
 
 
-def first_met(corners: F64, origin: F64, way: F64) -> float:
+def first_intersection(corners: F64, origin: F64, direction: F64) -> float:
     """How far along a ray the first of the triangles `corners` (n, 3, 3) is; infinite where none is.
 
     T. Möller, B. Trumbore, "Fast, minimum storage ray/triangle intersection", 1997; both sides count.
     """
     a, ab, ac = corners[:, 0], corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    p = np.cross(way, ac)
+    p = np.cross(direction, ac)
     det = (ab * p).sum(axis=1)
     safe = np.where(np.abs(det) < 1e-14, np.inf, det)
     s = origin - a
     u = (s * p).sum(axis=1) / safe
     q = np.cross(s, ab)
-    v = (q @ way) / safe
+    v = (q @ direction) / safe
     t = (q * ac).sum(axis=1) / safe
-    met = (np.abs(det) >= 1e-14) & (u >= -EDGE) & (v >= -EDGE) & (u + v <= 1.0 + EDGE) & (t > 1e-6)
-    return float(t[met].min()) if met.any() else math.inf
+    hits = (np.abs(det) >= 1e-14) & (u >= -EDGE) & (v >= -EDGE) & (u + v <= 1.0 + EDGE) & (t > 1e-6)
+    return float(t[hits].min()) if hits.any() else math.inf
 
 
 def on_plane(ray: Ray, place: F64, normal: F64) -> F64 | None:
     """(3,) where a ray meets a plane; None where it runs along it or away from it."""
-    slope = float(ray.way @ normal)
+    slope = float(ray.direction @ normal)
     if abs(slope) < 1e-3:
         return None
     distance = float((place - ray.origin) @ normal) / slope

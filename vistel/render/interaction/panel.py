@@ -14,12 +14,12 @@ from typing import Any
 import moderngl
 from PIL import ImageFont
 
+from vistel.render.interaction.events import Button, Event, Key, Pointer, Text, Wheel
+from vistel.render.interaction.imgui_painter import ImguiPainter
+from vistel.render.interaction.status import ConferenceStatus
 from vistel.render.overlays.captions import FONTS
 from vistel.render.stage.stage import PersonNow
 from vistel.render.view.view import Choices, Mode
-from vistel_services.renderer.window.events import Button, Event, Key, Lost, Pointer, Text, Wheel
-from vistel_services.renderer.window.facts import Facts
-from vistel_services.renderer.window.panel_draw import ImguiPainter
 
 log = logging.getLogger("vistel.renderer")
 
@@ -43,7 +43,7 @@ class PanelState:
     """What the panel shows. drawn: part of the width and height that is; stereo: both eyes' pictures are shown; walled: on
     screens of a wall; pointed, selected: things, in words."""
 
-    facts: Facts = field(default_factory=Facts)
+    status: ConferenceStatus = field(default_factory=ConferenceStatus)
     people: Sequence[PersonNow] = ()
     now_ns: int = 0
     hertz: float = 0.0
@@ -115,8 +115,8 @@ class Panel:
         _looks(imgui)
         self._painter = ImguiPainter(ctx, imgui)
         self.open = True
-        self.deeds: list[str] = []
-        """What was pressed for: "take", "let go", "undo", "redo", "record"."""
+        self.pressed: list[str] = []
+        """Names of the buttons that were pressed: "take", "let go", "undo", "redo", "record"."""
 
     def take(self, event: Event) -> bool:
         """Something was done; whether it was meant for the panel."""
@@ -140,8 +140,7 @@ class Panel:
             if event.name in _IMGUI_KEYS:
                 io.add_key_event(getattr(imgui.Key, _IMGUI_KEYS[event.name]), event.down)
             return bool(io.want_text_input) and event.down
-        if isinstance(event, Lost):
-            io.add_focus_event(False)
+        io.add_focus_event(False)  # what is left is FocusLost
         return False
 
     def draw(self, shown: PanelState, choices: Choices, size: tuple[int, int], seconds: float, scale: float = 1.0) -> Choices:
@@ -153,7 +152,7 @@ class Panel:
         io.delta_time = max(1e-4, seconds)
         imgui.get_style().font_scale_main = scale
         imgui.new_frame()
-        self.deeds = []
+        self.pressed = []
         if self.open:
             choices = self._build(shown, choices, size, scale)
         imgui.render()
@@ -182,9 +181,9 @@ class Panel:
         imgui = self._imgui
         opened = imgui.TreeNodeFlags_.default_open
         self._record(shown)
-        if shown.facts.notice:
+        if shown.status.notice:
             imgui.push_text_wrap_pos(0.0)
-            self._say(shown.facts.notice, (_BAD if shown.facts.amiss else _GOOD))
+            self._say(shown.status.notice, (_BAD if shown.status.warning else _GOOD))
             imgui.pop_text_wrap_pos()
         if imgui.collapsing_header("Sites", opened):
             self._sites(shown)
@@ -202,11 +201,11 @@ class Panel:
 
     def _record(self, shown: PanelState) -> None:
         imgui = self._imgui
-        film = shown.facts.film
+        film = shown.status.film
         if film:
             imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*_RED))
         if imgui.button("Stop recording" if film else "Record"):
-            self.deeds.append("record")
+            self.pressed.append("record")
         if film:
             imgui.pop_style_color()
         imgui.same_line()
@@ -215,7 +214,7 @@ class Panel:
     def _sites(self, shown: PanelState) -> None:
         rows: list[list[tuple[str, Colour | None]]] = []
         notes: list[str] = []
-        for site in shown.facts.sites:
+        for site in shown.status.sites:
             state = site.state(shown.now_ns)
             rows.append(
                 [
@@ -238,7 +237,7 @@ class Panel:
         for person in shown.people:
             t, name = person.timing, person.about.name
             late = t.holding or t.age_ns * 1e-9 > _LATE_S
-            skew = shown.facts.skew.get(name)
+            skew = shown.status.skew.get(name)
             off = skew is not None and abs(skew) > _SKEWED_S
             rows.append(
                 [
@@ -275,11 +274,11 @@ class Panel:
         imgui = self._imgui
         imgui.text_unformatted(f"Selected: {shown.selected or 'nothing'}")
         self._say(f"Under the mouse: {shown.pointed or 'nothing'}", _DIM)
-        for n, (words, deed) in enumerate((("Take", "take"), ("Let go", "let go"), ("Undo", "undo"), ("Redo", "redo"))):
+        for n, (words, action) in enumerate((("Take", "take"), ("Let go", "let go"), ("Undo", "undo"), ("Redo", "redo"))):
             if n:
                 imgui.same_line()
             if imgui.button(words):
-                self.deeds.append(deed)
+                self.pressed.append(action)
 
     def _picture(self, shown: PanelState, choices: Choices) -> Choices:
         imgui = self._imgui

@@ -1,4 +1,4 @@
-"""Leading a thing with the mouse: where it is to be, from rays, the wheel and what stands under it."""
+"""Dragging a thing with the mouse: where it is to be, from rays, the wheel and what stands under it."""
 
 from __future__ import annotations
 
@@ -12,37 +12,37 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
+from vistel.render.interaction.picking import Hit, Ray, Targets, on_plane
+from vistel.render.interaction.requests import Drag, Drop
 from vistel.render.view.camera import Pinhole
-from vistel_services.renderer.window.pointing import Hit, Ray, Targets, on_plane
-from vistel_services.renderer.window.wishes import Carry, LetGo
 
 NOTCH = 0.06
 """A notch of the wheel moves a thing by so much of its distance."""
 NEAREST = 0.25
-"""A thing is led no nearer to the eye than this [m]."""
+"""A thing is dragged no nearer to the eye than this [m]."""
 REACH = 4.5
-"""A thing is led no further from the table's middle than this [m]."""
+"""A thing is dragged no further from the table's middle than this [m]."""
 HIGHEST = 2.8
-"""A thing is led no higher than this [m]."""
+"""A thing is dragged no higher than this [m]."""
 TURN = 0.01
 """A pixel turns a thing by so much [rad]."""
 FASTEST = 6.0
-"""Beyond this speed a thing is led there without a velocity in the message [m/s]."""
+"""Beyond this speed a thing is dragged there without a velocity in the message [m/s]."""
 THROW_NS = 120_000_000
-"""A thing that is let go of flies on with its mean velocity over this time."""
+"""A thing that is dropped flies on with its mean velocity over this time."""
 THROWN = 4.0
 """... but no faster than this [m/s]."""
 LOST_M = 0.2
-"""A thing this far from all places to which it was led lately [m] ..."""
+"""A thing this far from all places to which it was dragged lately [m] ..."""
 LOST_NS = 700_000_000
-"""... for so long is in somebody else's hands."""
+"""... for so long is held by somebody else."""
 REMEMBERED_NS = 1_500_000_000
-"""Places to which it was led are remembered for so long."""
+"""Places to which it was dragged are remembered for so long."""
 
 
 @dataclass
-class Carrying:
-    """One thing on the mouse. position, rotation: where it is to be; grip: (3,) from its origin to where it was taken; depth:
+class Dragging:
+    """One thing that is dragged. position, rotation: where it is to be; grip: (3,) from its origin to where it was taken; depth:
     of the plane it moves in, before the eye [m]."""
 
     thing: str
@@ -54,16 +54,16 @@ class Carrying:
 
     def __post_init__(self) -> None:
         self._velocity = np.zeros(3)
-        self._way: deque[tuple[int, F64]] = deque([(self.t_ns, self.position)])
+        self._path: deque[tuple[int, F64]] = deque([(self.t_ns, self.position)])
         self._followed_ns = self.t_ns
 
     @staticmethod
-    def begin(hit: Hit, camera: Pinhole, pose: Pose, t_ns: int) -> Carrying:
-        """Take what the mouse is on; pose: of the thing then."""
+    def begin(hit: Hit, camera: Pinhole, pose: Pose, t_ns: int) -> Dragging:
+        """Begin with what the mouse points at; pose: of the thing then."""
         depth = float((hit.place - camera.position) @ -camera.rotation[:, 2])
-        return Carrying(hit.thing, pose[0].copy(), pose[1].copy(), hit.place - pose[0], depth, t_ns)
+        return Dragging(hit.thing, pose[0].copy(), pose[1].copy(), hit.place - pose[0], depth, t_ns)
 
-    def lead(self, ray: Ray, camera: Pinhole, targets: Targets, poses: Mapping[str, Pose], t_ns: int) -> Carry:
+    def move_to(self, ray: Ray, camera: Pinhole, targets: Targets, poses: Mapping[str, Pose], t_ns: int) -> Drag:
         """Bring it under a ray, at its depth before the camera, onto what stands there rather than into it."""
         ahead = -camera.rotation[:, 2]
         place = on_plane(ray, camera.position + self.depth * ahead, ahead)
@@ -74,18 +74,18 @@ class Carrying:
         speed = float(np.linalg.norm(velocity))
         self._velocity = velocity if speed < FASTEST else np.zeros(3)
         self.position, self.t_ns = wanted, t_ns
-        self._way.append((t_ns, wanted))
-        while t_ns - self._way[0][0] > REMEMBERED_NS:
-            self._way.popleft()
-        return Carry(self.thing, wanted, self.rotation, self._velocity)
+        self._path.append((t_ns, wanted))
+        while t_ns - self._path[0][0] > REMEMBERED_NS:
+            self._path.popleft()
+        return Drag(self.thing, wanted, self.rotation, self._velocity)
 
-    def let_go(self) -> LetGo:
-        """From here on it is free."""
-        (t1, p1), before = self._way[-1], [one for one in self._way if one is not self._way[-1]]
+    def drop(self) -> Drop:
+        """It is free from now on."""
+        (t1, p1), before = self._path[-1], [one for one in self._path if one is not self._path[-1]]
         lately = [one for one in before if t1 - one[0] <= THROW_NS] or before[-1:]
         velocity = (p1 - lately[0][1]) / (1e-9 * max(1, t1 - lately[0][0])) if lately else np.zeros(3)
         speed = float(np.linalg.norm(velocity))
-        return LetGo(self.thing, p1, self.rotation, velocity * min(1.0, THROWN / max(speed, 1e-9)))
+        return Drop(self.thing, p1, self.rotation, velocity * min(1.0, THROWN / max(speed, 1e-9)))
 
     def nearer(self, notches: float) -> None:
         """To the eye for negative notches, away for positive ones."""
@@ -99,8 +99,8 @@ class Carrying:
         self.rotation = quaternion_from_matrix(np.ascontiguousarray(tipped @ turned @ before))
 
     def lost(self, shown: F64, t_ns: int) -> bool:
-        """Whether the thing, shown at (3,), has not come along: somebody else leads it, or the world does not want it so."""
-        if min(float(np.linalg.norm(shown - place)) for _, place in self._way) < LOST_M:
+        """Whether the thing, shown at (3,), has not followed: somebody else moves it, or the world does not allow it."""
+        if min(float(np.linalg.norm(shown - place)) for _, place in self._path) < LOST_M:
             self._followed_ns = t_ns
         return t_ns - self._followed_ns > LOST_NS
 
@@ -109,7 +109,7 @@ class Carrying:
         lowest = targets.lowest(self.thing, self.rotation)
         others = {name: pose for name, pose in poses.items() if name != self.thing}
         from_above = np.array((wanted[0], max(self.position[1], wanted[1]) + 0.02, wanted[2]))
-        below = targets.met(Ray(from_above, np.array((0.0, -1.0, 0.0))), others)
+        below = targets.first_hit(Ray(from_above, np.array((0.0, -1.0, 0.0))), others)
         ground = max(0.0, float(below.place[1])) if below is not None else 0.0
         return np.array((wanted[0], max(wanted[1], ground - lowest), wanted[2]))
 

@@ -1,7 +1,6 @@
-"""What somebody does at a window with mouse, keyboard and 3D mouse: looks about, walks, points, selects, moves things.
+"""What somebody does at a window with mouse, keyboard and 3D mouse: looks about, walks, picks, selects, drags things.
 
-It turns the window's events into wishes, which the service publishes (`window.wire`). The thread that draws
-owns it.
+It turns the window's events into requests. The thread that draws owns it.
 """
 
 from __future__ import annotations
@@ -16,25 +15,24 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
+from vistel.render.interaction.dragging import Dragging
+from vistel.render.interaction.events import LEFT, RIGHT, Button, Event, FocusLost, InputState, Key, Pointer, Wheel
+from vistel.render.interaction.interface import InputWindow
+from vistel.render.interaction.navigation import LOOK, Deflection, Viewpoint, moves, navigated
+from vistel.render.interaction.panel import KEYS, Panel, PanelState, open_panel
+from vistel.render.interaction.picking import Hit, Ray, Targets, ray_through
+from vistel.render.interaction.requests import CommandRequest, DrawingRequest, RecordRequest, Request
+from vistel.render.interaction.status import ConferenceStatus
 from vistel.render.stage.stage import Instant
 from vistel.render.things.outlines import Outline
 from vistel.render.view.camera import Camera, overview
-from vistel.render.view.screens import Box, Sight
+from vistel.render.view.screens import Box, Sight, fitted
 from vistel.render.view.view import Choices, Mode
 from vistel.space import actions as ask
 from vistel.space.actions import Action, Which
 from vistel.space.files.model import Model
 from vistel.space.files.surfaces import pieces_of
 from vistel.space.things.things import Thing
-from vistel_services.renderer.window.carrying import Carrying
-from vistel_services.renderer.window.events import LEFT, RIGHT, Button, Event, Held, Key, Lost, Pointer, Wheel
-from vistel_services.renderer.window.facts import Facts
-from vistel_services.renderer.window.navigation import LOOK, Puck, Walker, moves, walked
-from vistel_services.renderer.window.panel import KEYS, Panel, PanelState, open_panel
-from vistel_services.renderer.window.placement import fitted
-from vistel_services.renderer.window.pointing import Hit, Ray, Targets, ray_through
-from vistel_services.renderer.window.window import Window
-from vistel_services.renderer.window.wishes import Ask, Draw, Record, Wish
 
 log = logging.getLogger("vistel.renderer")
 
@@ -43,19 +41,19 @@ CLICK = 4.0
 """A mouse that moved no further than this while its button was down clicked [pixels]."""
 HOVER = (235, 235, 235)
 """Colour of the line round what the mouse is on."""
-CAME = 0.01
-"""A thing that was let go of is shown at that place until the world's own place is as near to it as this [m] ..."""
+ARRIVED = 0.01
+"""A thing that was dropped is shown at that place until the world's own place is as near to it as this [m] ..."""
 AFTER_NS = 700_000_000
 """... but no longer than this."""
-_DEEDS: Mapping[str, Action] = MappingProxyType(
+_ACTIONS: Mapping[str, Action] = MappingProxyType(
     {"take": ask.Grip(), "let go": ask.Release(), "undo": ask.Undo(), "redo": ask.Redo()}
 )
 _KEYS = {"g": "take", "l": "let go", "u": "undo", "y": "redo", "f9": "record"}
 
 
 @dataclass
-class _Led:
-    """A thing that was let go of, and where. world: (3,) where the world's own was in the last picture."""
+class _Dropped:
+    """A thing that was dropped, and where. world: (3,) where the world had it in the last picture."""
 
     thing: str
     pose: Pose
@@ -63,22 +61,22 @@ class _Led:
     world: F64 | None = None
 
     def over(self, world: F64, now_ns: int) -> bool:
-        """Whether the world's own, now at (3,), has come to where it was let go of since the last picture, or never will."""
+        """Whether the world, which has it at (3,) now, has moved it to where it was dropped, or never will."""
         before, self.world = world if self.world is None else self.world, world
         along = world - before
         share = float((self.pose[0] - before) @ along) / max(1e-12, float(along @ along))
         nearest = before + min(1.0, max(0.0, share)) * along
-        return float(np.linalg.norm(nearest - self.pose[0])) < CAME or now_ns - self.t_ns > AFTER_NS
+        return float(np.linalg.norm(nearest - self.pose[0])) < ARRIVED or now_ns - self.t_ns > AFTER_NS
 
 
-class Desk:
+class WindowInteraction:
     """participant: in whose name; choices: as the picture begins; walled: it is drawn for a tracked head, nobody walks in it;
     stereo: both eyes' pictures are in it; models: what things look like."""
 
     def __init__(
         self,
         ctx: moderngl.Context,
-        window: Window,
+        window: InputWindow,
         participant: str,
         choices: Choices,
         title: str,
@@ -90,68 +88,68 @@ class Desk:
     ) -> None:
         self._window, self._participant, self._title, self._models = window, participant, title, models
         self.choices = choices
-        self.facts = Facts()
-        self.puck = Puck()
+        self.status = ConferenceStatus()
+        self.deflection = Deflection()
         self._walled, self._stereo = walled, stereo
         self._panel = panel(ctx)
         self._help = False
-        self._held = Held()
+        self._held = InputState()
         self._targets, self._known = Targets(), dict[str, Thing]()
-        self._walker: Walker | None = None
+        self._viewpoint: Viewpoint | None = None
         self._base: Camera | None = None
-        self._carrying: Carrying | None = None
-        self._led: _Led | None = None
+        self._dragging: Dragging | None = None
+        self._dropped: _Dropped | None = None
         self._pressed: Pointer | None = None
         self._dragged = False
         self._hit: Hit | None = None
-        self._wishes: list[Wish] = []
+        self._requests: list[Request] = []
         self._ignored: set[int] = set()
         self._before_ns = 0
 
     # -- between two pictures -------------------------------------------------------------------------------------
 
     def take(self, instant: Instant, sights: list[Sight], size: tuple[int, int]) -> None:
-        """What was done since the last picture, whose `sights` and `size` were these."""
+        """Process the events since the last picture, whose `sights` and `size` were these."""
         seconds = (instant.now_ns - self._before_ns) * 1e-9 if self._before_ns else 0.0
         self._before_ns = instant.now_ns
         self._learn(instant)
         for event in self._window.events():
             self._event(event, instant, sights, size)
-        if not self._walled and moves(self._held.keys, self.puck):
-            self._walk(walked(self._walker_now(), self._held.keys, self.puck, seconds))
+        if not self._walled and moves(self._held.keys, self.deflection):
+            self._walk(navigated(self._viewpoint_now(), self._held.keys, self.deflection, seconds))
         ray = self._ray(self._held.at, sights, size)
-        self._hit = self._targets.met(ray, instant.world.poses) if ray is not None else None
-        if self._carrying is not None:
-            self._lead(self._carrying, ray, instant, sights)
+        self._hit = self._targets.first_hit(ray, instant.world.poses) if ray is not None else None
+        if self._dragging is not None:
+            self._drag(self._dragging, ray, instant, sights)
 
-    def wishes(self) -> list[Wish]:
-        """What is wanted since the last call."""
-        out, self._wishes = self._wishes, []
+    def requests(self) -> list[Request]:
+        """The requests since the last call."""
+        out, self._requests = self._requests, []
         return out
 
     def camera(self, base: Camera) -> Camera:
         """Where the picture is taken from; base: where it would be if nobody had walked."""
-        if self.choices.mode is Mode.FREE and self._walker is not None:
-            return self._walker.camera
+        if self.choices.mode is Mode.FREE and self._viewpoint is not None:
+            return self._viewpoint.camera
         self._base = base
         return base
 
     def predicted(self, instant: Instant) -> Instant:
-        """The instant with the thing that is led already where the world will have it in a moment."""
-        led = self._carrying if self._carrying is not None and self._dragged else self._led
-        if led is None:
+        """The instant with the dragged thing already where the world will have it in a moment."""
+        moved = self._dragging if self._dragging is not None and self._dragged else self._dropped
+        if moved is None:
             return instant
-        if led.thing not in instant.world.poses:
+        if moved.thing not in instant.world.poses:
             return instant
-        if isinstance(led, _Led) and led.over(instant.world.poses[led.thing][0], instant.now_ns):
-            self._led = None
+        if isinstance(moved, _Dropped) and moved.over(instant.world.poses[moved.thing][0], instant.now_ns):
+            self._dropped = None
             return instant
-        pose = led.pose if isinstance(led, _Led) else Pose(led.position, led.rotation)
-        return replace(instant, world=replace(instant.world, poses={**instant.world.poses, led.thing: pose}))
+        pose = moved.pose if isinstance(moved, _Dropped) else Pose(moved.position, moved.rotation)
+        return replace(instant, world=replace(instant.world, poses={**instant.world.poses, moved.thing: pose}))
 
     def outlines(self, outlines: list[Outline]) -> list[Outline]:
         """With a line round what the mouse is on."""
-        thing = self._carrying.thing if self._carrying else self._hit.thing if self._hit else ""
+        thing = self._dragging.thing if self._dragging else self._hit.thing if self._hit else ""
         if not thing or self._known[thing].fixed:
             return outlines
         others = [o for o in outlines if o.thing != thing]
@@ -162,7 +160,7 @@ class Desk:
         """What is written over the picture where there is no panel."""
         if self._panel is not None:
             return ()
-        notices = ((self.facts.notice, self.facts.amiss),) if self.facts.notice else ()
+        notices = ((self.status.notice, self.status.warning),) if self.status.notice else ()
         keys = tuple((f"{key:<20} {does}", False) for key, does in KEYS) if self._help else ()
         return (*notices, *keys)
 
@@ -172,7 +170,7 @@ class Desk:
         if self._panel is None or not all(size):
             return
         shown = PanelState(
-            self.facts,
+            self.status,
             instant.people,
             instant.now_ns,
             hertz,
@@ -185,17 +183,17 @@ class Desk:
         )
         scale = max(0.8, min(2.0, size[1] / 800.0))
         self._chosen(self._panel.draw(shown, self.choices, size, 1.0 / max(1.0, hertz or 30.0), scale))
-        for deed in self._panel.deeds:
-            self._do(deed)
+        for action in self._panel.pressed:
+            self._do(action)
 
-    def go_on(self, before: Desk) -> None:
-        """With what was set at another one, except its light."""
+    def go_on(self, before: WindowInteraction) -> None:
+        """Take over what was set at another one, except its light."""
         self.choices = replace(before.choices, light=self.choices.light)
-        self._walker, self._base, self._help = before._walker, before._base, before._help
+        self._viewpoint, self._base, self._help = before._viewpoint, before._base, before._help
 
     def leave(self) -> None:
-        """Nobody is at it any more: what is on the mouse is let go of."""
-        self._let_go(self._before_ns)
+        """Nobody is at it any more: what is dragged is dropped."""
+        self._drop(self._before_ns)
 
     def close(self) -> None:
         """Give everything back."""
@@ -218,14 +216,14 @@ class Desk:
         elif isinstance(event, Pointer):
             self._moved(event, before)
         elif isinstance(event, Wheel):
-            if self._carrying is not None:
-                self._carrying.nearer(event.notches)
+            if self._dragging is not None:
+                self._dragging.nearer(event.notches)
             elif not self._walled:
-                self._walk(self._walker_now().zoomed(event.notches))
+                self._walk(self._viewpoint_now().zoomed(event.notches))
         elif isinstance(event, Key) and event.down:
             self._key(event.name, instant)
-        elif isinstance(event, Lost):
-            self._let_go(instant.now_ns)
+        elif isinstance(event, FocusLost):
+            self._drop(instant.now_ns)
 
     def _button(self, event: Button, instant: Instant, sights: list[Sight], size: tuple[int, int]) -> None:
         if not event.down and event.number in self._ignored:
@@ -237,32 +235,32 @@ class Desk:
         if event.down:
             self._pressed, self._dragged = at, False
             ray = self._ray(at, sights, size)
-            self._hit = self._targets.met(ray, instant.world.poses) if ray is not None else None
-            if self._hit is not None and self._may_carry(self._hit.thing, instant):
+            self._hit = self._targets.first_hit(ray, instant.world.poses) if ray is not None else None
+            if self._hit is not None and self._may_drag(self._hit.thing, instant):
                 camera = self._sight(at, sights, size).camera
                 pose = instant.world.poses[self._hit.thing]
-                self._carrying = Carrying.begin(self._hit, camera, pose, instant.now_ns)
+                self._dragging = Dragging.begin(self._hit, camera, pose, instant.now_ns)
             return
         if self._pressed is not None and not self._dragged:
             self._select(instant)
-        if self._carrying is not None:
-            self._lead(self._carrying, self._ray(at, sights, size), instant, sights)
+        if self._dragging is not None:
+            self._drag(self._dragging, self._ray(at, sights, size), instant, sights)
         self._pressed = None
-        self._let_go(instant.now_ns)
+        self._drop(instant.now_ns)
 
     def _moved(self, event: Pointer, before: Pointer | None) -> None:
         if before is None or before.window != event.window:
             return
         across, down = event.x - before.x, event.y - before.y
         if self._pressed is not None and max(abs(event.x - self._pressed.x), abs(event.y - self._pressed.y)) > CLICK:
-            if not self._dragged and self._carrying is not None:
-                self._wishes.append(Ask(ask.Select(Which(self._carrying.thing))))
+            if not self._dragged and self._dragging is not None:
+                self._requests.append(CommandRequest(ask.Select(Which(self._dragging.thing))))
             self._dragged = True
-        if self._carrying is not None and "r" in self._held.keys:
-            self._carrying.turn(across, down, self._walker_now().camera)
+        if self._dragging is not None and "r" in self._held.keys:
+            self._dragging.turn(across, down, self._viewpoint_now().camera)
         elif RIGHT in self._held.buttons and RIGHT not in self._ignored and not self._walled:
             turn = LOOK / max(1, self._window.size()[1])
-            self._walk(self._walker_now().turned(turn * across, turn * down))
+            self._walk(self._viewpoint_now().turned(turn * across, turn * down))
 
     def _key(self, key: str, instant: Instant) -> None:
         if key in _KEYS:
@@ -272,7 +270,7 @@ class Desk:
             if self._panel is not None:
                 self._panel.open = not self._panel.open
         elif key == "escape":
-            self._let_go(instant.now_ns)
+            self._drop(instant.now_ns)
         elif not self._walled and key in ("1", "2", "3"):
             self._chosen(replace(self.choices, mode=(Mode.SEAT, Mode.FREE, Mode.ROOM)[int(key) - 1]))
         elif not self._walled and key == "f" and instant.people:
@@ -280,28 +278,28 @@ class Desk:
             now = names.index(self.choices.who) if self.choices.mode is Mode.FOLLOW and self.choices.who in names else -1
             self._chosen(replace(self.choices, mode=Mode.FOLLOW, who=names[(now + 1) % len(names)]))
 
-    def _do(self, deed: str) -> None:
+    def _do(self, action: str) -> None:
         """What a button of the panel, or its key, stands for."""
-        self._wishes.append(Record(not self.facts.film) if deed == "record" else Ask(_DEEDS[deed]))
+        self._requests.append(RecordRequest(not self.status.film) if action == "record" else CommandRequest(_ACTIONS[action]))
 
     def _chosen(self, now: Choices) -> None:
         """What was set, by key or in the panel."""
         before, self.choices = self.choices, now
         if now.mode is Mode.FREE and before.mode is not Mode.FREE:
-            self._walker = Walker.at(self._base or overview())
+            self._viewpoint = Viewpoint.at(self._base or overview())
         if now.light != before.light or now.scale != before.scale:
             light, scale = (now.light if now.light != before.light else None), (now.scale if now.scale != before.scale else None)
-            self._wishes.append(Draw(light, scale))
+            self._requests.append(DrawingRequest(light, scale))
 
     # -- looking and walking -----------------------------------------------------------------------------------------
 
-    def _walker_now(self) -> Walker:
-        if self.choices.mode is Mode.FREE and self._walker is not None:
-            return self._walker
-        return Walker.at(self._base or overview())
+    def _viewpoint_now(self) -> Viewpoint:
+        if self.choices.mode is Mode.FREE and self._viewpoint is not None:
+            return self._viewpoint
+        return Viewpoint.at(self._base or overview())
 
-    def _walk(self, walker: Walker) -> None:
-        self._walker = walker
+    def _walk(self, viewpoint: Viewpoint) -> None:
+        self._viewpoint = viewpoint
         self.choices = replace(self.choices, mode=Mode.FREE)
 
     # -- things ------------------------------------------------------------------------------------------------------
@@ -331,42 +329,42 @@ class Desk:
         x, y = in_picture(at, part, into, self._window.eyes_apart)
         return ray_through(sights, x, size[1] - y, size)
 
-    def _may_carry(self, name: str, instant: Instant) -> bool:
+    def _may_drag(self, name: str, instant: Instant) -> bool:
         thing = self._known[name]
         holders = [g.participant for g in instant.world.grasps if g.thing == name]
         if thing.fixed:
             return False
         if holders:
-            self.facts = replace(self.facts, notice=f"the {thing.name} is held by {holders[0]}", amiss=True)
+            self.status = replace(self.status, notice=f"the {thing.name} is held by {holders[0]}", warning=True)
         return not holders
 
-    def _lead(self, carrying: Carrying, ray: Ray | None, instant: Instant, sights: list[Sight]) -> None:
-        if carrying.thing not in instant.world.poses or not self._dragged or ray is None:
+    def _drag(self, dragging: Dragging, ray: Ray | None, instant: Instant, sights: list[Sight]) -> None:
+        if dragging.thing not in instant.world.poses or not self._dragged or ray is None:
             return
-        if carrying.lost(instant.world.poses[carrying.thing][0], instant.now_ns) or not self._may_carry(carrying.thing, instant):
-            self.facts = replace(self.facts, notice=self.facts.notice or "somebody else has it", amiss=True)
-            self._wishes.append(carrying.let_go())
-            self._carrying = None
+        if dragging.lost(instant.world.poses[dragging.thing][0], instant.now_ns) or not self._may_drag(dragging.thing, instant):
+            self.status = replace(self.status, notice=self.status.notice or "somebody else has it", warning=True)
+            self._requests.append(dragging.drop())
+            self._dragging = None
             return
         camera = next((s.camera for s in sights if s.camera.position is ray.origin), sights[0].camera)
-        self._wishes.append(carrying.lead(ray, camera, self._targets, instant.world.poses, instant.now_ns))
+        self._requests.append(dragging.move_to(ray, camera, self._targets, instant.world.poses, instant.now_ns))
 
-    def _let_go(self, now_ns: int) -> None:
-        if self._carrying is not None and self._dragged:
-            free = self._carrying.let_go()
-            self._wishes.append(free)
-            self._led = _Led(free.thing, Pose(free.position, free.rotation), now_ns)
-        self._carrying = None
+    def _drop(self, now_ns: int) -> None:
+        if self._dragging is not None and self._dragged:
+            free = self._dragging.drop()
+            self._requests.append(free)
+            self._dropped = _Dropped(free.thing, Pose(free.position, free.rotation), now_ns)
+        self._dragging = None
 
     def _select(self, instant: Instant) -> None:
         chosen = self._selected(instant)
         if self._hit is None or self._known[self._hit.thing].fixed:
             if chosen:
-                self._wishes.append(Ask(ask.Select(nothing=True)))
+                self._requests.append(CommandRequest(ask.Select(nothing=True)))
         elif chosen != (self._hit.thing,):
-            self._wishes.append(Ask(ask.Select(Which(self._hit.thing))))
+            self._requests.append(CommandRequest(ask.Select(Which(self._hit.thing))))
         else:
-            self._wishes.append(Ask(ask.Select(nothing=True)))
+            self._requests.append(CommandRequest(ask.Select(nothing=True)))
 
     def _selected(self, instant: Instant) -> tuple[str, ...]:
         return dict(instant.world.selected).get(self._participant, ())

@@ -1,4 +1,4 @@
-"""What somebody at a window wants: of the world, of the picture, of the recording."""
+"""What somebody at a window requests: of the world, of the picture, of the recording."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from vistel.space.actions import Action
 
 
 @dataclass(frozen=True)
-class Ask:
-    """The world is to do this."""
+class CommandRequest:
+    """The world is to perform an action."""
 
     action: Action
 
 
 @dataclass(frozen=True)
-class Carry:
-    """A thing is where the mouse leads it. position: (3,) [m]; rotation: (4,) quaternion; velocity: (3,) [m/s]; room frame."""
+class Drag:
+    """A thing is where the mouse drags it. position: (3,) [m]; rotation: (4,) quaternion; velocity: (3,) [m/s]; room frame."""
 
     thing: str
     position: F64
@@ -26,8 +26,8 @@ class Carry:
 
 
 @dataclass(frozen=True)
-class LetGo:
-    """A thing is no longer led by the mouse: from here on it is free, and goes on as fast as it was drawn. As in `Carry`."""
+class Drop:
+    """A thing is no longer dragged: it is free from now on, and moves on at its velocity. Fields as in `Drag`."""
 
     thing: str
     position: F64
@@ -36,14 +36,14 @@ class LetGo:
 
 
 @dataclass(frozen=True)
-class Record:
-    """The picture is to be recorded, or no longer."""
+class RecordRequest:
+    """Recording of the picture is to begin, or to end."""
 
     on: bool
 
 
 @dataclass(frozen=True)
-class Draw:
+class DrawingRequest:
     """How to draw from now on. light: "fast", "fine"; scale: what part of the width and height, 0: as there is time for; None:
     as before."""
 
@@ -51,4 +51,4 @@ class Draw:
     scale: float | None = None
 
 
-Wish = Ask | Carry | LetGo | Record | Draw
+Request = CommandRequest | Drag | Drop | RecordRequest | DrawingRequest

@@ -8,7 +8,7 @@ from typing import Any
 import moderngl
 import numpy as np
 
-from vistel.render.gl.programs import program, put
+from vistel.render.gl.programs import program, put, vertex_array
 
 
 class ImguiPainter:
@@ -28,7 +28,7 @@ class ImguiPainter:
 
     def _bound(self) -> moderngl.VertexArray:
         layout = [(self._vertices, "2f 2f 4f1", "place", "uv", "ink")]
-        return self._ctx.vertex_array(self._program, layout, self._indices, index_element_size=self._imgui.INDEX_SIZE)
+        return vertex_array(self._ctx, self._program, layout, self._indices, self._imgui.INDEX_SIZE)
 
     def draw(self, data: Any, height: int) -> None:
         """data: ImGui's draw data; height: of the framebuffer [pixels]."""

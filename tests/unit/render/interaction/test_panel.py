@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from vistel.render.gl.context import GlContext
+from vistel.render.interaction.events import LEFT, Button, Pointer
+from vistel.render.interaction.panel import PanelState, open_panel
+from vistel.render.interaction.status import ConferenceStatus, SiteStatus
+from vistel.render.interaction.window_interaction import WindowInteraction
 from vistel.render.stage.stage import Instant
 from vistel.render.view.camera import look_at
 from vistel.render.view.view import Choices, Mode
-from vistel_services.renderer.window.desk import Desk
-from vistel_services.renderer.window.events import LEFT, Button, Pointer
-from vistel_services.renderer.window.facts import Facts, SiteFacts
-from vistel_services.renderer.window.panel import PanelState, open_panel
 
 pytestmark = pytest.mark.gl
 
@@ -39,8 +39,8 @@ def test_without_a_panel_to_be_had_one_line_says_so_and_keys_do_it(
 
 
 SHOWN = PanelState(
-    Facts(
-        (SiteFacts("tokyo", ("aiko",), 1, 29.7, 0.131, 4), SiteFacts("lima", faults=("glove: 100% gone",), devices=2, heard_ns=1))
+    ConferenceStatus(
+        (SiteStatus("tokyo", ("aiko",), 1, 29.7, 0.131, 4), SiteStatus("lima", faults=("glove: 100% gone",), devices=2, heard_ns=1))
     ),
     title="VISTEL 東京",
     now_ns=2,
@@ -93,7 +93,7 @@ def test_the_panel_is_drawn_over_the_picture_and_its_buttons_choose(surface: GlC
 
 
 def test_a_desk_without_a_panel_looks_about_by_keys(surface: GlContext) -> None:
-    from vistel_services.renderer.window.events import Key
+    from vistel.render.interaction.events import Key
 
     class Keys:
         eyes_apart = False
@@ -107,14 +107,14 @@ def test_a_desk_without_a_panel_looks_about_by_keys(surface: GlContext) -> None:
             return 640, 480
 
     keys: Any = Keys()
-    desk = Desk(surface.ctx, keys, "aiko", Choices(Mode.SEAT, "aiko"), "VISTEL", {}, panel=lambda ctx: None)
+    interaction = WindowInteraction(surface.ctx, keys, "aiko", Choices(Mode.SEAT, "aiko"), "VISTEL", {}, panel=lambda ctx: None)
     base = look_at(np.array((0.0, 1.2, -0.7)), np.array((0.0, 0.9, 0.0)), 0.9)
-    assert desk.camera(base) is base
+    assert interaction.camera(base) is base
     keys.pressed = [Key("f1", True), Key("w", True)]
-    desk.take(Instant(1_000_000_000), [], (640, 480))
-    desk.take(Instant(1_050_000_000), [], (640, 480))
-    assert (desk.camera(base).position - base.position)[2] > 0.05
-    assert any("walk" in text for text, _ in desk.rows())
+    interaction.take(Instant(1_000_000_000), [], (640, 480))
+    interaction.take(Instant(1_050_000_000), [], (640, 480))
+    assert (interaction.camera(base).position - base.position)[2] > 0.05
+    assert any("walk" in text for text, _ in interaction.rows())
     keys.pressed = [Key("w", False), Key("1", True)]
-    desk.take(Instant(1_100_000_000), [], (640, 480))
-    assert desk.camera(base) is base
+    interaction.take(Instant(1_100_000_000), [], (640, 480))
+    assert interaction.camera(base) is base

@@ -43,7 +43,7 @@ _ARGUMENTS: dict[str, tuple[Any, ...]] = {
 _PROTOTYPE: Any = getattr(ctypes, "WINFUNCTYPE", ctypes.CFUNCTYPE)
 
 
-class BareGl:
+class RawGl:
     """OpenGL of the context that is current while this is made; address: of a function of OpenGL by its name, or 0."""
 
     def __init__(self, address: Callable[[str], Any]) -> None:
