@@ -16,7 +16,7 @@ from vistel.conference.device_list import Device
 from vistel.conference.devices import GloveConfig
 from vistel.protocol import fivedt_calibration, glove_calibration
 from vistel.protocol.glove_fit import HANDS, find_holds, fit_among
-from vistel_services.glove.fivedt import highest_of
+from vistel.protocol.glove_frames import highest_of
 
 _STILL_BYTES = 4.0
 """By how many counts a sensor of one byte may wander while a hand is held still."""

@@ -1,8 +1,13 @@
-"""From a CyberGlove's bytes to messages."""
+"""From the bytes of CyberGloves and 5DT gloves to messages."""
 
 from __future__ import annotations
 
+import struct
+
+from vistel.protocol import fivedt
 from vistel.protocol.cyberglove import SENSORS, STATUS_PLUGGED, Answer, CyberGloveParser
+from vistel.protocol.fivedt import Glove5Parser, Glove16Parser, ReportParser, Sample, UltraParser
+from vistel.protocol.fivedt_calibration import FiveDtCalibration
 from vistel.protocol.glove_calibration import GloveCalibration
 from vistel.v1.device_pb2 import GloveFrame
 
@@ -50,3 +55,53 @@ class CyberGloveDecoder:
         """Answers to commands since the last call."""
         answers, self._answers = self._answers, []
         return answers
+
+
+def highest_of(kind: str) -> int:
+    """The highest count of a sensor of a glove of this kind: a Data Glove 5 has a byte for each, the others have 12 bits."""
+    return 255 if kind == "5dt_5" else fivedt.HIGHEST
+
+
+class FiveDtDecoder:
+    """A GloveFrame per sample, with raw counts and calibrated angles.
+
+    kind: as in the conference file; reports: its bytes are HID reports; port: which glove of a wireless kit.
+    """
+
+    def __init__(
+        self, device: str, kind: str, *, right: bool, sensors: int, calibration: FiveDtCalibration, baud: int, reports: bool = False
+    ) -> None:
+        self.device = device
+        self.right = right
+        self.says_right: bool | None = None
+        """Whether the glove reports that it is a right one; None before it has."""
+        self._sensors = sensors
+        self._calibration = calibration
+        self._five = Glove5Parser(baud) if kind == "5dt_5" else None
+        self._parser = self._five or (
+            ReportParser() if reports else UltraParser(baud) if kind == "5dt_ultra" else Glove16Parser(baud)
+        )
+
+    @property
+    def bytes_skipped(self) -> int:
+        return self._parser.bytes_skipped
+
+    def took_greeting(self) -> bool:
+        """Whether a Data Glove 5 has answered a greeting since this was last asked."""
+        return self._five is not None and self._five.took_greeting()
+
+    def feed(self, data: bytes, t_ns: int) -> list[GloveFrame]:
+        """Messages completed by bytes that were read at `t_ns`. Samples of the other hand's glove are left out."""
+        return [self._frame(s) for s in self._parser.feed(data, t_ns) if self._mine(s)]
+
+    def _mine(self, sample: Sample) -> bool:
+        if sample.right is not None:
+            self.says_right = sample.right
+        return sample.right in (None, self.right)
+
+    def _frame(self, s: Sample) -> GloveFrame:
+        raw = bytes(s.values) if len(s.values) == 5 else struct.pack(f">{len(s.values)}H", *s.values)
+        angles = self._calibration.angles(s.values, self._sensors)
+        frame = GloveFrame(device=self.device, right=self.right, raw=raw, angles=angles)
+        frame.header.t_ns = max(0, s.t_ns)
+        return frame

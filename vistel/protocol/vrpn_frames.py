@@ -1,4 +1,8 @@
-"""Gloves behind a VRPN server: analog channels that are a 5DT glove's sensors, or buttons that are contacts of pinch gloves."""
+"""From a VRPN server's bytes to messages.
+
+A tracker's sensors are stations counted from 1; a glove's analog channels are a 5DT glove's sensors, its buttons contacts of
+pinch gloves.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +11,35 @@ import struct
 from vistel.protocol import pinch
 from vistel.protocol.fivedt import HIGHEST, SLOTS, SLOTS_5
 from vistel.protocol.fivedt_calibration import FiveDtCalibration
-from vistel.protocol.vrpn import AnalogReport, ButtonReport, PongReport, Report, VrpnParser
-from vistel.v1.device_pb2 import GloveFrame
+from vistel.protocol.tracker_frames import Stations
+from vistel.protocol.vrpn import AnalogReport, ButtonReport, PongReport, PoseReport, Report, VrpnParser
+from vistel.v1.device_pb2 import GloveFrame, TrackerFrame
 
 _FIRST_CHANNEL = {8: 1}
 """VRPN's driver of the Data Glove 5 has eight channels and begins at the second."""
 _WORDS = struct.Struct(">16H")
+
+
+class VrpnTrackerDecoder:
+    """A TrackerFrame per report of the wanted device, with the newest pose of each station."""
+
+    def __init__(self, device: str, tracker: str) -> None:
+        """`tracker`: its name at the server; empty takes any."""
+        self.parser = VrpnParser()
+        self._tracker = tracker
+        self._stations = Stations(device)
+
+    @property
+    def bytes_skipped(self) -> int:
+        return self.parser.bytes_skipped
+
+    def feed(self, data: bytes, t_ns: int) -> list[TrackerFrame]:
+        """The messages of bytes read at `t_ns`."""
+        return [
+            self._stations.frame(r.sensor + 1, (r.position, r.rotation), r.t_ns)
+            for r in self.parser.feed(data, t_ns)
+            if isinstance(r, PoseReport) and self._tracker in ("", r.device)
+        ]
 
 
 class VrpnGloveDecoder:

@@ -7,12 +7,13 @@ from pathlib import Path
 
 from vistel.conference.device_list import Device
 from vistel.conference.devices import Camera, EyeConfig, FaceConfig
+from vistel.vision.camera_frames import GazeReader, MarksReader, PictureReader
 from vistel.vision.face_calibration import read_face
 from vistel.vision.gaze_calibration import read_gaze
 from vistel_services.devices.camera_transport import CameraSource, open_camera
 from vistel_services.devices.service import Connected
 from vistel_services.devices.udp_transport import open_udp
-from vistel_services.face.camera import CameraDriver, EyeSight, FaceSight, Sight
+from vistel_services.face.camera import CameraDriver
 from vistel_services.face.live_link import LiveLinkDriver
 
 
@@ -26,18 +27,18 @@ def face_camera(device: Device, link: Path | None) -> Connected:
     """A camera that sees the marks on a face."""
     keys = device.config_as(FaceConfig)
     calibration = None if keys.calibration is None else read_face(keys.calibration)
-    return _camera(device, link, FaceSight(calibration, mirrored=keys.mirrored), "a face camera")
+    return _camera(device, link, MarksReader(calibration, mirrored=keys.mirrored), "a face camera")
 
 
 def eye_camera(device: Device, link: Path | None) -> Connected:
     """A camera that sees one eye."""
     keys = device.config_as(EyeConfig)
     calibration = None if keys.calibration is None else read_gaze(keys.calibration)
-    return _camera(device, link, EyeSight(calibration), f"a camera at the {keys.eye} eye")
+    return _camera(device, link, GazeReader(calibration), f"a camera at the {keys.eye} eye")
 
 
-def _camera(device: Device, link: Path | None, sight: Sight, about: str) -> Connected:
+def _camera(device: Device, link: Path | None, reader: PictureReader, about: str) -> Connected:
     keep = device.config_as(Camera).keep_pictures
     source = CameraSource(announce=link) if device.simulated else CameraSource(device.port)
-    driver = CameraDriver(device.name, sight, about)
+    driver = CameraDriver(device.name, reader, about)
     return Connected(driver, partial(open_camera, source, driver.decoder.look, keep=keep), keeps_raw=keep)

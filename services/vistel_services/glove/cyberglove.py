@@ -7,10 +7,10 @@ from vistel.devices.registry import kind_of
 from vistel.protocol import cyberglove
 from vistel.protocol.cyberglove import MASKS, Answer
 from vistel.protocol.glove_calibration import GloveCalibration
+from vistel.protocol.glove_frames import CyberGloveDecoder
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import DeviceError, Link, NoAnswerError
 from vistel_services.devices.probe import at_any_speed, refuse_others, who_answers
-from vistel_services.glove.decoder import CyberGloveDecoder
 
 RATE_HZ = 60.0
 _KIND = kind_of("glove", "cyberglove")

@@ -10,15 +10,16 @@ from vistel.conference.devices import GloveConfig
 from vistel.protocol import fivedt as fivedt_protocol
 from vistel.protocol.fivedt_calibration import load_calibration
 from vistel.protocol.glove_calibration import open_calibration
+from vistel.protocol.glove_frames import FiveDtDecoder, highest_of
 from vistel.protocol.vrpn import SIMULATED_GLOVE, parse_address
+from vistel.protocol.vrpn_frames import VrpnGloveDecoder
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.hid_transport import find_hid, open_hid
 from vistel_services.devices.service import Connected
 from vistel_services.devices.transport import open_serial
 from vistel_services.devices.vrpn_driver import VrpnDriver, open_vrpn
 from vistel_services.glove.cyberglove import CyberGloveDriver
-from vistel_services.glove.fivedt import FiveDtDecoder, FiveDtDriver, highest_of
-from vistel_services.glove.vrpn import VrpnGloveDecoder
+from vistel_services.glove.fivedt import FiveDtDriver
 
 
 def cyberglove(device: Device, link: Path | None) -> Connected:

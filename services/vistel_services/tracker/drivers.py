@@ -8,6 +8,7 @@ from pathlib import Path
 from vistel.conference.device_list import Device
 from vistel.conference.devices import AnyTracker
 from vistel.protocol.vrpn import SIMULATED, parse_address
+from vistel.protocol.vrpn_frames import VrpnTrackerDecoder
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.service import Connected
 from vistel_services.devices.transport import open_serial
@@ -16,7 +17,6 @@ from vistel_services.devices.vrpn_driver import VrpnDriver, open_vrpn
 from vistel_services.tracker.fastrak import FastrakDriver
 from vistel_services.tracker.liberty import LibertyDriver
 from vistel_services.tracker.vmc import VmcDriver
-from vistel_services.tracker.vrpn import VrpnDecoder
 
 _HEIGHT_M = 1.75
 """Of a body whose wearer is not known [m]."""
@@ -46,5 +46,7 @@ def vmc(device: Device, link: Path | None) -> Connected:
 def vrpn(device: Device, link: Path | None) -> Connected:
     """A tracker of a VRPN server."""
     name = SIMULATED if device.simulated else parse_address(device.port)[0]
-    driver = VrpnDriver(device.name, BY_NAME["tracker"], VrpnDecoder(device.name, name), name, f"{len(device.stations)} sensors")
+    driver = VrpnDriver(
+        device.name, BY_NAME["tracker"], VrpnTrackerDecoder(device.name, name), name, f"{len(device.stations)} sensors"
+    )
     return Connected(driver, open_vrpn(device.port, link))

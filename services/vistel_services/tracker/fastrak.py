@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 from vistel.protocol import fastrak, polhemus
 from vistel.protocol.fastrak import Reply, Status
+from vistel.protocol.tracker_frames import FastrakDecoder
 from vistel_services.devices.device import DeviceError, Link
-from vistel_services.tracker.decoder import FastrakDecoder
 from vistel_services.tracker.polhemus import PolhemusDriver
 
 _SLOWEST_BAUD = 57600

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from vistel.devices.registry import kind_of
 from vistel.protocol import liberty, polhemus
 from vistel.protocol.liberty import Reply
+from vistel.protocol.tracker_frames import LibertyDecoder
 from vistel_services.devices.device import Link
 from vistel_services.devices.probe import refuse_others
-from vistel_services.tracker.decoder import LibertyDecoder
 from vistel_services.tracker.polhemus import PolhemusDriver
 
 _ANSWER_S = 0.5

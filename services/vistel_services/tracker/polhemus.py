@@ -9,10 +9,10 @@ from typing import Generic, TypeVar
 from vistel.devices.identify import identify
 from vistel.devices.registry import kind_of
 from vistel.protocol import polhemus
+from vistel.protocol.tracker_frames import PolhemusDecoder
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import DeviceError, Link, NoAnswerError
 from vistel_services.devices.probe import at_any_speed, refuse_others, who_answers
-from vistel_services.tracker.decoder import PolhemusDecoder
 
 R = TypeVar("R")
 W = TypeVar("W")

@@ -10,6 +10,7 @@ from device_site import STATE, RecordingBus, Running, run
 from virtual_time import LoopClock
 
 from vistel.capture.face import FaceCapture
+from vistel.capture.live_link_frames import LiveLinkDecoder
 from vistel.conference.devices import FaceConfig
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
@@ -19,7 +20,6 @@ from vistel.v1.device_pb2 import FaceFrame, RawBytes
 from vistel.wire.motion import StalePart
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import face
-from vistel_services.face.live_link import LiveLinkDecoder
 from vistel_sim.faults import Fault
 from vistel_sim.motion import open_motion
 from vistel_sim.phone import talking

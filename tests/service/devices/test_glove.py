@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from device_site import HAND, STATE, DeviceSite, quiet_fastrak, quiet_glove, run
-from vistel_services.glove.decoder import CyberGloveDecoder
 
 from vistel.protocol.glove_calibration import default_calibration
+from vistel.protocol.glove_frames import CyberGloveDecoder
 from vistel.v1.device_pb2 import GloveFrame, RawBytes
 from vistel.wire.raw_bytes import reads_of
 from vistel_sim.faults import Fault

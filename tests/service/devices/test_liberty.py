@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from device_site import STATE, DeviceSite, pose, quiet_fastrak, quiet_glove, run
-from vistel_services.tracker.decoder import LibertyDecoder
 
 from vistel.conference.files import ConferenceError, load
+from vistel.protocol.tracker_frames import LibertyDecoder
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame, TrackerReceiver
 from vistel.wire.raw_bytes import reads_of
 from vistel_sim.faults import Fault

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from device_site import STATE, DeviceSite, quiet_fastrak, quiet_glove, run
-from vistel_services.tracker.decoder import FastrakDecoder
 
 from vistel.conference.devices import TrackerConfig
+from vistel.protocol.tracker_frames import FastrakDecoder
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame, TrackerReceiver
 from vistel.wire.raw_bytes import reads_of
 from vistel_sim.faults import Fault

@@ -13,6 +13,7 @@ from device_site import STATE, RecordingBus, Running, run
 from virtual_time import LoopClock
 
 from vistel.capture.body import BodyCapture
+from vistel.capture.vmc_frames import VmcDecoder
 from vistel.conference.devices import TrackerConfig
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
@@ -24,7 +25,6 @@ from vistel.v1.device_pb2 import TrackerFrame
 from vistel.wire.motion import MotionDecoder, MotionEncoder, MotionSample
 from vistel_services import tracker
 from vistel_services.posture import configure
-from vistel_services.tracker.vmc import VmcDecoder
 from vistel_sim import suite
 from vistel_sim.faults import Fault
 from vistel_sim.motion import open_motion

@@ -13,13 +13,13 @@ from typing import Any
 import numpy as np
 import pytest
 from device_site import HAND, STATE, DeviceSite, pose, run
-from vistel_services.tracker.vrpn import VrpnDecoder
 from waiting import until
 
 from vistel.conference.device_list import Device
 from vistel.conference.devices import GloveConfig
 from vistel.protocol import pinch
 from vistel.protocol.fivedt_calibration import default_calibration
+from vistel.protocol.vrpn_frames import VrpnTrackerDecoder
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame
 from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
@@ -87,7 +87,7 @@ def test_a_trackers_sensors_come_as_stations_with_true_poses(tmp_path: Path) -> 
         assert np.median(errors) < 0.006
         # What was recorded gives the same again.
         raw = [m for m in site.bus.on("device_raw", T) if m.direction == RawBytes.DIRECTION_FROM_DEVICE]
-        decoder = VrpnDecoder(T, "")
+        decoder = VrpnTrackerDecoder(T, "")
         again = [f for m in raw for t_ns, data in reads_of(m) for f in decoder.feed(data, t_ns)]
         assert len(again) > 60
         assert again == frames(site)[: len(again)]
