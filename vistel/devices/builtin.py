@@ -86,7 +86,7 @@ KINDS = (
         driver="vistel_services.glove.drivers:fivedt",
         simulator="vistel_sim.gloves:fivedt_ultra",
         calibration="glove",
-        fit="vistel.capture.glove_calibration:fivedt",
+        fit="vistel.capture.calibrated_glove:fivedt",
         doctor=_HID,
     ),
     DeviceKind(
@@ -100,7 +100,7 @@ KINDS = (
         driver="vistel_services.glove.drivers:fivedt",
         simulator="vistel_sim.gloves:fivedt_16",
         calibration="glove",
-        fit="vistel.capture.glove_calibration:fivedt",
+        fit="vistel.capture.calibrated_glove:fivedt",
         doctor=_SERIAL,
     ),
     DeviceKind(
@@ -118,7 +118,7 @@ KINDS = (
         driver="vistel_services.glove.drivers:fivedt",
         simulator="vistel_sim.gloves:fivedt_5",
         calibration="glove",
-        fit="vistel.capture.glove_calibration:fivedt",
+        fit="vistel.capture.calibrated_glove:fivedt",
         doctor=_SERIAL,
     ),
     DeviceKind(
@@ -137,7 +137,7 @@ KINDS = (
         driver="vistel_services.glove.drivers:cyberglove",
         simulator="vistel_sim.gloves:cyberglove",
         calibration="glove",
-        fit="vistel.capture.glove_calibration:cyberglove",
+        fit="vistel.capture.calibrated_glove:cyberglove",
         doctor=_SERIAL,
     ),
     DeviceKind(
@@ -150,7 +150,7 @@ KINDS = (
         driver="vistel_services.glove.drivers:vrpn",
         simulator="vistel_sim.gloves:vrpn",
         calibration="glove",
-        fit="vistel.capture.glove_calibration:fivedt",
+        fit="vistel.capture.calibrated_glove:fivedt",
     ),
     DeviceKind(
         name="vrpn_pinch",

@@ -64,7 +64,8 @@ class DeviceKind:
     calibration: Literal["", "tracker", "glove", "face", "gaze"] = ""
     """The `vistel calibrate` command that fits it to a person; empty: it needs none."""
     fit: str = ""
-    """Gloves: `(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> GloveFit` (`vistel.capture.glove_calibration`)."""
+    """Gloves: `(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> CalibratedGlove`
+    (`vistel.capture.calibrated_glove`)."""
     doctor: str = ""
     """`() -> Finding`: whether this machine has what it is connected by. Kinds may share one."""
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import asyncio
 import os
-import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -15,7 +13,7 @@ import numpy as np
 
 from vistel.arrays import U8
 from vistel.wire.clock import Clock
-from vistel_services.devices.transport import OpenTransport, Received, TransportError
+from vistel_services.devices.transport import OpenTransport, Received, ThreadTransport, TransportError
 
 _OPEN_MS = 3000
 """A network camera must connect within this time [ms]."""
@@ -81,7 +79,7 @@ def open_video(source: CameraSource) -> cv2.VideoCapture:
     return video
 
 
-class CameraTransport:
+class CameraTransport(ThreadTransport):
     """Reads on a thread; `look(picture, t_ns)` is called there, `received(jpeg, t_ns)` then on the event loop.
 
     keep: hand on each picture as JPEG, as it is to be recorded; `look` then sees what the JPEG holds, so that a
@@ -98,28 +96,14 @@ class CameraTransport:
         lost: Callable[[str], None],
     ) -> None:
         self._source, self._clock, self._look, self._keep = source, clock, look, keep
-        self._received, self._lost = received, lost
         source.where()
-        self._loop = asyncio.get_running_loop()
-        self._over = threading.Event()
-        self._thread = threading.Thread(target=self._read, name=f"camera {source.address}", daemon=True)
-        self._thread.start()
-
-    def write(self, data: bytes) -> None:
-        pass
-
-    def set_baud(self, baud: int) -> None:
-        pass
-
-    def close(self) -> None:
-        # The thread may be waiting in a read, which ends by itself; it lets the camera go.
-        self._over.set()
+        super().__init__(f"camera {source.address}", received, lost)
 
     def _read(self) -> None:
         try:
             video = open_video(self._source)
         except TransportError as e:
-            self._over.wait(_AGAIN_S)
+            self._closed.wait(_AGAIN_S)
             self._later(self._lost, str(e))
             return
         try:
@@ -130,10 +114,10 @@ class CameraTransport:
         self._later(self._lost, reason)
 
     def _pictures(self, video: cv2.VideoCapture) -> str:
-        over, clip = self._over, self._source.clip
+        closed, clip = self._closed, self._source.clip
         rate = video.get(cv2.CAP_PROP_FPS) or 30.0
         start_ns, number = self._clock.now_ns(), 0
-        while not over.is_set():
+        while not closed.is_set():
             ok, picture = video.read()
             if not ok:
                 return "the clip is over; it begins again" if clip else "the camera is gone"
@@ -141,7 +125,7 @@ class CameraTransport:
                 # A clip has the times of its own pace.
                 number += 1
                 due_ns = start_ns + round(number / rate * 1e9)
-                while (wait_s := (due_ns - self._clock.now_ns()) * 1e-9) > 0.0 and not over.is_set():
+                while (wait_s := (due_ns - self._clock.now_ns()) * 1e-9) > 0.0 and not closed.is_set():
                     time.sleep(min(wait_s, 0.1))
             t_ns = self._clock.now_ns()
             data = b""
@@ -151,18 +135,6 @@ class CameraTransport:
             self._look(np.asarray(picture, np.uint8), t_ns)
             self._later(self._received, data, t_ns)
         return "closed"
-
-    def _later(self, call: Callable[..., None], *arguments: object) -> None:
-        if self._over.is_set():
-            return
-        try:
-            self._loop.call_soon_threadsafe(self._unless_over, call, *arguments)
-        except RuntimeError:
-            return  # the loop has ended
-
-    def _unless_over(self, call: Callable[..., None], *arguments: object) -> None:
-        if not self._over.is_set():
-            call(*arguments)
 
 
 def open_camera(source: CameraSource, look: Callable[[U8, int], None], clock: Clock, *, keep: bool) -> OpenTransport:

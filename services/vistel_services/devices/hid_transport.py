@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
-import threading
 from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from vistel.wire.clock import Clock
-from vistel_services.devices.transport import OpenTransport, Received, TransportError
+from vistel_services.devices.transport import OpenTransport, Received, ThreadTransport, TransportError
 
 _REPORT_LENGTH = 64
 _WAIT_MS = 100
@@ -29,49 +27,24 @@ OpenDevice = Callable[[], HidDevice]
 """Finds and opens a device. Raises TransportError, with a line for a person."""
 
 
-class HidTransport:
-    """An open HID device; what is written to it goes nowhere, for none of these listens."""
+class HidTransport(ThreadTransport):
+    """An open HID device."""
 
     def __init__(self, device: HidDevice, clock: Clock, received: Received, lost: Callable[[str], None]) -> None:
         self._device, self._clock = device, clock
-        self._received, self._lost = received, lost
-        self._loop = asyncio.get_running_loop()
-        self._closed = threading.Event()
-        self._thread = threading.Thread(target=self._read, name="hid", daemon=True)
-        self._thread.start()
-
-    def write(self, data: bytes) -> None:
-        pass
-
-    def set_baud(self, baud: int) -> None:
-        pass
-
-    def close(self) -> None:
-        self._closed.set()
+        super().__init__("hid", received, lost)
 
     def _read(self) -> None:
         try:
             while not self._closed.is_set():
                 report = bytes(self._device.read(_REPORT_LENGTH, _WAIT_MS))
                 if report:
-                    self._give(self._take, report, self._clock.now_ns())
+                    self._later(self._received, report, self._clock.now_ns())
         except (OSError, ValueError):
-            self._give(self._gone)
+            self._later(self._lost, "USB: unplugged")
         finally:
             with contextlib.suppress(OSError, ValueError):
                 self._device.close()
-
-    def _give(self, call: Callable[..., None], *arguments: object) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended
-            self._loop.call_soon_threadsafe(call, *arguments)
-
-    def _take(self, report: bytes, t_ns: int) -> None:
-        if not self._closed.is_set():
-            self._received(report, t_ns)
-
-    def _gone(self) -> None:
-        if not self._closed.is_set():
-            self._lost("USB: unplugged")
 
 
 def open_hid(find: OpenDevice, clock: Clock) -> OpenTransport:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Awaitable, Callable, Sequence
 from typing import TypeVar
 
-from vistel.devices.identify import identify, identify_sender, questions
+from vistel.devices.identify import identify, questions
 from vistel.devices.kind import DeviceKind
-from vistel_services.devices.device import Decoder, DeviceError, Link, NoAnswerError
+from vistel_services.devices.device import DeviceError, Link
 
 T = TypeVar("T")
 
@@ -39,18 +39,3 @@ async def at_any_speed(link: Link, bauds: Sequence[int], greet: Callable[[Link],
         if (answer := await greet(link)) is not None:
             return baud, answer
     return None
-
-
-async def hear(link: Link, decoder: Decoder, own: str, within_s: float) -> bool:
-    """Whether packets of a sender arrive that cannot be asked. own: the expected sender, in words. Raises DeviceError for a known
-    other sender and NoAnswerError for an unknown one."""
-    seen, skipped = link.frames, decoder.bytes_skipped
-    link.recent.clear()
-    if await link.wait_for(lambda: link.frames if link.frames > seen else None, within_s) is not None:
-        return True
-    if decoder.bytes_skipped == skipped:
-        return False
-    name = identify_sender(bytes(link.recent))
-    if name not in (None, own):
-        raise DeviceError(f"{name} sends to this port; {own} was expected")
-    raise NoAnswerError(f"what arrives is not from {own}; is another program sending to this port?")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,22 +41,28 @@ def connect(device: Device, link: Path | None = None) -> Connected:
     return load(device.kind.driver)(device, link)
 
 
-def configure(roles: Collection[Role], conference: Conference, site: Site, paths: RunPaths) -> Config:
-    """The devices of a site with these roles. Raises CalibrationError (one line)."""
-    wanted = [d for d in devices_of_site(site) if d.kind.role in roles]
-    return Config(tuple(connect(d, paths.device(d.name) if d.simulated else None) for d in wanted), conference.record_raw)
+class DeviceService:
+    """The service of a site's devices with some roles."""
 
+    def __init__(self, name: str, *roles: Role) -> None:
+        """name: as the log calls it."""
+        self._log, self._roles = logging.getLogger(f"vistel.{name}"), roles
 
-def preload(roles: Collection[Role], conference: Conference) -> None:
-    """Import the drivers that a conference needs, ahead of `configure`."""
-    for reference in {d.kind.driver for d in devices_of(conference) if d.kind.role in roles}:
-        load(reference)
+    def configure(self, conference: Conference, site: Site, paths: RunPaths) -> Config:
+        """The devices of a site. Raises CalibrationError (one line)."""
+        wanted = [d for d in devices_of_site(site) if d.kind.role in self._roles]
+        return Config(tuple(connect(d, paths.device(d.name) if d.simulated else None) for d in wanted), conference.record_raw)
 
+    def preload(self, conference: Conference) -> None:
+        """Import the drivers that a conference needs, ahead of `configure`."""
+        for reference in {d.kind.driver for d in devices_of(conference) if d.kind.role in self._roles}:
+            load(reference)
 
-async def run(config: Config, bus: Bus, clock: Clock, log: logging.Logger) -> None:
-    """One task for each device, until cancelled."""
-    async with asyncio.TaskGroup() as group:
-        for d in config.devices:
-            raw = config.raw and d.keeps_raw
-            group.create_task(keep_running(d.driver, d.opener(clock), bus, clock, log, raw=raw), name=d.driver.name)
-        await asyncio.Event().wait()
+    async def run(self, config: Config, bus: Bus, clock: Clock) -> None:
+        """One task for each device, until cancelled."""
+        async with asyncio.TaskGroup() as group:
+            for d in config.devices:
+                raw = config.raw and d.keeps_raw
+                running = keep_running(d.driver, d.opener(clock), bus, clock, self._log, raw=raw)
+                group.create_task(running, name=d.driver.name)
+            await asyncio.Event().wait()

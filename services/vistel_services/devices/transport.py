@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import os
+import threading
 from collections.abc import Callable
 from typing import Protocol
 
@@ -36,6 +37,40 @@ class Transport(Protocol):
 
 OpenTransport = Callable[[Received, Callable[[str], None]], Transport]
 """(received, lost) -> an open transport; `lost(reason)` is called once when the device goes. Raises TransportError."""
+
+
+class ThreadTransport:
+    """A device that only talks, read on a thread; what is written to it goes nowhere."""
+
+    def __init__(self, name: str, received: Received, lost: Callable[[str], None]) -> None:
+        """name: of the thread."""
+        self._received, self._lost = received, lost
+        self._loop = asyncio.get_running_loop()
+        self._closed = threading.Event()
+        threading.Thread(target=self._read, name=name, daemon=True).start()
+
+    def write(self, data: bytes) -> None:
+        pass
+
+    def set_baud(self, baud: int) -> None:
+        pass
+
+    def close(self) -> None:
+        # The thread may be waiting in a read, which ends by itself; it lets the device go.
+        self._closed.set()
+
+    def _read(self) -> None:
+        """On the thread, until `_closed` is set."""
+        raise NotImplementedError
+
+    def _later(self, call: Callable[..., None], *arguments: object) -> None:
+        """Call on the event loop, unless this was closed meanwhile."""
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(self._unless_closed, call, *arguments)
+
+    def _unless_closed(self, call: Callable[..., None], *arguments: object) -> None:
+        if not self._closed.is_set():
+            call(*arguments)
 
 
 class SerialTransport:

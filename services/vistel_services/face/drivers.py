@@ -5,22 +5,34 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+from vistel.capture.live_link_frames import LiveLinkDecoder
 from vistel.conference.device_list import Device
 from vistel.conference.devices import Camera, EyeConfig, FaceConfig
 from vistel.vision.camera_frames import GazeReader, MarksReader, PictureReader
 from vistel.vision.face_calibration import read_face
 from vistel.vision.gaze_calibration import read_gaze
+from vistel.wire.topics import BY_NAME
 from vistel_services.devices.camera_transport import CameraSource, open_camera
+from vistel_services.devices.sender_driver import SenderDriver
 from vistel_services.devices.service import Connected
 from vistel_services.devices.udp_transport import open_udp
 from vistel_services.face.camera import CameraDriver
-from vistel_services.face.live_link import LiveLinkDriver
 
 
 def live_link(device: Device, link: Path | None) -> Connected:
     """A phone that runs Live Link Face."""
     port = 0 if device.simulated else int(device.port)
-    return Connected(LiveLinkDriver(device.name, port), partial(open_udp, port, announce=link))
+    decoder = LiveLinkDecoder(device.name)
+    missing = f"no phone with a face in its picture sends to UDP port {port}"
+    driver = SenderDriver(
+        device.name,
+        BY_NAME["face"],
+        decoder,
+        "Live Link Face",
+        missing,
+        lambda: f"Live Link Face on {decoder.subject or 'a phone'}",
+    )
+    return Connected(driver, partial(open_udp, port, announce=link))
 
 
 def face_camera(device: Device, link: Path | None) -> Connected:

@@ -5,18 +5,19 @@ from __future__ import annotations
 from functools import partial
 from pathlib import Path
 
+from vistel.capture.vmc_frames import VmcDecoder
 from vistel.conference.device_list import Device
 from vistel.conference.devices import AnyTracker
 from vistel.protocol.vrpn import SIMULATED, parse_address
 from vistel.protocol.vrpn_frames import VrpnTrackerDecoder
 from vistel.wire.topics import BY_NAME
+from vistel_services.devices.sender_driver import SenderDriver
 from vistel_services.devices.service import Connected
 from vistel_services.devices.transport import open_serial
 from vistel_services.devices.udp_transport import open_udp
 from vistel_services.devices.vrpn_driver import VrpnDriver, open_vrpn
 from vistel_services.tracker.fastrak import FastrakDriver
 from vistel_services.tracker.liberty import LibertyDriver
-from vistel_services.tracker.vmc import VmcDriver
 
 _HEIGHT_M = 1.75
 """Of a body whose wearer is not known [m]."""
@@ -39,8 +40,12 @@ def liberty(device: Device, link: Path | None) -> Connected:
 def vmc(device: Device, link: Path | None) -> Connected:
     """A suite that sends VMC."""
     height_m = device.participant.height if device.participant is not None else _HEIGHT_M
-    port = 0 if device.simulated else int(device.port)
-    return Connected(VmcDriver(device.name, str(link or device.port), height_m), partial(open_udp, port, announce=link))
+    missing = f"no tracking suite sends VMC to UDP port {link or device.port}"
+    decoder = VmcDecoder(device.name, height_m)
+    driver = SenderDriver(
+        device.name, BY_NAME["tracker"], decoder, "a VMC tracking suite", missing, lambda: "a tracked body over VMC"
+    )
+    return Connected(driver, partial(open_udp, 0 if device.simulated else int(device.port), announce=link))
 
 
 def vrpn(device: Device, link: Path | None) -> Connected:

@@ -25,7 +25,7 @@ _STILL_WORDS = 60.0
 
 
 @dataclass(frozen=True)
-class GloveFit:
+class CalibratedGlove:
     """save: writes the calibration to a file. notes: a line for each sensor that keeps a typical hand's values. unrest_deg: by how
     much the most restless joint strayed in each hand that was held still, root mean square [degrees]."""
 
@@ -34,7 +34,7 @@ class GloveFit:
     unrest_deg: dict[str, float]
 
 
-def cyberglove(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> GloveFit:
+def cyberglove(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> CalibratedGlove:
     """Of a CyberGlove, from all four of `HANDS`. times: of each sample [s]. Raises CalibrationError."""
     holds = find_holds(times, [tuple(r) for r in raw], _STILL_BYTES)
     found, four = fit_among(holds)
@@ -42,10 +42,10 @@ def cyberglove(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> 
         name: _unrest([found.calibration.angles(r) for r in raw[hold.begin : hold.end]])
         for (name, _), hold in zip(HANDS, four, strict=True)
     }
-    return GloveFit(partial(glove_calibration.save_calibration, found.calibration), found.notes, unrest)
+    return CalibratedGlove(partial(glove_calibration.save_calibration, found.calibration), found.notes, unrest)
 
 
-def fivedt(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> GloveFit:
+def fivedt(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> CalibratedGlove:
     """Of a 5DT glove, from the fist and the spread hand. times: of each sample [s]. Raises CalibrationError."""
     keys = device.config_as(GloveConfig)
     highest = highest_of(keys.kind)
@@ -60,7 +60,7 @@ def fivedt(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> Glov
         name: _unrest([calibration.angles(s, keys.sensors) for s in samples[hold.begin : hold.end]])
         for name, hold in (("fist", fist), ("spread", spread))
     }
-    return GloveFit(partial(fivedt_calibration.save_calibration, calibration), notes, unrest)
+    return CalibratedGlove(partial(fivedt_calibration.save_calibration, calibration), notes, unrest)
 
 
 def _unrest(angles: Sequence[Sequence[float]]) -> float:
