@@ -1,13 +1,13 @@
-"""When a byte crossed the wire, from when it was read."""
+"""Times at which bytes were sent, from the times at which they were read."""
 
 from collections import deque
 
 
 class ByteArrivals:
-    """Keeps, for the bytes still held by a parser, the time at which each was sent.
+    """The sending times of the bytes that a parser still has in its buffer.
 
-    A read gives many bytes at once and only its own time. The last of them had just arrived; every byte before it
-    was one byte time earlier, but never earlier than the read before.
+    A read gives many bytes and one time. The last byte had just arrived; each byte before it was sent one byte time earlier,
+    but not before the last read.
     """
 
     def __init__(self, baud: int) -> None:
@@ -18,7 +18,7 @@ class ByteArrivals:
 
     @property
     def end(self) -> int:
-        """Offset in the stream of the byte to come."""
+        """Offset in the stream of the next byte."""
         return self._end
 
     def read(self, count: int, t_ns: int) -> None:
@@ -28,13 +28,13 @@ class ByteArrivals:
         self._last_ns = t_ns
 
     def began_ns(self, offset: int) -> int:
-        """When the byte at `offset` of the stream began to be sent; offsets asked for must not decrease."""
+        """When the byte at `offset` began to be sent [ns]; offsets must not decrease from call to call."""
         while self._reads and self._reads[0][0] <= offset:
             self._reads.popleft()
         end, t_ns, before_ns = self._reads[0]
         return max(int(t_ns - (end - offset) * self._byte_ns), before_ns)
 
     def forget(self, offset: int) -> None:
-        """Bytes before `offset` are no longer of interest."""
+        """Drop the times of bytes before `offset`."""
         while self._reads and self._reads[0][0] <= offset:
             self._reads.popleft()

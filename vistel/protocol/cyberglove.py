@@ -59,10 +59,9 @@ _TAILS = {b"es": "sampling too fast", b"eg": "glove unplugged"}
 
 
 class CyberGloveParser:
-    """Turns what a CyberGlove sends into samples; steps over what it cannot be and counts it.
+    """Parses samples and answers of a CyberGlove; skips and counts invalid bytes.
 
-    sensors: how many values a sample has; status, timestamp: whether these were switched on. They may be changed
-    while bytes flow, when an answer says so.
+    sensors: values of a sample; status, timestamp: whether these are switched on. They may change at any time.
     """
 
     def __init__(self, sensors: int = 18, *, status: bool = True, timestamp: bool = False, baud: int = 115200) -> None:
@@ -94,7 +93,7 @@ class CyberGloveParser:
             else:
                 self._segment(i, zero, base, samples)
             i = zero + 1
-        if len(buffer) - i > _MAX_TEXT:  # a text without a zero is longer than any of a glove's
+        if len(buffer) - i > _MAX_TEXT:  # longer than any text of a glove
             surplus = len(buffer) - i - _MAX_TEXT
             self.bytes_skipped += surplus
             i += surplus
@@ -103,14 +102,14 @@ class CyberGloveParser:
         return samples
 
     def take_answers(self) -> list[Answer]:
-        """Answers that came since the last call, oldest first."""
+        """Answers since the last call, oldest first."""
         answers, self._answers = self._answers, []
         return answers
 
     def _query_end(self, i: int, zero: int) -> int | None:
-        """Where the zero of a query's answer at `i` is, when its value holds zeros itself; None to wait for it.
+        """Index of the final zero of a query's answer at `i` whose value contains zeros; None: incomplete.
 
-        Returns `zero` when there is nothing special about it.
+        Returns `zero` if there is no such answer.
         """
         b = self._buffer
         if zero - i < 2 or b[i] != ord("?") or b[i + 1] not in _ANSWER_LENGTH:
@@ -123,12 +122,12 @@ class CyberGloveParser:
         return end if b[end] == 0 else zero
 
     def _segment(self, i: int, zero: int, base: int, samples: list[Sample]) -> None:
-        """Judge the bytes from `i` up to the zero."""
+        """Parse the bytes from `i` up to the zero."""
         b = self._buffer
         tail = _TAILS.get(bytes(b[max(i, zero - 2) : zero]), "")
         body = 1 + self.sensors + 5 * self.timestamp + self.status
         for error, end in ((tail, zero - 2), ("", zero)) if tail else (("", zero),):
-            # Counted from the zero back: garbage before a whole sample does not cost the sample.
+            # Counted back from the zero, so that garbage before a sample does not spoil it.
             start = end - body
             if start >= i and b[start] in b"SG" and not (self.status and not b[end - 1] & STATUS_ALWAYS):
                 self.bytes_skipped += _unexpected(bytes(b[i:start]))
@@ -144,7 +143,7 @@ class CyberGloveParser:
 
 
 def _unexpected(before: bytes) -> int:
-    """How many bytes before a sample are garbage; an ASCII command's CR LF is not."""
+    """Number of garbage bytes before a sample; the CR LF of an ASCII command is none."""
     return 0 if not before.strip(b"\r\n") else len(before)
 
 
@@ -183,21 +182,21 @@ FILTER_ON = b"F\x01"
 
 
 def set_mask(mask: bytes) -> bytes:
-    """Which sensors to send."""
+    """Select the sensors that are sent."""
     return b"M" + mask
 
 
 def set_count(sensors: int) -> bytes:
-    """How many values to send."""
+    """Set the number of values that are sent."""
     return b"N" + bytes((sensors,))
 
 
 def set_rate(rate_hz: float) -> bytes:
-    """Samples per second. As text: drivers disagree about the byte order of the binary form."""
+    """Set the samples per second. As text: drivers disagree about the byte order of the binary form."""
     return f"t {round(115200 / rate_hz)} 1\r".encode()
 
 
 def rate_of(period: bytes) -> float:
-    """Samples per second from the answer to QUERY_PERIOD (two words, host order: low byte first); 0 where the answer has none."""
+    """Samples per second, from the answer to QUERY_PERIOD (two words, low byte first); 0 if it is invalid."""
     words = [int.from_bytes(period[k : k + 2], "little") for k in (0, 2)] if len(period) == 4 else [0]
     return 115200 / (words[0] * words[1]) if all(words) else 0.0

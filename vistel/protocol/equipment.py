@@ -1,4 +1,4 @@
-"""A room's equipment on Modbus: which register holds what, and how its numbers are meant.
+"""The equipment of a room on Modbus: register maps, with types, scales and limits.
 
 The map of an audio delay unit (eight channels of delay line with bypass, mute and level) is built in; others, of an
 amplifier, a projector, shutters, are given in the conference file.
@@ -17,12 +17,12 @@ MAGIC = 0x5644
 MAP_VERSION = 1
 CHANNELS_MOST = 8
 BUSY_CODES = (5, 6)
-"""Exceptions after which the same is asked again: acknowledge, busy. Others are faults of the configuration."""
+"""Exceptions after which a request is repeated: acknowledge, busy. Others are faults of the configuration."""
 
 
 @dataclass(frozen=True)
 class Register:
-    """address: on the wire, from 0; scale: of one count in `unit`; low, high: what may be asked of it, in `unit`."""
+    """address: on the wire, from 0; scale: of one count, in `unit`; low, high: limits, in `unit`."""
 
     table: Table
     address: int
@@ -34,7 +34,7 @@ class Register:
 
     @property
     def words(self) -> int:
-        """How many addresses it takes."""
+        """Number of addresses."""
         return 2 if self.kind == "u32" else 1
 
     @property
@@ -43,7 +43,7 @@ class Register:
         return self.table in ("holding", "coil")
 
     def value(self, words: Sequence[int | bool]) -> float:
-        """In `unit`, from what was read; u32: high word first."""
+        """The value in `unit` of the words read; u32: high word first."""
         if self.kind == "bit":
             return float(bool(words[0]))
         if self.kind == "u32":
@@ -52,7 +52,7 @@ class Register:
         return (count - 0x10000 if self.kind == "i16" and count >= 0x8000 else count) * self.scale
 
     def raw(self, value: float) -> list[int]:
-        """The words to write. Raises ValueError for what the register cannot hold or may not be asked."""
+        """The words to write for a value in `unit`. Raises ValueError outside the limits or the register's range."""
         if (self.low is not None and value < self.low) or (self.high is not None and value > self.high):
             raise ValueError(f"expected {self.low:g} to {self.high:g} {self.unit}, got {value:g}".replace("None", "any"))
         if self.kind == "bit":
@@ -102,7 +102,7 @@ DELAY_UNIT: Mapping[str, Register] = MappingProxyType(_delay_unit())
 
 @dataclass(frozen=True)
 class Block:
-    """Neighbouring addresses of one table, read at once."""
+    """Consecutive addresses of one table, read together."""
 
     table: Table
     address: int
@@ -110,7 +110,7 @@ class Block:
 
 
 def blocks(registers: Mapping[str, Register], gap: int = 8, most: int = 64) -> list[Block]:
-    """The fewest reads that see all of them; addresses up to `gap` apart are read together."""
+    """The reads that cover all registers; addresses up to `gap` apart are read together, at most `most`."""
     out: list[Block] = []
     for table in ("holding", "input", "coil", "discrete"):
         spans = sorted({(r.address, r.words) for r in registers.values() if r.table == table})

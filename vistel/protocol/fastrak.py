@@ -5,7 +5,7 @@ The driver asks every station for position, quaternion and CR LF in binary and c
 
     '0' | station '1'..'4' | error | x y z [cm] | w x y z | CR LF          33 bytes, floats little endian
 
-There is neither length nor checksum, so a record is accepted only when all of it is possible.
+A record has neither length nor checksum, so it is accepted only if every field is valid.
 """
 
 import re
@@ -14,15 +14,15 @@ from dataclasses import dataclass
 from enum import Enum
 
 from vistel.protocol.device_pose import DevicePose
-from vistel.protocol.polhemus import Record, pose_of
-from vistel.protocol.stream import NO, WAIT, StreamParser
-from vistel.protocol.turns import Turns
+from vistel.protocol.measurement_times import MeasurementTimes
+from vistel.protocol.polhemus import Record, numbers, pose_of
+from vistel.protocol.stream import INCOMPLETE, NO_MATCH, StreamParser
 
 RECORD_LENGTH = 33
 LATENCY_NS = 3_750_000
 """From the middle of a measurement to its first byte leaving (manual, specifications)."""
 CYCLE_S = 1.0 / 120.0
-"""One receiver is measured per cycle; active stations take turns."""
+"""One receiver is measured per cycle, in the order of active stations [s]."""
 
 _FLOATS = struct.Struct("<7f")
 _REPLY_START = re.compile(rb"2[ 1-4][A-Za-z]")
@@ -59,7 +59,7 @@ class Status:
 
 
 class Trust(Enum):
-    """What an error letter means for the pose that came with it."""
+    """How far the pose of a record with an error letter can be used."""
 
     GOOD = "good"
     FLAGGED = "flagged"
@@ -83,7 +83,7 @@ _MEANINGS = {
 
 
 def trust(error: str) -> Trust:
-    """How far a pose with this error letter can be trusted."""
+    """How far a pose with this error letter can be used."""
     if not error:
         return Trust.GOOD
     if error in "jkl":
@@ -101,13 +101,13 @@ def meaning(error: str) -> str:
 
 
 class FastrakParser(StreamParser):
-    """Turns what a FASTRAK sends into records; steps over what it cannot be, byte by byte, and counts it."""
+    """Parses records and replies of a FASTRAK; skips and counts invalid bytes."""
 
     start = re.compile(rb"[02]")
 
     def __init__(self, baud: int = 115200) -> None:
         super().__init__(baud)
-        self._turns = Turns(CYCLE_S * 1e9)
+        self._times = MeasurementTimes(CYCLE_S * 1e9)
         self._found: list[tuple[int, str, DevicePose, int]] = []
         self._replies: list[Reply] = []
 
@@ -117,14 +117,14 @@ class FastrakParser(StreamParser):
         found, self._found = self._found, []
         if not found:
             return []
-        times = self._turns.times([(station, arrival_ns) for station, _, _, arrival_ns in found])
+        times = self._times.times([(station, arrival_ns) for station, _, _, arrival_ns in found])
         return [
             Record(station, error, position, rotation, t)
             for (station, error, (position, rotation), _), t in zip(found, times, strict=True)
         ]
 
     def take_replies(self) -> list[Reply]:
-        """Answers that came since the last call, oldest first."""
+        """Replies since the last call, oldest first."""
         replies, self._replies = self._replies, []
         return replies
 
@@ -135,29 +135,29 @@ class FastrakParser(StreamParser):
         b = self._buffer
         have = len(b) - i
         if have > 1 and not 49 <= b[i + 1] <= 52:
-            return NO
+            return NO_MATCH
         if have > 2 and not _is_error(b[i + 2]):
-            return NO
+            return NO_MATCH
         if have > 31 and b[i + 31] != _CR:
-            return NO
+            return NO_MATCH
         if have < RECORD_LENGTH:
-            return WAIT
+            return INCOMPLETE
         if b[i + 32] != _LF:
-            return NO
+            return NO_MATCH
         pose = pose_of(*_FLOATS.unpack_from(b, i + 3))
         if pose is None:
-            return NO
+            return NO_MATCH
         error = "" if b[i + 2] == 32 else chr(b[i + 2])
         self._found.append((b[i + 1] - 48, error, pose, self._began_ns(i) - LATENCY_NS))
         return RECORD_LENGTH
 
     def _reply_at(self, i: int) -> int:
-        """The same for an answer: '2', station or blank, the command's letter, printable text, CR LF."""
+        """A reply: '2', station or blank, the command's letter, printable text, CR LF."""
         b = self._buffer
         if len(b) - i < 3:
-            return WAIT if len(b) - i < 2 or b[i + 1] in b" 1234" else NO
+            return INCOMPLETE if len(b) - i < 2 or b[i + 1] in b" 1234" else NO_MATCH
         if not _REPLY_START.match(b, i):
-            return NO
+            return NO_MATCH
         for k in range(i + 3, min(len(b), i + _REPLY_MAX)):
             c = b[k]
             if c == _LF and b[k - 1] == _CR:
@@ -165,8 +165,8 @@ class FastrakParser(StreamParser):
                 self._replies.append(Reply(chr(b[i + 2]), chr(b[i + 1]).strip(), text))
                 return k + 1 - i
             if not (32 <= c < 127 or c == _CR):
-                return NO
-        return WAIT if len(b) - i < _REPLY_MAX else NO
+                return NO_MATCH
+        return INCOMPLETE if len(b) - i < _REPLY_MAX else NO_MATCH
 
 
 def _is_error(c: int) -> bool:
@@ -189,7 +189,7 @@ EXTERNAL_SYNC = b"y1\r"
 
 
 def enable_station(station: int, on: bool) -> bytes:
-    """Let a station take part in the turns, or not."""
+    """Switch the measurement of a station on or off."""
     return f"l{station},{int(on)}\r".encode()
 
 
@@ -199,7 +199,7 @@ def output_list(station: int) -> bytes:
 
 
 def boresight(station: int) -> bytes:
-    """Make the receiver's present attitude the reference."""
+    """Make the present attitude of the receiver the reference."""
     return f"B{station}\r".encode()
 
 

@@ -1,4 +1,4 @@
-"""5DT Data Gloves: bytes in, samples out. They only talk, except for the Data Glove 5.
+"""5DT Data Gloves: bytes in, samples out. Only the Data Glove 5 takes commands.
 
 Ultra over USB (HID), reports of 64 bytes:     16 x i16 big endian, the rest unused
 Ultra over its wireless kit, 115200 baud:      '<' type version | 16 x 12 bits, high first | checksum '>'      29 bytes
@@ -13,7 +13,7 @@ import re
 import struct
 from dataclasses import dataclass
 
-from vistel.protocol.stream import NO, WAIT, StreamParser
+from vistel.protocol.stream import INCOMPLETE, NO_MATCH, StreamParser
 
 SLOTS: tuple[str, ...] = (
     "thumb_near", "thumb_far", "thumb_index",
@@ -22,7 +22,7 @@ SLOTS: tuple[str, ...] = (
     "ring_near", "ring_far", "ring_little",
     "little_near", "little_far",
 )  # fmt: skip
-"""Sensors of a glove with 14, in the order of its slots: the joint near the palm, the one after it, the spread."""
+"""Sensors of a glove with 14, in the order of its slots: near joint, far joint, spread."""
 SLOTS_5: tuple[str, ...] = ("thumb_near", "index_near", "middle_near", "ring_near", "little_near")
 """Of a glove with 5: slots 0, 3, 6, 9 and 12."""
 VENDOR_ID = 0x5D70
@@ -41,7 +41,7 @@ _WORDS = struct.Struct(">16H")
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """One sample. values: 16 slots, or those of `SLOTS_5` of a Data Glove 5; right: None where it does not say.
+    """One sample. values: 16 slots, or those of `SLOTS_5` of a Data Glove 5; right: None if unknown.
 
     t_ns: when its first byte was sent. port: 0 or 1, which glove of a wireless kit.
     """
@@ -58,7 +58,7 @@ def product_is(product_id: int, *, right: bool, sensors: int) -> bool:
 
 
 def product_name(product_id: int) -> str | None:
-    """A USB product with 5DT's vendor id in words; None for one that is no glove."""
+    """Name of a USB product with 5DT's vendor id; None if it is no glove."""
     for right in (False, True):
         for sensors in (14, 5):
             if product_is(product_id, right=right, sensors=sensors):
@@ -67,18 +67,18 @@ def product_name(product_id: int) -> str | None:
 
 
 def ultra_name(*, right: bool, sensors: int) -> str:
-    """In words."""
+    """Name of an Ultra."""
     return f"a {'right' if right else 'left'} 5DT Data Glove Ultra with {sensors} sensors"
 
 
 class ReportParser:
-    """Turns HID reports, one for each read, into samples."""
+    """Parses HID reports, one for each read."""
 
     def __init__(self) -> None:
         self.bytes_skipped = 0
 
     def feed(self, data: bytes, t_ns: int) -> list[Sample]:
-        """The sample of a report read at `t_ns`; none for what is no report. Never raises."""
+        """The sample of a report read at `t_ns`; none if it is no report. Never raises."""
         values = _WORDS.unpack_from(data) if len(data) == REPORT_LENGTH else ()
         if not values or max(values) > HIGHEST:
             self.bytes_skipped += len(data)
@@ -101,7 +101,7 @@ class _SerialParser(StreamParser):
 
 
 class UltraParser(_SerialParser):
-    """The wireless kit of the Ultra. Its checksum's rule is not published: type and both ends are what is checked."""
+    """The wireless kit of the Ultra. Its checksum is not published; type and both ends are checked."""
 
     LENGTH = 29
     start = re.compile(rb"<(?:[\x00-\x07\x10-\x17]|\Z)")
@@ -112,9 +112,9 @@ class UltraParser(_SerialParser):
     def _take(self, i: int) -> int:
         b = self._buffer
         if len(b) - i < self.LENGTH:
-            return WAIT
+            return INCOMPLETE
         if b[i + self.LENGTH - 1] != ord(">"):
-            return NO
+            return NO_MATCH
         kind = b[i + 1]
         packed = int.from_bytes(b[i + 3 : i + 27], "big")
         values = tuple(packed >> 12 * (15 - k) & 0xFFF for k in range(16))
@@ -123,7 +123,7 @@ class UltraParser(_SerialParser):
 
 
 class Glove16Parser(_SerialParser):
-    """The Data Glove 16. From time to time it sends whether it is a right one."""
+    """The Data Glove 16, which sends now and then whether it is a right one."""
 
     LENGTH, INFO_LENGTH = 36, 7
     start = re.compile(rb"<(?:[DI]|\Z)")
@@ -136,24 +136,24 @@ class Glove16Parser(_SerialParser):
         b = self._buffer
         have = len(b) - i
         if have < 2:
-            return WAIT
+            return INCOMPLETE
         if b[i + 1] == ord("I"):
             if have < self.INFO_LENGTH:
-                return WAIT
+                return INCOMPLETE
             if b[i + 6] != ord(">"):
-                return NO
+                return NO_MATCH
             self._right = bool(b[i + 4] & 1)
             return self.INFO_LENGTH
         if max(b[i + 2 : i + 34 : 2], default=0) > 0x0F:
-            return NO
+            return NO_MATCH
         if have < self.LENGTH:
-            return WAIT
+            return INCOMPLETE
         self._samples.append(Sample(_WORDS.unpack_from(b, i + 2), self._right, 0, self._began_ns(i)))
         return self.LENGTH
 
 
 class Glove5Parser(_SerialParser):
-    """The Data Glove 5: five fingers, then pitch and roll, which are left out."""
+    """The Data Glove 5: five fingers, then pitch and roll, which are ignored."""
 
     LENGTH, INFO_LENGTH = 9, 32
     start = re.compile(rb"[\x80\x55]|B(?:R|\Z)")
@@ -164,12 +164,12 @@ class Glove5Parser(_SerialParser):
         self._recent = bytearray()
 
     def feed(self, data: bytes, t_ns: int) -> list[Sample]:
-        """Samples completed by bytes that were read at `t_ns`."""
+        """As `_SerialParser.feed`."""
         self._recent = (self._recent + data)[-4 * self.INFO_LENGTH :]
         return super().feed(data, t_ns)
 
-    def took_greeting(self) -> bool:
-        """Whether it has sent 0x55, its answer to `HELLO`, since the last call."""
+    def answered_hello(self) -> bool:
+        """Whether 0x55, the answer to `HELLO`, has arrived since the last call."""
         recent, self._recent = bytes(self._recent), bytearray()
         return 0x55 in recent
 
@@ -177,27 +177,27 @@ class Glove5Parser(_SerialParser):
         b = self._buffer
         have = len(b) - i
         if b[i] == 0x55:
-            return 1  # its answer to a greeting, or the end of some units' records
+            return 1  # the answer to HELLO, or the end of some units' records
         if b[i] == ord("B"):
-            # Nothing but the first six bytes of its description is fixed, so no more of it is taken on trust.
+            # Only the first six bytes of its description are fixed; the rest is skipped.
             if have < 6:
-                return WAIT
+                return INCOMPLETE
             if b[i + 4] > 0x03 or b[i + 5] > 0x1F:
-                return NO
+                return NO_MATCH
             self._right = bool(b[i + 4] & 1)
             return 6
         if have < self.LENGTH:
-            return WAIT
+            return INCOMPLETE
         check = 0
         for k in range(i + 1, i + 9):
             check ^= b[k]
         if check:
-            return NO
+            return NO_MATCH
         self._samples.append(Sample(tuple(b[i + 1 : i + 6]), self._right, 0, self._began_ns(i)))
         return self.LENGTH
 
 
-# Commands of the Data Glove 5; the others hear nothing.
+# Commands of the Data Glove 5.
 HELLO = b"A"
 """Answer 0x55; ends a stream."""
 INFO = b"G"

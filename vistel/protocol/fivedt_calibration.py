@@ -29,13 +29,13 @@ _THUMB_SPREAD = math.radians(45.0)
 _FINGER_SPREAD = math.radians(15.0)
 """Angle between two fingers in an open hand [rad]."""
 _LEAST = 0.02
-"""A sensor that moves less from open hand to fist, as a part of a typical hand's way, is not worn."""
+"""A sensor that moves less from open hand to fist, as a share of a typical hand's range, is not worn."""
 _BEYOND = 0.15
-"""A hand may open or close farther than it did when it was measured, by this part of the way."""
+"""A hand may open or close farther than when it was measured, by this share of the range."""
 
 
 def _joints() -> dict[str, tuple[int, float]]:
-    """Of each flexion sensor: the angle it measures and what that is in a fist [rad]; in an open hand it is 0."""
+    """For each flexion sensor: index of the angle it measures, and that angle in a fist [rad]; in an open hand it is 0."""
     table = {"thumb_near": (2, _THUMB_NEAR), "thumb_far": (3, _THUMB_FAR)}
     for finger, base in _FINGERS.items():
         table |= {f"{finger}_near": (base, _NEAR), f"{finger}_far": (base + 2, _FAR)}
@@ -49,7 +49,7 @@ _SPREADS = {
     "middle_ring": _FINGER_SPREAD,
     "ring_little": _FINGER_SPREAD,
 }
-"""Of each spread sensor: its angle in an open hand [rad]; in a fist it is 0."""
+"""For each spread sensor: its angle in an open hand [rad]; in a fist it is 0."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class FiveDtCalibration:
         return out
 
     def counts(self, angles: Sequence[float], sensors: int) -> list[float]:
-        """What the 16 slots of a glove would read, not yet rounded; those without a sensor 0."""
+        """The counts of a glove's 16 slots for 20 angles [rad], not rounded; 0 for slots without a sensor."""
         spread = {
             "thumb_index": angles[1],
             "index_middle": angles[5] - angles[9],

@@ -5,8 +5,7 @@ has an abduction per finger. The middle finger is the reference: its abduction i
 
 The 20 angles are those of one row of `vistel.figure.posture.posture.Posture.hands`: thumb roll, abduction, flexion 1 and 2;
 then base flexion, abduction, middle flexion, end flexion of index, middle, ring and little finger. They are
-anatomical (flexion to the palm, abduction to the thumb), so left and right gloves share all signs; the maker's own
-software negates abductions on the left because it gives angles in a frame.
+anatomical (flexion to the palm, abduction to the thumb), so left and right gloves share all signs.
 """
 
 import json
@@ -29,27 +28,27 @@ _DIRECT = (
 )  # fmt: skip
 _DISTAL = ((7, 6), (11, 10), (15, 14), (19, 18))
 _ABDUCTIONS = (("middle_index_abduction", 4, 8), ("ring_middle_abduction", 8, 12), ("pinky_ring_abduction", 12, 16))
-"""Sensors between fingers, and the base flexions of the two fingers: bending both pulls at the sensor too."""
+"""Sensors between fingers, and indices of the base flexions of the two fingers, which also move the sensor."""
 _INDEX_ABDUCTION = 5
-"""Place of the index finger's abduction among the angles."""
+"""Index of the index finger's abduction among the angles."""
 _MIDDLE_ABDUCTION = 9
-"""Place of the middle finger's abduction among the angles."""
+"""Index of the middle finger's abduction among the angles."""
 _RING_ABDUCTION = 13
-"""Place of the ring finger's abduction among the angles."""
+"""Index of the ring finger's abduction among the angles."""
 _LITTLE_ABDUCTION = 17
-"""Place of the little finger's abduction among the angles."""
+"""Index of the little finger's abduction among the angles."""
 
 
 class CalibrationError(ValueError):
-    """A calibration file that cannot be used: file: sensor: what was expected."""
+    """A calibration file that cannot be used; one line: file, sensor, what was expected."""
 
 
 @dataclass(frozen=True)
 class GloveCalibration:
     """offset: (22,) counts; gain: (22,) radians per count, in the order of `SENSORS_22`.
 
-    distal_ratio: end flexion / middle flexion, for gloves that do not measure the end joints. coupling: abduction that the
-    three sensors between fingers seem to see per radian of their fingers' mean base flexion.
+    distal_ratio: end flexion / middle flexion, for gloves that do not measure the end joints. coupling: apparent
+    abduction of the three sensors between fingers per radian of their fingers' mean base flexion.
     """
 
     offset: tuple[float, ...]
@@ -87,7 +86,7 @@ class GloveCalibration:
         return out
 
     def counts(self, angles: list[float], sensors: int) -> list[float]:
-        """What the sensors of a glove with 18 or 22 would read, not yet rounded; palm and wrist at rest."""
+        """The counts of a glove with 18 or 22 sensors for 20 angles [rad], not rounded; palm and wrist at rest."""
         measured = {sensor: angles[angle] for angle, sensor in _DIRECT}
         measured["middle_index_abduction"] = angles[_INDEX_ABDUCTION] - angles[_MIDDLE_ABDUCTION]
         measured["ring_middle_abduction"] = angles[_MIDDLE_ABDUCTION] - angles[_RING_ABDUCTION]

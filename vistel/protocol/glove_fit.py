@@ -1,4 +1,4 @@
-"""A glove's calibration from four hands its user holds still: open, fist, spread, pinch.
+"""Calibrates a glove from four hand shapes held still: open, fist, spread, pinch.
 
 Between a flat hand and a fist each flexion sensor is linear; between a flat and a spread hand each abduction sensor is, less
 what bending alone does to it (seen in the fist, whose fingers lie side by side); the pinch turns the thumb's roll.
@@ -17,7 +17,7 @@ HANDS: tuple[tuple[str, str], ...] = (
     ("spread", "Hold the hand flat and spread fingers and thumb as far as they go."),
     ("pinch", "Touch the tip of the thumb with the tip of the index finger, other fingers relaxed."),
 )
-"""Name and what to ask for, in this order."""
+"""Name and instruction of each hand shape, in this order."""
 HOLD_S = 3.0
 
 FIST_DEG = {"thumb_mpj": 45.0, "thumb_ij": 60.0} | {
@@ -40,7 +40,7 @@ _COUPLED = (
 
 @dataclass(frozen=True)
 class Hold:
-    """A hand held still: counts, the medians of the samples numbered `begin` to `end` (not with it)."""
+    """A hand held still. counts: medians of the samples `begin` to `end`, without `end`."""
 
     begin: int
     end: int
@@ -49,7 +49,7 @@ class Hold:
 
 @dataclass(frozen=True)
 class GloveFit:
-    """calibration; notes: one line for each sensor that keeps a typical hand's values, and why."""
+    """A calibration. notes: one line for each sensor that keeps its default values, and why."""
 
     calibration: GloveCalibration
     notes: tuple[str, ...]

@@ -18,7 +18,7 @@ import struct
 from dataclasses import dataclass
 
 from vistel.protocol.polhemus import CREEP, LATE_CYCLES, Record, pose_of
-from vistel.protocol.stream import NO, WAIT, StreamParser
+from vistel.protocol.stream import INCOMPLETE, NO_MATCH, StreamParser
 
 RECORD_LENGTH = 42
 """Header, position, quaternion, frame count, CR LF [bytes]."""
@@ -54,10 +54,10 @@ class Reply:
 
 
 class FrameTimes:
-    """When a frame was measured, freed from the jitter of the machine that reads it.
+    """Measurement times of frames, without the jitter of the host.
 
-    As `vistel.protocol.turns.Turns`, with the unit's own count in place of a guess: an arrival is never too early,
-    so the least of this frame's arrival and of the last frame's time plus the cycles counted since is the time.
+    As `vistel.protocol.measurement_times.MeasurementTimes`, but with the unit's own frame count: no arrival is early, so the
+    time is the least of this frame's arrival and of the last frame's time plus the cycles counted since.
     """
 
     def __init__(self, cycle_ns: float) -> None:
@@ -66,7 +66,7 @@ class FrameTimes:
         self._t_ns: float | None = None
 
     def time(self, frame: int, arrival_ns: int) -> int:
-        """Of the frame with this count, a record of which began to arrive (latency subtracted) at `arrival_ns`."""
+        """Time of the frame with this count [ns]; its record began to arrive at `arrival_ns`, less latency."""
         bound = float(arrival_ns)
         if self._t_ns is not None:
             cycles = frame - self._frame
@@ -78,7 +78,7 @@ class FrameTimes:
 
 
 class LibertyParser(StreamParser):
-    """Turns what a LIBERTY or PATRIOT sends into records; steps over what it cannot be, byte by byte, and counts it."""
+    """Parses records and replies of a LIBERTY or PATRIOT; skips and counts invalid bytes."""
 
     start = re.compile(rb"L(?:Y|\Z)|P(?:A|\Z)")
 
@@ -95,18 +95,18 @@ class LibertyParser(StreamParser):
         return records
 
     def take_replies(self) -> list[Reply]:
-        """Answers that came since the last call, oldest first."""
+        """Replies since the last call, oldest first."""
         replies, self._replies = self._replies, []
         return replies
 
     def _take(self, i: int) -> int:
         b = self._buffer
         if len(b) - i < _HEADER.size:
-            return WAIT
+            return INCOMPLETE
         mark, station, command, error, _, size = _HEADER.unpack_from(b, i)
         model = _MODELS[mark]
         if not _is_error(error):
-            return NO
+            return NO_MATCH
         letter = "" if error in (0, 32) else chr(error)
         if command in _DATA and size == _BODY_SIZE and 1 <= station <= MAX_STATIONS[model]:
             return self._record_at(i, model, station, letter)
@@ -115,32 +115,32 @@ class LibertyParser(StreamParser):
     def _record_at(self, i: int, model: str, station: int, error: str) -> int:
         b = self._buffer
         if len(b) - i < RECORD_LENGTH:
-            return WAIT
+            return INCOMPLETE
         if bytes(b[i + RECORD_LENGTH - 2 : i + RECORD_LENGTH]) != b"\r\n":
-            return NO
+            return NO_MATCH
         *values, frame = _BODY.unpack_from(b, i + _HEADER.size)
         pose = pose_of(*values)
         if pose is None:
-            return NO
+            return NO_MATCH
         t_ns = self._times[model].time(frame, self._began_ns(i) - LATENCY_NS[model])
         self._records.append(Record(station, error, *pose, t_ns, frame))
         return RECORD_LENGTH
 
     def _reply_at(self, i: int, size: int, head: Reply) -> int:
-        """Text, the two station masks, or nothing at all: a record's header in what claims to be text ends the claim."""
+        """Text, the two station masks, or nothing: bytes that are no text, such as a record's header, are no reply."""
         b = self._buffer
         start, end = i + _HEADER.size, i + _HEADER.size + size
         if head.command == _STATIONS and not head.error:
             if size != 4:
-                return NO
+                return NO_MATCH
         else:
             if size > _MAX_REPLY or (not size and not head.error):
-                return NO
+                return NO_MATCH
             text = _TEXT.match(b, start, min(end, len(b)))
             if text is None or text.end() < min(end, len(b)):
-                return NO
+                return NO_MATCH
         if len(b) < end:
-            return WAIT
+            return INCOMPLETE
         self._replies.append(Reply(head.model, head.command, head.error, bytes(b[start:end])))
         return end - i
 
@@ -153,7 +153,7 @@ def _is_error(c: int) -> bool:
 STOP = b"P"
 """One frame of records and silence after it."""
 WAKE = b"\r"
-"""Ends a command left half sent."""
+"""Ends a command that was sent incompletely."""
 STREAM = b"C\r"
 BINARY = b"F1\r"
 CENTIMETRES = b"U1\r"
@@ -167,7 +167,7 @@ QUERY_STATIONS = b"\x150\r"
 
 
 def enable_station(station: int, on: bool) -> bytes:
-    """Let a station be reported, or not."""
+    """Switch the records of a station on or off."""
     return f"\x15{station},{int(on)}\r".encode()
 
 
@@ -177,14 +177,14 @@ def output_list(station: int) -> bytes:
 
 
 def parse_who(reply: Reply) -> str | None:
-    """The unit's own words on one line; None when the reply is about something else."""
+    """The unit's description on one line; None if the reply is another one."""
     if reply.command != _WHO or reply.error:
         return None
     return " ".join(reply.data.decode("ascii", "replace").split())
 
 
 def parse_stations(reply: Reply) -> tuple[frozenset[int], frozenset[int]] | None:
-    """(stations with a receiver, active stations); None when the reply is about something else."""
+    """(stations with a receiver, active stations); None if the reply is another one."""
     if reply.command != _STATIONS or reply.error or len(reply.data) != 4:
         return None
     detected, active = struct.unpack("<2H", reply.data)

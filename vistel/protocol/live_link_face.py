@@ -50,7 +50,7 @@ class FacePacket:
 
 
 def parse(packet: bytes) -> FacePacket | None:
-    """A packet, or None for what is none. Never raises, whatever the bytes."""
+    """A packet, or None if the bytes are none. Never raises."""
     if not packet or packet[0] != VERSION:
         return None
     device = _text(packet, 1)
@@ -88,21 +88,21 @@ def _text(packet: bytes, at: int) -> tuple[str, int] | None:
 
 
 class LiveLinkParser:
-    """Packets, one for each read, of the first phone that sends; those of another one are left out until the first is silent."""
+    """Parses the packets, one for each read, of one phone; those of another are skipped until the first is silent."""
 
     def __init__(self, silent_ns: int = 1_000_000_000) -> None:
         self.bytes_skipped = 0
         self.subject = ""
         self._silent_ns = silent_ns
         self._device: str = ""
-        self._heard_ns = -math.inf
+        self._received_ns = -math.inf
 
     def feed(self, data: bytes, t_ns: int) -> list[FacePacket]:
-        """The packet read at `t_ns`; none for what is none. Never raises."""
+        """The packet read at `t_ns`, or none. Never raises."""
         packet = parse(data)
         other = packet is not None and packet.device != self._device
-        if packet is None or (other and t_ns - self._heard_ns < self._silent_ns):
+        if packet is None or (other and t_ns - self._received_ns < self._silent_ns):
             self.bytes_skipped += len(data)
             return []
-        self._device, self.subject, self._heard_ns = packet.device, packet.subject, t_ns
+        self._device, self.subject, self._received_ns = packet.device, packet.subject, t_ns
         return [packet]

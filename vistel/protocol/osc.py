@@ -11,7 +11,7 @@ _DEEPEST = 4
 
 
 def parse(packet: bytes) -> list[Message]:
-    """The messages of a packet, those of its bundles among them; of what is broken, none. Never raises."""
+    """The messages of a packet and of its bundles, without invalid ones. Never raises."""
     out: list[Message] = []
     _packet(packet, out, 0)
     return out
@@ -76,7 +76,7 @@ def encode(address: str, *arguments: str | float) -> bytes:
 
 
 def bundle(messages: list[bytes]) -> bytes:
-    """A bundle to be acted on at once."""
+    """A bundle for immediate execution."""
     return _BUNDLE + struct.pack(">Q", 1) + b"".join(struct.pack(">I", len(m)) + m for m in messages)
 
 

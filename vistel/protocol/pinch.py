@@ -1,7 +1,7 @@
 """Pinch gloves: contacts at five fingertips, and the hand that makes them.
 
-A contact closes where fingertips touch each other. As the fingers are not measured otherwise, the hand is a typical one that
-pinches with the fingers that touch and rests with the others. Angles: see `vistel.protocol.glove_calibration`.
+A contact closes where fingertips touch each other. The fingers are not measured otherwise, so the hand is a typical one, with
+the touching fingers in a pinch and the others at rest. Angles: see `vistel.protocol.glove_calibration`.
 """
 
 import math
@@ -12,7 +12,7 @@ CONTACTS = 5
 
 _THUMB = {True: (55.0, 20.0, 25.0, 30.0), False: (15.0, 25.0, 10.0, 15.0)}
 _FINGER = {True: (45.0, 0.0, 50.0, 30.0), False: (20.0, 0.0, 25.0, 15.0)}
-"""Degrees of a finger that touches, and of one that rests."""
+"""Angles of a finger in a pinch, and at rest [degrees]."""
 
 
 def angles(touching: Collection[int]) -> list[float]:

@@ -1,8 +1,8 @@
-"""3Dconnexion's 3D mice on USB: what their HID reports say.
+"""3Dconnexion's 3D mice on USB: their HID reports.
 
-A report begins with its number. 1: how the cap is pushed, three signed 16-bit numbers, little-endian; 2: how it is turned, the
-same; newer mice put all six into report 1. 3: a bit for each button. The device's axes are right, towards the user and down;
-counts reach about 350 either way. Reports come while the cap is touched, and once with zeros when it is let go of.
+A report begins with its number. 1: translation of the cap, three signed 16-bit numbers, little-endian; 2: rotation, the same;
+newer mice put all six into report 1. 3: a bit for each button. The axes are right, towards the user and down; counts reach
+about 350 either way. Reports come while the cap is touched, and once with zeros when it is released.
 
 Sources: linux/drivers/hid and the spacenavd project's descriptions of these devices.
 """
@@ -17,7 +17,7 @@ THREE_DCONNEXION = 0x256F
 _LOGITECH_PRODUCTS = frozenset((0xC621, 0xC623, 0xC625, 0xC626, 0xC627, 0xC628, 0xC629, 0xC62B))
 _MICE = range(0xC62E, 0xC660)
 FULL = 350
-"""Counts of a cap that is pushed or turned as far as it goes."""
+"""Counts at full deflection of the cap."""
 
 
 def is_space_mouse(vendor_id: int, product_id: int) -> bool:
@@ -35,12 +35,12 @@ class SpaceMouseState:
 
 
 def after(state: SpaceMouseState, report: bytes) -> SpaceMouseState:
-    """The state after a report; one that is none of these changes nothing."""
+    """The state after a report; the same after an unknown one."""
     if len(report) >= 7 and report[0] in (1, 2):
         axes = _axes(report[1:7])
         if report[0] == 2:
             return replace(state, turn=axes)
-        # A mouse of the older sort pads its reports with nothing: only those of the newer sort are so long.
+        # Only newer mice send reports of this length.
         return replace(state, push=axes, turn=_axes(report[7:13])) if len(report) >= 13 else replace(state, push=axes)
     if len(report) >= 2 and report[0] == 3:
         return replace(state, buttons=int.from_bytes(report[1:5], "little"))

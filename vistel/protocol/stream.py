@@ -1,20 +1,20 @@
-"""What parsers of byte streams have in common: bytes come in any pieces, and what cannot be anything is stepped over."""
+"""What parsers of byte streams have in common: bytes arrive in any pieces; invalid ones are skipped and counted."""
 
 import re
 from abc import ABC, abstractmethod
 
 from vistel.protocol.arrival import ByteArrivals
 
-WAIT = -1
-"""What begins here can still become something: more bytes are needed."""
-NO = 0
-"""Nothing begins here."""
+INCOMPLETE = -1
+"""More bytes are needed to decide what begins at an index."""
+NO_MATCH = 0
+"""Nothing valid begins at an index."""
 
 
 class StreamParser(ABC):
-    """Keeps what is not yet whole; counts what it skips.
+    """Keeps incomplete bytes; counts skipped ones.
 
-    start: matches at every byte at which something can begin, at the buffer's end too, where it is not yet whole.
+    start: matches wherever a record can begin, also if it is incomplete at the end of the buffer.
     """
 
     start: re.Pattern[bytes]
@@ -26,7 +26,7 @@ class StreamParser(ABC):
         self._base = 0
 
     def _read(self, data: bytes, t_ns: int) -> None:
-        """Go through `data`, which was read at `t_ns`, and through what was left of the bytes before."""
+        """Parse `data`, which was read at `t_ns`, after the bytes kept from earlier reads."""
         if not data:
             return
         buffer = self._buffer
@@ -43,9 +43,9 @@ class StreamParser(ABC):
             if i == size:
                 break
             taken = self._take(i)
-            if taken == WAIT:
+            if taken == INCOMPLETE:
                 break
-            if taken == NO:
+            if taken == NO_MATCH:
                 self.bytes_skipped += 1
                 taken = 1
             i += taken
@@ -53,9 +53,9 @@ class StreamParser(ABC):
         self._arrivals.forget(self._base + i)
 
     def _began_ns(self, i: int) -> int:
-        """When the byte at `i` of the buffer began to be sent."""
+        """When the byte at `i` of the buffer began to be sent [ns]."""
         return self._arrivals.began_ns(self._base + i)
 
     @abstractmethod
     def _take(self, i: int) -> int:
-        """How many bytes what begins at `i` of the buffer takes, or NO, or WAIT."""
+        """Parse at `i` of the buffer; returns the number of bytes used, NO_MATCH or INCOMPLETE."""

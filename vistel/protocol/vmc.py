@@ -3,8 +3,8 @@
     /VMC/Ext/Bone/Pos  name  x y z  qx qy qz qw      relative to the parent bone
     /VMC/Ext/Root/Pos  name  x y z  qx qy qz qw      of the whole, relative to the floor
 
-Names are VRM's humanoid bones (Unity: "LeftUpperArm"). The sender's frame is left-handed, X right, Y up, Z forward; what
-comes out is right-handed: X left, Y up, Z forward.
+Names are VRM's humanoid bones (Unity: "LeftUpperArm"). The sender's frame is left-handed: X right, Y up, Z forward. Parsed
+poses are right-handed: X left, Y up, Z forward.
 """
 
 import math
@@ -28,7 +28,7 @@ PARENTS: dict[str, str] = {
     for side in ("Left", "Right") for finger in ("Thumb", "Index", "Middle", "Ring", "Little")
     for before, digit in (("", "Proximal"), ("Proximal", "Intermediate"), ("Intermediate", "Distal"))
 }  # fmt: skip
-"""Bones of the body and their parents; a parent that is not sent stands still on its own parent."""
+"""Bones of the body and their parents; a parent that is not sent is at rest."""
 ROOT = ""
 _BONES = frozenset(PARENTS) | {"Hips"}
 _MOST_M = 20.0
@@ -36,14 +36,14 @@ _MOST_M = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Body:
-    """bones: by VRM name; `ROOT`: of the whole. t_ns: when its last bone was read."""
+    """bones: by VRM name; `ROOT`: of the whole body. t_ns: when its last bone was read."""
 
     bones: dict[str, DevicePose]
     t_ns: int
 
 
 class VmcParser:
-    """Turns packets into bodies: when a bundle of bones has come, or a bone that comes singly comes again."""
+    """Parses packets into bodies: one for each bundle, or, of single bones, whenever one of them comes again."""
 
     def __init__(self) -> None:
         self.bytes_skipped = 0
@@ -90,7 +90,7 @@ def _bone(address: str, arguments: tuple[osc.Argument, ...]) -> tuple[str, Devic
     norm = math.sqrt(qx * qx + qy * qy + qz * qz + qw * qw) if all(map(math.isfinite, numbers)) else 0.0
     if abs(norm - 1.0) > 0.02 or max(abs(x), abs(y), abs(z)) > _MOST_M:
         return None
-    # The mirror of a frame in its X: positions and turns about the other two axes change sign.
+    # The frame mirrored in X: x, and rotations about the other two axes, change sign.
     return name, ((-x, y, z), (qx / norm, -qy / norm, -qz / norm, qw / norm))
 
 

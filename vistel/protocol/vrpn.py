@@ -22,7 +22,7 @@ import re
 import struct
 from dataclasses import dataclass
 
-from vistel.protocol.stream import NO, WAIT, StreamParser
+from vistel.protocol.stream import INCOMPLETE, NO_MATCH, StreamParser
 
 DEFAULT_PORT = 3883
 """TCP port of a VRPN server."""
@@ -65,7 +65,7 @@ _CHANGE = struct.Struct(">ii")
 _POSE_LENGTH = (_HEADER.size + _POSE.size).to_bytes(4, "big")
 _COOKIE = re.compile(rb"vrpn: ver\. \d\d\.\d\d  [0-3]")
 _NETWORK_BAUD = 1_000_000_000
-"""Bytes of a network take no time worth counting."""
+"""A byte takes no time on a network."""
 _MOST_IDS = 2_000
 _MOST_SENSOR = 4_095
 _MOST_CHANNELS = 128
@@ -78,7 +78,7 @@ _NORM_TOLERANCE = 0.02
 class PoseReport:
     """One sensor of a tracker. sensor: from 0; position [m]; rotation: unit quaternion (x, y, z, w), sensor to tracker.
 
-    t_ns: when its last byte was read: the server's own stamp is by another machine's clock.
+    t_ns: when its last byte was read; the server's own stamp is of another clock.
     """
 
     device: str
@@ -99,7 +99,7 @@ class AnalogReport:
 
 @dataclass(frozen=True, slots=True)
 class ButtonReport:
-    """What some buttons of a device do: number to whether it is pressed."""
+    """Buttons of a device: number to whether it is pressed."""
 
     device: str
     pressed: dict[int, bool]
@@ -118,17 +118,17 @@ Report = PoseReport | AnalogReport | ButtonReport | PongReport
 
 
 class VrpnParser(StreamParser):
-    """Turns what a VRPN server sends into reports; steps over what it cannot be, byte by byte, and counts it."""
+    """Parses the messages of a VRPN server into reports; skips and counts invalid bytes."""
 
-    # A cookie's first letter, or a length from 24 to what the longest payload makes; at the buffer's end their beginnings.
+    # The first letter of a cookie, or a possible length of a message; at the buffer's end also their beginnings.
     start = re.compile(rb"v|\x00(?:\Z|\x00(?:\Z|\x00(?:\Z|[\x18-\xff])|[\x01-\x10](?:\Z|.)))", re.DOTALL)
 
     def __init__(self) -> None:
         super().__init__(_NETWORK_BAUD)
         self.version = ""
-        """Of the server, "07.38"; empty before its cookie has come."""
+        """Version of the server, such as "07.38"; empty before its cookie has arrived."""
         self.refused = ""
-        """The opening of a server whose version does not fit."""
+        """The version of a server with an incompatible one."""
         self.pongs: set[str] = set()
         """Devices that have answered a ping."""
         self._senders: dict[int, str] = {}
@@ -138,7 +138,7 @@ class VrpnParser(StreamParser):
 
     @property
     def devices(self) -> tuple[str, ...]:
-        """The names that the server has given, without those of the connection itself."""
+        """Names of the server's devices."""
         return tuple(sorted(n for n in self._senders.values() if n != CONTROL))
 
     def feed(self, data: bytes, t_ns: int) -> list[Report]:
@@ -154,12 +154,12 @@ class VrpnParser(StreamParser):
     def _cookie_at(self, i: int) -> int:
         seen = bytes(self._buffer[i : i + COOKIE_LENGTH])
         if seen[: len(_OPENING)] != _OPENING[: len(seen)]:
-            return NO
+            return NO_MATCH
         if len(seen) < COOKIE_LENGTH:
-            return WAIT
+            return INCOMPLETE
         if not _COOKIE.match(seen):
-            return NO
-        # A new connection: numbers stand for other names now.
+            return NO_MATCH
+        # A new connection: numbers get new names.
         self._senders.clear()
         self._types.clear()
         self.pongs.clear()
@@ -171,28 +171,28 @@ class VrpnParser(StreamParser):
         b = self._buffer
         have = len(b) - i
         if have < _HEADER.size:
-            return WAIT
+            return INCOMPLETE
         length, _, micros, sender, kind = _HEADER.unpack_from(b, i)
         if micros >= 1_000_000 or not -1 <= sender < (65_536 if kind < 0 else _MOST_IDS) or not -6 < kind < _MOST_IDS:
-            return NO
+            return NO_MATCH
         size = length - _HEADER.size
         name = self._types.get(kind, "")
         if not self._fits(kind, name, size):
-            return NO
+            return NO_MATCH
         padded = _HEADER.size + -(-size // 8) * 8
-        if self._begins_anew(i + 1, i + padded, whole=name == POSE):
-            return NO
+        if self._contains_start(i + 1, i + padded, whole=name == POSE):
+            return NO_MATCH
         if have < padded:
-            return WAIT
+            return INCOMPLETE
         payload = bytes(b[i + _HEADER.size : i + length])
         if kind in (SENDER, TYPE):
-            return padded if self._name(kind, sender, payload) else NO
+            return padded if self._name(kind, sender, payload) else NO_MATCH
         if kind >= 0 and not self._report(name, self._senders.get(sender, ""), payload):
-            return NO
+            return NO_MATCH
         return padded
 
     def _fits(self, kind: int, name: str, size: int) -> bool:
-        """Whether a message of this type can have a payload of `size`: decided before waiting for all of it."""
+        """Whether a message of this type can have a payload of `size`; decided before all of it has arrived."""
         if kind in (SENDER, TYPE):
             return 5 <= size <= 256
         if name == POSE:
@@ -205,8 +205,8 @@ class VrpnParser(StreamParser):
             return size % 4 == 0 and 4 <= size <= 4 * (_MOST_BUTTONS + 1)
         return (kind < 0 or bool(name)) and size <= 4_096
 
-    def _begins_anew(self, i: int, end: int, *, whole: bool) -> bool:
-        """Whether a cookie or (unless `whole`) a valid pose is between: then the bytes taken for a message are none."""
+    def _contains_start(self, i: int, end: int, *, whole: bool) -> bool:
+        """Whether a cookie or (unless `whole`) a valid pose is within: then the bytes from `i` on are no message."""
         b = self._buffer
         if _COOKIE.search(b, i, end) is not None:
             return True
@@ -229,7 +229,7 @@ class VrpnParser(StreamParser):
         return True
 
     def _report(self, name: str, device: str, payload: bytes) -> bool:
-        """Whether the payload fits its type. A report in it is kept."""
+        """Keep the report of a payload; False if the payload does not fit its type."""
         if name == PONG:
             self.pongs.add(device)
             if device:
@@ -253,7 +253,7 @@ class VrpnParser(StreamParser):
 
 
 def _pressed(payload: bytes, *, single: bool) -> dict[int, bool] | None:
-    """Buttons and whether they are pressed; None for what cannot be."""
+    """Buttons and whether they are pressed; None if invalid."""
     if single:
         button, state = _CHANGE.unpack(payload)
         return {button: bool(state)} if 0 <= button < _MOST_BUTTONS and 0 <= state <= _MOST_BUTTONS else None
@@ -262,9 +262,9 @@ def _pressed(payload: bytes, *, single: bool) -> dict[int, bool] | None:
 
 
 def _pose(payload: bytes) -> tuple[int, tuple[float, float, float], tuple[float, float, float, float]] | None:
-    """Sensor, position and rotation; None for what cannot be a pose."""
+    """Sensor, position and rotation; None if invalid."""
     sensor, _, x, y, z, qx, qy, qz, qw = _POSE.unpack(payload)
-    # Comparisons with NaN are false, so these let none through.
+    # A comparison with NaN is false, so these let no NaN through.
     if not 0 <= sensor <= _MOST_SENSOR or not (abs(x) < _MOST_M and abs(y) < _MOST_M and abs(z) < _MOST_M):
         return None
     if not (abs(qx) < 2.0 and abs(qy) < 2.0 and abs(qz) < 2.0 and abs(qw) < 2.0):
@@ -282,13 +282,13 @@ def message(kind: int, sender: int, payload: bytes = b"", t_ns: int = 0) -> byte
 
 
 def describe(kind: int, number: int, name: str) -> bytes:
-    """SENDER or TYPE: that `number` stands for `name` in what follows."""
+    """The message (SENDER or TYPE) that names a number."""
     text = name.encode("ascii") + b"\0"
     return message(kind, number, len(text).to_bytes(4, "big") + text)
 
 
 def hello(device: str) -> bytes:
-    """What a client sends first: its cookie, the device it means, and a ping to it."""
+    """What a client sends first: cookie, name of the device, and a ping to it."""
     return COOKIE + describe(SENDER, 0, device) + describe(TYPE, 0, PING) + ping()
 
 

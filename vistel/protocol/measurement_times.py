@@ -1,4 +1,4 @@
-"""When a device that measures in turns really measured, freed from the jitter of the machine that reads it."""
+"""Measurement times of a device that measures one station after the other, without the jitter of the host."""
 
 from bisect import insort
 from collections.abc import Sequence
@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from vistel.protocol.polhemus import CREEP, LATE_CYCLES
 
 
-class Turns:
-    """Stations are measured one after the other, one each cycle; a host that is busy reads them late, never early.
+class MeasurementTimes:
+    """One station is measured per cycle; a busy host reads records late, never early.
 
-    So an arrival bounds its measurement from above, and so do its neighbours' arrivals, a known number of cycles
-    away. The least of these bounds is the time: as good as the best moments of the host, not as bad as its average.
-    The bound from the past is let go by 0.2 % per cycle, which outweighs any difference between the two clocks and
-    forgets a miscount (records lost unnoticed) in a few seconds; after a gap the count starts again.
+    So an arrival is an upper bound of its measurement's time, and so are its neighbours' arrivals, a known number of cycles
+    away. The least of these bounds is the time. The bound from the past is relaxed by 0.2 % per cycle, which outweighs any
+    difference between the two clocks and corrects a miscount (lost records) in a few seconds; after a gap the count starts
+    anew.
     """
 
     def __init__(self, cycle_ns: float) -> None:
@@ -38,7 +38,7 @@ class Turns:
         return [int(t) for t in bounds]
 
     def _steps(self, station: int) -> int:
-        """Cycles since the measurement before, from whose turn it was to whose it is."""
+        """Cycles from the last station measured to this one."""
         if station not in self._stations:
             insort(self._stations, station)
         before = self._stations.index(self._station) if self._station in self._stations else -1
