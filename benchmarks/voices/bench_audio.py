@@ -17,7 +17,7 @@ from vistel.audio.spatial import HEAD_RADIUS, SOUND_SPEED, Head, source_directio
 from vistel.audio.spatial_mode import SpatialMode
 from vistel.v1.audio_pb2 import Voice
 from vistel.v1.service_pb2 import ImageDelay
-from vistel_sim.talker import babble
+from vistel_sim.microphone import babble
 
 TALKERS, SECONDS = 20, 10
 LOSS = 0.10

@@ -34,9 +34,9 @@ from vistel.wire.motion import Losses, MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, run
 from vistel_services.renderer.service import Reporter
+from vistel_sim.microphone import SimulatedMicrophone, Voice, clap, run_microphones
 from vistel_sim.motion.clap import EVERY_S, FIRST_S, SWING_S, Clapping
 from vistel_sim.motion.source import places
-from vistel_sim.talker import SimulatedMicrophone, Voice, clap, run_microphones
 
 START_NS = 1_000_000_000_000
 STEP_NS = 5_000_000

@@ -43,7 +43,7 @@ class CyberGlove:
         self._noise = noise
         self._rng = np.random.default_rng(seed)
         self._restart_s = restart_s
-        self._deaf_until_s = -math.inf
+        self._restarting_until_s = -math.inf
         self._now_s = 0.0
         self._reset()
 
@@ -57,13 +57,13 @@ class CyberGlove:
         self._on = dict.fromkeys(_SWITCHES, False) | {ord("F"): True}
 
     def disturb(self, drifting_s: float, saturated: bool) -> None:
-        """Every sensor wanders off for `drifting_s`, two counts a second; all sensors at their limit."""
+        """Set drift (two counts a second, for `drifting_s` so far) and saturation."""
         self._drift = 2.0 * drifting_s
         self._saturated = saturated
 
     @property
     def period_s(self) -> float:
-        """Of the stream, or of looking for a request."""
+        """Period of the stream, or of looking for a request."""
         if not self._streaming:
             return 0.01
         return max(self._words[0] * self._words[1] / 115200.0, 1.0 / 150.0)
@@ -98,9 +98,9 @@ class CyberGlove:
         return out + (b"" if self.plugged else b"eg") + b"\0"
 
     def receive(self, data: bytes, t_s: float) -> list[Reply]:
-        """Commands at `t_s`; the answers."""
+        """Take commands at `t_s`; returns the answers."""
         self._now_s = t_s
-        if t_s < self._deaf_until_s:
+        if t_s < self._restarting_until_s:
             return []
         data = self._pending + data
         replies: list[Reply] = []
@@ -114,7 +114,7 @@ class CyberGlove:
         return replies
 
     def _command(self, data: bytes, replies: list[Reply]) -> int:
-        """Obey the command at the head; how many bytes it took, 0 when some are missing."""
+        """Execute the first command; returns its length in bytes, 0 if incomplete."""
         c = data[0]
         if data.startswith((b"\x03", b"^c")):
             self._streaming, self._once, self._as_text = False, 0, 0
@@ -122,7 +122,7 @@ class CyberGlove:
             return 1 if c == 3 else 2
         if c == 0x12:
             self._reset()
-            self._deaf_until_s = self._now_s + self._restart_s
+            self._restarting_until_s = self._now_s + self._restart_s
             replies.append(Reply(b"\x12\r\n\x00", self._restart_s))
             return len(data)  # what is sent during the restart is lost
         if c == 0x09:

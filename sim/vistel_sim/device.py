@@ -1,4 +1,4 @@
-"""What simulated serial devices have in common: a port, mishaps, and a beat at which they measure."""
+"""What simulated serial devices have in common: a port, faults, a measuring period."""
 
 import asyncio
 from collections.abc import Iterable
@@ -13,13 +13,13 @@ from vistel_sim.faults import DeviceFaults, Fault
 from vistel_sim.pty_port import PtyPort
 
 _LATE_NS = 50_000_000
-"""A machine that is behind by more drops measurements instead of sending old ones as if they were new."""
+"""A machine that is later than this skips measurements instead of sending old ones as new [ns]."""
 _WRONG_BAUD = 9600
 
 
 @dataclass(frozen=True)
 class Reply:
-    """Bytes for the host, `delay_s` from now. baud: the speed at which its line runs from now on; 0: as before."""
+    """Bytes for the host, `delay_s` from now. baud: new speed of the line; 0: unchanged."""
 
     data: bytes
     delay_s: float = 0.0
@@ -27,32 +27,32 @@ class Reply:
 
 
 class Instrument(Protocol):
-    """The device behind the port. Bytes in, bytes out, no port and no clock."""
+    """The device behind the port: bytes in, bytes out; no port and no clock."""
 
     def receive(self, data: bytes, t_s: float) -> list[Reply]:
-        """Bytes from the host at `t_s`; the replies."""
+        """Take bytes from the host at `t_s`; returns the replies."""
         ...
 
     @property
     def period_s(self) -> float:
-        """Between two measurements."""
+        """Time between two measurements [s]."""
         ...
 
     @property
     def latency_s(self) -> float:
-        """From a measurement to its first byte."""
+        """Time from a measurement to its first byte [s]."""
         ...
 
     def next_length(self) -> int:
-        """How many bytes the coming measurement will send; 0 when none is asked for."""
+        """Bytes of the next measurement; 0 if none is due."""
         ...
 
     def disturb(self, drifting_s: float, saturated: bool) -> None:
-        """How long the measurements have been wandering off, 0 when they do not; whether they are over-driven."""
+        """Set drift (for `drifting_s` so far, 0: none) and saturation."""
         ...
 
     def measure(self, t_s: float) -> bytes:
-        """The bytes of the measurement at `t_s`; none where it is not worth sending."""
+        """The bytes of the measurement at `t_s`, if it is sent."""
         ...
 
 
@@ -87,7 +87,7 @@ class SimulatedDevice:
         self.name = name
         self.port = PtyPort(path, clock, self._received, baud, strict=strict_speed)
         self._line = baud, strict_speed
-        self._mistuned = False
+        self._wrong_speed = False
         self._instrument = instrument
         self._clock = clock
         self._start_ns = start_ns
@@ -97,20 +97,20 @@ class SimulatedDevice:
         """Until cancelled; the port vanishes then."""
         clock, port, instrument = self._clock, self.port, self._instrument
         port.plug()
-        beat_ns = clock.now_ns()
+        tick_ns = clock.now_ns()
         try:
             while True:
-                beat_ns += round(instrument.period_s * 1e9)
-                if clock.now_ns() - beat_ns > _LATE_NS:
-                    beat_ns = clock.now_ns()
-                t_s = (beat_ns - self._start_ns) * 1e-9
+                tick_ns += round(instrument.period_s * 1e9)
+                if clock.now_ns() - tick_ns > _LATE_NS:
+                    tick_ns = clock.now_ns()
+                t_s = (tick_ns - self._start_ns) * 1e-9
                 self._plug_or_unplug(t_s)
-                self._tune(t_s)
+                self._set_speed(t_s)
                 length = instrument.next_length()
                 if not length or not port.plugged or self._faults.active("stall", t_s):
-                    await clock.sleep_until_ns(beat_ns)
+                    await clock.sleep_until_ns(tick_ns)
                     continue
-                await clock.sleep_until_ns(port.reserve(length, beat_ns + round(instrument.latency_s * 1e9)))
+                await clock.sleep_until_ns(port.reserve(length, tick_ns + round(instrument.latency_s * 1e9)))
                 if instrument.next_length() == length:  # not stopped meanwhile
                     instrument.disturb(self._faults.progress("drift", t_s), self._faults.active("saturation", t_s))
                     if data := instrument.measure(t_s):
@@ -124,11 +124,11 @@ class SimulatedDevice:
         else:
             self.port.plug()
 
-    def _tune(self, t_s: float) -> None:
-        if self._faults.active("baud", t_s) == self._mistuned:
+    def _set_speed(self, t_s: float) -> None:
+        if self._faults.active("baud", t_s) == self._wrong_speed:
             return
-        self._mistuned = not self._mistuned
-        self.port.baud, self.port.strict = (_WRONG_BAUD, True) if self._mistuned else self._line
+        self._wrong_speed = not self._wrong_speed
+        self.port.baud, self.port.strict = (_WRONG_BAUD, True) if self._wrong_speed else self._line
 
     def _received(self, data: bytes) -> None:
         t_s = (self._clock.now_ns() - self._start_ns) * 1e-9
@@ -142,11 +142,11 @@ class SimulatedDevice:
 
 
 async def run_devices(devices: Iterable[Simulator]) -> None:
-    """All of them until cancelled."""
+    """Run all until cancelled."""
     devices = tuple(devices)
     for device in devices:
         if isinstance(device, SimulatedDevice):
-            # A link left by a process that was killed may by now point to another device's terminal.
+            # A link that a killed process left may point to another device's terminal by now.
             device.port.path.unlink(missing_ok=True)
     async with asyncio.TaskGroup() as group:
         for device in devices:

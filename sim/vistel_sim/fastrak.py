@@ -1,4 +1,4 @@
-"""A Polhemus FASTRAK as its manual describes it (OPM00PI002 Rev. G): commands, record formats, taking turns."""
+"""A Polhemus FASTRAK as its manual describes it (OPM00PI002 Rev. G): commands, record formats, order of stations."""
 
 import dataclasses
 import math
@@ -27,15 +27,15 @@ _DRIFT_M_PER_S = np.array([0.01, 0.005, -0.005])
 
 
 class _RefusedError(Exception):
-    """A command that cannot be obeyed; args: the manual's error code, text."""
+    """A command that is refused; args: the manual's error code."""
 
 
 class Fastrak:
     """One unit with up to four receivers, measured in turn, one each 1/120 s.
 
     pose: where a receiver really is. Noise is Gaussian per axis: `position_noise` [m], `angle_noise` [rad]; the
-    defaults are the unit's static accuracy (0.03 in, 0.15 degrees). metal: position (3,) [m] -> (6,) by how much metal makes it
-    read too much there, position [m] and rotation vector [rad]. restart_s: how long ^Y takes (a real unit: 10).
+    defaults are the unit's static accuracy (0.03 in, 0.15 degrees). metal: position (3,) [m] -> (6,) error that metal
+    causes there, position [m] and rotation vector [rad]. restart_s: how long ^Y takes (a real unit: 10).
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Fastrak:
         self._noise = (position_noise, angle_noise)
         self._rng = np.random.default_rng(seed)
         self._restart_s = restart_s
-        self._deaf_until_s = -math.inf
+        self._restarting_until_s = -math.inf
         self._now_s = 0.0
         self._saved = self._factory()
         self._restart()
@@ -74,7 +74,7 @@ class Fastrak:
         self._new_baud = 0
 
     def disturb(self, drifting_s: float, saturated: bool) -> None:
-        """Wander off for `drifting_s`; be over-driven."""
+        """Set drift (for `drifting_s` so far) and saturation."""
         self._drift = _DRIFT_M_PER_S * drifting_s
         self._saturated = saturated
 
@@ -96,7 +96,7 @@ class Fastrak:
         return record_length(self.settings.stations[station - 1].items, self.settings.binary)
 
     def measure(self, t_s: float) -> bytes:
-        """The record of the receiver whose turn it is."""
+        """The record of the next receiver."""
         station = self._next()
         assert station is not None
         if self._polled:
@@ -162,18 +162,18 @@ class Fastrak:
     # Commands
 
     def receive(self, data: bytes, t_s: float) -> list[Reply]:
-        """Bytes from the host at `t_s`, several commands in one read or one in several; the replies."""
+        """Take bytes from the host at `t_s`; returns the replies."""
         self._now_s = t_s
         replies: list[Reply] = []
         for c in data:
-            if t_s < self._deaf_until_s:
+            if t_s < self._restarting_until_s:
                 break
             if c in b"\x0b\x19\x13\x11":
                 self._line.clear()
                 self._immediate(c, replies)
             elif c in b"\r\n":
                 if self._line:
-                    self._obey(replies)
+                    self._execute(replies)
             elif self._line:
                 self._line.append(c)
             elif c in _IMMEDIATE:
@@ -208,7 +208,7 @@ class Fastrak:
                 self._saved = copy_of(s)
             case "\x19":
                 self._restart()
-                self._deaf_until_s = self._now_s + self._restart_s
+                self._restarting_until_s = self._now_s + self._restart_s
             case _:
                 self._suspended = c == 0x13
 
@@ -219,7 +219,7 @@ class Fastrak:
         text = f"2{self._turn + 1}S{flags:03X}    F3{on:X}  {FIRMWARE}{s.identification:32.32}\r\n"
         return text.encode("ascii")
 
-    def _obey(self, replies: list[Reply]) -> None:
+    def _execute(self, replies: list[Reply]) -> None:
         line, self._line = bytes(self._line), bytearray()
         self._new_baud = 0
         try:
@@ -234,7 +234,7 @@ class Fastrak:
             self._new_baud = 0
 
     def _command(self, letter: str, text: str) -> str | None:
-        """Obey one line; the text of its reply, if it has one."""
+        """Execute one line; returns the text of its reply, if any."""
         s = self.settings
         if letter == "X":
             if not text:

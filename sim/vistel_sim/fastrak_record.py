@@ -11,11 +11,11 @@ from vistel_sim import rotations
 
 _BYTES = {0: (1, 1), 1: (2, 2), 2: (21, 12), 3: (21, 12), 4: (21, 12), 5: (21, 12), 6: (21, 12), 7: (21, 12),
           11: (28, 16), 16: (2, 2)}  # fmt: skip
-"""Of each item as text and in binary; item + 50 is its extended form, 13 bytes a number as text."""
+"""Length of each item as text and in binary; item + 50 is its extended form, 13 bytes a number as text."""
 
 
 def known_items(items: Sequence[int]) -> bool:
-    """Whether all of them exist."""
+    """Whether all items exist."""
     return all(item % 50 in _BYTES for item in items)
 
 

@@ -1,4 +1,4 @@
-"""What a FASTRAK keeps: of each receiver, and of itself."""
+"""The settings of a FASTRAK and its stations."""
 
 import dataclasses
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from vistel.arrays import F64
 
 @dataclass
 class Station:
-    """What the unit knows of one receiver."""
+    """Settings of one station."""
 
     enabled: bool = True
     items: tuple[int, ...] = (2, 4, 1)
@@ -30,7 +30,7 @@ class Station:
 
 @dataclass
 class Settings:
-    """What `^K` saves and `^Y` returns to."""
+    """What `^K` saves and `^Y` restores."""
 
     stations: list[Station]
     binary: bool = False
@@ -43,7 +43,7 @@ class Settings:
 
 
 def copy_of(settings: Settings) -> Settings:
-    """A copy that nothing done to the original changes."""
+    """A deep copy."""
     return dataclasses.replace(
         settings, stations=[dataclasses.replace(s) for s in settings.stations], filters=dict(settings.filters)
     )

@@ -1,4 +1,4 @@
-"""What can go wrong with a simulated device, scripted by time."""
+"""Faults of simulated devices, at given times."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -11,13 +11,12 @@ Kind = Literal["garbage", "cut", "unplug", "stall", "drift", "saturation", "baud
 
 @dataclass(frozen=True)
 class Fault:
-    """One mishap of one device, `at_s` after the simulators started, lasting `for_s`.
+    """One fault of one device, from `at_s` after the start of the simulators, for `for_s`.
 
-    garbage: random bytes before every record; cut: every record loses a part of itself; unplug: the port vanishes and
-    comes back; stall: the device falls silent and deaf; drift: measurements wander off; saturation: receivers report
-    an over-driven signal, glove sensors their limit, cameras are dazzled; baud: a serial device's line runs at 9600 baud and at no
-    other speed is it understood; freeze: a camera shows one picture again and
-    again; black: it shows nothing.
+    garbage: random bytes before every record; cut: every record loses a part; unplug: the port is removed; stall: the device
+    neither sends nor receives; drift: measurements drift; saturation: receivers report saturation, glove sensors their limit,
+    cameras over-exposed pictures; baud: a serial line works at 9600 baud only; freeze: a camera repeats one picture; black: its
+    pictures are black.
     """
 
     device: str
@@ -37,30 +36,31 @@ def fault_from_text(text: str) -> Fault:
 
 
 class DeviceFaults:
-    """The faults of one device, and the damage they do to its bytes."""
+    """The faults of one device, and their effect on its bytes."""
 
     def __init__(self, faults: Iterable[Fault], device: str, rng: np.random.Generator) -> None:
         self._device = device
         self._faults: tuple[Fault, ...] = ()
         self._rng = rng
-        self.become(faults)
+        self.replace(faults)
 
-    def become(self, faults: Iterable[Fault]) -> None:
-        """Let these strike instead; those of other devices are left out."""
+    def replace(self, faults: Iterable[Fault]) -> None:
+        """Replace the faults; those of other devices are ignored."""
         self._faults = tuple(f for f in faults if f.device == self._device)
 
     def active(self, kind: Kind, t_s: float) -> bool:
+        """Whether such a fault is active at `t_s`."""
         return self.progress(kind, t_s) > 0.0
 
     def progress(self, kind: Kind, t_s: float) -> float:
-        """Seconds since such a fault began, 0 when none acts."""
+        """Seconds since such a fault began; 0 if none is active."""
         for f in self._faults:
             if f.kind == kind and f.at_s < t_s <= f.at_s + f.for_s:
                 return t_s - f.at_s
         return 0.0
 
     def damage(self, record: bytes, t_s: float) -> bytes:
-        """What of `record` arrives, and what arrives with it."""
+        """The bytes that arrive instead of `record`."""
         if not self._faults:
             return record
         if self.active("garbage", t_s):

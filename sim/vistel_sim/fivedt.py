@@ -35,7 +35,7 @@ class _Glove:
         self._saturated = False
 
     def disturb(self, drifting_s: float, saturated: bool) -> None:
-        """Every sensor wanders off for `drifting_s`, half a percent of its range a second; all at their limit."""
+        """Set drift (half a percent of the range a second, for `drifting_s` so far) and saturation."""
         self._drift = 0.005 * self.highest * drifting_s
         self._saturated = saturated
 
@@ -44,7 +44,7 @@ class _Glove:
         return 0.0
 
     def receive(self, data: bytes, t_s: float) -> list[Reply]:
-        """It does not listen."""
+        """Takes no commands."""
         return []
 
     def values(self, t_s: float) -> list[int]:
@@ -88,7 +88,7 @@ class Ultra(_Glove):
 
 
 class Glove16(_Glove):
-    """The Data Glove 16: 50 records a second at 19200 baud, and once a second what it is."""
+    """The Data Glove 16: 50 records a second at 19200 baud, and once a second its description."""
 
     period_s = 1.0 / 50.0
     _sent = 0
@@ -97,6 +97,7 @@ class Glove16(_Glove):
         return 36 if self._sent % 51 else 7
 
     def measure(self, t_s: float) -> bytes:
+        """The record at `t_s`, or the description if that is due."""
         self._sent += 1
         if (self._sent - 1) % 51 == 0:
             return b"<I\x02\x01" + bytes((self.right, 0x01)) + b">"
@@ -105,7 +106,7 @@ class Glove16(_Glove):
 
 
 class Glove5(_Glove):
-    """The Data Glove 5: greets, tells what it is, streams when asked."""
+    """The Data Glove 5: answers HELLO and INFO, streams on command."""
 
     highest = 255
     _streaming = False

@@ -34,7 +34,7 @@ _SATURATED = b"j"
 
 @dataclass
 class Station:
-    """What the unit knows of one receiver."""
+    """Settings of one station."""
 
     active: bool = True
     items: tuple[int, ...] = (2, 4, 1)
@@ -78,7 +78,7 @@ class Liberty:
         self._rng = np.random.default_rng(seed)
         self._restart_s = restart_s
         self._baud = baud
-        self._deaf_until_s = -math.inf
+        self._restarting_until_s = -math.inf
         self._zero_s = 0.0
         self._saturated = False
         self._drift = np.zeros(3)
@@ -93,7 +93,7 @@ class Liberty:
         self._polled = False
 
     def disturb(self, drifting_s: float, saturated: bool) -> None:
-        """Wander off for `drifting_s`; be over-driven."""
+        """Set drift (for `drifting_s` so far) and saturation."""
         self._drift = _DRIFT_M_PER_S * drifting_s
         self._saturated = saturated
 
@@ -171,22 +171,22 @@ class Liberty:
     # Commands
 
     def receive(self, data: bytes, t_s: float) -> list[Reply]:
-        """Bytes from the host at `t_s`, several commands in one read or one in several; the replies."""
+        """Take bytes from the host at `t_s`; returns the replies."""
         replies: list[Reply] = []
         for c in data:
-            if t_s < self._deaf_until_s:
+            if t_s < self._restarting_until_s:
                 break
             if c == ord("P") and not self._line:
                 self.settings.continuous, self._polled = False, True
             elif c == 13:
                 if self._line:
                     line, self._line = bytes(self._line), bytearray()
-                    replies += self._obey(line, t_s)
+                    replies += self._execute(line, t_s)
             elif c != 10 and len(self._line) < 128:
                 self._line.append(c)
         return replies
 
-    def _obey(self, line: bytes, t_s: float) -> list[Reply]:
+    def _execute(self, line: bytes, t_s: float) -> list[Reply]:
         command, text = line[:1], line[1:].decode("ascii", "replace")
         try:
             return self._command(command, text, t_s)
@@ -202,7 +202,7 @@ class Liberty:
             return [self._reply(command, f"Polhemus Inc. {name}Firmware 2.2\r\n".encode())]
         if command == b"\x19":
             self._restart()
-            self._deaf_until_s = t_s + self._restart_s
+            self._restarting_until_s = t_s + self._restart_s
         elif command == b"\x15":
             return self._active(text)
         elif command == b"C":

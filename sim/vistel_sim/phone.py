@@ -1,4 +1,4 @@
-"""A phone that runs Live Link Face: packets over UDP at its frame rate, to the port that listens."""
+"""A simulated phone with Live Link Face: packets over UDP at its frame rate."""
 
 import math
 import socket
@@ -27,7 +27,7 @@ _RATE_HZ = 60
 
 
 def talking(t_s: float) -> list[float]:
-    """A face that speaks in phrases, smiles now and then, blinks and looks about."""
+    """The channels of a face that speaks in phrases, smiles, blinks and looks about."""
     values = dict.fromkeys(CHANNELS, 0.0)
     phrase = max(0.0, math.sin(0.9 * t_s))
     values["jawOpen"] = 0.45 * phrase * abs(math.sin(9.0 * t_s))
@@ -44,8 +44,8 @@ def talking(t_s: float) -> list[float]:
 
 
 class SimulatedSender:
-    """Sends packets until cancelled. announce: file in which the listener has written its port; the phone looks there again
-    when that changes. faults: garbage, cut, stall and unplug (no network) of the device `name`."""
+    """Sends packets until cancelled. announce: file in which the receiver writes its port, which may change. faults: garbage,
+    cut, stall and unplug (no network) of the device `name`."""
 
     def __init__(
         self,
@@ -82,11 +82,11 @@ class SimulatedSender:
         try:
             out.sendto(data, ("127.0.0.1", int(self._announce.read_text())))
         except (OSError, ValueError):
-            return  # nobody listens now
+            return  # no receiver now
 
 
 def face_packets(name: str, channels: Channels) -> Packets:
-    """What a phone called `name` sends of a face."""
+    """The packets of a phone with this name that sees a face."""
 
     def packet(frame: int, t_s: float) -> bytes:
         return encode(FacePacket(f"SIM-{name}", name, frame, 0.0, (_RATE_HZ, 1), tuple(channels(t_s))))
@@ -95,6 +95,6 @@ def face_packets(name: str, channels: Channels) -> Packets:
 
 
 def sender(name: str, packet: Packets, simulation: Simulation) -> SimulatedSender:
-    """One of a conference."""
+    """A sender of a conference's simulation."""
     link, clock, seed = simulation.link(name), simulation.clock, simulation.seed(name)
     return SimulatedSender(name, packet, link, clock, simulation.start_ns, simulation.faults, seed=seed)

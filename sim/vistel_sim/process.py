@@ -20,10 +20,10 @@ from vistel.wire import alive, background, event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim.device import Simulator, run_devices
 from vistel_sim.faults import Fault, fault_from_text
+from vistel_sim.microphone import run_microphones
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.simulation import BodyMotion, Simulation
 from vistel_sim.sound import simulated_equipment, simulated_microphones
-from vistel_sim.talker import run_microphones
 
 log = logging.getLogger("vistel.sim")
 
@@ -38,8 +38,8 @@ def simulators(
     site: str | None = None,
     faults: Iterable[Fault] = (),
 ) -> list[Simulator]:
-    """The devices whose port is "sim", of one site or of all. The motion and the times of `faults` begin at `start_ns` of the
-    clock. Raises ValueError for a fault of no such device."""
+    """The devices whose port is "sim", of one site or of all. The motion and the times of `faults` begin at `start_ns`. Raises
+    ValueError for a fault of an unknown device."""
     faults, names = tuple(faults), simulated_names(conference, site)
     for fault in faults:
         if fault.device not in names:
@@ -57,7 +57,7 @@ async def run_simulators(
     site: str | None = None,
     start_ns: int | None = None,
 ) -> None:
-    """Run them until cancelled. The motion, and the times of `faults`, begin at `start_ns` of the clock; without it, now."""
+    """Run all simulators until cancelled. The motion and the times of `faults` begin at `start_ns`, by default now."""
     motion = open_motion(conference)
     faults, start_ns = tuple(faults), clock.now_ns() if start_ns is None else start_ns
     devices = simulators(conference, motion, paths, clock, start_ns, site=site, faults=faults)
@@ -84,7 +84,7 @@ async def _main(conference: Conference, paths: RunPaths, site: str | None, fault
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Simulate what `arguments` (default: the command line) say until told to stop. Returns the exit code."""
+    """Simulate the devices that `arguments` (default: the command line) name, until a signal. Returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("conference", type=Path)
     parser.add_argument("--run", type=Path, required=True, help="folder for the ports")

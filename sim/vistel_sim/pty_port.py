@@ -14,19 +14,19 @@ from vistel.wire import background
 from vistel.wire.clock import Clock
 
 _LIMIT = 2048
-"""Bytes that may wait for a reader; what a device sends beyond that is lost, as on a port nobody reads."""
-_MISHEARD = bytes((37 * b + 11) & 0xFF for b in range(256))
-"""What bytes sound like at another speed: anything but themselves."""
+"""Bytes that may wait for a reader; further records are lost."""
+_GARBLED = bytes((37 * b + 11) & 0xFF for b in range(256))
+"""Bytes as read at a wrong speed: none as sent."""
 _LOOK_EVERY = 256
-"""Bytes after which is looked again how many wait."""
+"""After so many bytes the number of waiting ones is checked."""
 
 
 class PtyPort:
     """Serves the master side of a pty on the event loop; clients open the link at `path`.
 
-    received: called with the bytes a client wrote. A pty knows no speed, so the time of each byte (start bit,
-    8 data bits, stop bit at `baud`) is kept here: `reserve` gives out the line, `put` hands bytes over.
-    strict: a client that has set another speed is not understood and hears only noise, as on a wire. Both may change.
+    received: called with the bytes a client wrote. A pty has no speed, so the time of each byte (start bit, 8 data
+    bits, stop bit at `baud`) is kept here: `reserve` reserves the line, `put` sends bytes. strict: with another speed set,
+    the client's bytes are ignored and it receives garbage. Both may change.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class PtyPort:
         link = self.path.with_name(f".{self.path.name}.new")
         link.unlink(missing_ok=True)
         link.symlink_to(os.ttyname(self._slave))
-        link.replace(self.path)  # at once: nobody sees a link to an older port
+        link.replace(self.path)  # atomic: no link to an older port is seen
 
     def unplug(self) -> None:
         """Make the port vanish; a client that has it open sees the line hang up."""
@@ -79,12 +79,12 @@ class PtyPort:
         self._master = self._slave = -1
 
     def reserve(self, count: int, ready_ns: int) -> int:
-        """Take the line for `count` bytes that are ready at `ready_ns`; returns when the last will have crossed."""
+        """Reserve the line for `count` bytes that are ready at `ready_ns`; returns when the last is sent [ns]."""
         self._free_ns = max(self._free_ns, ready_ns) + count * 10_000_000_000 // self.baud
         return self._free_ns
 
     def put(self, data: bytes) -> None:
-        """Hand over bytes that have crossed the line. All or none: a port nobody reads loses whole records."""
+        """Deliver bytes at the end of their time on the line. All or none: a port without reader loses whole records."""
         if not self.plugged:
             return
         self._unseen -= len(data)
@@ -95,13 +95,13 @@ class PtyPort:
                 self.dropped += 1
                 return
             self._unseen = _LOOK_EVERY
-        if self.strict and not self._understood():
-            data = data.translate(_MISHEARD)
+        if self.strict and not self._speed_matches():
+            data = data.translate(_GARBLED)
         self._rest += data
         self._hand_over()
 
     def answer(self, data: bytes, delay_s: float = 0.0) -> None:
-        """Send a reply in its turn; one with a delay does not hold up the line."""
+        """Send a reply after what is on the line; one with a delay does not reserve the line."""
         now_ns = self._clock.now_ns()
         due = now_ns + round(delay_s * 1e9) if delay_s else self.reserve(len(data), now_ns)
         task = self._background.start(self._later(data, due), "answer")
@@ -109,6 +109,7 @@ class PtyPort:
         task.add_done_callback(self._answers.discard)
 
     def discard_answers(self) -> None:
+        """Discard replies that are not sent yet."""
         for task in self._answers:
             task.cancel()
 
@@ -117,7 +118,7 @@ class PtyPort:
         self.put(data)
 
     def _hand_over(self) -> None:
-        """What waits to the kernel, as much as it takes; the rest when it takes more."""
+        """Write what waits, as much as the kernel takes; the rest later."""
         written = 0
         with contextlib.suppress(BlockingIOError):
             written = os.write(self._master, self._rest)
@@ -135,8 +136,8 @@ class PtyPort:
             return
         except OSError:
             data = b""
-        if data and self._understood():
+        if data and self._speed_matches():
             self._received(data)
 
-    def _understood(self) -> bool:
+    def _speed_matches(self) -> bool:
         return not self.strict or termios.tcgetattr(self._slave)[5] == getattr(termios, f"B{self.baud}")

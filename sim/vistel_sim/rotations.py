@@ -1,4 +1,4 @@
-"""The few rotation formulas a simulated tracker needs; its own, so that it shares no mistake with what reads it."""
+"""Rotation formulas of simulated trackers; independent of `vistel.geometry`, so that they share no mistake with drivers."""
 
 import math
 

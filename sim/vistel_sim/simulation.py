@@ -1,4 +1,4 @@
-"""What the simulators of a conference share: its motion, its clock, the script of faults, and where ports are."""
+"""What the simulators of a conference share: motion, clock, faults, paths of ports."""
 
 import zlib
 from dataclasses import dataclass
@@ -22,7 +22,7 @@ class BodyMotion(Protocol):
     """What the devices need of a motion source (`vistel_sim.motion.MotionSource` has more)."""
 
     def posture(self, participant: str, t_s: float) -> Posture:
-        """What the participant does."""
+        """The participant's true posture."""
         ...
 
     def receivers(self, participant: str, t_s: float) -> dict[str, tuple[F64, F64]]:
@@ -38,13 +38,13 @@ class BodyMotion(Protocol):
         ...
 
     def things(self, t_s: float) -> dict[str, tuple[F64, F64]]:
-        """Where the motion has things of the room, by id: position [m], quaternion (x, y, z, w), room frame."""
+        """Poses of the things that the motion moves, by id: position [m], quaternion (x, y, z, w), room frame."""
         ...
 
 
 @dataclass(frozen=True)
 class Simulation:
-    """start_ns: the clock's time at which the motion and the script of `faults` begin."""
+    """start_ns: conference time at which the motion and the times of `faults` begin."""
 
     conference: Conference
     motion: BodyMotion
@@ -54,11 +54,11 @@ class Simulation:
     faults: tuple[Fault, ...] = ()
 
     def seed(self, name: str) -> int:
-        """Of the noise of the device with this name."""
+        """Seed for the noise of a device."""
         return device_seed(self.conference.seed, name)
 
     def link(self, name: str) -> Path:
-        """The file by which a simulated device is found."""
+        """The file through which a simulated device is found."""
         return self.paths.device(name)
 
     def at_port(self, name: str, instrument: Instrument, baud: int) -> SimulatedDevice:
@@ -68,5 +68,5 @@ class Simulation:
 
 
 def device_seed(seed: int, name: str) -> int:
-    """Of the noise of one device of a conference with this seed."""
+    """Seed for the noise of a device, from that of its conference."""
     return zlib.crc32(f"{seed}/{name}".encode())

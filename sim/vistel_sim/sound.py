@@ -1,4 +1,4 @@
-"""The simulated microphones of a conference, and the simulated devices of its rooms on Modbus."""
+"""The simulated microphones of a conference, and its simulated equipment on Modbus."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire.clock import Clock
 from vistel_sim.faults import Fault
+from vistel_sim.microphone import SimulatedMicrophone, Voice
 from vistel_sim.motion.source import Clapper
-from vistel_sim.sayings import Sayings
+from vistel_sim.sentences import Sentences
 from vistel_sim.simulation import BodyMotion, device_seed
-from vistel_sim.talker import SimulatedMicrophone, Voice
 
 if TYPE_CHECKING:
     from vistel_sim.equipment.modbus_unit import SimulatedUnit
@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 def simulated_microphones(
     conference: Conference, motion: BodyMotion, paths: RunPaths, *, site: str | None = None, faults: Iterable[Fault] = ()
 ) -> list[SimulatedMicrophone]:
-    """What simulated talkers speak and clap into."""
+    """The simulated microphones of one site or of all."""
     faults = tuple(faults)
     out: list[SimulatedMicrophone] = []
     for person in (p for s in conference.sites if site in (None, s.name) for p in simulated_microphones_of(s)):
         name = microphone_name(person.name)
         seed = device_seed(conference.seed, name)
-        sayings = Sayings(person.says) if person.says else None
-        voice = Voice(partial(motion.speaking, person.name), partial(_claps_of, motion, person.name), seed, sayings)
+        sentences = Sentences(person.says) if person.says else None
+        voice = Voice(partial(motion.speaking, person.name), partial(_claps_of, motion, person.name), seed, sentences)
         out.append(SimulatedMicrophone(name, voice, paths.device(name), faults, seed=seed))
     return out
 

@@ -1,10 +1,10 @@
-"""A 3D mouse as it behaves on its wire: HID reports of how its cap is pushed and turned."""
+"""A simulated 3D mouse: HID reports of the translation and rotation of its cap."""
 
 import struct
 
 
 class SpaceMouseReports:
-    """newer: all six axes in one report, else two in turn. push, turn: of the cap, -1 to 1, along and about the device's axes
+    """newer: all six axes in one report, else two reports. push, turn: of the cap, -1 to 1, along and about the device's axes
     (right, towards the user, down)."""
 
     period_s = 0.016
@@ -13,18 +13,18 @@ class SpaceMouseReports:
         self._newer = newer
         self.push = self.turn = (0.0, 0.0, 0.0)
         self.buttons = 0
-        self._waiting: list[bytes] = []
-        self._told = (self.push, self.turn, self.buttons)
+        self._queued: list[bytes] = []
+        self._last_sent = (self.push, self.turn, self.buttons)
 
     def next(self) -> bytes:
-        """The next report; none while nobody touches it."""
-        if not self._waiting:
+        """The next report; empty while nothing changes."""
+        if not self._queued:
             now = self.push, self.turn, self.buttons
-            if now == self._told and not any((*self.push, *self.turn)):
+            if now == self._last_sent and not any((*self.push, *self.turn)):
                 return b""
-            if self.buttons != self._told[2]:
-                self._waiting.append(b"\3" + self.buttons.to_bytes(2, "little"))
+            if self.buttons != self._last_sent[2]:
+                self._queued.append(b"\3" + self.buttons.to_bytes(2, "little"))
             push, turn = (struct.pack("<3h", *(round(350 * a) for a in axes)) for axes in now[:2])
-            self._waiting += [b"\1" + push + turn] if self._newer else [b"\1" + push, b"\2" + turn]
-            self._told = now
-        return self._waiting.pop(0)
+            self._queued += [b"\1" + push + turn] if self._newer else [b"\1" + push, b"\2" + turn]
+            self._last_sent = now
+        return self._queued.pop(0)

@@ -25,7 +25,7 @@ def _joint(bone: str) -> int:
 
 
 def packet(pose: JointPose, origin: Placement) -> bytes:
-    """The bundle of a figure in `pose` (room frame), seen from a suite whose origin is placed as a transmitter."""
+    """The bundle of a figure in `pose` (room frame), in the frame of a suite whose origin is `origin`."""
     rotation = TRACKER_AXES @ matrix_from_quaternion(origin[1]).T
     bones: dict[str, DevicePose] = {ROOT: ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0, 1.0))}
     for bone in ("Hips", *PARENTS):

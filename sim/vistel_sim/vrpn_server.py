@@ -1,4 +1,4 @@
-"""A VRPN server with one simulated device: a tracker as a FASTRAK's driver there would report it, or a glove."""
+"""A simulated VRPN server with one device: a tracker, as a FASTRAK's driver reports it, or a glove."""
 
 import asyncio
 import contextlib
@@ -18,21 +18,21 @@ from vistel_sim.fivedt import UltraReports
 _MOST_WAITING = 65_536
 _NAMES = ("vrpn_Base text_message", vrpn.PING, vrpn.PONG, vrpn.POSE, vrpn.ANALOG, vrpn.BUTTON)
 _BENT = 0.7
-"""Of a finger's middle joint that reaches the thumb [rad]."""
+"""Flexion of the middle joint of a finger that touches the thumb [rad]."""
 
 
 class ServedDevice(Protocol):
-    """What a server's driver makes of a device."""
+    """A device with its VRPN driver."""
 
     period_s: float
 
-    def reports(self, beat: int, t_s: float) -> list[tuple[str, bytes]]:
-        """Type and payload of what it reports at `t_s`, its n-th measurement."""
+    def reports(self, number: int, t_s: float) -> list[tuple[str, bytes]]:
+        """Type and payload of the reports of measurement `number`, at `t_s`."""
         ...
 
 
 class Tracker:
-    """Stations (from 1) that report in turn."""
+    """Stations (from 1) that report one after the other."""
 
     period_s = CYCLE_S
 
@@ -50,8 +50,8 @@ class Tracker:
         self._rng = np.random.default_rng(seed)
         self._noise = (position_noise, angle_noise)
 
-    def reports(self, beat: int, t_s: float) -> list[tuple[str, bytes]]:
-        station = self._stations[beat % len(self._stations)]
+    def reports(self, number: int, t_s: float) -> list[tuple[str, bytes]]:
+        station = self._stations[number % len(self._stations)]
         p, q = self._pose(station, t_s)
         position = np.asarray(p, np.float64) + self._noise[0] * self._rng.standard_normal(3)
         turn = rotations.from_vector(self._noise[1] * self._rng.standard_normal(3)) @ rotations.matrix(np.asarray(q, np.float64))
@@ -60,14 +60,14 @@ class Tracker:
 
 
 class Glove:
-    """A 5DT Ultra: a report for each channel that changed, half of a hand's channels still old in the first of them."""
+    """A 5DT Ultra: one report for each changed channel, so that the first ones still have old values of others."""
 
     def __init__(self, unit: UltraReports) -> None:
         self.period_s = unit.period_s
         self._unit = unit
         self._last: list[float] = []
 
-    def reports(self, beat: int, t_s: float) -> list[tuple[str, bytes]]:
+    def reports(self, number: int, t_s: float) -> list[tuple[str, bytes]]:
         values = self._unit.values(t_s)
         now = [v / 4096.0 for v in (values[0:15:3] if self._unit.sensors == 5 else values[:14])]
         channels = self._last or [0.0] * len(now)
@@ -81,7 +81,7 @@ class Glove:
 
 
 class PinchGlove:
-    """Contacts of the fingers that are bent, told when they change. angles: t [s] -> (20,) radians."""
+    """Contacts of bent fingers, reported when they change. angles: t [s] -> (20,) radians."""
 
     period_s = 1.0 / 50.0
 
@@ -90,7 +90,7 @@ class PinchGlove:
         self._first = 0 if right else pinch.CONTACTS
         self._touching = [False] * pinch.CONTACTS
 
-    def reports(self, beat: int, t_s: float) -> list[tuple[str, bytes]]:
+    def reports(self, number: int, t_s: float) -> list[tuple[str, bytes]]:
         hand = self._angles(t_s)
         fingers = [hand[4 * k + 2] > _BENT for k in range(1, pinch.CONTACTS)]
         now = [any(fingers), *fingers]
@@ -135,13 +135,13 @@ class SimulatedVrpn:
     async def run(self) -> None:
         """Until cancelled; the port's file vanishes then."""
         server: asyncio.Server | None = None
-        beat = 0
+        number = 0
         try:
             while True:
-                beat += 1
-                due_ns = self._start_ns + round(beat * self._device.period_s * 1e9)
+                number += 1
+                due_ns = self._start_ns + round(number * self._device.period_s * 1e9)
                 if self._clock.now_ns() - due_ns > 50_000_000:
-                    beat = int((self._clock.now_ns() - self._start_ns) * 1e-9 / self._device.period_s)
+                    number = int((self._clock.now_ns() - self._start_ns) * 1e-9 / self._device.period_s)
                     continue
                 await self._clock.sleep_until_ns(due_ns)
                 t_s = (due_ns - self._start_ns) * 1e-9
@@ -153,7 +153,7 @@ class SimulatedVrpn:
                     server = await self._serve()
                 self._stalled = self._faults.active("stall", t_s)
                 if not unplugged and not self._stalled:
-                    self._report(beat, t_s)
+                    self._report(number, t_s)
         finally:
             if server is not None:
                 await self._shut(server)
@@ -188,7 +188,7 @@ class SimulatedVrpn:
                 writer.close()
 
     async def _answer(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Pings to the tracker are answered; what else a client says is taken note of."""
+        """Answer pings to the device; note the names that the client defines."""
         if not (await reader.readexactly(vrpn.COOKIE_LENGTH)).startswith(b"vrpn: ver. 07."):
             return
         senders: dict[int, str] = {}
@@ -204,13 +204,13 @@ class SimulatedVrpn:
             elif kinds.get(kind) == vrpn.PING and senders.get(sender) == self._called and not self._stalled:
                 writer.write(vrpn.message(_NAMES.index(vrpn.PONG), 1, t_ns=self._clock.now_ns()))
 
-    def _report(self, beat: int, t_s: float) -> None:
+    def _report(self, number: int, t_s: float) -> None:
         if not self._clients:
             return
         now_ns = self._clock.now_ns()
         data = b"".join(
             self._faults.damage(vrpn.message(_NAMES.index(kind), 1, payload, now_ns), t_s)
-            for kind, payload in self._device.reports(beat, t_s)
+            for kind, payload in self._device.reports(number, t_s)
         )
         for client in self._clients if data else ():
             if client.transport.get_write_buffer_size() < _MOST_WAITING:

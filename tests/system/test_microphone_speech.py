@@ -22,7 +22,7 @@ from null_sink import environment_of, needs_pulseaudio, server
 
 from vistel.speech import enrolment
 from vistel.speech.synthesis import voices
-from vistel_sim.sayings import said
+from vistel_sim.sentences import synthesised_sentence
 
 pytestmark = [pytest.mark.alone, pytest.mark.slow, needs_pulseaudio]
 needs_voice = pytest.mark.skipif("espeak-ng" not in voices(), reason="espeak-ng is not installed")
@@ -95,7 +95,7 @@ def play(text: str, folder: Path, environment: dict[str, str]) -> None:
         file.setnchannels(1)
         file.setsampwidth(2)
         file.setframerate(48_000)
-        file.writeframes(np.rint(32_000 * np.clip(said(text), -1.0, 1.0)).astype("<i2").tobytes())
+        file.writeframes(np.rint(32_000 * np.clip(synthesised_sentence(text), -1.0, 1.0)).astype("<i2").tobytes())
     subprocess.run(["paplay", str(path)], env=environment, check=True, timeout=60)
 
 

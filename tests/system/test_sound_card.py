@@ -27,7 +27,7 @@ from vistel.wire.clock import SystemClock
 from vistel.audio.capture import MicrophoneCapture
 from vistel_services.audio.inputs import InputOpener
 from vistel_services.audio.outputs import Loudspeaker
-from vistel_sim.talker import clap
+from vistel_sim.microphone import clap
 
 clock, sound = SystemClock(), clap()
 loudspeaker, capture = Loudspeaker("default", clock), MicrophoneCapture("ann", InputOpener("default", clock))

@@ -18,7 +18,7 @@ from vistel.protocol.live_link_face import CHANNELS
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import Place
 from vistel_sim.motion.tracks import HandKey, HandState, HandTrack, bump
-from vistel_sim.sayings import RATE, said
+from vistel_sim.sentences import RATE, synthesised_sentence
 
 SECONDS = 20.0
 SENTENCES = (
@@ -86,7 +86,7 @@ class Performer:
         self._hands = [HandTrack([_hand(self._sitter, side, k) for k in keys]) for side, keys in ((1.0, _LEFT), (-1.0, _RIGHT))]
         self.sound = np.zeros(round(SECONDS * RATE), np.float32)
         for start_s, text in SENTENCES:
-            spoken, start = said(text), round(start_s * RATE)
+            spoken, start = synthesised_sentence(text), round(start_s * RATE)
             self.sound[start : start + len(spoken)] += spoken[: len(self.sound) - start]
         self.sound *= _PEAK / np.abs(self.sound).max()
         self._loud, self._bright = _heard(self.sound)

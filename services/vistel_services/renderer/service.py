@@ -72,7 +72,7 @@ class Config:
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
     """The renderer of `site`."""
     if site is None:
-        raise ValueError("renderer: runs at a site, and none was named")
+        raise ValueError("renderer: runs at a site, but none is given")
     shown, drawn = site.display, render_config(conference, site)
     out = Out(
         paths.video(site.name) if shown.video else None,

@@ -38,7 +38,7 @@ class Config:
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config | None:
     """The speech of `site`; None where nobody speaks to the room, or none of them has a microphone."""
     if site is None:
-        raise ValueError("speech: runs at a site, and none was named")
+        raise ValueError("speech: runs at a site, but none is given")
     speech, audio = site.speech, site.audio
     if speech is None or audio is None:
         return None

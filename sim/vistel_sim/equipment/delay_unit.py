@@ -27,15 +27,15 @@ _WATCHDOG = 10
 
 
 class DelayLine:
-    """The sound path of one channel: read `delay` behind where it is written; the delay moves at its ramp's rate, so that
-    the pitch shifts a little instead of a click."""
+    """The delay line of one channel. The delay changes at its ramp's rate, so that the pitch shifts a little instead of a
+    click."""
 
     def __init__(self) -> None:
         self._past = np.zeros(0, np.float32)
         self.actual_s = 0.0
 
     def process(self, block: F32, target_s: float, ramp_s_per_s: float, own_s: float) -> F32:
-        """(n,) in at 48 kHz, (n,) out. ramp 0: the delay steps, which clicks."""
+        """(n,) in at 48 kHz, (n,) out. A ramp of 0 changes the delay at once, with a click."""
         n = len(block)
         before = self.actual_s
         self.actual_s = move(before, target_s, ramp_s_per_s, n / RATE)
@@ -47,7 +47,7 @@ class DelayLine:
 
 
 def move(value_s: float, target_s: float, ramp_s_per_s: float, for_s: float) -> float:
-    """Towards the target at the ramp's rate; 0: at once."""
+    """The value after `for_s`, moved towards the target at the ramp's rate; 0: at once."""
     if ramp_s_per_s == 0.0:
         return target_s
     most = ramp_s_per_s * for_s
@@ -77,8 +77,8 @@ class SimulatedDelayUnit(SimulatedUnit):
         self.lines = [DelayLine() for _ in range(channels)]
         self.reset()
 
-    def hear(self, channel: int, block: F32) -> F32:
-        """What comes out of a channel (from 0) for (n,) samples that go in, at 48 kHz."""
+    def process(self, channel: int, block: F32) -> F32:
+        """Output of a channel (from 0) for (n,) input samples at 48 kHz."""
         line = self.lines[channel]
         out = line.process(block, self._target_s(channel), self.tables.holding[_RAMP] * 1e-4, OWN_LATENCY * 1e-4)
         return np.zeros_like(out) if self.tables.coils[CHANNELS_MOST + channel] else out
@@ -109,7 +109,7 @@ class SimulatedDelayUnit(SimulatedUnit):
         return 0.0 if bypassed else self.tables.holding[channel] * 1e-4
 
     def tick(self) -> None:
-        """Ramps, the watchdog, and what the input registers say."""
+        """Update ramps, watchdog and input registers."""
         t_s, holding = self.t_s, self.tables.holding
         for_s, self._ticked_s = max(0.0, t_s - self._ticked_s), t_s
         self._tripped = bool(holding[_WATCHDOG]) and t_s - self._written_s > holding[_WATCHDOG]

@@ -1,4 +1,4 @@
-"""What simulated equipment on Modbus has in common: a server on TCP or on a serial line, that can be unplugged and misbehave."""
+"""What simulated equipment on Modbus has in common: a server on TCP or a serial line, and faults."""
 
 import asyncio
 import contextlib
@@ -34,7 +34,7 @@ _WRITES_BITS = (5, 15)
 
 @dataclass
 class Tables:
-    """What the unit's registers hold."""
+    """The values of the unit's registers."""
 
     coils: list[bool] = field(default_factory=lambda: [False] * 16)
     discrete: list[bool] = field(default_factory=lambda: [False] * 16)
@@ -43,7 +43,7 @@ class Tables:
 
 
 class SimulatedUnit(ABC):
-    """Serves until cancelled. `path` holds its address while it is plugged in. baud: of its serial line; 0: it is on TCP.
+    """Serves until cancelled. `path` has its address while it is plugged in. baud: of its serial line; 0: on TCP.
 
     Faults: stall (it no longer answers), garbage (every request is refused with exception 4), cut (busy: exception 6),
     unplug (the connection goes; it comes back at its defaults).
@@ -71,12 +71,12 @@ class SimulatedUnit(ABC):
         self._server: ModbusTcpServer | ModbusSerialServer | None = None
         self._line: tuple[PtyPort, PtyPort] | None = None
 
-    def strike(self, *faults: Fault) -> None:
-        """Let these mishaps happen from now on; without any, all is well again."""
-        self._faults.become(faults)
+    def set_faults(self, *faults: Fault) -> None:
+        """Replace the faults; none: no faults."""
+        self._faults.replace(faults)
 
     async def run(self) -> None:
-        """Until cancelled."""
+        """Runs until cancelled."""
         try:
             while True:
                 if self._faults.active("unplug", self.t_s):
@@ -90,23 +90,23 @@ class SimulatedUnit(ABC):
 
     @property
     def t_s(self) -> float:
-        """Since the simulators started."""
+        """Time since the start of the simulators [s]."""
         return (self._clock.now_ns() - self._start_ns) * 1e-9
 
     @abstractmethod
     def reset(self) -> None:
-        """Be as after switching on."""
+        """Set the state after power-on."""
 
     @abstractmethod
     def refusal(self, table: int, address: int, values: Sequence[int | bool]) -> ExcCodes | None:
-        """Why `values` may not be written to coils or holding registers; None: they may."""
+        """The exception for a write to coils or holding registers; None: accepted."""
 
     @abstractmethod
     def tick(self) -> None:
-        """Time has passed: what discrete inputs and input registers say."""
+        """Update discrete inputs and input registers."""
 
-    def written(self) -> None:  # noqa: B027  few units care
-        """Somebody wrote something that was accepted."""
+    def written(self) -> None:  # noqa: B027  few units need it
+        """Called after an accepted write."""
 
     async def _tick(self) -> None:
         self.tick()
@@ -120,7 +120,7 @@ class SimulatedUnit(ABC):
         t = self.tables
         coils, discrete = ([SimData(0, values=list(v), datatype=DataType.BITS)] for v in (t.coils, t.discrete))
         holding, inputs = ([SimData(0, values=list(v), datatype=DataType.REGISTERS)] for v in (t.holding, t.inputs))
-        device = SimDevice(id=self._id, simdata=(coils, discrete, holding, inputs), action=self._asked)
+        device = SimDevice(id=self._id, simdata=(coils, discrete, holding, inputs), action=self._on_request)
         about = ModbusDeviceIdentification(
             info_name={"VendorName": "VISTEL", "ProductCode": self.product, "MajorMinorRevision": "1.0"}
         )
@@ -137,7 +137,7 @@ class SimulatedUnit(ABC):
         return f"tcp:127.0.0.1:{listening.sockets[0].getsockname()[1]}"
 
     async def _serve_line(self, device: SimDevice, about: ModbusDeviceIdentification) -> str:
-        """Two pseudo-terminals with a wire of the line's speed between them."""
+        """Two pseudo-terminals, joined at the line's speed."""
         ends = [self._path.with_name(f"{self._path.name}.{end}") for end in ("line", "unit")]
 
         def to_unit(data: bytes) -> None:
@@ -165,11 +165,11 @@ class SimulatedUnit(ABC):
             port.unplug()
         self._line = None
 
-    async def _asked(
+    async def _on_request(
         self, function: int, base: int, address: int, count: int, registers: list[int], values: list[int] | list[bool] | None
     ) -> ExcCodes | None:
-        """Called for every request, before it is answered; for a write with the values, and again without them. The
-        unit's own updates of what it measures come by here too."""
+        """Called before a request is answered; for a write with the values, and again without them. Also called for the
+        unit's own updates."""
         if function in (DISCRETE, INPUT) and values is not None:
             return None
         while self._faults.active("stall", self.t_s):

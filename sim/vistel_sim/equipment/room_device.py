@@ -1,4 +1,4 @@
-"""Any other device of a room on Modbus, by the registers it is configured to have: an amplifier, a projector, shutters."""
+"""Any other equipment of a room on Modbus, by its configured registers: an amplifier, a projector, shutters."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
@@ -14,8 +14,8 @@ _FUNCTIONS = {"coil": COILS, "discrete": DISCRETE, "holding": HOLDING, "input": 
 
 
 class SimulatedRoomDevice(SimulatedUnit):
-    """Holds what is written, within the limits of its map; knows no other registers; forgets it all when switched off. What
-    can only be read is 0."""
+    """Keeps written values within the limits of its map until it is switched off; has no other registers. Read-only registers
+    are 0."""
 
     product = "SIM-ROOM"
 
@@ -59,7 +59,7 @@ class SimulatedRoomDevice(SimulatedUnit):
         return None
 
     def tick(self) -> None:
-        """Nothing in it moves by itself."""
+        """Nothing changes by itself."""
 
 
 def _table(tables: Tables, function: int) -> list[bool] | list[int]:

@@ -1,4 +1,4 @@
-"""Biovision hierarchy files: reading, forward kinematics, and the joints this system needs, by their usual names."""
+"""Reads Biovision hierarchy (BVH) files: forward kinematics, and the joints of a `Recording` by their usual names."""
 
 import math
 from dataclasses import dataclass

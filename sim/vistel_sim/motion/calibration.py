@@ -1,4 +1,4 @@
-"""A participant who does what a calibration asks for, on time: the moves of `vistel.figure.calibration.moves`."""
+"""A participant who follows a calibration's instructions, on time: the moves of `vistel.figure.calibration.moves`."""
 
 import math
 from collections.abc import Sequence
@@ -29,11 +29,11 @@ from vistel_sim.motion.tracks import minimum_jerk
 
 SIDES = {"left": 1.0, "right": -1.0}
 FOREARM_MOUNT: F64 = np.array([0.06, 0.035, 0.01])
-"""Of the receiver worn on the left forearm [m], mirrored for the right."""
+"""Position of the receiver on the left forearm [m], mirrored for the right."""
 HABIT = -0.35
 """How far people turn their upper arms outwards [rad]."""
 SWAY = 0.004
-"""Of people who stand still [rad]."""
+"""Amplitude of the sway of people who stand still [rad]."""
 
 
 class CalibrationMoves:
@@ -86,7 +86,7 @@ class CalibrationMoves:
 
 
 def hand_at(t_s: float) -> F64:
-    """(20,) a hand that shows a glove what it is asked for, each for HOLD_S after a pause; flat before and after."""
+    """(20,) angles of a hand in the shapes of `HANDS` [rad], each for HOLD_S after a pause; flat before and after."""
     round_s = PAUSE_S + HOLD_S
     k = int(t_s // round_s)
     if k >= len(HANDS):
@@ -102,7 +102,7 @@ _HANDS = {
     "spread": _TOGETHER + np.radians([0, 50, 0, 0, 0, 17, 0, 0, 0, 0, 0, 0, 0, -13, 0, 0, 0, -30, 0, 0]),
     "pinch": finger_posture((55, 20, 25, 30), (45, 50, 30)),
 }
-"""As `vistel.protocol.glove_fit` takes them to be."""
+"""Hand shapes with the angles that `vistel.protocol.glove_fit` assumes [rad]."""
 
 
 def _dofs(step: str, u: float) -> F64:

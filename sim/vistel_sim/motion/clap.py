@@ -1,4 +1,4 @@
-"""Somebody who claps: the hands meet at known times, with speed, and part again."""
+"""People who clap at known times."""
 
 import math
 from collections.abc import Sequence
@@ -18,13 +18,13 @@ from vistel_sim.motion.tracks import HandState
 FIRST_S = 1.1
 """Time of the first clap [s]."""
 EVERY_S = 1.3
-"""Time between two claps [s]: no multiple of a picture's or a sound block's."""
+"""Time between two claps [s]: no multiple of the period of pictures or sound blocks."""
 SWING_S = 0.26
-"""From the farthest to the meeting."""
+"""Time from the farthest point to the clap [s]."""
 APART = 0.15
-"""Of each hand from the middle, at most [m]."""
+"""Largest distance of each hand from the middle [m]."""
 MEET = 0.024
-"""Of each wrist from the middle when the palms' skins meet [m]."""
+"""Distance of each wrist from the middle when the palms touch [m]."""
 
 
 class Clapping:
@@ -38,13 +38,13 @@ class Clapping:
         return tuple(self._sitters)
 
     def claps(self, participant: str, start_s: float, end_s: float) -> tuple[float, ...]:
-        """When the hands meet, from `start_s` until before `end_s`."""
+        """Times of claps, from `start_s` until before `end_s`."""
         first = max(0, math.ceil((start_s - FIRST_S) / EVERY_S))
         times = (FIRST_S + k * EVERY_S for k in range(first, first + 2 + int(max(0.0, end_s - start_s) / EVERY_S)))
         return tuple(t for t in times if start_s <= t < end_s)
 
     def gap(self, t_s: float) -> float:
-        """How far each palm is from where they meet [m]: with speed at the meeting, at rest when far."""
+        """Distance of each palm from the middle [m]: fastest at the clap."""
         k = max(0, round((t_s - FIRST_S) / EVERY_S))
         u = min(1.0, abs(t_s - FIRST_S - k * EVERY_S) / SWING_S)
         return APART * math.sin(0.5 * math.pi * u)

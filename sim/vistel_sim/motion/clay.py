@@ -1,4 +1,4 @@
-"""The script of a session with a soft thing: somebody presses it, pokes it and squeezes it, the others watch.
+"""The script of a session with a soft thing: somebody presses, pokes and squeezes it; the others watch.
 
 One cycle of it: the palm on its top, the forefinger into it twice, both palms on its ends.
 """
@@ -19,15 +19,15 @@ from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.tracks import HandTrack
 
 PALM_BELOW = 0.010
-"""The palm's skin lies so far above the place where a bar would be held [m]."""
+"""Height of the palm's skin above the grip point [m]."""
 ASIDE = 0.07
-"""How much further apart than else the hands rest, clear of the thing [m]."""
+"""By how much further apart the hands rest, clear of the thing [m]."""
 LENGTH = {"ball": 1.0, "lump": 2.0, "bar": 6.0}
 """Half lengths of things, in radii."""
 
 
 def write_clay(sitters: Mapping[str, Sitter], layout: Layout, thing: Extra) -> Script:
-    """The script for the people that are there: who sits nearest to the thing works on it."""
+    """The script for the people present; who sits nearest to the thing works on it."""
     lies = layout.thing(thing.id)
     place = lies.position if lies is not None else thing.thing().position
     desk = {(name, side): Hand(s, side, layout) for name, s in sitters.items() for side in SIDES}
@@ -79,7 +79,7 @@ def write_clay(sitters: Mapping[str, Sitter], layout: Layout, thing: Extra) -> S
 
 
 def fingertip(skeleton: Skeleton) -> F64:
-    """(3,) of a pointing right forefinger in the hand's frame [m]."""
+    """(3,) tip of a pointing right forefinger, in the hand's frame [m]."""
     pose = pose_joints(skeleton, Posture(Posture().dofs, np.stack([POINT, POINT])))
     hand, last = JOINT_INDEX["right_hand"], JOINT_INDEX["right_index_distal"]
     tip = pose.position[last] + pose.rotation[last] @ skeleton.tip[last]

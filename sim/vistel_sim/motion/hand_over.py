@@ -1,7 +1,7 @@
-"""A recorded hand-over played in the room: two people at their seats' side of the table, and the baton.
+"""A recorded hand-over in the room: two people beside the table, and the baton.
 
-The recorded thing is longer and thicker than the room's, and its frame sits on top of it. So the room's baton goes
-along the line between the two hands' grips, and each hand is led, while it holds, to where it holds the shorter one.
+The recorded thing is longer and thicker than the room's, and its frame is on top of it. So the room's baton lies on the line
+between the two grips, and each hand is moved, while it holds, to its grip on the shorter baton.
 """
 
 import math
@@ -28,7 +28,7 @@ CLEAR_OF_TABLE = 0.35
 """How far outside the table's edge the line between the two people runs, so that the others see them from the side
 and they stand in nothing [m]."""
 NEAR_GRIP = 0.07
-"""A hand this near to where it holds the thing most of the time holds it [m]."""
+"""A hand this near to its usual grip holds the thing [m]."""
 LET_GO_S = 1.2
 """A hand that leaves the thing for less than this only shifts its grip."""
 GRIP = 0.060
@@ -166,7 +166,7 @@ class _Hand:
         self._closed = closed_on(place.skeleton, body, self._name, self._point, self._slant, baton.radius)
 
     def led(self, joints: Joints, k: int) -> Joints:
-        """Frame `k` with this hand led to the baton as far as it has to do with it."""
+        """Frame `k` with this hand moved to its grip on the baton, while it holds."""
         share = self._held(k, LEAD_S, CLOSE_S)
         if share == 0.0:
             return joints

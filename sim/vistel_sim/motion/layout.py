@@ -1,4 +1,4 @@
-"""What choreographies need to know of the room they play in: how high its tables are, who sits near whom, where the baton lies."""
+"""The room of a choreography: heights of tables, distances of seats, the baton."""
 
 import math
 from collections.abc import Callable
@@ -14,26 +14,27 @@ from vistel.space.room import BATON, TABLE_HEIGHT, Room, Seat, meeting_room
 from vistel.space.things.things import Thing
 
 LAP = 0.60
-"""Where hands lie of who sits at no table [m]."""
+"""Height of the hands of who sits at no table [m]."""
 ARMS_MEET = 1.6
-"""People whose seats are no further apart reach each other's hands [m]."""
+"""Largest distance of seats from which people reach each other's hands [m]."""
 NEAR_ENOUGH = 0.75
-"""Of a thing that somebody who sits can take, from the middle of the seat [m]."""
+"""Largest distance from the seat of a thing that can be taken [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """room: as it begins; height: of what stands at a place (x, z) of it, 0 where nothing does [m]."""
+    """room: at its beginning; height: (x, z) [m] -> height of what stands there [m], 0 for nothing."""
 
     room: Room
     height: Callable[[float, float], float]
 
     @property
     def seats(self) -> int:
+        """Number of seats."""
         return len(self.room.seats)
 
     def table(self, place: F64) -> float:
-        """Where hands may lie at a place (3,): on what stands there, else in the lap [m]."""
+        """Height at which hands lie at a point (3,): on what stands there, else in the lap [m]."""
         return max(LAP, self.height(float(place[0]), float(place[2])))
 
     def thing(self, thing_id: str) -> Thing | None:
@@ -57,15 +58,15 @@ def built_in(seats: int) -> Layout:
 
 
 def layout_of(keys: RoomKeys) -> Layout:
-    """The room of a conference. Of one whose files are not here only the seats are known; its tables are taken to be as high as
-    the built-in one."""
+    """The room of a conference. If its files are missing, only the seats are known, and tables are as high as the built-in
+    one."""
     if not keys.from_files:
         return Layout(meeting_room(keys.seats, extras_of(keys)), lambda x, z: TABLE_HEIGHT)
-    from vistel.conference.rooms import interior_of  # noqa: PLC0415  only for who has files
+    from vistel.conference.rooms import interior_of  # noqa: PLC0415  only for rooms from files
 
     try:
         whole = interior_of(keys)
-    except RoomFileError:  # told by who draws it
+    except RoomFileError:  # the renderer reports it
         seats = tuple(Seat(*seat_place(keys, n)) for n in range(keys.seats))
         return Layout(Room(seats, ()), lambda x, z: TABLE_HEIGHT)
     if not any(t.fixed for t in whole.room.things):

@@ -1,7 +1,7 @@
-"""A meeting round a table, made up: people talk, gesture, look at each other, hand a baton over and touch hands.
+"""A synthetic meeting round a table: people talk, gesture, look at each other, hand a baton over and touch hands.
 
-All of it is a smooth function of time and the conference's seed. The script (`script.py`) says where hands go; this
-file adds what people do without thinking: breathing, swaying, gesturing while they speak, turning to who speaks.
+All of it is a smooth function of time and the conference's seed. The script (`script.py`) moves the hands; this file adds
+idle motion: breathing, swaying, gestures while they speak, turning to who speaks.
 """
 
 import math
@@ -22,8 +22,7 @@ from vistel_sim.motion.speech import Conversation
 from vistel_sim.motion.tracks import Attention, HandState
 
 TICK_HZ = 20.0
-"""Postures are computed on this grid and what sensors feel interpolated between, by cubics: asking often stays cheap, and
-what is between differs from the posture at its own time by less than sensors can tell."""
+"""Postures are computed on this grid, and the poses of sensors interpolated by cubics, with an error below sensor noise."""
 
 
 _Tick = tuple[F64, F64]
@@ -42,8 +41,8 @@ class Meeting:
         write: Callable[[Mapping[str, Sitter], Layout], Script] = write_script,
         layout: Layout | None = None,
     ) -> None:
-        """watch: what everybody looks at instead of each other, as a point (3,) of the room at a time [s]; write: makes
-        the script of people and room; layout: the room, by default the built-in one with so many seats."""
+        """watch: t [s] -> point (3,) of the room that everybody looks at, instead of each other; write: makes the script;
+        layout: of the room, by default the built-in one with `seats`."""
         self._watch = watch
         self._people = {p.name: p for p in people}
         self._sitters = {p.name: Sitter(p) for p in people}
@@ -85,7 +84,7 @@ class Meeting:
         return self._sitters[participant].posture(hands[0], hands[1], look, habits.sway(t_s, talk), habits.gaze(t_s))
 
     def _around(self, participant: str, t_s: float) -> tuple[_Tick, F64]:
-        """Two ticks before a time and two after it, in rows, and their weights (4,): Catmull and Rom's cubic."""
+        """Two ticks before a time and two after it, in rows, and their weights (4,) (Catmull-Rom)."""
         k = math.floor(t_s * TICK_HZ)
         key = (participant, k)
         if (four := self._fours.get(key)) is None:
@@ -152,7 +151,7 @@ class Meeting:
 
 
 class _Habits:
-    """What one person does without thinking; phases and tempi drawn once from the seed."""
+    """The idle motion of one person; phases and tempi are drawn from the seed."""
 
     def __init__(self, seed: int) -> None:
         rng = np.random.default_rng(seed)
@@ -177,7 +176,7 @@ class _Habits:
         return np.array([0.02 * self._wave(7, 0.8, t), 0.012 * self._wave(8, 0.6, t)])
 
     def gesture(self, sitter: Sitter, row: int, hand: HandState, talk: float, t: float) -> HandState:
-        """The hand's own task, and, as far as it is free, gestures that go with the speech."""
+        """The hand at its task and, as far as it is free, with gestures of speech."""
         side = 1.0 if row == 0 else -1.0
         k = 9 + 7 * row
         idle = hand.free * (1.0 - talk)

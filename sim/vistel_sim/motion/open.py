@@ -1,4 +1,4 @@
-"""From a conference file to the motion of its participants."""
+"""The motion of a conference's participants."""
 
 import logging
 from collections.abc import Callable, Sequence
@@ -31,7 +31,7 @@ FACE_HEIGHT = 1.6
 MEETING = "meeting"
 """The name of the built-in choreography; also what a participant without `motion` does."""
 CLAY = "clay"
-"""Another: the one nearest to the room's first thing that takes dents presses it."""
+"""Another: who sits nearest to the first thing that takes dents presses it."""
 CLAP = "clap"
 """Another: everybody claps at known times."""
 CALIBRATION = "calibration"
@@ -82,8 +82,8 @@ def open_motion(conference: Conference) -> MotionSource:
     if meeting:
         acts = next((s for s in sources if s.things(0.0)), None)
         layout = layout_of(conference.room)
-        sources.append(Meeting(meeting, layout.seats, conference.seed, _eyes_on(acts) if acts else None, layout=layout))
-    return sources[0] if len(sources) == 1 else _Company(sources)
+        sources.append(Meeting(meeting, layout.seats, conference.seed, _gaze_at(acts) if acts else None, layout=layout))
+    return sources[0] if len(sources) == 1 else _CombinedSource(sources)
 
 
 def things_of(path: Path) -> tuple[str, ...]:
@@ -91,8 +91,8 @@ def things_of(path: Path) -> tuple[str, ...]:
     return (BATON,) if path.is_dir() and is_hand_over(path) else ()
 
 
-def _eyes_on(acts: MotionSource) -> Callable[[float], NDArray[np.float64]]:
-    """Where onlookers look: between the hands that hold the thing and the faces above it."""
+def _gaze_at(acts: MotionSource) -> Callable[[float], NDArray[np.float64]]:
+    """Where onlookers look: between the thing and the faces above it."""
 
     def point(t_s: float) -> NDArray[np.float64]:
         at = next(iter(acts.things(t_s).values()))[0]
@@ -101,8 +101,8 @@ def _eyes_on(acts: MotionSource) -> Callable[[float], NDArray[np.float64]]:
     return point
 
 
-class _Company:
-    """Several sources together, each moving its own people."""
+class _CombinedSource:
+    """Several sources, each with people of its own."""
 
     def __init__(self, sources: Sequence[MotionSource]) -> None:
         self._sources = sources

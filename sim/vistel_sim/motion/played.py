@@ -1,4 +1,4 @@
-"""People moved by recordings, put at their places in the room and fitted to their bodies."""
+"""People moved by recordings, at their seats and fitted to their bodies."""
 
 import math
 from collections.abc import Sequence
@@ -31,14 +31,14 @@ from vistel_sim.motion.tracks import minimum_jerk
 
 RATE_HZ = 60.0
 FADE_S = 0.8
-"""A take that is played in a loop fades into its own beginning over this long."""
+"""Time in which a looped take fades into its beginning [s]."""
 STAND_BACK = 0.45
 """How far behind the middle of their seat somebody from a recording stands [m]."""
 
 
 @dataclass(frozen=True)
 class Joints:
-    """What a tracker can know of a person at one instant, and their elbows; room frame.
+    """The joints that a tracker measures at one moment, and the elbows; room frame.
 
     chest: position of the point midway between the collar joints; head and hands: of their joints.
     """
@@ -85,7 +85,7 @@ class Played:
         period = last - overlap
         f = (t_s * RATE_HZ) % period
         if t_s * RATE_HZ >= period and f < overlap:
-            # The end of the round before runs out while this one begins.
+            # The end of the last round fades out while this one begins.
             late = min(last - 1, math.floor(period + f))
             return late, late + 1, period + f - late, minimum_jerk(f / overlap), round(f)
         i = min(last - 1, math.floor(f))
@@ -126,7 +126,7 @@ class PlayedFile:
 
 
 def play_alone(place: Place, recording: Recording) -> Played:
-    """A take of one person, turned to the table, walking on the spot where it walks; carried over by its angles."""
+    """A take of one person, turned to the table, walking on the spot; carried over by its angles."""
     take = resampled(recording, RATE_HZ)
     skeleton = place.skeleton
     hips, pelvis = take.joint("hips")

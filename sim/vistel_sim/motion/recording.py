@@ -1,4 +1,4 @@
-"""A person's recorded joints, whatever file they came from.
+"""The recorded joints of a person, from any file.
 
 Frames: metres, right-handed, Y up; rotations take the person's T-pose (facing +Z, left arm along +X) to the recorded
 pose, so that they mean the same as the figure's own joint rotations.
@@ -47,12 +47,12 @@ class Recording:
         return self.position[:, INDEX[name]], self.rotation[:, INDEX[name]]
 
     def offset(self, parent: str, child: str) -> F64:
-        """(3,) of `child` seen from `parent`, median over the recording [m]."""
+        """(3,) median position of `child` in the frame of `parent` [m]."""
         p, r = self.joint(parent)
         return np.median(np.einsum("nji,nj->ni", r, self.joint(child)[0] - p), axis=0)
 
     def _neck(self) -> tuple[F64, F64]:
-        """(3,) of the neck's joint seen from the chest, and (3,) from there to the head."""
+        """(3,) neck joint in the chest's frame, and (3,) from there to the head [m]."""
         p, chest = self.joint("chest")
         seen = np.einsum("nji,nj->ni", chest, self.joint("head")[0] - p)
         turned = np.einsum("nji,njk->nik", chest, self.joint("head")[1])

@@ -1,4 +1,4 @@
-"""The made-up meeting's script: where every hand goes in one cycle, where the baton is, who looks at it.
+"""The script of the synthetic meeting: tracks of hands, baton and attention in one cycle.
 
 Seat 0 takes the baton from its rest, hands it to seat 1, gets it back later and puts it down again; the last seat
 lays a hand on seat 0's; seats 1 and the last press their palms together. Parts whose people are absent are left out.
@@ -35,27 +35,27 @@ TAKER_ABOVE = 0.046
 
 
 CLOSE_COMPANY = 4
-"""Seats at most where people reach past each other and nobody's arms are in the way."""
+"""With more seats than this, arms would be in each other's way."""
 
 
 @dataclass(frozen=True)
 class Script:
-    """Hand tracks by (participant, side), things that are carried, points and times of attention."""
+    """Hand tracks by (participant, side), carried things, points and times of attention."""
 
     tracks: dict[tuple[str, str], HandTrack]
     baton: tuple[tuple[float, str | None, str, float], ...]
-    """(from time, participant or None, side, where along the hand's Z the middle is [m]): who holds the baton."""
+    """Who holds the baton: (from time [s], participant or None, side, position of its middle along the hand's Z [m])."""
     baton_rest: Placement
     scale: dict[str, float]
     points: dict[str, F64] = field(default_factory=dict)
     looks: dict[str, list[tuple[float, float, str]]] = field(default_factory=dict)
 
     def hand(self, participant: str, side: str, t: float) -> HandState:
-        """Where the hand's task wants it at time `t` of the cycle."""
+        """The hand at time `t` of the cycle."""
         return self.tracks[participant, side].at(t)
 
     def things(self, t: float) -> dict[str, Placement]:
-        """Where carried things are meant to be at time `t` of the cycle (room frame)."""
+        """Poses of carried things at time `t` of the cycle (room frame)."""
         if not self.baton:
             return {}
         _, who, side, along = next(h for h in reversed(self.baton) if h[0] <= t)
@@ -70,8 +70,7 @@ class Script:
 
 
 def write_script(sitters: Mapping[str, Sitter], layout: Layout) -> Script:
-    """The script for the people that are there: parts for which there is no baton, or who are out of each other's reach, are
-    left out."""
+    """The script for the people present; parts without a baton, or for people out of each other's reach, are left out."""
     seats = layout.seats
     by_seat = {s.place.seat: s for s in sitters.values()}
     desk = {(name, side): Hand(s, side, layout) for name, s in sitters.items() for side in SIDES}
@@ -118,12 +117,12 @@ class Hand:
         self.keys: list[HandKey] = [HandKey(0.0, *self.home, RELAXED, free=1.0)]
 
     def shoulder(self) -> F64:
-        """(3,) about where the shoulder is, upright, room frame."""
+        """(3,) approximate position of the shoulder, upright, room frame."""
         height = self.sitter.place.skeleton.height
         return self.sitter.out_of_seat(np.array([self.sign * 0.18 * self.scale, 0.57 * height, 0.0]))
 
     def rest_at(self, wrist: F64) -> None:
-        """Rest there instead, from the beginning on."""
+        """Set the rest position, from the beginning on."""
         self.home = (wrist, self.home[1])
         self.keys[0] = HandKey(0.0, *self.home, RELAXED, free=1.0)
 
@@ -131,7 +130,7 @@ class Hand:
         self.keys.append(HandKey(t, *self.home, RELAXED, lift, 1.0))
 
     def leave(self, t: float) -> None:
-        """Stop gesturing at `t` and begin to work 0.25 s later, from the rest place."""
+        """Stop gesturing at `t` and begin to work 0.3 s later, from the rest position."""
         self.keys.append(HandKey(t, *self.home, RELAXED, 0.0, 1.0))
         self.keys.append(HandKey(t + 0.3, *self.home, RELAXED, 0.0, 0.0))
 
@@ -139,7 +138,7 @@ class Hand:
         self.keys.append(HandKey(t, wrist, quaternion_from_matrix(rotation), fingers, lift, 0.0))
 
     def wrist_for(self, grip_point: F64, rotation: F64) -> F64:
-        """(3,) of the wrist that puts the grip at `grip_point`."""
+        """(3,) position of the wrist for a grip at `grip_point`."""
         return grip_point - rotation @ _grip(self.side, self.scale)
 
     def closed(self, radius: float) -> F64:

@@ -1,4 +1,4 @@
-"""A seated body that carries its hands to given places and looks at a given point: targets in, posture out."""
+"""A seated body: targets of hands and eyes in, posture out."""
 
 import math
 
@@ -25,13 +25,13 @@ from vistel_sim.motion.source import Place
 from vistel_sim.motion.tracks import HandState
 
 COMFORTABLE_REACH = 0.86
-"""Share of the arm's length a hand goes to before the trunk follows."""
+"""Share of the arm's length from which the trunk leans towards a hand."""
 HIPS_BACK = -0.02
-"""Of the hips from the seat's centre [m]; negative is towards the chair's back."""
+"""Offset of the hips from the seat's centre [m]; negative is towards the chair's back."""
 
 
 class Sitter:
-    """One person on their chair. Everything it does is a smooth function of what it is asked for."""
+    """One person on a chair. The posture is a smooth function of the targets."""
 
     def __init__(self, place: Place) -> None:
         self.place = place

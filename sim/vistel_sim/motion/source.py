@@ -1,4 +1,4 @@
-"""What every motion source offers, and the places of the people it moves."""
+"""Motion sources, and the bodies, seats and transmitters of the people they move."""
 
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
@@ -20,7 +20,7 @@ class MotionError(ValueError):
 
 
 class MotionSource(Protocol):
-    """Ground truth: what each participant does at any time, and what the sensors on them would feel.
+    """Ground truth: each participant's posture at any time, and the poses of the sensors on them.
 
     Times are seconds from the source's own start, any order, never negative.
     """
@@ -47,7 +47,7 @@ class MotionSource(Protocol):
         ...
 
     def things(self, t_s: float) -> dict[str, Placement]:
-        """Where the source means things to be (room frame), by thing id; empty when it moves none."""
+        """Poses of the things that the source moves (room frame), by thing id."""
         ...
 
 
@@ -56,7 +56,7 @@ class Clapper(Protocol):
     """A motion source whose people clap."""
 
     def claps(self, participant: str, start_s: float, end_s: float) -> tuple[float, ...]:
-        """When the participant's hands meet, from `start_s` until before `end_s`."""
+        """Times of claps, from `start_s` until before `end_s`."""
         ...
 
 
@@ -89,13 +89,13 @@ def places(conference: Conference) -> dict[str, Place]:
 
 
 def prop_transmitter(conference: Conference, site: Site, tracker: PropTracker) -> Placement:
-    """Where the transmitter of a prop's tracker stands, in the room."""
+    """Pose of the transmitter of a prop's tracker, in the room."""
     position, heading = seat_place(conference.room, conference.seat_of(site.participants[0].name))
     return transmitter_in_room(position, heading, tracker.transmitter_position, tracker.transmitter_heading)
 
 
 def receiver_on_prop(transmitter: Placement, tracker: PropTracker, pose: Placement) -> Placement:
-    """What the receiver on a thing at `pose` (room) reads, in its transmitter's frame."""
+    """Pose of the receiver on a thing at `pose` (room), in its transmitter's frame."""
     rotation = matrix_from_quaternion(pose[1])
     turn = rotation @ matrix_from_quaternion(np.array(tracker.receiver_rotation))
     at = pose[0] + rotation @ np.array(tracker.receiver_position)
@@ -103,6 +103,6 @@ def receiver_on_prop(transmitter: Placement, tracker: PropTracker, pose: Placeme
 
 
 def receivers_of(place: Place, posture: Posture) -> dict[str, Placement]:
-    """What the receivers on a person in `posture` read, in their transmitter's frame."""
+    """Poses of the receivers on a person in `posture`, in their transmitter's frame."""
     poses = receiver_poses(place.skeleton, pose_joints(place.skeleton, posture), place.mounts)
     return {name: into_frame(place.transmitter, *pose) for name, pose in poses.items()}

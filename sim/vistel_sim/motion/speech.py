@@ -1,4 +1,4 @@
-"""Who speaks when: turns of talk drawn from a seed, cycle after cycle, and how loud a voice is."""
+"""Turns of talk, drawn from a seed cycle after cycle, and the loudness of voices."""
 
 import math
 
@@ -38,13 +38,13 @@ class Conversation:
         return self._turns[cycle]
 
     def weight(self, participant: str, t: float) -> float:
-        """How much the participant holds the floor, 0 to 1, smooth."""
+        """How far it is the participant's turn, 0 to 1, smooth."""
         return max(
             (bump(t, (a - 0.25, a + 0.35), (b - 0.4, b + 0.3)) for a, b, who in self._near(t) if who == participant), default=0.0
         )
 
     def loudness(self, participant: str, t: float) -> float:
-        """0 to 1: the floor times syllables (about 4 a second) and phrases."""
+        """0 to 1: the turn times syllables (about 4 a second) and phrases."""
         w = self.weight(participant, t)
         if w == 0.0:
             return 0.0
@@ -54,7 +54,7 @@ class Conversation:
         return w * phrase * (0.25 + 0.75 * syllable)
 
     def glances(self, participant: str, start: float, end: float) -> list[tuple[float, str]]:
-        """(time, whom) the participant turns to between `start` and `end`; listeners look at who speaks."""
+        """(time, name) of those to whom the participant turns between `start` and `end`; listeners look at who speaks."""
         out: list[tuple[float, str]] = [(start, self.whom_to_watch(participant, start))]
         for a, b, who in self.turns(int(start // TURN_CYCLE_S)):
             if who != participant:
@@ -69,7 +69,7 @@ class Conversation:
         return [g for g in out if start <= g[0] < end]
 
     def whom_to_watch(self, participant: str, t: float) -> str:
-        """Who speaks, or spoke last, apart from the participant; else the one across."""
+        """Who speaks, or spoke last, other than the participant; else the first of the others."""
         spoken = [who for a, _, who in self._near(t) if a <= t and who != participant]
         others = [p for p in self._people if p != participant] or [participant]
         return spoken[-1] if spoken else others[0]

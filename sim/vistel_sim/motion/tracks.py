@@ -1,4 +1,4 @@
-"""Tracks of keys joined by minimum-jerk moves (Flash and Hogan 1985): how hands and attention travel."""
+"""Tracks of hands and attention: keys joined by minimum-jerk moves (Flash and Hogan 1985)."""
 
 from bisect import bisect_right
 from dataclasses import dataclass
@@ -29,7 +29,7 @@ class HandKey:
     """A hand at one instant of its track.
 
     position: (3,) of the hand joint [m, room]; rotation: (4,) quaternion hand to room; fingers: (20,) [rad];
-    lift: how far the move that ends here arches upwards [m]; free: 1 where the hand may gesture, 0 where it works.
+    lift: upward arch of the move that ends here [m]; free: 1 where the hand may gesture, 0 at work.
     """
 
     t: float

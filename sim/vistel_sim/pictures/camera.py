@@ -16,15 +16,15 @@ from vistel_sim.faults import DeviceFaults, Fault
 _QUALITY = 92
 _HEAD = b"HTTP/1.1 200 OK\r\nCache-Control: no-store\r\nContent-Type: multipart/x-mixed-replace; boundary=frame\r\n\r\n"
 _LATE = 0.25
-"""A machine that is behind by more than this share of a second leaves pictures out."""
+"""A machine that is later than this skips pictures [s]."""
 
 
 class Scene(Protocol):
-    """What a camera looks at."""
+    """What a camera sees."""
 
     def picture(self, number: int, t_s: float, drifting_s: float) -> U8:
-        """(h, w) or (h, w, 3) BGR at `t_s`; number: of the frame; drifting_s: how long light and mount have been
-        wandering off, 0 when they do not."""
+        """(h, w) or (h, w, 3) BGR at `t_s`; number: of the frame; drifting_s: how long light and mount have
+        been drifting, 0: not."""
         ...
 
 
@@ -54,9 +54,9 @@ class SimulatedCamera:
         self._watching: set[asyncio.StreamWriter] = set()
         self._last = b""
 
-    def strike(self, *faults: Fault) -> None:
-        """Let these mishaps happen from now on; without any, all is well again."""
-        self._faults.become(faults)
+    def set_faults(self, *faults: Fault) -> None:
+        """Replace the faults; none: no faults."""
+        self._faults.replace(faults)
 
     async def run(self) -> None:
         """Until cancelled."""
@@ -94,7 +94,7 @@ class SimulatedCamera:
     def _send(self, jpeg: bytes) -> None:
         part = b"--frame\r\nContent-Type: image/jpeg\r\nContent-Length: %d\r\n\r\n%b\r\n" % (len(jpeg), jpeg)
         for writer in self._watching:
-            # A watcher that does not keep up misses pictures instead of seeing old ones.
+            # A slow client misses pictures instead of getting old ones.
             if writer.transport.get_write_buffer_size() == 0:
                 writer.write(part)
 

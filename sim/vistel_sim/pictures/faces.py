@@ -1,4 +1,4 @@
-"""What the cameras on a simulated participant's helmet look at."""
+"""What the cameras on a simulated participant's helmet see."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -26,7 +26,7 @@ _BLINK = CHANNELS.index("eyeBlinkLeft")
 
 
 class FaceScene:
-    """A face that does what `channels` say; the helmet slips a little, now and then a hand passes."""
+    """A face moved by `channels`; the helmet slips a little, and now and then a hand passes."""
 
     def __init__(self, channels: Channels, seed: int) -> None:
         self.picture_of = FacePicture(seed)
@@ -46,7 +46,7 @@ class FaceScene:
 
 
 class EyeScene:
-    """An eye that looks where `gaze` says and blinks as `channels` say; the pupil answers to the light."""
+    """An eye moved by `gaze`, which blinks by `channels`; the size of the pupil varies."""
 
     def __init__(self, gaze: Gaze, channels: Channels, seed: int, *, right: bool = False) -> None:
         self.picture_of = EyePicture(seed, right=right)

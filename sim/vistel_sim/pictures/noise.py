@@ -1,4 +1,4 @@
-"""What a camera does to a picture: light that drifts, noise, the picture gone black."""
+"""Disturbances of a camera's picture: drifting light, noise."""
 
 import math
 
@@ -15,7 +15,7 @@ class Noise:
 
     def __init__(self, deviation: float, seed: int) -> None:
         rng = np.random.default_rng(seed)
-        # One bank for all frames, entered at another place each time: drawing 921,600 numbers a frame takes too long.
+        # One bank for all frames, read at varying offsets: drawing 921,600 numbers a frame takes too long.
         self._bank = np.rint(deviation * rng.standard_normal(2 * _BANK)).astype(np.int16)
         self._silent = deviation == 0.0
 
@@ -29,7 +29,7 @@ class Noise:
 
 
 def light_at(t_s: float, drifting_s: float = 0.0) -> tuple[float, float, float]:
-    """Gains of blue, green and red: the light of a room wanders by some per cent; it fades and reddens while it drifts."""
+    """Gains of blue, green and red: the light of a room varies by some per cent; in a drift it fades and reddens."""
     level = 1.0 + 0.06 * math.sin(0.31 * t_s) + 0.03 * math.sin(1.3 * t_s)
     fading = 1.0 / (1.0 + 0.12 * drifting_s)
     warm = 0.04 * math.sin(0.17 * t_s) + 0.25 * (1.0 - fading)

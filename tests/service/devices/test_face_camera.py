@@ -99,9 +99,9 @@ def test_a_camera_that_fails_is_told_and_picked_up_again(tmp_path: Path, kind: A
         try:
             await helmet.until(lambda: len(helmet.bus.on("face", F)) > 5)
             before = len(helmet.bus.on("device_status", F))
-            helmet.cameras[0].strike(Fault(F, kind, 0.0, 1e9))
+            helmet.cameras[0].set_faults(Fault(F, kind, 0.0, 1e9))
             await helmet.until(lambda: any(told in s.detail for s in helmet.bus.on("device_status", F)[before:]))
-            helmet.cameras[0].strike()
+            helmet.cameras[0].set_faults()
             seen = len(helmet.bus.on("face", F))
             await helmet.until(lambda: len(helmet.bus.on("face", F)) > seen + 10)
         finally:

@@ -22,7 +22,7 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, run
 from vistel_services.audio.inputs import InputOpener
 from vistel_sim.faults import Fault
-from vistel_sim.talker import SimulatedMicrophone, Voice, clap, run_microphones
+from vistel_sim.microphone import SimulatedMicrophone, Voice, clap, run_microphones
 
 START_NS = 1_000_000_000_000
 
@@ -118,9 +118,9 @@ def play(conference: Conference, script: Callable[[Conference], Coroutine[Any, A
     asyncio.run(main())
 
 
-def strike(conference: Conference, kind: Any, seconds: float) -> None:
+def set_fault(conference: Conference, kind: Any, seconds: float) -> None:
     now_s = (conference.clock.now_ns() - START_NS) * 1e-9
-    conference.microphone.strike(Fault("ann-microphone", kind, now_s, seconds))
+    conference.microphone.set_faults(Fault("ann-microphone", kind, now_s, seconds))
 
 
 def test_a_voice_is_heard_as_late_as_it_is_seen_and_follows_the_picture(tmp_path: Path) -> None:
@@ -191,7 +191,7 @@ def test_a_microphone_that_is_unplugged_is_named_and_comes_back(tmp_path: Path) 
     async def script(c: Conference) -> None:
         await c.go_on(2.0)
         assert c.mouth.open
-        strike(c, "unplug", 3.0)
+        set_fault(c, "unplug", 3.0)
         await c.go_on(2.0)
         assert not c.mouth.open
         assert "ann-microphone" in c.mouth.detail
@@ -207,7 +207,7 @@ def test_a_silent_device_is_named_and_its_next_word_is_heard_on_time(tmp_path: P
     async def script(c: Conference) -> None:
         c.image_s = 0.15
         await c.go_on(2.0)
-        strike(c, "stall", 3.0)
+        set_fault(c, "stall", 3.0)
         await c.go_on(2.5)
         assert "no samples come" in c.mouth.detail
         await c.go_on(4.0)
@@ -239,7 +239,7 @@ def test_a_microphone_that_stood_still_for_a_moment_is_heard_with_its_picture_at
         c.image_s = 0.2
         await c.go_on(4.0)
         for _ in range(3):
-            strike(c, "stall", stood_s)  # what was said meanwhile is missing, and nothing says so
+            set_fault(c, "stall", stood_s)  # what was said meanwhile is missing, and nothing says so
             await c.go_on(6.0)
             assert c.voice.needed_s < 0.12
             assert c.voice.actual_s == pytest.approx(0.2, abs=0.003)
@@ -285,7 +285,7 @@ def test_an_over_driven_microphone_is_told(tmp_path: Path) -> None:
     async def script(c: Conference) -> None:
         await c.go_on(1.0)
         assert not c.mouth.clipped
-        strike(c, "saturation", 2.0)
+        set_fault(c, "saturation", 2.0)
         await c.go_on(1.0)
         assert c.mouth.clipped
         await c.go_on(3.0)

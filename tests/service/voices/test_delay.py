@@ -53,8 +53,8 @@ class Room:
             request.settings.add(name=name, value=value)
         self.bus.publish(BY_NAME["equipment_request"], equipment="delay").put(request)
 
-    def strike(self, kind: Kind) -> None:
-        self.unit.strike(Fault("unit", kind, (self.clock.now_ns() - self.start_ns) * 1e-9 - 0.001, 60.0))
+    def set_fault(self, kind: Kind) -> None:
+        self.unit.set_faults(Fault("unit", kind, (self.clock.now_ns() - self.start_ns) * 1e-9 - 0.001, 60.0))
 
     async def until(self, wanted: Callable[[EquipmentStatus], bool]) -> EquipmentStatus:
         def told() -> bool:
@@ -102,7 +102,7 @@ def test_a_unit_goes_to_what_is_asked_says_what_it_does_and_is_heard_to_do_it(tm
         await room.until(holds(0.02))
         click = np.zeros(4800, np.float32)
         click[100] = 1.0
-        heard = room.unit.hear(0, click)
+        heard = room.unit.process(0, click)
         assert int(np.argmax(heard)) - 100 == pytest.approx((0.02 + 1e-4 * OWN_LATENCY) * RATE, abs=1)
 
     with_room(tmp_path, play, baud=baud)
@@ -114,11 +114,11 @@ def test_without_good_answers_for_a_second_the_delay_is_unknown_until_they_retur
     async def play(room: Room) -> None:
         room.ask(delay=0.01)
         await room.until(holds(0.01))
-        room.strike(kind)
+        room.set_fault(kind)
         lost = await room.until(lambda s: s.state == S.STATE_UNKNOWN)
         assert not lost.delay_known
         assert "busy" in lost.detail if kind == "cut" else "no answer" in lost.detail
-        room.unit.strike()
+        room.unit.set_faults()
         back = await room.until(holds(0.01))
         assert back.reconnects >= 1
 
@@ -130,9 +130,9 @@ def test_a_unit_that_comes_back_at_its_defaults_is_given_its_settings_again(tmp_
     async def play(room: Room) -> None:
         room.ask(delay=0.015)
         await room.until(holds(0.015))
-        room.strike("unplug")
+        room.set_fault("unplug")
         await room.until(lambda s: s.state == S.STATE_UNKNOWN)
-        room.unit.strike()
+        room.unit.set_faults()
         await room.until(holds(0.015))
 
     with_room(tmp_path, play, baud=baud)
@@ -142,12 +142,12 @@ def test_a_unit_that_comes_back_at_its_defaults_is_given_its_settings_again(tmp_
 def test_exceptions_are_a_fault_with_their_meaning_and_end_when_the_unit_does_well(tmp_path: Path, baud: int) -> None:
     async def play(room: Room) -> None:
         await room.until(holds(0.0))
-        room.strike("garbage")
+        room.set_fault("garbage")
         fault = await room.until(lambda s: s.state == S.STATE_FAULT)
         assert "exception 4" in fault.detail
         assert not fault.delay_known
         assert fault.refusals >= 1
-        room.unit.strike()
+        room.unit.set_faults()
         await room.until(holds(0.0))
 
     with_room(tmp_path, play, baud=baud)
@@ -206,10 +206,10 @@ def test_an_amplifier_holds_the_volume_of_the_file_obeys_and_has_it_again_after_
         room.ask(volume=55.0, mute=1.0)
         await room.until(shows(volume=55.0, mute=1.0))
         assert room.unit.holds("volume") == 55.0
-        room.strike("unplug")
+        room.set_fault("unplug")
         await room.until(lambda s: s.state == S.STATE_UNKNOWN)
         assert room.unit.holds("volume") == 55.0
-        room.unit.strike()
+        room.unit.set_faults()
         await room.until(shows(volume=55.0, power=1.0, mute=1.0, treble=-3.5))
         assert room.status.reconnects >= 1
 

@@ -24,7 +24,7 @@ from vistel_services.delay import Config as RoomConfig
 from vistel_services.delay import Device
 from vistel_services.delay import run as run_room
 from vistel_sim.equipment.delay_unit import SimulatedDelayUnit
-from vistel_sim.talker import SimulatedMicrophone, Voice, clap, run_microphones
+from vistel_sim.microphone import SimulatedMicrophone, Voice, clap, run_microphones
 
 EVERY_S = 0.7
 IMAGE_S, SECONDS = 0.26, 14.0
@@ -90,7 +90,7 @@ def test_a_clap_leaves_the_delay_unit_with_its_picture(tmp_path: Path, baud: int
     last = mixed[-5 * RATE :]
     unit.lines[0].actual_s = asked[0]
     unit.tables.holding[0] = round(asked[0] * 1e4)
-    heard = np.concatenate([unit.hear(0, last[k : k + 960]) for k in range(0, len(last) - 960, 960)])
+    heard = np.concatenate([unit.process(0, last[k : k + 960]) for k in range(0, len(last) - 960, 960)])
     begin_s = (len(mixed) - len(last)) / RATE
     late: list[float] = []
     match = np.abs(np.correlate(heard, clap(), "valid"))

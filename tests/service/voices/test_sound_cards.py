@@ -22,7 +22,7 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, cards, run
 from vistel_services.audio.inputs import CardInput, InputOpener
 from vistel_services.audio.outputs import CardOutput, Loudspeaker
-from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
+from vistel_sim.microphone import SimulatedMicrophone, Voice, run_microphones
 
 SECOND_NS = 1_000_000_000
 

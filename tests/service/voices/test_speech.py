@@ -20,8 +20,8 @@ from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.topics import BY_NAME
 from vistel_services import audio, speech
 from vistel_services.speech import replies
-from vistel_sim.sayings import Sayings
-from vistel_sim.talker import SimulatedMicrophone, Voice, run_microphones
+from vistel_sim.microphone import SimulatedMicrophone, Voice, run_microphones
+from vistel_sim.sentences import Sentences
 
 needs_a_voice = pytest.mark.skipif("espeak-ng" not in voices(), reason="espeak-ng is not installed")
 
@@ -53,7 +53,7 @@ class Talk:
         here = self.conference.sites[0]
         self._audio = audio.configure(self.conference, here, paths)
         self._speech = speech.configure(self.conference, here, paths)
-        voice = Voice(lambda t: 0.0, lambda a, b: (), 5, Sayings(sentences))
+        voice = Voice(lambda t: 0.0, lambda a, b: (), 5, Sentences(sentences))
         self._microphone = SimulatedMicrophone("aiko-microphone", voice, paths.device("aiko-microphone"))
         self.utterances: list[Utterance] = []
 

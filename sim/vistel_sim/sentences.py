@@ -1,4 +1,4 @@
-"""Sentences that a simulated talker says, one after the other, again and again."""
+"""Sentences of a simulated voice, one after the other, in a loop."""
 
 import logging
 from collections.abc import Sequence
@@ -20,10 +20,10 @@ EVERY_S = 6.0
 _LOUD = 0.12
 """Root mean square of a sentence (full scale: 1)."""
 _PEAK = 0.9
-"""A sentence's loudest sample at most, so that the microphone is not over-driven (full scale: 1)."""
+"""Largest sample of a sentence, so that the microphone does not clip (full scale: 1)."""
 
 
-def said(text: str) -> F32:
+def synthesised_sentence(text: str) -> F32:
     """(n,) sound of a sentence at RATE, by espeak-ng; kana are Japanese, everything else is English. Raises SynthesisError."""
     pcm, rate = synthesise(text, PLAIN["en" if text.isascii() else "ja"], words_per_minute=150)
     step = rate / RATE
@@ -34,14 +34,14 @@ def said(text: str) -> F32:
     return np.asarray(gain * out, np.float32)
 
 
-class Sayings:
-    """Samples of sentences by number since the beginning. Those that cannot be said here are told of and left out."""
+class Sentences:
+    """The samples of sentences in a loop. Sentences that cannot be synthesised are logged and left out."""
 
     def __init__(self, sentences: Sequence[str]) -> None:
         self._sounds: list[F32] = []
         for text in sentences:
             try:
-                self._sounds.append(said(text))
+                self._sounds.append(synthesised_sentence(text))
             except SynthesisError as e:
                 log.warning("event=unsaid text=%r reason=%r", text, str(e))
 

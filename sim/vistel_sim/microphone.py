@@ -1,7 +1,7 @@
-"""A simulated microphone: what its participant says, from the same motion source as their body, into a named pipe.
+"""A simulated microphone: a participant's voice, from the motion source that moves their body, into a named pipe.
 
-The pipe carries what a sound card would give: 16-bit samples, mono, 48 kHz, twenty milliseconds at a time when they are over.
-Speech is babble: vowels that glide into one another, as loud as the source says the voice is. Where hands meet, a clap is heard.
+The pipe carries 16-bit samples, mono, 48 kHz, in blocks of 20 ms, each written at its end. Speech is babble (vowels that glide
+into one another) at the loudness that the motion source gives, or sentences. When hands meet, there is a clap.
 """
 
 import contextlib
@@ -15,7 +15,7 @@ import numpy as np
 from vistel.arrays import F32
 from vistel.wire.clock import Clock
 from vistel_sim.faults import DeviceFaults, Fault
-from vistel_sim.sayings import Sayings
+from vistel_sim.sentences import Sentences
 
 RATE = 48_000
 """Samples a second."""
@@ -24,9 +24,9 @@ BLOCK = 960
 _BLOCK_NS = 20_000_000
 """Length of a block [ns]."""
 _LATE_NS = 500_000_000
-"""A machine that is behind by more leaves blocks out [ns]."""
+"""A machine that is later than this skips blocks [ns]."""
 _PIPE_BYTES = 16384
-"""Of the pipe, a sixth of a second: a reader that is away misses sound instead of hearing it later."""
+"""Size of the pipe, a sixth of a second: a reader that is late misses sound."""
 _LOOP_S = 2.4
 """Length of the babble that is repeated [s]."""
 _NOISE = 2e-4
@@ -43,11 +43,11 @@ _PEAKS = ((1.0, 90.0), (0.6, 110.0), (0.25, 160.0))
 Loudness = Callable[[float], float]
 """t [s] -> 0 to 1."""
 Claps = Callable[[float, float], Sequence[float]]
-"""start, end [s] -> when hands meet between them."""
+"""start, end [s] -> times of claps between them."""
 
 
 def babble(seed: int) -> F32:
-    """(n,) of a voice that goes through vowels, over and over: its end joins its beginning."""
+    """(n,) samples of a voice that glides through vowels; a loop without a seam."""
     rng = np.random.default_rng(seed)
     n = int(_LOOP_S * RATE)
     t = np.arange(n) / RATE
@@ -71,7 +71,7 @@ def babble(seed: int) -> F32:
 
 
 def clap() -> F32:
-    """(n,) of two hands that meet: a burst that begins at once and is gone after a hundredth of a second or two."""
+    """(n,) samples of a clap: a burst of 10 to 20 ms."""
     n = int(_CLAP_S * RATE)
     t = np.arange(n) / RATE
     noise = np.random.default_rng(7).standard_normal(n)
@@ -81,24 +81,24 @@ def clap() -> F32:
 
 
 class Voice:
-    """What a microphone in front of somebody hears, block after block."""
+    """The sound at a participant's microphone, block after block."""
 
-    def __init__(self, loudness: Loudness, claps: Claps, seed: int, sayings: Sayings | None = None) -> None:
-        """sayings: sentences instead of babble."""
-        self._loudness, self._claps, self._sayings = loudness, claps, sayings
+    def __init__(self, loudness: Loudness, claps: Claps, seed: int, sentences: Sentences | None = None) -> None:
+        """sentences: spoken instead of babble."""
+        self._loudness, self._claps, self._sentences = loudness, claps, sentences
         self._babble = babble(seed)
         self._clap = clap()
         rng = np.random.default_rng((seed, 1))
         self._noise = np.asarray(_NOISE * rng.standard_normal(RATE), np.float32)
 
     def block(self, number: int) -> F32:
-        """(BLOCK,) of the `number`th twenty milliseconds, -1 to 1."""
+        """(BLOCK,) samples of the block with this number, -1 to 1."""
         begin = number * BLOCK
         start_s, end_s = begin / RATE, (begin + BLOCK) / RATE
         out = self._noise[np.arange(begin, begin + BLOCK) % len(self._noise)]
         a, b = self._loudness(start_s), self._loudness(end_s)
-        if self._sayings is not None:
-            out += self._sayings.between(begin, begin + BLOCK)
+        if self._sentences is not None:
+            out += self._sentences.between(begin, begin + BLOCK)
         elif a > 0.0 or b > 0.0:
             out += (
                 np.linspace(_LOUD * a, _LOUD * b, BLOCK, dtype=np.float32)
@@ -125,12 +125,12 @@ class SimulatedMicrophone:
         self._faults = DeviceFaults(faults, name, self._rng)
         self._file: int | None = None
 
-    def strike(self, *faults: Fault) -> None:
-        """Let these mishaps happen from now on; without any, all is well again."""
-        self._faults.become(faults)
+    def set_faults(self, *faults: Fault) -> None:
+        """Replace the faults; none: no faults."""
+        self._faults.replace(faults)
 
     def put(self, number: int) -> None:
-        """Write the `number`th block, which is over now."""
+        """Write the block with this number, at its end."""
         t_s = (number + 1) * BLOCK / RATE
         if self._faults.active("unplug", t_s):
             self.unplug()
@@ -151,6 +151,7 @@ class SimulatedMicrophone:
             os.write(self._file, np.rint(sound * 32767.0).astype("<i2").tobytes())
 
     def unplug(self) -> None:
+        """Remove the pipe."""
         if self._file is not None:
             self._path.unlink(missing_ok=True)
             os.close(self._file)
@@ -160,14 +161,14 @@ class SimulatedMicrophone:
         self._path.parent.mkdir(parents=True, exist_ok=True)
         self._path.unlink(missing_ok=True)
         os.mkfifo(self._path)
-        # Open for both, so that it neither waits for a reader nor breaks when one goes.
+        # Open for reading and writing, so that it neither waits for a reader nor breaks without one.
         self._file = os.open(self._path, os.O_RDWR | os.O_NONBLOCK)
         if hasattr(fcntl, "F_SETPIPE_SZ"):
             fcntl.fcntl(self._file, fcntl.F_SETPIPE_SZ, _PIPE_BYTES)
 
 
 async def run_microphones(microphones: Sequence[SimulatedMicrophone], clock: Clock, start_ns: int) -> None:
-    """All of them until cancelled; block 0 begins at `start_ns`."""
+    """Run all until cancelled; block 0 begins at `start_ns`."""
     number = 0
     try:
         while microphones:
