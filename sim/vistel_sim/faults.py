@@ -49,7 +49,6 @@ class DeviceFaults:
         self._faults = tuple(f for f in faults if f.device == self._device)
 
     def active(self, kind: Kind, t_s: float) -> bool:
-        """Whether such a fault is active at `t_s`."""
         return self.progress(kind, t_s) > 0.0
 
     def progress(self, kind: Kind, t_s: float) -> float:

@@ -97,7 +97,6 @@ class Glove16(_Glove):
         return 36 if self._sent % 51 else 7
 
     def measure(self, t_s: float) -> bytes:
-        """The record at `t_s`, or the description if that is due."""
         self._sent += 1
         if (self._sent - 1) % 51 == 0:
             return b"<I\x02\x01" + bytes((self.right, 0x01)) + b">"

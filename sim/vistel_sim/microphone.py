@@ -151,7 +151,6 @@ class SimulatedMicrophone:
             os.write(self._file, np.rint(sound * 32767.0).astype("<i2").tobytes())
 
     def unplug(self) -> None:
-        """Remove the pipe."""
         if self._file is not None:
             self._path.unlink(missing_ok=True)
             os.close(self._file)

@@ -109,7 +109,6 @@ class PtyPort:
         task.add_done_callback(self._answers.discard)
 
     def discard_answers(self) -> None:
-        """Discard replies that are not sent yet."""
         for task in self._answers:
             task.cancel()
 

@@ -15,7 +15,7 @@ from enum import Enum
 
 from vistel.protocol.device_pose import DevicePose
 from vistel.protocol.measurement_times import MeasurementTimes
-from vistel.protocol.polhemus import Record, numbers, pose_of
+from vistel.protocol.polhemus import Record, pose_of
 from vistel.protocol.stream import INCOMPLETE, NO_MATCH, StreamParser
 
 RECORD_LENGTH = 33

@@ -30,7 +30,6 @@ class Layout:
 
     @property
     def seats(self) -> int:
-        """Number of seats."""
         return len(self.room.seats)
 
     def table(self, place: F64) -> float:
