@@ -86,9 +86,9 @@ class FiveDtDecoder:
     def bytes_skipped(self) -> int:
         return self._parser.bytes_skipped
 
-    def took_greeting(self) -> bool:
+    def answered_hello(self) -> bool:
         """Whether a Data Glove 5 has answered a greeting since this was last asked."""
-        return self._five is not None and self._five.took_greeting()
+        return self._five is not None and self._five.answered_hello()
 
     def feed(self, data: bytes, t_ns: int) -> list[GloveFrame]:
         """Messages completed by bytes that were read at `t_ns`. Samples of the other hand's glove are left out."""

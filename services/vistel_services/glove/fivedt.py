@@ -46,10 +46,10 @@ class FiveDtDriver:
         return True if link.frames > seen or wrong else None
 
     async def _ask(self, link: Link) -> None:
-        self.decoder.took_greeting()
+        self.decoder.answered_hello()
         for _ in range(2):
             link.send(fivedt.HELLO)
-            if await link.wait_for(lambda: self.decoder.took_greeting() or None, _ANSWER_S):
+            if await link.wait_for(lambda: self.decoder.answered_hello() or None, _ANSWER_S):
                 break
         link.send(fivedt.INFO)
         await link.quiet(0.1, _ANSWER_S)
