@@ -26,7 +26,7 @@ RESTART_MOST_S = 5.0
 SILENT_S = 60.0
 """A process whose event loop gave no sign of life for so long hangs [s]. Generous: a machine may be overloaded."""
 STARTING_S = 300.0
-"""As SILENT_S, before its first sign of life: it loads its modules until then, which a slow disk and busy cores can draw out [s]."""
+"""As SILENT_S, before its first sign of life: it loads its modules until then, which may take long on a busy machine [s]."""
 ABORT_S = 2.0
 """How long a process that hangs may take to write down what it was doing [s]."""
 STEADY_S = 10.0
