@@ -19,6 +19,8 @@ log = logging.getLogger("vistel.bus")
 
 MOST_READY = 64 << 20
 """Bytes that are kept packed for who asks next."""
+MOST_ASKED = 256
+"""Assets that wait to be packed, or whether they are here to be found out; the oldest request goes."""
 AT_ONCE = 4
 """Parts asked for at one time."""
 PART_EVERY_S = 0.02
@@ -57,6 +59,8 @@ class AssetShelf:
         if packed is None:
             self._thread = self._thread or ThreadPoolExecutor(1, thread_name_prefix="assets")
             packed = self._thread.submit(self._pack, asked.digest)
+            if len(self._ready) >= MOST_ASKED:
+                self._ready.pop(next(iter(self._ready))).cancel()
         if not packed.done():
             self._ready[asked.digest] = packed
             return AssetPart()

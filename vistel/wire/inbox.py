@@ -12,6 +12,7 @@ from google.protobuf.message import DecodeError
 from vistel.wire.bus import BusCounters, Sample
 from vistel.wire.fence import Fence
 from vistel.wire.freshness import Freshness
+from vistel.wire.limits import most_bytes, objection_to_texts
 from vistel.wire.owners import Admission
 from vistel.wire.reliable import CACHE_MESSAGES
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
@@ -20,6 +21,8 @@ log = logging.getLogger("vistel.bus")
 
 QUEUE_LIMIT = 4096
 """Messages that wait in a NEWEST subscription with `queue_all`; beyond that the oldest go."""
+QUEUE_BYTES = 32 << 20
+"""Bytes of messages that wait there."""
 RELIABLE_LIMIT = 65536
 """Messages that wait in a RELIABLE subscription."""
 RELIABLE_BYTES = 64 << 20
@@ -48,17 +51,23 @@ class Decoder:
             message.ParseFromString(payload)
         except DecodeError:
             self._counters.corrupt += 1
-            self._log_once(key, f"{len(payload)} bytes that are no {self.topic.message.DESCRIPTOR.name}")
+            self.log_once(key, f"{len(payload)} bytes that are no {self.topic.message.DESCRIPTOR.name}")
             return None
         if self._has_header:
             version: int = message.header.version  # type: ignore[attr-defined]
             if version != MESSAGE_VERSION:
                 self._counters.unknown_version += 1
-                self._log_once(key, f"message version {version}, this is {MESSAGE_VERSION}: update the older side")
+                self.log_once(key, f"message version {version}, this is {MESSAGE_VERSION}: update the older side")
                 return None
+        reason = objection_to_texts(message) if self.topic.publisher is Publisher.SITE else ""
+        if reason:
+            self._counters.corrupt += 1
+            self.log_once(key, reason)
+            return None
         return message
 
-    def _log_once(self, key: str, what: str) -> None:
+    def log_once(self, key: str, what: str) -> None:
+        """One line for each key and reason."""
         if (key, what) not in self._logged and len(self._logged) < 100:
             self._logged.add((key, what))
             log.warning("message dropped key=%s reason=%r", key, what)
@@ -98,6 +107,8 @@ class Inbox:
         self._stale_after_ns = stale_after_ns if self._newest_only else None
         # Once the first of a gap has come, one arrival may release all that its sender keeps.
         self._limit = RELIABLE_LIMIT + CACHE_MESSAGES if topic.delivery is Delivery.RELIABLE else QUEUE_LIMIT
+        self._limit_bytes = 2 * RELIABLE_BYTES if topic.delivery is Delivery.RELIABLE else QUEUE_BYTES
+        self._most_bytes = most_bytes(topic)
         self._raw_bytes = self._ready_bytes = 0
         self._lost = 0
         self._polled = polled
@@ -120,7 +131,7 @@ class Inbox:
 
         Called by the network, on any thread; never waits for the loop.
         """
-        messages = [m for m in messages if self.admits(m[0], m[2])]
+        messages = [m for m in messages if self.admits(m[0], m[2]) and self._small_enough(m[0], m[1])]
         with self._lock:
             self._counters.received += len(messages)
             if self._newest_only:
@@ -129,8 +140,8 @@ class Inbox:
             else:
                 self._raw.extend(messages)
                 self._raw_bytes += sum(len(payload) for _, payload, _ in messages)
-                while len(self._raw) > self._limit:
-                    self._raw.popleft()
+                while len(self._raw) > self._limit or self._raw_bytes > self._limit_bytes:
+                    self._raw_bytes -= len(self._raw.popleft()[1])
                     self._overflow()
             if self._woken or self._polled:
                 return
@@ -140,6 +151,13 @@ class Inbox:
     def admits(self, key: str, received_ns: int) -> bool:
         """Whether messages under `key` are for this inbox, from somebody who may send them. From any thread."""
         return self._admission.names(self.topic, key, received_ns) is not None
+
+    def _small_enough(self, key: str, payload: bytes) -> bool:
+        if len(payload) <= self._most_bytes:
+            return True
+        self._counters.corrupt += 1
+        self._decoder.log_once(key, f"a message of {len(payload) / 1e6:.1f} MB, expected at most {self._most_bytes / 1e6:.1f} MB")
+        return False
 
     @property
     def full(self) -> bool:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vistel.wire.bus import BusCounters
-from vistel.wire.topics import Publisher, Topic
+from vistel.wire.topics import Delivery, Publisher, Topic
 
 log = logging.getLogger("vistel.bus")
 
@@ -21,6 +21,8 @@ OWNED = ("participant", "device", "equipment")
 MOST_NAMES: Mapping[str, int] = {"thing": 256, "node": 64, "digest": 64, "part": 400, "hand": 2}
 """How many different names a site may use that the file does not give it, by kind: things that are led by a mouse, processes,
 avatars, parts of an avatar, hands."""
+MOST_AHEAD_NS = 10_000_000_000
+"""How far a sender's clock may be ahead of the receiver's."""
 LOG_EVERY_NS = 60_000_000_000
 """How often one sender's refused messages of one topic are logged, at most."""
 
@@ -105,7 +107,7 @@ class Admission:
         """Whether a message says of its sender what its key says."""
         if self._owners is None or topic.publisher is not Publisher.SITE:
             return True
-        reason = self._owners.objection_to_message(topic, names, message)
+        reason = self._owners.objection_to_message(topic, names, message) or _objection_to_time(topic, message, now_ns)
         if reason:
             with self._lock:
                 self._refuse(topic, names, reason, now_ns)
@@ -137,3 +139,14 @@ class Admission:
             return
         self._logged[sender] = now_ns, 0
         log.warning("event=message_refused topic=%s site=%s reason=%r more=%d", topic.name, site or "-", reason, count)
+
+
+def _objection_to_time(topic: Topic, message: Any, now_ns: int) -> str:
+    """Why the time that a message says it is of is not believed. A reliable one, which is not sent again, is taken as of now."""
+    ahead_ns = message.header.t_ns - now_ns
+    if ahead_ns <= MOST_AHEAD_NS:
+        return ""
+    if topic.delivery is Delivery.RELIABLE:
+        message.header.t_ns = now_ns
+        return ""
+    return "its time is more than 10 s ahead; set the clocks of both machines"

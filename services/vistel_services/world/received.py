@@ -28,6 +28,8 @@ LEASE_NS = 2_000_000_000
 """A site none of whose processes is present for so long has left."""
 OLDEST_COMMAND_NS = 5_000_000_000
 """Commands older than this on arrival were meant for a world of the past."""
+MOST_COMMANDS = 256
+"""Of one participant between two steps; more are dropped. The world does far fewer a second."""
 CLOCK_RESTART_NS = 1_000_000_000
 """A motion this much older than the last begins a new life of its sender."""
 
@@ -79,6 +81,7 @@ class InputCollector:
         self._newest_props: dict[tuple[str, str], Prop] = {}
         self._arrived = ReceivedInputs()
         self._told: set[tuple[str, str]] = set()
+        self._asked: dict[str, int] = {}
 
     def adopt(self, present: Mapping[str, int], recent: Sequence[ReceivedInputs], now_ns: int) -> None:
         """Go on with a world in which somebody is already. present: who, and the time of the motion that the world knows
@@ -163,7 +166,10 @@ class InputCollector:
         if t_ns and sample.received_ns - t_ns > OLDEST_COMMAND_NS:
             log.info("command too old id=%s participant=%s", sample.message.id, sample.names["participant"])
             return
-        self._arrived.commands.append((sample.names["participant"], sample.message))
+        who = sample.names["participant"]
+        self._asked[who] = self._asked.get(who, 0) + 1
+        if self._asked[who] <= MOST_COMMANDS:
+            self._arrived.commands.append((who, sample.message))
 
     def take(self, now_ns: int) -> ReceivedInputs:
         """What is new since the last call."""
@@ -176,6 +182,10 @@ class InputCollector:
                 del self._people[name]
                 self._newest.pop(name, None)
                 self._arrived.left.append(name)
+        for who, count in self._asked.items():
+            if count > MOST_COMMANDS:
+                log.warning("commands dropped participant=%s count=%d", who, count - MOST_COMMANDS)
+        self._asked.clear()
         out = self._arrived
         out.motions = [self._newest[name] for name in sorted(self._newest)]
         # Who lets go of a thing comes before who takes it in the same step.

@@ -7,13 +7,16 @@ Several of Zenoh's defaults fail badly here, so every session is opened from thi
   again;
 - reconnect every 250 ms: the default backs off to 4 s;
 - one link per transport: access rules are not enforced on the others;
-- shared memory off, small transmit queues: a queue is latency.
+- shared memory off, small transmit queues: a queue is latency;
+- nothing larger than `MOST_MESSAGE_BYTES` is gathered from its fragments: the default is 1 GiB.
 """
 
 import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+from vistel.wire.limits import MOST_MESSAGE_BYTES
 
 LEASE_MS = 2000
 """A silent neighbour is gone after this; presence follows."""
@@ -73,6 +76,7 @@ def router_config(
 
 def _common(tls: TlsFiles | None, listens: bool) -> Json:
     link: Json = {
+        "rx": {"max_message_size": MOST_MESSAGE_BYTES},
         "tx": {
             "lease": LEASE_MS,
             "keep_alive": 4,
@@ -80,7 +84,7 @@ def _common(tls: TlsFiles | None, listens: bool) -> Json:
                 "size": {"data": 8, "data_low": 8, "real_time": 8, "interactive_high": 8},
                 "congestion_control": {"drop": {"wait_before_drop": 1000}, "block": {"wait_before_close": 200_000}},
             },
-        }
+        },
     }
     if tls:
         link["protocols"] = ["tls"]
