@@ -4,16 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeVar
 
-from vistel.conference.device_names import (
-    Side,
-    equipment_name,
-    eye_name,
-    face_name,
-    glove_name,
-    microphone_name,
-    prop_tracker_name,
-    tracker_name,
-)
+from vistel.conference import device_names
 from vistel.conference.devices import EyeConfig, FaceConfig, GloveConfig, OfKind, PropTracker, TrackerConfig
 from vistel.conference.model import Conference, Participant, Prop, Site
 from vistel.devices.kind import DeviceKind
@@ -30,7 +21,7 @@ class Device:
     participant: Participant | None = None
     """Who wears it; None: it is on a prop."""
     prop: Prop | None = None
-    side: Side = "left"
+    side: device_names.Side = "left"
     """Gloves: of which hand."""
     unit: int = 1
     """Trackers: 2 for the second of two synchronised units."""
@@ -84,21 +75,21 @@ class Device:
 def devices_of_participant(person: Participant) -> Iterator[Device]:
     """Trackers, gloves, phone or face camera, eye camera."""
     if person.tracker is not None:
-        yield Device(tracker_name(person.name), person.tracker, person)
+        yield Device(device_names.tracker_name(person.name), person.tracker, person)
         if person.tracker.second_port:
-            yield Device(tracker_name(person.name, 2), person.tracker, person, unit=2)
+            yield Device(device_names.tracker_name(person.name, 2), person.tracker, person, unit=2)
     for side, glove in sorted(person.gloves.items()):
-        yield Device(glove_name(person.name, side), glove, person, side=side)
+        yield Device(device_names.glove_name(person.name, side), glove, person, side=side)
     if person.face is not None:
-        yield Device(face_name(person.name), person.face, person)
+        yield Device(device_names.face_name(person.name), person.face, person)
     if person.eye is not None:
-        yield Device(eye_name(person.name), person.eye, person)
+        yield Device(device_names.eye_name(person.name), person.eye, person)
 
 
 def devices_of_site(site: Site) -> list[Device]:
     """Those of its people, then those of its props."""
     worn = [device for person in site.participants for device in devices_of_participant(person)]
-    return worn + [Device(prop_tracker_name(p.thing), p.tracker, prop=p) for p in site.props]
+    return worn + [Device(device_names.prop_tracker_name(p.thing), p.tracker, prop=p) for p in site.props]
 
 
 def devices_of(conference: Conference, site: str | None = None) -> list[Device]:
@@ -119,6 +110,6 @@ def simulated_names(conference: Conference, site: str | None = None) -> list[str
     for s in conference.sites:
         if site in (None, s.name):
             names += [device.name for device in devices_of_site(s) if device.simulated]
-            names += [microphone_name(p.name) for p in simulated_microphones_of(s)]
-            names += [equipment_name(s.name, e.name) for e in (s.audio.equipment if s.audio else ()) if e.simulated]
+            names += [device_names.microphone_name(p.name) for p in simulated_microphones_of(s)]
+            names += [device_names.equipment_name(s.name, e.name) for e in (s.audio.equipment if s.audio else ()) if e.simulated]
     return names

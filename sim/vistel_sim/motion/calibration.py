@@ -8,19 +8,9 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.calibration.moves import ALL_STEPS, FOREARM_STEPS, PAUSE_S, begin_of, pause_of
+from vistel.figure.posture import posture as dof
 from vistel.figure.posture.hands import FLAT, finger_posture
-from vistel.figure.posture.posture import (
-    DOF_COUNT,
-    ELBOW,
-    NECK,
-    SHOULDER,
-    SPINE_ROTATION,
-    WRIST,
-    Posture,
-    Stance,
-    interpolate,
-    standing,
-)
+from vistel.figure.posture.posture import Posture, Stance, interpolate, standing
 from vistel.figure.posture.sensors import TRACKER_AXES, Mount, Placement
 from vistel.geometry.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.protocol.glove_fit import HANDS, HOLD_S
@@ -81,7 +71,7 @@ class CalibrationMoves:
 
     def _swaying(self, posture: Posture, t_s: float) -> Posture:
         dofs = posture.dofs.copy()
-        dofs[SPINE_ROTATION] += SWAY * np.array([math.sin(1.3 * t_s), math.sin(0.7 * t_s + 1.0), math.sin(1.9 * t_s + 2.0)])
+        dofs[dof.SPINE_ROTATION] += SWAY * np.array([math.sin(1.3 * t_s), math.sin(0.7 * t_s + 1.0), math.sin(1.9 * t_s + 2.0)])
         return Posture(dofs, np.stack((FLAT, FLAT)), posture.stance)
 
 
@@ -108,36 +98,36 @@ _HANDS = {
 def _dofs(step: str, u: float) -> F64:
     """(25,) at the share `u` of a move; the same at both of its ends."""
     round_ = 2.0 * math.pi * u
-    out = np.zeros(DOF_COUNT) if step == "t_pose" else standing().dofs.copy()
+    out = np.zeros(dof.DOF_COUNT) if step == "t_pose" else standing().dofs.copy()
     match step:
         case "head":
             nod, shake, tilt = (math.sin(2.0 * math.pi * min(1.0, max(0.0, 3.0 * u - k))) for k in range(3))
-            out[NECK] = (0.55 * nod, 1.0 * shake, 0.45 * tilt)
+            out[dof.NECK] = (0.55 * nod, 1.0 * shake, 0.45 * tilt)
         case "arms":
             for s, sign in SIDES.items():
                 ahead, up = 0.6 - 0.6 * math.cos(2.0 * round_), 0.3 + 0.7 * math.sin(2.0 * round_)
-                out[SHOULDER[s]] = rotvec_from_matrix(rotation_y(-sign * ahead) @ rotation_z(sign * up))
-                out[ELBOW[s]] = 0.04 + 0.02 * math.sin(3.0 * round_)
-                out[WRIST[s]] = (0.05 * math.sin(round_), 0.0, 0.02 * math.sin(2.0 * round_))
+                out[dof.SHOULDER[s]] = rotvec_from_matrix(rotation_y(-sign * ahead) @ rotation_z(sign * up))
+                out[dof.ELBOW[s]] = 0.04 + 0.02 * math.sin(3.0 * round_)
+                out[dof.WRIST[s]] = (0.05 * math.sin(round_), 0.0, 0.02 * math.sin(2.0 * round_))
         case "elbows":
             for s, sign in SIDES.items():
-                out[ELBOW[s]] = 1.15 - 0.95 * math.cos(3.0 * round_)
-                out[WRIST[s]] = (0.7 * math.sin(2.0 * round_), 0.02 * math.sin(round_), 0.02 * sign)
+                out[dof.ELBOW[s]] = 1.15 - 0.95 * math.cos(3.0 * round_)
+                out[dof.WRIST[s]] = (0.7 * math.sin(2.0 * round_), 0.02 * math.sin(round_), 0.02 * sign)
         case "wrists":
             for s, sign in SIDES.items():
-                out[ELBOW[s]] = 1.5
-                out[WRIST[s]] = (0.15 * math.sin(round_), -sign * 0.3 * math.sin(3.0 * round_), 0.6 * math.cos(3.0 * round_))
+                out[dof.ELBOW[s]] = 1.5
+                out[dof.WRIST[s]] = (0.15 * math.sin(round_), -sign * 0.3 * math.sin(3.0 * round_), 0.6 * math.cos(3.0 * round_))
         case "spine":
             bow, lean, turn = (math.sin(2.0 * math.pi * min(1.0, max(0.0, 3.0 * u - k))) for k in range(3))
-            out[SPINE_ROTATION] = (0.25 + 0.3 * bow, 0.5 * turn, 0.3 * lean)
+            out[dof.SPINE_ROTATION] = (0.25 + 0.3 * bow, 0.5 * turn, 0.3 * lean)
         case "left_forearm" | "right_forearm":
             for s, sign in SIDES.items():
                 reach, lift, out_ = math.sin(3.0 * round_), math.sin(4.0 * round_ + 1.0), math.sin(2.0 * round_)
                 ahead, up = 0.5 + 0.25 * reach, -0.95 + 0.25 * lift
                 hanging = rotation_y(-sign * ahead) @ rotation_z(sign * up) @ rotation_x(HABIT + 0.15 * out_)
-                out[SHOULDER[s]] = rotvec_from_matrix(hanging)
-                out[ELBOW[s]] = 1.2 - 0.5 * reach
-                out[WRIST[s]] = (-0.3 + 0.3 * out_, 0.1 * sign * lift, 0.15 * reach)
+                out[dof.SHOULDER[s]] = rotvec_from_matrix(hanging)
+                out[dof.ELBOW[s]] = 1.2 - 0.5 * reach
+                out[dof.WRIST[s]] = (-0.3 + 0.3 * out_, 0.1 * sign * lift, 0.15 * reach)
         case _:
             pass
     return out

@@ -7,19 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.figure.posture import posture as dof
 from vistel.figure.posture.arm import arm_dofs, bones_of
 from vistel.figure.posture.hands import RELAXED
-from vistel.figure.posture.posture import (
-    ELBOW,
-    SHOULDER,
-    WRIST,
-    Posture,
-    Stance,
-    collar_scale,
-    interpolate,
-    pose_joints,
-    spine_chord,
-)
+from vistel.figure.posture.posture import Posture, Stance, collar_scale, interpolate, pose_joints, spine_chord
 from vistel.figure.posture.sensors import Placement
 from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS
@@ -222,6 +213,6 @@ def _solve(place: Place, frames: Sequence[Joints], fingers: F64) -> list[Posture
             bones = bones_of(skeleton, s)
             toward = chest.T @ (frame.elbows[s] - collar) - bones.collar
             arm, _, _ = arm_dofs(chest.T @ (wrist - collar), np.ascontiguousarray(chest.T @ hand), bones, toward, 0.0, 1.0)
-            dofs[SHOULDER[s]], dofs[ELBOW[s]], dofs[WRIST[s]] = arm[:3], arm[3], arm[4:]
+            dofs[dof.SHOULDER[s]], dofs[dof.ELBOW[s]], dofs[dof.WRIST[s]] = arm[:3], arm[3], arm[4:]
         out.append(Posture(dofs, solved.hands, solved.stance, np.zeros(2)))
     return out

@@ -5,19 +5,9 @@ import math
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.figure.posture import posture as dof
 from vistel.figure.posture.arm import arm_dofs, bones_of
-from vistel.figure.posture.posture import (
-    DOF_COUNT,
-    ELBOW,
-    NECK,
-    SHOULDER,
-    SPINE_ROTATION,
-    WRIST,
-    Posture,
-    Stance,
-    spine_chord,
-    spine_rotations,
-)
+from vistel.figure.posture.posture import Posture, Stance, spine_chord, spine_rotations
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, SPINE_SEGMENTS
 from vistel.geometry.rotation import matrix_from_quaternion, rotation_x, rotation_y, rotvec_from_matrix
 from vistel.space.room import CHAIR_HEIGHT
@@ -73,19 +63,19 @@ class Sitter:
         spine = self._lean(wrist) + sway
         chest = spine_rotations(spine)[8]
         top = self._spine_base + spine_chord(spine, self._segment)[8]
-        dofs = np.zeros(DOF_COUNT)
+        dofs = np.zeros(dof.DOF_COUNT)
         dofs[0], dofs[1] = self._ankle, self._knee
-        dofs[SPINE_ROTATION] = spine
+        dofs[dof.SPINE_ROTATION] = spine
         for s, h in hands.items():
             local = chest.T @ (wrist[s] - top) - self._collar[s]
             hand = chest.T @ self._room_of_seat.T @ matrix_from_quaternion(h.rotation)
             ref = np.array([self._bones[s].side * 0.55, -1.0, -0.25])
             arm, _, _ = arm_dofs(local, np.ascontiguousarray(hand), self._bones[s], ref, 0.0, 1.0)
-            dofs[SHOULDER[s]], dofs[ELBOW[s]], dofs[WRIST[s]] = arm[:3], arm[3], arm[4:]
+            dofs[dof.SHOULDER[s]], dofs[dof.ELBOW[s]], dofs[dof.WRIST[s]] = arm[:3], arm[3], arm[4:]
         d = chest.T @ (self.into_seat(look) - top - chest @ self._eyes)
         yaw, pitch = math.atan2(d[0], d[2]), math.atan2(d[1], math.hypot(d[0], d[2]))
         head_yaw, head_pitch = _soft(0.8 * yaw, math.radians(68.0)), _soft(0.7 * pitch, math.radians(38.0))
-        dofs[NECK] = rotvec_from_matrix(rotation_y(head_yaw) @ rotation_x(-head_pitch))
+        dofs[dof.NECK] = rotvec_from_matrix(rotation_y(head_yaw) @ rotation_x(-head_pitch))
         gaze = np.array([_soft(yaw - head_yaw, 0.6), _soft(pitch - head_pitch, 0.5)]) + gaze_noise
         return Posture(dofs, np.stack((left.fingers, right.fingers)), self._stance, gaze)
 

@@ -4,20 +4,8 @@ import math
 
 import numpy as np
 
-from vistel.figure.posture.posture import (
-    ANKLE,
-    DOF_COUNT,
-    ELBOW,
-    HAND_DOF_COUNT,
-    KNEE,
-    NECK,
-    SHOULDER,
-    SPINE_ROTATION,
-    WRIST,
-    Posture,
-    interpolate,
-    standing,
-)
+from vistel.figure.posture import posture as dof
+from vistel.figure.posture.posture import Posture, interpolate, standing
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
 
 
@@ -53,14 +41,14 @@ def _body(
     neck: tuple[float, float, float] = (0, 0, 0),
 ) -> Posture:
     """Degrees; hang: of the upper arms below the horizontal; forward: then swung to the front."""
-    dofs = np.zeros(DOF_COUNT)
-    dofs[ANKLE], dofs[KNEE] = math.radians(ankle), math.radians(knee)
-    dofs[SPINE_ROTATION], dofs[NECK] = np.radians(spine), np.radians(neck)
+    dofs = np.zeros(dof.DOF_COUNT)
+    dofs[dof.ANKLE], dofs[dof.KNEE] = math.radians(ankle), math.radians(knee)
+    dofs[dof.SPINE_ROTATION], dofs[dof.NECK] = np.radians(spine), np.radians(neck)
     for side, sign in (("left", 1.0), ("right", -1.0)):
-        dofs[ELBOW[side]] = math.radians(elbow)
+        dofs[dof.ELBOW[side]] = math.radians(elbow)
         down = matrix_from_rotvec(np.array((0.0, 0.0, -sign * math.radians(hang))))
         front = matrix_from_rotvec(np.array((-math.radians(forward), 0.0, 0.0)))
-        dofs[SHOULDER[side]] = rotvec_from_quaternion(quaternion_from_matrix(front @ down))
+        dofs[dof.SHOULDER[side]] = rotvec_from_quaternion(quaternion_from_matrix(front @ down))
     return Posture(dofs, base.hands, base.stance, base.gaze)
 
 
@@ -69,20 +57,20 @@ def _one_side(base: Posture, *, elbow: float, hang: float, roll: float) -> Postu
     dofs = base.dofs.copy()
     up = matrix_from_rotvec(np.array((0.0, 0.0, math.radians(hang))))
     about = matrix_from_rotvec(np.array((math.radians(roll), 0.0, 0.0)))
-    dofs[SHOULDER["right"]] = rotvec_from_quaternion(quaternion_from_matrix(up @ about))
-    dofs[ELBOW["right"]] = math.radians(elbow)
+    dofs[dof.SHOULDER["right"]] = rotvec_from_quaternion(quaternion_from_matrix(up @ about))
+    dofs[dof.ELBOW["right"]] = math.radians(elbow)
     return Posture(dofs, base.hands, base.stance, base.gaze)
 
 
 def _twisted(base: Posture, degrees: float) -> Posture:
     dofs = base.dofs.copy()
     for side, sign in (("left", 1.0), ("right", -1.0)):
-        dofs[WRIST[side]] = (sign * math.radians(degrees), 0.0, 0.0)
+        dofs[dof.WRIST[side]] = (sign * math.radians(degrees), 0.0, 0.0)
     return Posture(dofs, base.hands, base.stance, base.gaze)
 
 
 def _fists(base: Posture) -> Posture:
-    hands = np.zeros((2, HAND_DOF_COUNT))
+    hands = np.zeros((2, dof.HAND_DOF_COUNT))
     hands[:, 0:4] = np.radians((30, 25, 45, 40))
     for finger in range(1, 5):
         hands[:, 4 * finger : 4 * finger + 4] = np.radians((80, 0, 95, 60))

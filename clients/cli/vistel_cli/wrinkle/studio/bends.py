@@ -8,19 +8,8 @@ import numpy as np
 
 from vistel.figure.face.rules import FaceRules, builtin_rules
 from vistel.figure.face.shape import Expression
-from vistel.figure.posture.posture import (
-    ANKLE,
-    ELBOW,
-    HAND_DOF_COUNT,
-    KNEE,
-    NECK,
-    SHOULDER,
-    SPINE_ROTATION,
-    JointPose,
-    Posture,
-    pose_joints,
-    standing,
-)
+from vistel.figure.posture import posture as dof
+from vistel.figure.posture.posture import JointPose, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINTS, Skeleton
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
 from vistel.wrinkle.drive import Drive
@@ -103,18 +92,18 @@ def posture_of(values: Mapping[str, float]) -> Posture:
     """Degrees of the sliders as a posture; feet stay where they are."""
     base = standing()
     dofs = base.dofs.copy()
-    dofs[KNEE] = math.radians(values["knees"])
+    dofs[dof.KNEE] = math.radians(values["knees"])
     # The shank leans so far that somebody who squats stays above the feet.
-    dofs[ANKLE] = math.radians(4.0 * min(1.0, values["knees"] / 92.0) + max(0.0, values["knees"] - 92.0))
-    dofs[SPINE_ROTATION] = (math.radians(values["spine"]), 0.0, 0.0)
-    dofs[NECK] = (math.radians(values["neck"]), 0.0, 0.0)
+    dofs[dof.ANKLE] = math.radians(4.0 * min(1.0, values["knees"] / 92.0) + max(0.0, values["knees"] - 92.0))
+    dofs[dof.SPINE_ROTATION] = (math.radians(values["spine"]), 0.0, 0.0)
+    dofs[dof.NECK] = (math.radians(values["neck"]), 0.0, 0.0)
     front = matrix_from_rotvec(np.array((-math.radians(values["reach"]), 0.0, 0.0)))
     for side, sign in (("left", 1.0), ("right", -1.0)):
-        dofs[ELBOW[side]] = math.radians(values[f"{side}_elbow"])
+        dofs[dof.ELBOW[side]] = math.radians(values[f"{side}_elbow"])
         hang = 90.0 - values[f"{side}_arm"]
         down = matrix_from_rotvec(np.array((0.0, 0.0, -sign * math.radians(hang))))
-        dofs[SHOULDER[side]] = rotvec_from_quaternion(quaternion_from_matrix(front @ down))
-    hands = np.zeros((2, HAND_DOF_COUNT)) + values["fist"] * _FIST
+        dofs[dof.SHOULDER[side]] = rotvec_from_quaternion(quaternion_from_matrix(front @ down))
+    hands = np.zeros((2, dof.HAND_DOF_COUNT)) + values["fist"] * _FIST
     return replace(base, dofs=dofs, hands=hands)
 
 
