@@ -28,3 +28,19 @@ class Row:
     target: str | None = None
     met: bool | None = None
     machine: str = field(default_factory=machine)
+
+
+def row_beside(
+    bench: str,
+    case: str,
+    metric: str,
+    unit: str,
+    value: float,
+    peer: str | None = None,
+    peer_value: float | None = None,
+    target: str | None = None,
+    met: bool | None = None,
+) -> Row:
+    """A row whose ratio is that of the two values."""
+    ratio = None if peer_value is None else value / peer_value
+    return Row(bench, case, metric, unit, value, peer, peer_value, ratio, target, met)

@@ -67,22 +67,18 @@ def run() -> Iterator[Row]:
         kbit = told.site.bits / told.seconds / 1000
         most = KBIT if things == 50 else MOST_KBIT
         yield Row("interest", case, "to a site with one person", "kbit/s", kbit, target=f"<= {most:g}", met=kbit <= most)
-        yield _row(case, "most in one second", "kbit/s", told.site.most / 1000)
-        yield _row(case, "to who has nobody there", "kbit/s", told.anybody.bits / told.seconds / 1000)
-        yield _row(case, "from the world, all details", "kbit/s", told.all_details / told.seconds / 1000)
+        yield Row("interest", case, "most in one second", "kbit/s", told.site.most / 1000)
+        yield Row("interest", case, "to who has nobody there", "kbit/s", told.anybody.bits / told.seconds / 1000)
+        yield Row("interest", case, "from the world, all details", "kbit/s", told.all_details / told.seconds / 1000)
         for what, heard in (("with details", told.site), ("without", told.anybody)):
             for share in (50, 99):
                 wrong = float(np.percentile(heard.angles, share)) / PIXEL
-                yield _row(case, f"looks wrong by, p{share}, {what}", "pixels", wrong)
+                yield Row("interest", case, f"looks wrong by, p{share}, {what}", "pixels", wrong)
             if heard.millimetres:
                 near = float(np.percentile(heard.millimetres, 99))
-                yield _row(case, f"within {NEAR_M} m wrong by, p99, {what}", "mm", near)
-        yield _row(case, "telling, per step", "ms", told.telling_s / told.seconds / 60 * 1e3)
-        yield _row(case, "hearing, per second", "ms", told.hearing_s / told.seconds * 1e3)
-
-
-def _row(case: str, metric: str, unit: str, value: float) -> Row:
-    return Row("interest", case, metric, unit, value)
+                yield Row("interest", case, f"within {NEAR_M} m wrong by, p99, {what}", "mm", near)
+        yield Row("interest", case, "telling, per step", "ms", told.telling_s / told.seconds / 60 * 1e3)
+        yield Row("interest", case, "hearing, per second", "ms", told.hearing_s / told.seconds * 1e3)
 
 
 def listen(people: int, things: int, moving: int) -> Told:

@@ -46,15 +46,11 @@ def run() -> Iterator[Row]:
         found = measure(people, things)
         case = f"{people} people, {things} things, {len(found.from_door)} joins; the world did {found.steps_s:.0f} steps a second"
         worst = max(found.with_door)
-        yield _row(case, "door opened to room known, median", "s", float(np.median(found.with_door)))
+        yield Row("join", case, "door opened to room known, median", "s", float(np.median(found.with_door)))
         yield Row("join", case, "the same, worst", "s", worst, target=f"<= {SECONDS:g}", met=worst <= SECONDS)
-        yield _row(case, "door open to room known, median", "s", float(np.median(found.from_door)))
-        yield _row(case, "found right by the checksum", "joins", float(found.checked))
-        yield _row(case, "answer", "kB", found.answer / 1000)
-
-
-def _row(case: str, metric: str, unit: str, value: float) -> Row:
-    return Row("join", case, metric, unit, value)
+        yield Row("join", case, "door open to room known, median", "s", float(np.median(found.from_door)))
+        yield Row("join", case, "found right by the checksum", "joins", float(found.checked))
+        yield Row("join", case, "answer", "kB", found.answer / 1000)
 
 
 def measure(people: int, things: int) -> Joins:

@@ -10,6 +10,7 @@ alternating. Programs of their own (Blender, MuJoCo, FCL, Warp) run right before
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 from importlib.metadata import version
 
 import numpy as np
@@ -17,7 +18,7 @@ import numpy as np
 from benchmarks.fields.deform_peers import peer
 from benchmarks.fields.deform_scenes import Body, body, capsules, hugging
 from benchmarks.figures.figure_peers import linear_blend
-from benchmarks.row import Row
+from benchmarks.row import Row, row_beside
 from benchmarks.timing import microseconds
 from vistel.figure.figure import Figure
 from vistel.figure.people.builtin import builtin_avatar
@@ -34,18 +35,7 @@ SLOPE = 4.0 * SURFACE_RATIO * (1.0 - SURFACE_RATIO**2)
 """-dF / d(distance / influence radius) of the quartic at the surface."""
 
 
-def _row(
-    case: str,
-    metric: str,
-    unit: str,
-    value: float,
-    beside: str | None = None,
-    beside_value: float | None = None,
-    target: str | None = None,
-    met: bool | None = None,
-) -> Row:
-    ratio = None if beside_value is None else value / beside_value
-    return Row("deform", case, metric, unit, value, beside, beside_value, ratio, target, met)
+_row = partial(row_beside, "deform")
 
 
 def _against(case: str, metric: str, unit: str, value: float, name: str, beside: float, most: float | None) -> Row:

@@ -14,6 +14,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import numba as nb
@@ -100,20 +101,7 @@ def alternating(repeats: int, *calls: Callable[[], Any]) -> list[float]:
 
 def run() -> Iterator[Row]:
     """Every figure of this benchmark."""
-
-    def row(
-        case: str,
-        metric: str,
-        unit: str,
-        value: float,
-        peer: str | None = None,
-        peer_value: float | None = None,
-        ratio: float | None = None,
-        target: str | None = None,
-        met: bool | None = None,
-    ) -> Row:
-        return Row("field", case, metric, unit, value, peer, peer_value, ratio, target, met)
-
+    row = partial(Row, "field")
     axis = np.linspace(-HALF, HALF, SIDE).astype(np.float32)
     points = np.random.default_rng(7).uniform(-HALF, HALF, (POINTS, 3))
     points32 = points.astype(np.float32)

@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -21,7 +22,7 @@ from typing import Any
 import numpy as np
 
 import vistel.implicit as vi
-from benchmarks.row import Row
+from benchmarks.row import Row, row_beside
 from vistel.implicit.polygonise import Lattice, Polygonisation, SurfaceMesh, polygonise
 from vistel.implicit.polygonise.retained import Retained
 
@@ -31,18 +32,7 @@ PEERS = {"flying_edges": 0.6, "scikit_image": 0.2, "blender": 0.15}
 """Peers of `polygonise_peers.py`, and what our time should be of theirs at most."""
 
 
-def _row(
-    case: str,
-    metric: str,
-    unit: str,
-    value: float,
-    beside: str | None = None,
-    beside_value: float | None = None,
-    target: str | None = None,
-    met: bool | None = None,
-) -> Row:
-    ratio = None if beside_value is None else value / beside_value
-    return Row("polygonise", case, metric, unit, value, beside, beside_value, ratio, target, met)
+_row = partial(row_beside, "polygonise")
 
 
 def _took(call: Callable[[], object], repeats: int = REPEATS) -> float:
