@@ -79,7 +79,7 @@ class Config:
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
-    """The people and props of `site`, with their devices.
+    """The people and props of `site`, with their devices; not those whose part a program takes.
 
     Raises CalibrationFileError, DistortionError (one line) for a file of theirs that cannot be used.
     """
@@ -87,6 +87,8 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         raise ValueError("posture: runs at a site, but none is given")
     people: list[Person] = []
     for p in site.participants:
+        if p.program:
+            continue
         position, heading = seat_place(conference.room, conference.seat_of(p.name))
         t = p.tracker
         setup = load_tracker(t.calibration) if t and t.calibration else None
@@ -116,13 +118,13 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
                 distortion=load_distortion(t.distortion) if t and t.distortion else None,
             )
         )
-    first = people[0].seat
+    position, heading = seat_place(conference.room, conference.seat_of(site.participants[0].name))
     props = tuple(
         TrackedProp(
             p.thing,
             p.device,
             p.tracker.station,
-            transmitter_in_room(first.position, first.heading, p.tracker.transmitter_position, p.tracker.transmitter_heading),
+            transmitter_in_room(position, heading, p.tracker.transmitter_position, p.tracker.transmitter_heading),
             (np.array(p.tracker.receiver_position), np.array(p.tracker.receiver_rotation)),
         )
         for p in site.props

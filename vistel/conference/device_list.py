@@ -74,6 +74,8 @@ class Device:
 
 def devices_of_participant(person: Participant) -> Iterator[Device]:
     """Trackers, gloves, phone or face camera, eye camera."""
+    if person.program:
+        return
     if person.tracker is not None:
         yield Device(device_names.tracker_name(person.name), person.tracker, person)
         if person.tracker.second_port:

@@ -41,6 +41,8 @@ class Participant(Checked):
     """Which seat of the room; -1 takes the next free one."""
     role: Literal["participant", "host"] = "participant"
     """A host may put the whole room back and move it; where nobody is one, everybody may put it back."""
+    program: bool = False
+    """A program takes their part (`vistel.join`): they have no devices, and a start does not wait for them."""
     height: float = Field(default=1.75, ge=0.5, le=2.6)
     avatar: str = "builtin"
     """"builtin" (made from the name), "builtin:seed=3", or a file: .usda, .usdc or .usdz, beside the conference file or in

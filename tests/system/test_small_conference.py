@@ -1,0 +1,126 @@
+"""A small conference with a real router: programs watch it and take part, and a process that hangs is started again."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import psutil
+import pytest
+
+pytestmark = [pytest.mark.alone, pytest.mark.slow, pytest.mark.timeout(900)]
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+# Two of the demo's people, who are made once for all tests.
+FILE = """
+name = "small"
+
+[[sites]]
+name = "here"
+
+[sites.display]
+video = false
+width = 160
+height = 90
+
+[[sites.participants]]
+name = "aiko"
+height = 1.64
+avatar = "builtin:seed=2"
+
+[[sites.participants]]
+name = "lab"
+program = true
+height = 1.82
+avatar = "builtin:seed=4,pattern=4,top=7"
+"""
+
+
+@dataclass
+class Conference:
+    """A conference that runs, until it is told to stop."""
+
+    file: Path
+    out: Path
+    hub: str
+    process: subprocess.Popen[str]
+
+    def example(self, name: str, *arguments: str) -> subprocess.Popen[str]:
+        command = [sys.executable, str(EXAMPLES / name), str(self.file), *arguments]
+        return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+
+    def watched(self, seconds: float) -> str:
+        """What example 10 prints."""
+        watching = self.example("10_watch_a_conference.py", self.hub, str(seconds))
+        text, _ = watching.communicate(timeout=120)
+        assert watching.returncode == 0, text
+        return text
+
+    def find(self, node: str) -> int | None:
+        """The process of a node."""
+        for child in psutil.Process(self.process.pid).children(recursive=True):
+            with contextlib.suppress(psutil.NoSuchProcess):  # it just ended
+                if f"vistel: {node}" in child.cmdline():
+                    return child.pid
+        return None
+
+    def wait_until(self, done: Callable[[], bool], seconds: float) -> None:
+        deadline = time.monotonic() + seconds
+        while not done():
+            assert self.process.poll() is None, self.process.communicate()[0]
+            assert time.monotonic() < deadline
+            time.sleep(0.25)  # another process is looked at
+
+
+@pytest.fixture(scope="module")
+def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Conference]:
+    folder = tmp_path_factory.mktemp("small")
+    file, out = folder / "small.toml", folder / "out"
+    file.write_text(FILE)
+    command = [sys.executable, "-m", "vistel_cli.main", "up", str(file), "--out", str(out)]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        assert process.stdout is not None
+        hub = next(found[1] for line in process.stdout if (found := re.search(r"bus (tcp/\S+)", line)))
+        running = Conference(file, out, hub, process)
+        log = out / "logs" / "here-renderer.log"
+        running.wait_until(lambda: log.exists() and "event=picture people=1 stand_ins=0" in log.read_text(), 300)
+        yield running
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def test_a_program_takes_part_while_another_one_watches(conference: Conference) -> None:
+    part = conference.example("11_take_part.py", "lab", conference.hub, "15")
+    watched = conference.watched(6.0)
+    text, _ = part.communicate(timeout=120)
+    assert part.returncode == 0, text
+    assert text.startswith("a ball: ")
+    steps = [int(n) for n in re.findall(r"^step (\d+): ", watched, re.MULTILINE)]
+    assert len(steps) > 5 and steps == sorted(set(steps))
+    assert re.search(r"^step \d+: 2 people; ", watched, re.MULTILINE), watched
+
+
+def test_a_world_that_is_stopped_is_started_again_and_goes_on(conference: Conference) -> None:
+    hangs = conference.find("hub/world")
+    assert hangs is not None
+    before = int(re.findall(r"^step (\d+): ", conference.watched(1.0), re.MULTILINE)[-1])
+    psutil.Process(hangs).send_signal(signal.SIGSTOP)
+    conference.wait_until(lambda: conference.find("hub/world") not in (None, hangs), 200)
+    after = [int(n) for n in re.findall(r"^step (\d+): ", conference.watched(1.0), re.MULTILINE)]
+    assert min(after) > before - 120
+    assert "event=process_hangs process=hub/world" in (conference.out / "logs" / "supervisor.log").read_text()
+    conference.process.send_signal(signal.SIGINT)
+    text, _ = conference.process.communicate(timeout=120)
+    assert conference.process.returncode == 0, text
+    report = json.loads((conference.out / "report.json").read_text())
+    assert {n: p["restarts"] for n, p in report["processes"].items() if p["restarts"]} == {"hub/world": 1}
