@@ -13,9 +13,9 @@ from benchmarks.conferences.world_steps import Load, Scene
 from benchmarks.progress import part
 from benchmarks.row import Row
 from vistel.messages.world.encode import world_state
+from vistel.persistence import journal
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldHandover, WorldSnapshot
-from vistel_services.world import journal
 from vistel_services.world.room import inputs_message
 
 TICK_MS = 1000.0 / 60.0

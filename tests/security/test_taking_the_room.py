@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from secured_bus import Secured, secured
 
+from vistel.persistence.store import Store
 from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldHandoverRequest, WorldInputs, WorldMoveRequest, WorldSnapshot
@@ -20,7 +21,6 @@ from vistel.wire.world.presence import MOST_TERM, WAITS, WorldToken
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import ZenohBus
 from vistel_services.world.authority import Authority, Start
-from vistel_services.world.store import Store
 
 PREPARE, TAKE = WorldHandoverRequest.PHASE_PREPARE, WorldHandoverRequest.PHASE_TAKE
 PRIVATE = {"world_save": None, "world_handover": WorldHandoverRequest(phase=PREPARE), "world_move": WorldMoveRequest(place="hub")}

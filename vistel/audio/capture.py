@@ -1,7 +1,5 @@
 """The samples of a microphone, on its own clock and at its own rate, to frames of 20 ms of conference time."""
 
-from __future__ import annotations
-
 import logging
 import math
 from typing import Protocol

@@ -1,7 +1,5 @@
 """Reads sound from files."""
 
-from __future__ import annotations
-
 import logging
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """A glove's calibration from hands that its user holds still (`DeviceKind.fit`)."""
 
-from __future__ import annotations
-
 import itertools
 import math
 import struct

@@ -1,7 +1,5 @@
 """From the packets of a phone with Live Link Face to messages."""
 
-from __future__ import annotations
-
 from vistel.figure.face.marks import Expressions
 from vistel.protocol.live_link_face import CHANNELS, LiveLinkParser
 from vistel.v1.device_pb2 import FaceFrame

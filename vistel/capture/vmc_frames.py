@@ -4,8 +4,6 @@ The suite's frame takes the place of the transmitter's: its floor at `transmitte
 transmitter's +X. Bones are those of the suite's avatar, which should have the participant's height.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F64

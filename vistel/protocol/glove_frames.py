@@ -1,7 +1,5 @@
 """From the bytes of CyberGloves and 5DT gloves to messages."""
 
-from __future__ import annotations
-
 import struct
 
 from vistel.protocol import fivedt

@@ -1,7 +1,5 @@
 """From a tracker's records to messages, for trackers of any maker."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Generic, Protocol, TypeVar
 

@@ -4,8 +4,6 @@ A tracker's sensors are stations counted from 1; a glove's analog channels are a
 pinch gloves.
 """
 
-from __future__ import annotations
-
 import struct
 
 from vistel.protocol import pinch

@@ -1,7 +1,5 @@
 """From the pictures of cameras on a helmet to messages."""
 
-from __future__ import annotations
-
 from typing import Protocol
 
 import cv2

@@ -1,7 +1,5 @@
 """Pictures of cameras, clips and network streams, read by OpenCV in a thread of their own."""
 
-from __future__ import annotations
-
 import os
 import time
 from collections.abc import Callable

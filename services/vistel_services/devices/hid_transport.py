@@ -1,7 +1,5 @@
 """USB HID devices that only talk: hidapi reads them on a thread, the event loop gets their reports."""
 
-from __future__ import annotations
-
 import contextlib
 from collections.abc import Callable, Sequence
 from typing import Protocol

@@ -1,7 +1,5 @@
 """Waits for packets of a sender that cannot be asked and needs no start: a phone, a tracking suite."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 from vistel.devices.identify import identify_sender

@@ -1,7 +1,5 @@
 """Runs the devices of a site, whatever their kind: bytes in, messages out. The services of trackers, gloves and faces use it."""
 
-from __future__ import annotations
-
 import asyncio
 import logging
 from collections.abc import Callable

@@ -1,7 +1,5 @@
 """Waits until something is seen in a camera's pictures."""
 
-from __future__ import annotations
-
 from vistel.vision.camera_frames import CameraDecoder, PictureReader
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import Link, NoAnswerError

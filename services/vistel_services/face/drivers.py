@@ -1,7 +1,5 @@
 """The drivers of the built-in kinds of phones and cameras that see faces and eyes (`DeviceKind.driver`)."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The drivers of the built-in kinds of gloves (`DeviceKind.driver`)."""
 
-from __future__ import annotations
-
 from functools import partial
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Starts 5DT Data Gloves, as far as there is anything to start."""
 
-from __future__ import annotations
-
 from vistel.devices.registry import kind_of
 from vistel.protocol import fivedt
 from vistel.protocol.glove_frames import FiveDtDecoder

@@ -14,6 +14,8 @@ from prometheus_client import Counter, Gauge, Histogram
 from vistel.messages.world.decode import command_input, prop_input
 from vistel.messages.world.encode import bond_torn, carries_state, command_result, hand_force, input_person, ownership
 from vistel.messages.world.encoder import WorldEncoder
+from vistel.persistence import journal
+from vistel.persistence.store import Store
 from vistel.space.hands.claims import ClaimEvent
 from vistel.space.inputs import StepInputs
 from vistel.space.view import HandForce, Outcome, WorldView
@@ -23,9 +25,7 @@ from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot, WorldSnapshotRequest
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock, sleep, within
 from vistel.wire.topics import BY_NAME
-from vistel_services.world import journal
 from vistel_services.world.received import InputCollector, ReceivedInputs
-from vistel_services.world.store import Store
 
 log = logging.getLogger("vistel.world")
 

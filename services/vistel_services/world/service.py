@@ -10,13 +10,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from prometheus_client import Counter
+from prometheus_client import Counter, Gauge
 
 from vistel.conference.model import HUB_PLACE, Conference, Site
 from vistel.conference.model import RoomSettings as RoomKeys
 from vistel.conference.paths import RunPaths
 from vistel.conference.room_things import extras_of
 from vistel.figure.posture.posture import standing
+from vistel.persistence import store
+from vistel.persistence.store import Store
 from vistel.space.dynamics.motion_kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import Extra, meeting_room
@@ -27,10 +29,8 @@ from vistel.wire import background, motion
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, sleep
 from vistel.wire.topics import BY_NAME
-from vistel_services.world import store
 from vistel_services.world.authority import Authority, RestartStates, Start
 from vistel_services.world.room import SAVE_STEPS, STEP_NS, Room, RoomSubscriptions
-from vistel_services.world.store import Store
 
 if TYPE_CHECKING:
     from vistel.space.files.interior import Interior
@@ -49,6 +49,7 @@ LEAVING_S = 1.0
 """How long a world that is told to stop waits for another one to take the room over."""
 
 _SKIPPED = Counter("vistel_world_steps_skipped_total", "Steps left out because the process was late")
+_UNSAFE = Gauge("vistel_world_unsaved_count", "Rooms whose disk cannot be written: what is published now would be lost in a crash")
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     begins = meeting_room(config.seats, config.extras) if interior is None else interior.room
     shelf = None if interior is None else _shelf(bus, interior)
     warm = time.perf_counter()
-    kept = Store(config.folder) if config.folder else None
+    kept = Store(config.folder, _UNSAFE.inc) if config.folder else None
     given = (lambda term, place: kept.gave(term, place, clock.now_ns())) if kept is not None else (lambda _term, _to: None)
     authority = Authority(bus, clock, config.place, given)
     subscriptions, led = RoomSubscriptions(bus), _LedRoom()

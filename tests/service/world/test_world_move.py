@@ -19,6 +19,7 @@ import pytest
 from waiting import until
 from world_site import CONFERENCE, PEOPLE, TICK_NS, WorldSite, ended, killed, scenario
 
+from vistel.persistence.store import Store
 from vistel.space.world import World
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Vec3
@@ -30,7 +31,6 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world.presence import WorldAt, WorldToken, world_token, worlds_of
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services import world
-from vistel_services.world.store import Store
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import places
 

@@ -18,14 +18,14 @@ import pytest
 from world_site import START_NS, WorldSite, scenario
 
 from vistel.figure.posture.posture import Posture, Stance
+from vistel.persistence import journal
+from vistel.persistence.store import Found, Store
 from vistel.space.inputs import MotionInput, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.snapshot import VERSION
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldInputs
 from vistel.wire.topics import BY_NAME
-from vistel_services.world import journal
-from vistel_services.world.store import Found, Store
 
 KILLS = 6
 

@@ -1,7 +1,5 @@
 """What comes from a window's keyboard and mouse between two pictures. It knows no window library and no clock."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 # Buttons of a mouse.

@@ -1,7 +1,5 @@
 """Dear ImGui's triangles through moderngl, with textures that grow while it runs (its protocol since 1.92)."""
 
-from __future__ import annotations
-
 import ctypes
 from typing import Any
 

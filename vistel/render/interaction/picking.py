@@ -1,7 +1,5 @@
 """Picking: rays from the picture into the room, and where they meet things."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """What somebody at a window requests: of the world, of the picture, of the recording."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from vistel.arrays import F64

@@ -1,7 +1,5 @@
 """What a window shows about the conference beside its picture: the state of sites, delays of voices, answers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType

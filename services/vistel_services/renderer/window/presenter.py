@@ -1,7 +1,5 @@
 """Shows finished pictures on windows: whole, a screen's part to each window, or each eye to its own buffer."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace

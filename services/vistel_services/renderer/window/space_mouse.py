@@ -1,7 +1,5 @@
 """A 3D mouse on USB for a window: found when it is plugged in, missed and found again; nobody has to have one."""
 
-from __future__ import annotations
-
 import logging
 
 from vistel.protocol.space_mouse import FULL, LOGITECH, THREE_DCONNEXION, SpaceMouseState, after, is_space_mouse

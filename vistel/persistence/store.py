@@ -12,16 +12,15 @@ from __future__ import annotations
 import contextlib
 import logging
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from prometheus_client import Gauge
-
+from vistel.persistence import journal
 from vistel.space.room import Room
 from vistel.space.snapshot import VERSION, version_of
 from vistel.space.world import World
 from vistel.whole_file import whole_file
-from vistel_services.world import journal
 
 log = logging.getLogger("vistel.world")
 
@@ -30,7 +29,6 @@ OLDEST_NS = 600_000_000_000
 KEPT = 2
 """Snapshots that stay, with what was journaled since: the last one may be damaged."""
 
-_UNSAFE = Gauge("vistel_world_unsaved_count", "Rooms whose disk cannot be written: what is published now would be lost in a crash")
 _NAME = re.compile(r"(\d{6,10})-(\d{14})\.(snapshot|journal)")
 
 
@@ -45,7 +43,9 @@ class Found:
 class Store:
     """The folder of one room. A disk that refuses is told once, costs nothing but safety, and is tried again."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, on_unsaved: Callable[[int], None] = lambda _change: None) -> None:
+        """on_unsaved: called with 1 when the disk refuses, and with -1 when it takes data again."""
+        self._on_unsaved = on_unsaved
         self._folder = folder
         self._journal: journal.Journal | None = None
         self._term = 0
@@ -236,7 +236,7 @@ class Store:
     def _tell(self, error: OSError, what: str) -> None:
         if not self._unsafe:
             self._unsafe = True
-            _UNSAFE.inc()
+            self._on_unsaved(1)
             log.error(
                 "%s not written folder=%s reason=%r; the room goes on, but what is done from now on would not outlive "
                 "a crash until there is room",
@@ -248,7 +248,7 @@ class Store:
     def _safe_again(self) -> None:
         if self._unsafe:
             self._unsafe = False
-            _UNSAFE.dec()
+            self._on_unsaved(-1)
             log.info("snapshot and journal written again folder=%s", self._folder)
 
     # -- files -------------------------------------------------------------------------------------------------
