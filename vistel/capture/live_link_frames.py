@@ -17,6 +17,7 @@ class LiveLinkDecoder:
 
     @property
     def bytes_skipped(self) -> int:
+        """Bytes so far that were part of no record."""
         return self._parser.bytes_skipped
 
     @property

@@ -26,10 +26,12 @@ class CyberGloveDecoder:
 
     @property
     def bytes_skipped(self) -> int:
+        """Bytes so far that were part of no record."""
         return self._parser.bytes_skipped
 
     @property
     def sensors(self) -> int:
+        """How many the glove has."""
         return self._parser.sensors
 
     def feed(self, data: bytes, t_ns: int) -> list[GloveFrame]:
@@ -82,6 +84,7 @@ class FiveDtDecoder:
 
     @property
     def bytes_skipped(self) -> int:
+        """Bytes so far that were part of no record."""
         return self._parser.bytes_skipped
 
     def answered_hello(self) -> bool:

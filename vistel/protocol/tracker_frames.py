@@ -68,6 +68,7 @@ class PolhemusDecoder(Generic[R]):
 
     @property
     def bytes_skipped(self) -> int:
+        """Bytes so far that were part of no record."""
         return self._parser.bytes_skipped
 
     def feed(self, data: bytes, t_ns: int) -> list[TrackerFrame]:

@@ -29,6 +29,7 @@ class VrpnTrackerDecoder:
 
     @property
     def bytes_skipped(self) -> int:
+        """Bytes so far that were part of no record."""
         return self.parser.bytes_skipped
 
     def feed(self, data: bytes, t_ns: int) -> list[TrackerFrame]:
@@ -56,6 +57,7 @@ class VrpnGloveDecoder:
 
     @property
     def bytes_skipped(self) -> int:
+        """Bytes so far that were part of no record."""
         return self.parser.bytes_skipped
 
     def feed(self, data: bytes, t_ns: int) -> list[GloveFrame]:
