@@ -2,10 +2,12 @@
 
 import contextlib
 import struct
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from io import BytesIO
 from typing import Any, BinaryIO
 
+import lz4.frame  # pyright: ignore[reportMissingTypeStubs]
+import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
@@ -19,6 +21,8 @@ _TIMES = struct.Struct("<QQ")
 
 
 MAX_CHUNK_BYTES = 1 << 30
+MOST_UNPACKED_BYTES = 256 << 20
+"""Of a chunk: what VISTEL and others write has some megabytes."""
 
 
 class BrokenLogError(ValueError):
@@ -69,9 +73,25 @@ def open_chunk(file: BinaryIO, place: ChunkPlace) -> list[Any]:
         _, length = _RECORD.unpack(file.read(_RECORD.size))
         if length > MAX_CHUNK_BYTES:
             raise BrokenLogError(f"it claims to have {length} bytes")
-        return list(breakup_chunk(Chunk.read(ReadDataStream(BytesIO(file.read(length)))), validate_crc=True))
+        return list(breakup_chunk(_unpacked(Chunk.read(ReadDataStream(BytesIO(file.read(length))))), validate_crc=True))
     except BROKEN as e:
         raise BrokenLogError(str(e) or type(e).__name__) from e
+
+
+def _unpacked(chunk: Chunk) -> Chunk:
+    """The chunk without compression. However small it is, it never becomes larger than it says, nor than MOST_UNPACKED_BYTES."""
+    size = chunk.uncompressed_size
+    if size > MOST_UNPACKED_BYTES:
+        raise BrokenLogError(f"it claims to have {size} bytes once unpacked")
+    if chunk.compression == "lz4":
+        data = bytes(lz4.frame.LZ4FrameDecompressor().decompress(chunk.data, size + 1))  # pyright: ignore
+    elif chunk.compression == "zstd":
+        data = zstandard.ZstdDecompressor().stream_reader(chunk.data).read(size + 1)
+    else:
+        data = chunk.data
+    if len(data) != size:
+        raise BrokenLogError(f"it is not of the {size} bytes that it claims")
+    return replace(chunk, compression="", data=data)
 
 
 def _from_summary(file: BinaryIO) -> LogIndex:

@@ -73,8 +73,9 @@ class PictureWriter:
         stride = 4 * width
         place = -(-(HEAD_BYTES + stride * height) // _PAGE) * _PAGE
         size = _PAGE + _PICTURES * place
-        unfinished = path.with_name(f"{path.name}.{os.getpid()}")
-        fd = os.open(unfinished, os.O_RDWR | os.O_CREAT | os.O_TRUNC, 0o600)
+        # Everybody may write into that folder: a new file of a random name, which nobody can have put there before.
+        fd, name = tempfile.mkstemp(prefix=f"{path.name}.", dir=path.parent)
+        unfinished = Path(name)
         try:
             if hasattr(os, "posix_fallocate"):  # a full memory is told here, and not by a signal while drawing
                 os.posix_fallocate(fd, 0, size)
@@ -123,11 +124,13 @@ class PictureReader:
     """Sees the pictures that lie at a path."""
 
     def __init__(self, path: Path) -> None:
-        """Raises OSError when nothing is there; ValueError when it is something else."""
+        """Raises OSError when nothing is there; ValueError when it is something else, or somebody else's."""
         self.path = path
         with path.open("rb") as file:
-            self._inode = os.fstat(file.fileno()).st_ino
-            size = os.fstat(file.fileno()).st_size
+            found = os.fstat(file.fileno())
+            if hasattr(os, "getuid") and os.getuid() not in (0, found.st_uid):
+                raise ValueError(f"{path}: belongs to another user of this machine")
+            self._inode, size = found.st_ino, found.st_size
             head = file.read(HEAD.size).ljust(HEAD.size, b"\0")
             magic: bytes = HEAD.unpack(head)[0]
             numbers: tuple[int, ...] = HEAD.unpack(head)[1:]

@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
-from pxr import Ar, Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
+from pxr import Gf, Sdf, Tf, Usd, UsdGeom, UsdSkel, UsdUtils, Vt
 
 from vistel.figure.avatar.avatar import Avatar, Mesh, Registration
 from vistel.figure.avatar.check import AvatarFileError, check_body, check_indices, check_targets
@@ -29,6 +29,7 @@ from vistel.figure.avatar.patch import fault_of
 from vistel.figure.body import Body
 from vistel.figure.formats.usd_materials import bind, pictures_of, read_patches, write_materials
 from vistel.figure.formats.usd_targets import read_targets, write_targets
+from vistel.figure.making.files.usd_inside import asset_bytes, opened
 from vistel.figure.making.pictures import decode
 from vistel.figure.making.source import USD_ENDINGS, MakingError
 from vistel.figure.rigid.weights import influences, joints_only
@@ -69,7 +70,7 @@ def load_usd(path: Path) -> Avatar:
     if not path.is_file():
         raise FileNotFoundError(2, "No such file", str(path))
     try:
-        stage = Usd.Stage.Open(str(path))
+        stage = opened(path)
         root = stage.GetDefaultPrim()
         if not root or not root.HasAttribute("vistel:format"):
             raise AvatarFileError(f"{path}: no avatar of VISTEL; make one of it with: vistel avatar import {path.name} -o me.usda")
@@ -81,6 +82,8 @@ def load_usd(path: Path) -> Avatar:
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError) as fault:
         if isinstance(fault, AvatarFileError):
             raise
+        if isinstance(fault, MakingError):
+            raise AvatarFileError(str(fault)) from fault
         raise AvatarFileError(f"{path}: not a whole avatar file ({fault})") from fault
 
 
@@ -265,10 +268,13 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
 
 def _picture(value: Any, path: Path) -> NDArray[np.uint8]:
     """The picture of an asset that a material names."""
-    found = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(value.resolvedPath)) if value and value.resolvedPath else None
+    try:
+        found = asset_bytes(value.resolvedPath, path) if value else None
+    except MakingError as fault:
+        raise AvatarFileError(str(fault)) from fault
     if found is None:
         raise AvatarFileError(f"{path}: its texture {value.path if value else ''} is not there; put it beside the file")
     try:
-        return decode(bytes(found.GetBuffer()), 16384)
+        return decode(found, 16384)
     except MakingError as fault:
         raise AvatarFileError(f"{path}: its texture is {fault}") from fault

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,15 @@ USD_ENDINGS = (".usda", ".usdc", ".usd", ".usdz")
 
 class MakingError(ValueError):
     """A mesh or rig that cannot become an avatar: what, where, and how to mend it."""
+
+
+def beside(name: str, path: Path) -> Path:
+    """The file that the file `path` refers to as `name`. Raises MakingError where it is neither in the same folder nor within:
+    a file of somebody else must not have a picture of this machine read, which would then go out with what is made of it."""
+    found = path.parent / name
+    if not found.resolve().is_relative_to(path.resolve().parent):
+        raise MakingError(f"{path}: refers to {name!r}, expected a file beside it")
+    return found
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """Figures kept on disk, ready to deform: making one takes two seconds of computing, reading it back some hundredths.
 
 They lie in the user's own cache folder, as compiled kernels do, under a name that is a digest of the avatar and of all code that
-makes a figure of it; what is there is believed.
+makes a figure of it; what is there, and nobody else may write, is believed.
 """
 
 from __future__ import annotations
@@ -104,7 +104,12 @@ _CODE = " ".join(
 
 def _read(path: Path) -> AvatarFigure | None:
     try:
-        data = path.read_bytes()
+        with path.open("rb") as file:
+            found = os.fstat(file.fileno())
+            if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & 0o022):
+                log.warning("event=figure_not_read path=%s reason='others may have written it' action=made_again", path)
+                return None
+            data = file.read()
         os.utime(path)
     except OSError:
         return None

@@ -96,10 +96,12 @@ def _one_line(path: Path, fault: Exception) -> RoomFileError:
 
 
 def _opened(path: Path) -> Any:
-    from pxr import Tf, Usd  # takes long to load
+    from pxr import Tf  # takes long to load
+
+    from vistel.figure.making.files.usd_inside import opened
 
     try:
-        return Usd.Stage.Open(str(path))
+        return opened(path)
     except Tf.ErrorException as fault:
         raise RoomFileError(f"{path}: not a whole USD file ({str(fault).splitlines()[-1].strip()})") from fault
 

@@ -176,14 +176,16 @@ class _Reader:
     def _decoded(self, asset: str) -> NDArray[np.uint8] | None:
         from pxr import Ar, Sdf
 
+        from vistel.figure.making.files.usd_inside import asset_bytes
+
         layer = self.stage.GetRootLayer()
         found = Ar.GetResolver().Resolve(Sdf.ComputeAssetPathRelativeToLayer(layer, asset))
-        opened = Ar.GetResolver().OpenAsset(found) if found else None
-        if opened is None:
-            self.notes.append(f"texture {asset} is not there; a plain colour instead (put it beside the file)")
-            return None
         try:
-            return decode(bytes(opened.GetBuffer()), OWN_LARGEST, notes=self.notes, name=f"texture {asset}")
+            data = asset_bytes(str(found), self.path)
+            if data is None:
+                self.notes.append(f"texture {asset} is not there; a plain colour instead (put it beside the file)")
+                return None
+            return decode(data, OWN_LARGEST, notes=self.notes, name=f"texture {asset}")
         except MakingError as fault:
             self.notes.append(f"texture {asset}: {fault}; a plain colour instead")
             return None

@@ -13,7 +13,7 @@ from urllib.parse import unquote
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.source import MakingError
+from vistel.figure.making.source import MakingError, beside
 
 LARGEST = 512 * 1024 * 1024
 _MAGIC = 0x46546C67
@@ -73,13 +73,11 @@ class Document:
             except binascii.Error as fault:
                 raise MakingError(f"{self.path}: data in it is not base64 ({fault}); export the file again") from fault
         name = unquote(uri)
-        beside = self.path.parent / name
-        if "://" in uri or beside.is_absolute() != self.path.parent.is_absolute() or ".." in Path(name).parts:
-            raise MakingError(f"{self.path}: refers to {uri!r}, expected a file beside it")
+        found = beside(name, self.path)
         try:
-            if beside.stat().st_size > LARGEST:
-                raise MakingError(f"{beside}: larger than 512 MB; reduce the mesh first")
-            return beside.read_bytes()
+            if found.stat().st_size > LARGEST:
+                raise MakingError(f"{found}: larger than 512 MB; reduce the mesh first")
+            return found.read_bytes()
         except OSError as fault:
             raise MakingError(f"{self.path}: needs {name}, which cannot be read ({fault.strerror}); put it beside it") from fault
 

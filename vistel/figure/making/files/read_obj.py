@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vistel.figure.making.pictures import read_picture
-from vistel.figure.making.source import MakingError, Material, Source
+from vistel.figure.making.source import MakingError, Material, Source, beside
 
 _LARGEST = 512 * 1024 * 1024
 
@@ -61,7 +61,7 @@ def read_obj(path: Path) -> Source:
                 elif key == "usemtl":
                     m = order.setdefault(" ".join(words[1:]), len(order))
                 elif key == "mtllib":
-                    materials |= _read_mtl(path.parent / line.split(None, 1)[1].strip(), notes)
+                    materials |= _read_mtl(line.split(None, 1)[1].strip(), path, notes)
     except (ValueError, IndexError) as fault:
         raise MakingError(f"{path}:{at}: not a line of an OBJ file ({fault}); export the mesh again") from fault
     if not faces:
@@ -98,12 +98,16 @@ def _corner(word: str, points: int, uvs: int) -> tuple[int, int]:
     return v, t
 
 
-def _read_mtl(path: Path, notes: list[str]) -> dict[str, Material]:
+def _read_mtl(file: str, mesh: Path, notes: list[str]) -> dict[str, Material]:
     out: dict[str, Material] = {}
     try:
+        path = beside(file, mesh)
         lines = path.read_text("utf-8", errors="replace").splitlines()
+    except MakingError as fault:
+        notes.append(f"{fault}; plain colours instead")
+        return out
     except OSError:
-        notes.append(f"material file {path.name} is not there; plain colours instead")
+        notes.append(f"material file {Path(file).name} is not there; plain colours instead")
         return out
     name = ""
     for line in lines:
@@ -121,6 +125,10 @@ def _read_mtl(path: Path, notes: list[str]) -> dict[str, Material]:
             if len(rgb) == 3:
                 out[name] = Material(name, (rgb[0], rgb[1], rgb[2]), out[name].picture)
         elif words[0] == "map_Kd" and name:
-            picture = read_picture(path.parent / words[-1].replace("\\", "/"), notes)
+            try:
+                picture = read_picture(beside(words[-1].replace("\\", "/"), path), notes)
+            except MakingError as fault:
+                notes.append(f"{fault}; a plain colour instead")
+                continue
             out[name] = Material(name, out[name].colour, picture)
     return out

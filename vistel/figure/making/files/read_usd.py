@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 from vistel.arrays import F64, I32
+from vistel.figure.making.files.usd_inside import opened
 from vistel.figure.making.files.usd_materials import Materials
 from vistel.figure.making.source import MakingError, Rig, Source
 
@@ -34,7 +35,7 @@ def read_usd(path: Path, named: Callable[[Any], str] | None = None) -> Source:
     if not path.is_file():
         raise FileNotFoundError(2, "No such file", str(path))
     try:
-        return _Stage(Usd.Stage.Open(str(path)), path, named).source()
+        return _Stage(opened(path), path, named).source()
     except Tf.ErrorException as fault:
         raise MakingError(f"{path}: not a whole USD file ({str(fault).splitlines()[-1].strip()})") from fault
     except (TypeError, ValueError, KeyError, AttributeError, IndexError, RuntimeError) as fault:
@@ -52,7 +53,7 @@ class _Stage:
         self.stage, self.path, self.notes = stage, path, list[str]()
         self.named: Callable[[Any], str] = named or _name
         self.cache, self.skel = UsdGeom.XformCache(), UsdSkel.Cache()
-        self.materials = Materials(stage, self.notes, patches=named is None)
+        self.materials = Materials(stage, path, self.notes, patches=named is None)
         self.rigs: dict[str, Any] = {}
         self.morphs = 0
 

@@ -1,17 +1,19 @@
 """Materials of USD meshes as a figure needs them: colour or picture of a UsdPreviewSurface, and what it says beside that."""
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from pxr import Ar, Sdf, UsdGeom, UsdShade
+from pxr import Sdf, UsdGeom, UsdShade
 
 from vistel.colour import srgb
+from vistel.figure.making.files.usd_inside import asset_bytes
 from vistel.figure.making.files.usd_patches import Inputs, channel_of, connections, lying_of, patch_read, texture_reader
 from vistel.figure.making.maps import Lying
 from vistel.figure.making.pictures import alpha_of, decoded
-from vistel.figure.making.source import Finish, Material
+from vistel.figure.making.source import Finish, MakingError, Material
 
 _PLAIN = 64
 """Texels along a side of the colour of a material that has other pictures only."""
@@ -23,8 +25,8 @@ class Materials:
     """Those of a stage, in the order in which they were met; the first has no name. patches: also what they say beside their
     colour."""
 
-    def __init__(self, stage: Any, notes: list[str], *, patches: bool) -> None:
-        self._stage, self._notes, self._patches = stage, notes, patches
+    def __init__(self, stage: Any, path: Path, notes: list[str], *, patches: bool) -> None:
+        self._stage, self._path, self._notes, self._patches = stage, path, notes, patches
         self._index: dict[str, int] = {"": 0}
         self._list = [Material("")]
         self._pictures: dict[str, NDArray[np.uint8] | None] = {}
@@ -151,8 +153,11 @@ class Materials:
         return None
 
     def _opened(self, asset: Any) -> bytes | None:
-        found = Ar.GetResolver().OpenAsset(Ar.ResolvedPath(asset.resolvedPath)) if asset.resolvedPath else None
-        return None if found is None else bytes(found.GetBuffer())
+        try:
+            return asset_bytes(asset.resolvedPath, self._path)
+        except MakingError as fault:
+            self._notes.append(f"texture {asset.path}: {fault}")
+            return None
 
     def _picture(self, asset: Any, name: str) -> NDArray[np.uint8] | None:
         if asset.path not in self._pictures:
