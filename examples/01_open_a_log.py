@@ -1,7 +1,7 @@
 """Open a recorded conference and see what is in it.
 
-make demo                                          (writes out/conference.mcap)
-python examples/01_open_a_log.py out/conference.mcap
+make demo                                          (writes out/latest/conference.mcap)
+python examples/01_open_a_log.py out/latest/conference.mcap
 """
 
 import sys

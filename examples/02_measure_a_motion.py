@@ -1,6 +1,6 @@
 """How fast somebody's hand moves in a log, as a table that a spreadsheet opens.
 
-python examples/02_measure_a_motion.py out/conference.mcap aiko > aiko.csv
+python examples/02_measure_a_motion.py out/latest/conference.mcap aiko > aiko.csv
 """
 
 import sys

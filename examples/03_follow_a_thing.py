@@ -1,6 +1,6 @@
 """Who held a thing, from when to when, and how far it was carried.
 
-python examples/03_follow_a_thing.py out/conference.mcap baton
+python examples/03_follow_a_thing.py out/latest/conference.mcap baton
 """
 
 import sys

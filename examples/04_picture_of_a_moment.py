@@ -1,6 +1,6 @@
 """What a site saw at a moment of a recorded conference, as a picture.
 
-python examples/04_picture_of_a_moment.py out/conference.mcap 8.5 moment.png
+python examples/04_picture_of_a_moment.py out/latest/conference.mcap 8.5 moment.png
 """
 
 import sys

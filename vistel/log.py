@@ -1,6 +1,6 @@
 """Recorded conferences: open a log and walk through it.
 
-    with vistel.log.open("out/conference.mcap") as log:
+    with vistel.log.open("out/latest/conference.mcap") as log:
         for t, posture in log.postures("ben"):
             print(t, posture.dofs[0])
 

@@ -98,6 +98,13 @@ class Display(Checked):
         host, _, port = self.stream.rpartition(":")
         return host.removeprefix("[").removesuffix("]") or "127.0.0.1", int(port)
 
+    @property
+    def stream_page(self) -> str:
+        """What a browser of the renderer's machine opens; empty for no stream, or for one at any free port."""
+        host, port = self.stream_at or ("", 0)
+        here = "127.0.0.1" if host == "0.0.0.0" else f"[{host}]" if ":" in host else host
+        return f"http://{here}:{port}/" if port else ""
+
     @field_validator("stream")
     @classmethod
     def _is_address(cls, stream: str) -> str:

@@ -28,7 +28,7 @@ class BusConfig(Checked):
     mode: Literal["embedded", "routed"] = "embedded"
     """embedded: `vistel up` is the router, nothing else to install. routed: the routers in `endpoints`."""
     endpoints: list[str] = Field(default=[])
-    """routed: "tls/host:7447" or "tcp/host:7447"; embedded: where to listen, default a free loopback port."""
+    """routed: "tls/host:7447" or "tcp/host:7447"; embedded: where to listen, default 127.0.0.1:7447, or a free port."""
     tls: Tls | None = None
 
 

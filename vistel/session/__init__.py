@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from vistel.session.activity import run
+    from vistel.session.asking import Answer
     from vistel.session.blocking import Published, Session, join
     from vistel.session.room_view import RoomView, ThingView
-    from vistel.session.session import Answer, AsyncSession, LivePosture
+    from vistel.session.session import AsyncSession, LivePosture
 
 __all__ = ["Answer", "AsyncSession", "LivePosture", "Published", "RoomView", "Session", "ThingView", "join", "run"]
 _FROM = {
-    "Answer": "session",
+    "Answer": "asking",
     "AsyncSession": "session",
     "LivePosture": "session",
     "Published": "blocking",

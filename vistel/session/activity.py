@@ -5,7 +5,7 @@ async def play(session: AsyncSession) -> None:
     async for room in session.steps():
         ...
 
-run(play)      # python my_activity.py conference.toml --as aiko --hub tcp/127.0.0.1:7447
+run(play)      # python my_activity.py conference.toml --as aiko
 """
 
 import argparse
@@ -29,9 +29,9 @@ Activity = Callable[[AsyncSession], Coroutine[Any, Any, None]]
 def run(activity: Activity, arguments: list[str] | None = None) -> None:
     """Read the command line, join the conference, and play until the activity ends or Ctrl-C is pressed."""
     parser = argparse.ArgumentParser(description=(activity.__doc__ or "").strip() or None)
-    parser.add_argument("conference", type=Path, help="conference file")
+    parser.add_argument("conference", type=Path, nargs="?", help="conference file; default: that of the conference that runs here")
     parser.add_argument("--as", dest="participant", help="participant who asks; default: the first of the file")
-    parser.add_argument("--hub", help="router; default from the file")
+    parser.add_argument("--hub", help="router; default: that of the conference that runs here, else the file's")
     args = parser.parse_args(arguments)
     try:
         asyncio.run(_played(activity, args.conference, args.participant, args.hub))
@@ -39,7 +39,7 @@ def run(activity: Activity, arguments: list[str] | None = None) -> None:
         sys.exit(f"error: {e}")
 
 
-async def _played(activity: Activity, file: Path, participant: str | None, hub: str | None) -> None:
+async def _played(activity: Activity, file: Path | None, participant: str | None, hub: str | None) -> None:
     async with opened(*place_of(file, None, participant, hub)) as session:
         playing = asyncio.current_task()
         assert playing is not None

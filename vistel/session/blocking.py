@@ -10,29 +10,40 @@ from typing import Any, Self, TypeVar, cast
 
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
+from vistel.conference.running import router_of, running_conferences
 from vistel.figure.posture.posture import Posture
+from vistel.session.asking import Answer
 from vistel.session.publisher import ParticipantPublisher
 from vistel.session.room_view import RoomView
-from vistel.session.session import Answer, AsyncSession, LivePosture, opened
+from vistel.session.session import AsyncSession, LivePosture, opened
 from vistel.space.actions import Action
 from vistel.wire.bus import Sample
 
 T = TypeVar("T")
 
 
-def join(conference: str | Path, site: str | None = None, participant: str | None = None, hub: str | None = None) -> "Session":
+def join(
+    conference: str | Path | None = None, site: str | None = None, participant: str | None = None, hub: str | None = None
+) -> "Session":
     """Join a running conference; use it in a `with`.
 
-    conference: its file. site, participant: in whose name; default: the first participant of the site, or of the file.
-    hub: address of the router, such as "tcp/127.0.0.1:7447"; default: the first endpoint of the file.
+    conference: its file; default: that of the newest conference that runs on this machine. site, participant: in whose name;
+    default: the first participant of the site, or of the file. hub: address of the router, such as "tcp/127.0.0.1:7447"; default:
+    that of the newest conference of this name that runs on this machine, else the first endpoint of the file.
 
     Raises ConferenceError (one line) for a file, site or participant that cannot be used; BusError where no router answers.
     """
-    return Session(opened(*place_of(Path(conference), site, participant, hub)))
+    return Session(opened(*place_of(None if conference is None else Path(conference), site, participant, hub)))
 
 
-def place_of(file: Path, site: str | None, participant: str | None, hub: str | None) -> tuple[Conference, str, str, str]:
-    """The conference of a file, and the site, participant and router that a program joins it with. Raises ConferenceError."""
+def place_of(file: Path | None, site: str | None, participant: str | None, hub: str | None) -> tuple[Conference, str, str, str]:
+    """The conference of a file (None: the newest that runs on this machine), and the site, participant and router that a program
+    joins it with. Raises ConferenceError."""
+    if file is None:
+        here = running_conferences()
+        if not here:
+            raise ConferenceError("no conference runs on this machine; start one with `vistel up`, or name the file of another")
+        file, hub = Path(here[0].file), hub or here[0].hub
     conference = load(file)
     sites = {s.name: s for s in conference.sites}
     if site is not None and site not in sites:
@@ -44,9 +55,10 @@ def place_of(file: Path, site: str | None, participant: str | None, hub: str | N
     name = participant or next(iter(people), None)
     if name is None:
         raise ConferenceError(f"{file}: {site or 'the conference'} has no participant in whose name a program could join; add one")
-    if not hub and not conference.bus.endpoints:
-        raise ConferenceError(f"{file}: no router: name one with hub= or --hub; `vistel up` prints its own")
-    return conference, people[name], name, hub or conference.bus.endpoints[0]
+    router = hub or router_of(conference)
+    if router is None:
+        raise ConferenceError(f"{file}: {conference.name} does not run on this machine; name its router with hub= or --hub")
+    return conference, people[name], name, router
 
 
 class Session:

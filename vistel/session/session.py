@@ -1,40 +1,22 @@
 """A program's part in a running conference, for programs that run an event loop of their own (see `vistel.join` for others)."""
 
-import secrets
 from collections.abc import AsyncGenerator, AsyncIterator
 from contextlib import asynccontextmanager
-from dataclasses import dataclass
 from typing import NamedTuple
 
 from vistel.conference.connect import connect
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture
-from vistel.messages.commands import message_of
 from vistel.messages.postures import posture_of
+from vistel.session.asking import POLL_NS, Answer, Asker
 from vistel.session.publisher import ParticipantPublisher
 from vistel.session.room_view import RoomView, view_of
 from vistel.space.actions import Action
-from vistel.space.commands.phrase import read
-from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.bus import Bus, Sample
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
-
-ANSWER_NS = 3_000_000_000
-"""How long `ask` waits for the world's answer."""
-POLL_NS = 20_000_000
-"""How often `ask` and `steps` look for news: a little more often than the world takes steps."""
-
-
-@dataclass(frozen=True)
-class Answer:
-    """What became of a command. things: ids of those it changed or made. reason: why it was refused, else empty."""
-
-    done: bool
-    things: tuple[str, ...]
-    reason: str
 
 
 class LivePosture(NamedTuple):
@@ -54,32 +36,18 @@ class AsyncSession:
         """The newest step that has arrived; empty until the world has sent the whole room."""
         self._bus, self._clock = bus, clock
         self._world = WorldListener(bus, clock)
-        self._results = bus.subscribe(BY_NAME["command_result"], queue_all=True, participant=participant)
-        self._commands = bus.publish(BY_NAME["command"], participant=participant)
-        self._answers: dict[str, CommandResult] = {}
+        self._asker = Asker(bus, clock, participant)
 
     def close(self) -> None:
         """End the subscriptions."""
         self._world.close()
-        self._results.close()
+        self._asker.close()
 
     async def ask(self, command: str | Action) -> Answer:
-        """Give a command, as a line that `vistel ask` takes or as an action, and wait for the world's answer.
-
-        Raises PhraseError for a line that is no command.
-        """
-        action = read(command) if isinstance(command, str) else command
-        message = message_of(action, secrets.token_hex(8), self.participant)
-        message.header.t_ns = self._clock.now_ns()
-        self._commands.put(message)
-        until = self._clock.now_ns() + ANSWER_NS
-        while self._clock.now_ns() < until:
-            self._receive()
-            result = self._answers.pop(message.id, None)
-            if result is not None:
-                return Answer(result.outcome == CommandResult.OUTCOME_DONE, tuple(result.things), result.reason)
-            await self._clock.sleep_until_ns(self._clock.now_ns() + POLL_NS)
-        return Answer(False, (), "the world did not answer; is it running?")
+        """As `Asker.ask`; what has happened in the room meanwhile is in `room`."""
+        answer = await self._asker.ask(command)
+        self._receive()
+        return answer
 
     async def steps(self, every_s: float = 0.1) -> AsyncIterator[RoomView]:
         """The room whenever it has gone on, at most every `every_s` seconds. The first comes when the room is known."""
@@ -119,8 +87,6 @@ class AsyncSession:
         return ParticipantPublisher(self._bus, self._clock, self.participant, display_name or self.participant, avatar, height_m)
 
     def _receive(self) -> None:
-        for sample in self._results.take():
-            self._answers[sample.message.id] = sample.message
         steps = self._world.take()
         if steps:
             self.room = view_of(steps[-1][0])

@@ -366,7 +366,7 @@ class Delete(Action):
 )
 @dataclass(frozen=True)
 class Create(Action):
-    """A new thing before the speaker, or where they point. shape: one of `create.SHAPES`; size: half of its largest
+    """A new thing before the speaker, or where they point. shape: one of `names.SHAPES`; size: half of its largest
     extent, of which people say the whole; colour: 0xRRGGBBAA, None for one of its own."""
 
     shape: Annotated[str, ShapeName()]

@@ -6,8 +6,7 @@ from typing import Any
 
 from vistel.space.actions import Action, Along, Shown, Size, Towards, Where, Which
 from vistel.space.command_description import COMMANDS, AxisName, ColourName, Command, Length, Parameter, Quantity, ShapeName, Spoken
-from vistel.space.commands.create import SHAPES
-from vistel.space.commands.reference import COLOURS
+from vistel.space.commands.names import COLOURS, SHAPES
 from vistel.speech.grammar import Meaning
 
 

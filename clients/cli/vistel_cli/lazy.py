@@ -15,8 +15,7 @@ from typer.core import TyperCommand, TyperGroup
 @dataclass(frozen=True)
 class Lazy:
     """A command that is not imported yet. where: "module:name" of a function or of a `typer.Typer`; panel: its heading in the list
-    of commands; line: what that list says of a `typer.Typer`, which is also its help; of a function it says what the function
-    does."""
+    of commands; line: what that list says of a `typer.Typer`, and its help if it has none; a function says it itself."""
 
     where: str
     panel: str | None = None
@@ -28,7 +27,7 @@ class Lazy:
         found = getattr(import_module(module), attribute)
         if isinstance(found, typer.Typer):
             group = typer.main.get_group(found)
-            group.name, group.help = name, self.line
+            group.name, group.help = name, group.help or self.line
             return group
         alone = typer.Typer(add_completion=False, rich_markup_mode="rich")
         alone.command(name)(found)

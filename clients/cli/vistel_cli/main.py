@@ -12,6 +12,7 @@ from vistel_cli.terminal import FAILED, print_error
 RUN, LOGS, PEOPLE, SHAPES = "Run a conference", "Record and replay", "People and devices", "Shapes, pictures, measurements"
 COMMANDS = {
     "up": Lazy("vistel_cli.run.up:up", RUN),
+    "runs": Lazy("vistel_cli.run.runs:app", RUN, "List the folders of runs, and clear old ones."),
     "site": Lazy("vistel_cli.run.site:app", RUN, "Take part in a conference across machines."),
     "ask": Lazy("vistel_cli.ask:ask", RUN),
     "voice": Lazy("vistel_cli.voice.voice:app", RUN, "Microphones, loudspeakers and equipment of a running conference."),

@@ -1,4 +1,4 @@
-"""Draws demo.png from the log that `make demo` left in out/: the moment when two people hold the baton.
+"""Draws demo.png from the log that `make demo` left in out/latest: the moment when two people hold the baton.
 
 make demo && python -m docs.pictures.conferences.demo
 """
@@ -18,7 +18,7 @@ THIRD = {"aiko": "tokyo", "ben": "columbus", "carla": "zurich"}
 
 
 def main() -> None:
-    out = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "out"
+    out = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "out" / "latest"
     reader = LogReader(out / "conference.mcap")
     decoder = WorldDecoder()
     rooms = [(now, r.log_ns) for r in reader.records(topics=("world_state",)) for now in decoder.read(r.message)]

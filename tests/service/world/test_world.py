@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 from world_site import WorldSite, scenario
 
-from vistel.session.session import Answer, AsyncSession
+from vistel.session.asking import Answer
+from vistel.session.session import AsyncSession
 from vistel.space.room import meeting_room
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing, ResetRoom
 from vistel.v1.geometry_pb2 import Pose, Vec3

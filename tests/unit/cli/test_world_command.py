@@ -161,7 +161,7 @@ def test_export_of_a_log_that_is_none_or_holds_no_world(tmp_path: Path) -> None:
 
 def test_export_where_it_makes_no_sense(room: Path, tmp_path: Path) -> None:
     _refused("export", room, "-o", tmp_path / "a.usda", "--at", "1", says="only of a log")
-    _refused("export", room, "-o", tmp_path / "a.usda", "--hub", "tcp/127.0.0.1:1", says="needs a conference file")
+    _refused("export", room, "-o", tmp_path / "a.usda", "--hub", "tcp/127.0.0.1:1", says="need a conference file")
     _refused("export", room, "-o", tmp_path / "a.obj", says="expected a name that ends in")
     _refused("export", room, "-o", tmp_path / "gone" / "a.usda", says="there is no directory")
 

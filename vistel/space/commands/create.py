@@ -6,7 +6,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from vistel.space.actions import Refused
-from vistel.space.commands.reference import COLOURS, name_of_colour
+from vistel.space.commands.names import COLOURS, OWN_COLOUR, SHAPES
+from vistel.space.commands.reference import name_of_colour
 from vistel.space.room import Z_UP
 from vistel.space.things.things import GraspAxis, Thing, ThingPrimitive
 
@@ -14,18 +15,6 @@ SIZES = 0.005, 0.3
 """Half of the largest extent of a new thing [m]."""
 DENSITY = 400.0
 """Of new things [kg/m^3]."""
-OWN_COLOUR = {
-    "ball": "yellow",
-    "box": "blue",
-    "cylinder": "green",
-    "cone": "orange",
-    "ring": "violet",
-    "bar": "red",
-    "lump": "brown",
-    "tile": "white",
-}
-SHAPES = tuple(OWN_COLOUR)
-"""What can be made."""
 
 
 def created(shape: str, size: float, colour: int | None, taken: Iterable[str]) -> Thing:

@@ -12,8 +12,7 @@ from typing import Any
 
 from vistel.space.actions import THIS, Action, Along, Shown, Towards, Where, Which
 from vistel.space.command_description import COMMANDS, AxisName, ColourName, Command, Length, Parameter, Quantity, ShapeName, Typed
-from vistel.space.commands.create import SHAPES
-from vistel.space.commands.reference import COLOURS
+from vistel.space.commands.names import COLOURS, SHAPES
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001}
 """Of lengths [m]."""

@@ -11,6 +11,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX
 from vistel.space.actions import Along, Refused, Shown, Size, Towards, Which
+from vistel.space.commands.names import COLOURS
 from vistel.space.people import Posed
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
 from vistel.space.things.things import Thing
@@ -18,11 +19,6 @@ from vistel.space.things.things import Thing
 WITHIN = math.radians(12.0)
 """What is pointed or looked at lies this near the line, seen from finger or eyes."""
 PARTS = ("proximal", "intermediate", "distal")
-COLOURS = {
-    "red": 0xC23B32FF, "orange": 0xE0762BFF, "yellow": 0xE8B923FF, "green": 0x3F9C5AFF, "blue": 0x2F6DB5FF,
-    "violet": 0x8A56B0FF, "pink": 0xE08BAEFF, "brown": 0x7A5230FF, "white": 0xE6E3DAFF, "grey": 0x8A8A8AFF, "black": 0x222222FF,
-}  # fmt: skip
-"""Colours that have a name, 0xRRGGBBAA."""
 
 
 @cache

@@ -17,4 +17,4 @@ app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 
 @app.callback()
 def calibrate() -> None:
-    """Typer makes a group only of what has commands or this."""
+    """Measure people and devices, into files for a conference."""

@@ -36,7 +36,7 @@ def distortion(
 
       vistel calibrate distortion points.csv --out distortion.json
 
-      vistel calibrate distortion points.csv --from out/conference.mcap --device aiko-tracker --station 3
+      vistel calibrate distortion points.csv --from out/latest/conference.mcap --device aiko-tracker --station 3
     """
     # Loads what only this command needs.
     from vistel.figure.calibration.distortion import DistortionError, fit_distortion, judge, pose_errors, save_distortion

@@ -42,7 +42,7 @@ def glove(
 
       vistel calibrate glove conference.toml aiko left
 
-      vistel calibrate glove conference.toml aiko left --from out/conference.mcap
+      vistel calibrate glove conference.toml aiko left --from out/latest/conference.mcap
     """
     from vistel.protocol.glove_calibration import CalibrationError
 

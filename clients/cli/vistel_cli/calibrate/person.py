@@ -42,7 +42,7 @@ def tracker(
 
       vistel calibrate tracker conference.toml aiko
 
-      vistel calibrate tracker conference.toml aiko --from out/conference.mcap
+      vistel calibrate tracker conference.toml aiko --from out/latest/conference.mcap
     """
     from vistel.figure.calibration.files import TrackerSetup, save_tracker
 
@@ -86,7 +86,7 @@ def body(
 
       vistel calibrate body conference.toml aiko --height 1.64
 
-      vistel calibrate body conference.toml aiko --forearm --from out/conference.mcap
+      vistel calibrate body conference.toml aiko --forearm --from out/latest/conference.mcap
     """
     from vistel.figure.calibration.files import Body, save_body
 

@@ -55,7 +55,7 @@ def info(
 
     [bold]Example[/bold]
 
-      vistel log info out/conference.mcap
+      vistel log info out/latest/conference.mcap
     """
     reader = _open(log)
     channels: dict[str, _Channel] = {}
@@ -104,7 +104,7 @@ def repair(
 
     [bold]Example[/bold]
 
-      vistel log repair out/conference.mcap --out repaired.mcap
+      vistel log repair out/latest/conference.mcap --out repaired.mcap
     """
     _copy(_open(log), log, output, None, None)
 
@@ -120,7 +120,7 @@ def cut(
 
     [bold]Example[/bold]
 
-      vistel log cut out/conference.mcap --from 10 --to 20 --out handover.mcap
+      vistel log cut out/latest/conference.mcap --from 10 --to 20 --out handover.mcap
     """
     reader = _open(log)
     begin_ns = reader.begin_ns + int(begin * 1e9)
@@ -139,7 +139,7 @@ def export(
 
     [bold]Example[/bold]
 
-      vistel log export out/conference.mcap -o meeting.usda --from 10 --to 20
+      vistel log export out/latest/conference.mcap -o meeting.usda --from 10 --to 20
     """
     from vistel_cli.log.usd import export_usd  # loads the mathematics
 

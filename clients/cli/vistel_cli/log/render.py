@@ -47,7 +47,6 @@ def render_log(
     from vistel.render import NoOpenGlError  # loads the mathematics
 
     try:
-        folder.mkdir(parents=True, exist_ok=True)
         for name in sites:
             _render_site(reader, _shown(conference, name, look), name, begin_ns, end_ns, look, folder)
     except (NoOpenGlError, ValueError) as e:
@@ -102,7 +101,6 @@ def _render_site(
                 bar.advance(task)
         else:
             target = folder / f"{name}.mp4"
-            target.unlink(missing_ok=True)
             writer = VideoWriter(target, config.view.width, config.view.height, look.rate, voices is not None, FILM)
             try:
                 for picture in pictures:

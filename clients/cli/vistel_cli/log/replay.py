@@ -21,6 +21,8 @@ from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_cli.log.feed import LIVE_SERVICES, Feeder
 from vistel_cli.log.render import FilmSettings, render_log, size_of
 from vistel_cli.log.verify import verify_log
+from vistel_cli.overwriting import Force, keep_existing
+from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_server, until_loaded
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import write_conference
@@ -71,7 +73,8 @@ def replay(
         Source, typer.Option(help="devices: their bytes; motion: postures; recorded: postures and the world as it was.")
     ] = Source.MOTION,
     site: Annotated[list[str] | None, typer.Option(help="Only this site's picture; may be given again.")] = None,
-    output: Annotated[Path, typer.Option("--out", help="Folder for videos.")] = Path("out/replay"),
+    output: OutFolder = None,
+    force: Force = False,
     verify: Annotated[bool, typer.Option("--verify", help="Re-run the world and compare every state bit for bit.")] = False,
     render: Annotated[
         bool, typer.Option("--render", help="Draw the recorded conference picture by picture, however long each takes.")
@@ -88,13 +91,13 @@ def replay(
 
     [bold]Examples[/bold]
 
-      vistel replay out/conference.mcap --from 12 --speed 0.5 --site tokyo
+      vistel replay out/latest/conference.mcap --from 12 --speed 0.5 --site tokyo
 
-      vistel replay out/conference.mcap --source devices
+      vistel replay out/latest/conference.mcap --source devices
 
-      vistel replay out/conference.mcap --verify
+      vistel replay out/latest/conference.mcap --verify
 
-      vistel replay out/conference.mcap --render --site tokyo --size 1920x1080 --fps 60 --finer 2
+      vistel replay out/latest/conference.mcap --render --site tokyo --size 1920x1080 --fps 60 --finer 2
     """
     try:
         reader = LogReader(log)
@@ -108,13 +111,18 @@ def replay(
     length = (reader.end_ns - reader.begin_ns) * 1e-9
     if begin >= length:
         fail(f"--from {begin:g}: the log is {length:.1f} s long", USAGE)
+    looks = FilmSettings(size_of(size), fps, finer, png, view.value if view else None, light.value)
+    sites = [s.name for s in conference.sites if not site or s.name in site]
+    folder = run_folder(output, f"{conference.name}-replay", latest=False)
+    films = [v for s in sites for v in RunPaths(folder, folder).videos(s)]
+    keep_existing(*films, *((folder / s for s in sites) if png else ()), force=force)
+    for old in films:
+        old.unlink()
     if render:
-        looks = FilmSettings(size_of(size), fps, finer, png, view.value if view else None, light.value)
-        sites = [s.name for s in conference.sites if not site or s.name in site]
         begin_ns, end_ns = (reader.begin_ns + round(t * 1e9) for t in (begin, min(end or length, length)))
-        render_log(reader, conference, sites, begin_ns, end_ns, looks, output)
+        render_log(reader, conference, sites, begin_ns, end_ns, looks, folder)
         return
-    playing = _play(reader, conference, source, speed, begin, min(end or length, length), output)
+    playing = _play(reader, conference, source, speed, begin, min(end or length, length), folder)
     raise typer.Exit(asyncio.run(background.as_service("replay", playing)))
 
 
@@ -144,7 +152,6 @@ async def _play(
     stop = asyncio.Event()
     for signum in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(signum, stop.set)
-    output.mkdir(parents=True, exist_ok=True)
     folder = output / "logs"
     folder.mkdir(exist_ok=True)
     logs.configure_file("hub/replay", folder / "replay.log")
@@ -152,8 +159,6 @@ async def _play(
     end_ns = reader.begin_ns + int(end * 1e9)
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(Path(run), output.resolve())
-        for old in (v for s in conference.sites for v in paths.videos(s.name)):
-            old.unlink()
         file = write_conference(conference, paths.run)
         if not await prepare(conference, file, stop):
             return 0

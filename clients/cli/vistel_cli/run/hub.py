@@ -14,22 +14,13 @@ from vistel.wire.background import as_service
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import write_conference
-from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error, print_warning
+from vistel_cli.terminal import FAILED, out, print_error, print_warning
 from vistel_services.process import logs
 from vistel_services.process.plan import ProcessPlan
 from vistel_services.process.supervisor import Supervisor
 
 COMPUTING = ("posture", "world", "renderer")
 """Services with kernels to compile; a recorder begins at once."""
-
-
-def endpoint_of(conference: Conference, given: str | None) -> str:
-    """The router to connect to: `given`, else the conference file's first endpoint."""
-    if given:
-        return given
-    if conference.bus.endpoints:
-        return conference.bus.endpoints[0]
-    fail('no router: name one with --hub tcp/HOST:7447, or in the file: [bus] mode = "routed", endpoints = [...]', USAGE)
 
 
 def run_processes(
@@ -48,7 +39,6 @@ async def _run(
     stop = asyncio.Event()
     for signum in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(signum, stop.set)
-    output.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(Path(run), output.resolve())
         file = write_conference(conference, paths.run)

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from vistel_cli.run.hub import endpoint_of, run_processes
-from vistel_cli.terminal import load_conference
+from vistel_cli.run.folders import OutFolder, run_folder
+from vistel_cli.run.hub import run_processes
+from vistel_cli.running import Hub, RunningFile, meant
 from vistel_services.process.plan import HUB, ProcessPlan
 
 
 def record(
-    file: Annotated[Path, typer.Argument(help="Conference file.")],
-    hub: Annotated[str | None, typer.Option(help="Router; default from the file.")] = None,
-    output: Annotated[Path, typer.Option("--out", help="Folder for conference.mcap.")] = Path("out"),
+    file: RunningFile = None,
+    hub: Hub = None,
+    output: OutFolder = None,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
     raw: Annotated[
         bool | None, typer.Option(help="Record the devices' raw bytes too; default from the file. The devices must publish them.")
@@ -25,12 +25,13 @@ def record(
 
     [bold]Example[/bold]
 
-      vistel record conference.toml --hub tcp/127.0.0.1:7447 --seconds 60
+      vistel record --seconds 60                                       the conference that runs on this machine
 
-      vistel record conference.toml --raw
+      vistel record conference.toml --raw --hub tcp/192.0.2.7:7447     one that runs elsewhere
     """
-    conference = load_conference(file)
+    conference, endpoint = meant(file, hub)
     if raw is not None:
         conference = conference.model_copy(update={"record_raw": raw})
     plan = ProcessPlan(HUB, "recorder", ("recorder",))
-    raise typer.Exit(run_processes(conference, [plan], endpoint_of(conference, hub), output, seconds))
+    folder = run_folder(output, f"{conference.name}-record")
+    raise typer.Exit(run_processes(conference, [plan], endpoint, folder, seconds))

@@ -8,8 +8,10 @@ from typing import Annotated
 import typer
 
 from vistel.conference.device_list import simulated_names
-from vistel_cli.run.hub import endpoint_of, run_processes
+from vistel_cli.run.folders import OutFolder, run_folder
+from vistel_cli.run.hub import run_processes
 from vistel_cli.run.router import run_router
+from vistel_cli.running import Hub, endpoint_of
 from vistel_cli.terminal import USAGE, fail, load_conference
 from vistel_services.process.plan import hub_processes, site_processes
 
@@ -20,8 +22,8 @@ app = typer.Typer(no_args_is_help=True)
 def join(
     file: Annotated[Path, typer.Argument(help="Conference file, the same at every site.")],
     site: Annotated[str, typer.Argument(help="Name of this machine's site.")],
-    hub: Annotated[str | None, typer.Option(help="Router, e.g. tls/hub.example.org:7447; default from the file.")] = None,
-    output: Annotated[Path, typer.Option("--out", help="Folder for video and logs.")] = Path("out"),
+    hub: Hub = None,
+    output: OutFolder = None,
     seconds: Annotated[float, typer.Option(help="Leave after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
     """Run one site's services and join the conference at a router.
@@ -40,19 +42,21 @@ def join(
     endpoint = endpoint_of(conference, hub)
     conference = with_room(conference, site, endpoint)
     simulate = site if simulated_names(conference, site) else None
-    code = run_processes(conference, plans, endpoint, output, seconds, simulate)
+    code = run_processes(conference, plans, endpoint, run_folder(output, site), seconds, simulate)
     raise typer.Exit(code)
 
 
 @app.command()
 def world(
     file: Annotated[Path, typer.Argument(help="Conference file.")],
-    hub: Annotated[str | None, typer.Option(help="Router; default from the file.")] = None,
-    output: Annotated[Path, typer.Option("--out", help="Folder for the log.")] = Path("out"),
+    hub: Hub = None,
+    output: OutFolder = None,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
     recorder: Annotated[bool, typer.Option(help="Run the recorder too, if the conference is recorded.")] = True,
 ) -> None:
     """Run the world (and the recorder) of a conference whose sites join from elsewhere.
+
+    It ends with the conference. To keep rooms on disk, to run several, or to take a room over, use `vistel world serve`.
 
     [bold]Example[/bold]
 
@@ -60,7 +64,9 @@ def world(
     """
     conference = load_conference(file)
     plans = [p for p in hub_processes(conference) if recorder or "recorder" not in p.services]
-    code = run_processes(conference, plans, endpoint_of(conference, hub), output, seconds)
+    endpoint = endpoint_of(conference, hub)
+    folder = run_folder(output, f"{conference.name}-world")
+    code = run_processes(conference, plans, endpoint, folder, seconds)
     raise typer.Exit(code)
 
 

@@ -20,11 +20,14 @@ from vistel.conference.device_list import simulated_names
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.conference.running import Running, announced, running_conferences
 from vistel.wire.background import as_service
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
-from vistel.wire.zenoh.bus import Router
+from vistel.wire.zenoh.bus import BusError, Router
+from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.run.cpu_use import CpuUse
+from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.prepared import prepare
@@ -34,12 +37,14 @@ from vistel_services.process.plan import HUB, hub_processes, site_processes
 from vistel_services.process.supervisor import Supervisor
 
 START_LIMIT_S = 120.0
+DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 
 
 def up(
     file: Annotated[Path | None, typer.Argument(help="Conference file; without one, a three-site demo.")] = None,
     seconds: Annotated[float, typer.Option(help="Duration from the moment that all sites see each other; 0: until Ctrl-C.")] = 0.0,
-    output: Annotated[Path, typer.Option("--out", help="Folder for videos, log and report.")] = Path("out"),
+    output: OutFolder = None,
+    force: Force = False,
     motion: Annotated[
         str | None, typer.Option(help="Motion for the simulated devices: a .bvh file or a folder of 6-DOF recordings.")
     ] = None,
@@ -47,6 +52,8 @@ def up(
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Run every site of a conference on this machine, with real or simulated devices.
+
+    Its world, recorder and router run here too. Where sites are on several machines, use `vistel site` instead.
 
     [bold]Examples[/bold]
 
@@ -63,7 +70,19 @@ def up(
     if plan:
         _show_plan(conference)
         return
-    raise typer.Exit(asyncio.run(as_service("supervisor", _Run(conference, source.stem, output, seconds, as_json).run())))
+    folder = run_folder(output, source.stem)
+    earlier = left_by_a_run(conference, folder)
+    keep_existing(*earlier, force=force)
+    for old in earlier:
+        old.unlink()
+    raise typer.Exit(asyncio.run(as_service("supervisor", _Run(conference, source, folder, seconds, as_json).run())))
+
+
+def left_by_a_run(conference: Conference, folder: Path) -> list[Path]:
+    """The films, log, report and process logs of an earlier run in `folder`."""
+    paths = RunPaths(folder, folder)
+    files = [paths.log, paths.report, *(v for s in conference.sites for v in paths.videos(s.name)), *folder.glob("logs/*.log")]
+    return [f for f in files if f.exists()]
 
 
 def with_motion(conference: Conference, motion: str) -> Conference:
@@ -109,27 +128,18 @@ def _show_plan(conference: Conference) -> None:
 class _Run:
     """One run of `vistel up`, from the first process to the report."""
 
-    def __init__(self, conference: Conference, title: str, output: Path, seconds: float, as_json: bool) -> None:
-        self.conference, self.title, self.seconds, self.as_json = conference, title, seconds, as_json
-        self.out = output
+    def __init__(self, conference: Conference, source: Path, output: Path, seconds: float, as_json: bool) -> None:
+        self.conference, self.source, self.out, self.seconds, self.as_json = conference, source, output, seconds, as_json
         self.stop = asyncio.Event()
 
     async def run(self) -> int:
         loop = asyncio.get_running_loop()
         for signum in (signal.SIGINT, signal.SIGTERM):
             loop.add_signal_handler(signum, self.stop.set)
-        try:
-            self.out.mkdir(parents=True, exist_ok=True)
-        except OSError as e:
-            fail(f"--out {self.out}: cannot be made: {e.strerror}", USAGE)
         with tempfile.TemporaryDirectory(prefix="vistel-") as run:
             paths = RunPaths(Path(run), self.out.resolve())
-            for old in (paths.log, paths.report, *(v for s in self.conference.sites for v in paths.videos(s.name))):
-                old.unlink(missing_ok=True)
             logs_folder = paths.out / "logs"
             logs_folder.mkdir(exist_ok=True)
-            for old in logs_folder.glob("*.log"):
-                old.unlink()
             logs.configure_file("hub/supervisor", logs_folder / "supervisor.log")
             return await self._run(paths, write_conference(self.conference, paths.run), logs_folder)
 
@@ -137,9 +147,7 @@ class _Run:
         conference = self.conference
         if not await prepare(conference, file, self.stop, silent=self.as_json):
             return 0
-        router = None
-        if conference.bus.mode == "embedded":
-            router = Router.open(conference.bus.endpoints[0] if conference.bus.endpoints else None)
+        router = _opened_router(conference) if conference.bus.mode == "embedded" else None
         endpoint = router.endpoint if router else conference.bus.endpoints[0]
         clock = SystemClock()
         bus = await connect(conference, HUB, clock, endpoint)
@@ -157,22 +165,18 @@ class _Run:
         supervisor = Supervisor(specs, logs_folder, server)
         supervisor.on_exit = lambda name, code: print_warning(f"{name} ended ({code}); starting it again")
         started = time.monotonic()
+        running = _running(conference, self.source, endpoint, paths.out)
         if not self.as_json:
-            size = f"{len(conference.sites)} sites, {len(specs)} processes, bus {endpoint}"
-            out.print(Text.assemble((self.title, "bold"), f": {size}"), soft_wrap=True)
-            results = (str(self.out), "bold")
-            out.print(
-                Text.assemble("pictures, log and report will be in ", results, f"; process logs in {self.out / 'logs'}"),
-                soft_wrap=True,
-            )
+            self._print_beginning(running, len(specs))
         ready_s: float | None = None
         cpu = CpuUse(supervisor)
         try:
-            ready_s = await self._until_ready(observer, supervisor, started)
-            cpu.begin()
-            if ready_s is not None:
-                await self._until_done(observer)
-            cpu.end()
+            with announced(running):
+                ready_s = await self._until_ready(observer, supervisor, started)
+                cpu.begin()
+                if ready_s is not None:
+                    await self._until_done(observer)
+                cpu.end()
         finally:
             if not self.as_json:
                 out.print("stopping …")
@@ -181,6 +185,15 @@ class _Run:
             if router:
                 router.close()
         return self._finish(observer, supervisor, codes, cpu, paths, ready_s)
+
+    def _print_beginning(self, running: Running, processes: int) -> None:
+        title = Text.assemble((self.source.stem, "bold"), f": {len(self.conference.sites)} sites, {processes} processes")
+        lines = {"bus": running.hub, **running.pages, "metrics": str(self.out / "metrics"), "logs": str(self.out / "logs")}
+        for other in running_conferences():
+            lines["beside"] = f"{other.name} at {other.hub}, in {other.folder}"
+        out.print(title, soft_wrap=True)
+        for what, where in (lines | {"folder": str(self.out)}).items():
+            out.print(f"  {what:10}{where}", soft_wrap=True)
 
     async def _until_ready(self, observer: Observer, supervisor: Supervisor, started: float) -> float | None:
         """Start everything. Returns the seconds until all sites saw all participants; None when stopped before."""
@@ -240,6 +253,26 @@ class _Run:
         for fault in faults:
             print_error(fault)
         return FAILED if faults else 0
+
+
+def _opened_router(conference: Conference) -> Router:
+    """The router of the run: where the file says, else at the port that everybody tries first, else at a free one."""
+    if conference.bus.endpoints:
+        try:
+            return Router.open(conference.bus.endpoints[0])
+        except BusError as e:
+            fail(f"{e}; end what runs there, or name another port in [bus] endpoints")
+    try:
+        return Router.open(DEFAULT_ROUTER)
+    except BusError:
+        return Router.open()
+
+
+def _running(conference: Conference, source: Path, endpoint: str, folder: Path) -> Running:
+    """What others are told about the run."""
+    pages = {site.name: site.display.stream_page for site in conference.sites if site.display.stream_page}
+    people = {p.name: site.name for site in conference.sites for p in site.participants}
+    return Running(conference.name, endpoint, str(source.resolve()), str(folder), time.time_ns(), people, pages)
 
 
 def _show_report(report: dict[str, Any], folder: Path) -> None:

@@ -3,8 +3,7 @@
 import asyncio
 import contextlib
 import signal
-from collections.abc import AsyncIterator, Awaitable, Callable
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -13,44 +12,39 @@ from rich.console import Group
 from rich.live import Live
 from rich.text import Text
 
-from vistel.conference.connect import connect
 from vistel.conference.model import Conference
 from vistel.v1.audio_pb2 import EquipmentRequest, EquipmentStatus, SoundStatus, VoiceControl
 from vistel.wire.bus import Bus, Sample, Subscription
-from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh.bus import BusError
-from vistel_cli.run.hub import endpoint_of
+from vistel_cli.running import Hub, RunningFile, endpoint_of, meant, on_bus
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 app = typer.Typer(no_args_is_help=True)
 
 _PATIENCE_S = 4.0
 
-File = Annotated[Path, typer.Argument(help="Conference file.")]
 Who = Annotated[str | None, typer.Option("--as", help="Participant; default: the first of the file.")]
-Hub = Annotated[str | None, typer.Option(help="Router; default from the file.")]
 
 
 @app.command()
-def mute(file: File, who: Who = None, hub: Hub = None) -> None:
+def mute(file: RunningFile = None, who: Who = None, hub: Hub = None) -> None:
     """Close a participant's microphone.
 
     [bold]Example[/bold]
 
-      vistel voice mute conference.toml --as aiko --hub tcp/127.0.0.1:7447
+      vistel voice mute --as aiko
     """
     _set(file, who, hub, VoiceControl(muted=True), lambda m: m.muted)
     out.print("muted")
 
 
 @app.command()
-def unmute(file: File, who: Who = None, hub: Hub = None) -> None:
+def unmute(file: RunningFile = None, who: Who = None, hub: Hub = None) -> None:
     """Open a participant's microphone again. This ends push to talk.
 
     [bold]Example[/bold]
 
-      vistel voice unmute conference.toml --as aiko
+      vistel voice unmute --as aiko
     """
     _set(file, who, hub, VoiceControl(), lambda m: not m.muted)
     out.print("open")
@@ -58,7 +52,7 @@ def unmute(file: File, who: Who = None, hub: Hub = None) -> None:
 
 @app.command()
 def talk(
-    file: File,
+    file: RunningFile = None,
     who: Who = None,
     hub: Hub = None,
     seconds: Annotated[float, typer.Option(help="How long the button is held; 0: until Ctrl-C.")] = 0.0,
@@ -67,7 +61,7 @@ def talk(
 
     [bold]Example[/bold]
 
-      vistel voice talk conference.toml --as aiko --seconds 10
+      vistel voice talk --as aiko --seconds 10
     """
 
     async def held(bus: Bus, participant: str) -> None:
@@ -81,14 +75,14 @@ def talk(
         await _agreed(bus, participant, VoiceControl(push_to_talk=True), lambda m: m.muted)
         out.print("closed")
 
-    conference = load_conference(file)
+    conference, endpoint = meant(file, hub)
     participant, site = _person(conference, who)
-    _joined(conference, site, hub, lambda bus: held(bus, participant))
+    on_bus(conference, site, endpoint, lambda bus: held(bus, participant))
 
 
 @app.command()
 def equipment(
-    file: File,
+    file: Annotated[Path, typer.Argument(help="Conference file.")],
     site: Annotated[str, typer.Argument(help="Site.")],
     name: Annotated[str, typer.Argument(help="Name of the device in the conference file.")],
     settings: Annotated[list[str], typer.Argument(help="REGISTER=VALUE, in the register's unit.")],
@@ -129,18 +123,20 @@ def equipment(
                 return
         fail(f"{name}: not done after {_PATIENCE_S:.0f} s; see vistel voice watch", FAILED)
 
-    _joined(conference, site, hub, asked)
+    on_bus(conference, site, endpoint_of(conference, hub), asked)
 
 
 @app.command()
-def watch(file: File, hub: Hub = None, seconds: Annotated[float, typer.Option(help="How long; 0: until Ctrl-C.")] = 0.0) -> None:
+def watch(
+    file: RunningFile = None, hub: Hub = None, seconds: Annotated[float, typer.Option(help="How long; 0: until Ctrl-C.")] = 0.0
+) -> None:
     """Show levels, delays, skew and faults of all sites' sound, live.
 
     [bold]Example[/bold]
 
-      vistel voice watch conference.toml --hub tcp/127.0.0.1:7447
+      vistel voice watch
     """
-    conference = load_conference(file)
+    conference, endpoint = meant(file, hub)
 
     async def shown(bus: Bus) -> None:
         stop = asyncio.Event()
@@ -158,7 +154,7 @@ def watch(file: File, hub: Hub = None, seconds: Annotated[float, typer.Option(he
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(stop.wait(), 0.2)
 
-    _joined(conference, conference.sites[0].name, hub, shown)
+    on_bus(conference, conference.sites[0].name, endpoint, shown)
 
 
 def _site_lines(status: SoundStatus) -> list[Text]:
@@ -188,10 +184,12 @@ def _device_line(status: EquipmentStatus) -> Text:
     return Text(f"  {status.equipment:14} {state}{delay} {status.detail}")
 
 
-def _set(file: Path, who: str | None, hub: str | None, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]) -> None:
-    conference = load_conference(file)
+def _set(
+    file: Path | None, who: str | None, hub: str | None, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]
+) -> None:
+    conference, endpoint = meant(file, hub)
     participant, site = _person(conference, who)
-    _joined(conference, site, hub, lambda bus: _agreed(bus, participant, wish, done))
+    on_bus(conference, site, endpoint, lambda bus: _agreed(bus, participant, wish, done))
 
 
 async def _agreed(bus: Bus, participant: str, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]) -> None:
@@ -220,23 +218,3 @@ def _person(conference: Conference, who: str | None) -> tuple[str, str]:
     if name not in people:
         fail(f"--as {name}: no such participant; there are {', '.join(people)}", USAGE)
     return name, people[name]
-
-
-def _joined(conference: Conference, site: str, hub: str | None, work: Callable[[Bus], Awaitable[None]]) -> None:
-    async def run() -> None:
-        async with _bus(conference, site, endpoint_of(conference, hub)) as bus:
-            await work(bus)
-
-    try:
-        asyncio.run(run())
-    except BusError as e:
-        fail(str(e), FAILED)
-
-
-@asynccontextmanager
-async def _bus(conference: Conference, site: str, hub: str) -> AsyncIterator[Bus]:
-    bus = await connect(conference, site, SystemClock(), hub)
-    try:
-        yield bus
-    finally:
-        await bus.close()

@@ -3,45 +3,38 @@
 import asyncio
 import json
 import re
-from collections.abc import Awaitable, Callable
-from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import Annotated
 
 import typer
 from rich.text import Text
 
-from vistel.conference.connect import connect
-from vistel.conference.model import HUB_PLACE, Conference
+from vistel.conference.model import HUB_PLACE
 from vistel.v1.world_pb2 import WorldMoveReply, WorldMoveRequest
 from vistel.wire.bus import Bus
-from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.presence import WorldAt, worlds_of
-from vistel.wire.zenoh.bus import BusError
-from vistel_cli.run.hub import endpoint_of
-from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
+from vistel_cli.running import Hub, RunningFile, meant, on_bus
+from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 LOOK_S = 0.5
 """Time to collect the presence of worlds."""
 MOVE_S = 20.0
 """Longest wait until a room has moved."""
 
-T = TypeVar("T")
-File = Annotated[Path, typer.Argument(help="Conference file.")]
-Hub = Annotated[str | None, typer.Option(help="Router; default from the file.")]
-
 
 def where(
-    file: File, hub: Hub = None, as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False
+    file: RunningFile = None,
+    hub: Hub = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False,
 ) -> None:
     """Show the places of a running conference's worlds, and which world leads.
 
     [bold]Example[/bold]
 
-      vistel world where conference.toml --hub tcp/127.0.0.1:7447
+      vistel world where
     """
-    conference = load_conference(file)
-    worlds = _with_bus(conference, endpoint_of(conference, hub), _gathered)
+    conference, endpoint = meant(file, hub)
+    worlds = on_bus(conference, conference.sites[0].name, endpoint, _gathered)
     if as_json:
         print(json.dumps({"worlds": [{"place": w.place, "leads": w.leads, "term": w.term} for w in worlds]}))
     elif worlds:
@@ -52,8 +45,8 @@ def where(
 
 
 def move(
-    file: File,
     to: Annotated[str, typer.Option(help="Place whose world shall lead: a site under \\[world] of the file, or an --at.")],
+    file: RunningFile = None,
     hub: Hub = None,
     force: Annotated[bool, typer.Option("--force", help="Move even if the newest steps are elsewhere and would be lost.")] = False,
 ) -> None:
@@ -61,19 +54,18 @@ def move(
 
     [bold]Examples[/bold]
 
-      vistel world move conference.toml --to osaka --hub tcp/127.0.0.1:7447
+      vistel world move --to osaka
 
       vistel world move conference.toml --to hub --force     its place is gone; go on from the state known here
     """
     check_place(to)
-    conference = load_conference(file)
-    endpoint = endpoint_of(conference, hub)
+    conference, endpoint = meant(file, hub)
 
     async def moved(bus: Bus) -> str:
         return await _moved(bus, to, force)
 
     with out.status(Text(f"moving the room of {conference.name} to {to}")):
-        reason = _with_bus(conference, endpoint, moved)
+        reason = on_bus(conference, conference.sites[0].name, endpoint, moved)
     if reason:
         fail(reason, FAILED)
     out.print(f"the room of {conference.name} is led at {to}")
@@ -124,18 +116,3 @@ async def _gathered(bus: Bus) -> list[WorldAt]:
     watch = _Watch(bus)
     await asyncio.sleep(LOOK_S)
     return watch.worlds()
-
-
-def _with_bus(conference: Conference, endpoint: str, what: Callable[[Bus], Awaitable[T]]) -> T:
-    async def run() -> T:
-        site = conference.sites[0].name
-        bus = await connect(conference, site, SystemClock(), endpoint)
-        try:
-            return await what(bus)
-        finally:
-            await bus.close()
-
-    try:
-        return asyncio.run(run())
-    except BusError as e:
-        fail(str(e), FAILED)

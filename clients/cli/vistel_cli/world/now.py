@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import contextlib
 from dataclasses import replace
 from pathlib import Path
@@ -11,13 +10,10 @@ from typing import TYPE_CHECKING
 from pydantic import ValidationError
 from rich.progress import track
 
-from vistel.conference.connect import connect
 from vistel.conference.model import Conference
-from vistel.v1.world_pb2 import WorldSnapshot
-from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh.bus import BusError
+from vistel_cli.running import on_bus
 from vistel_cli.terminal import FAILED, USAGE, err, fail, print_warning
 
 if TYPE_CHECKING:
@@ -29,23 +25,11 @@ def running(conference: Conference, hub: str) -> tuple[Interior, str]:
     """The room of a running conference, asked over its router, and a text with its step."""
     from vistel.space.world import World  # loads the mathematics
 
-    try:
-        answer = asyncio.run(_asked(conference, hub))
-    except BusError as e:
-        fail(str(e), FAILED)
+    answer = on_bus(conference, conference.sites[0].name, hub, lambda bus: bus.query(BY_NAME["world_save"]))
     if answer is None:
         fail(f"no world answers at {hub}; is the conference {conference.name} running?", FAILED)
     world = World.restore(answer.private_state)
     return _interior(world, conference), f"as of step {world.step_number}"
-
-
-async def _asked(conference: Conference, hub: str) -> WorldSnapshot | None:
-    site = conference.sites[0].name
-    bus = await connect(conference, site, SystemClock(), hub)
-    try:
-        return await bus.query(BY_NAME["world_save"])
-    finally:
-        await bus.close()
 
 
 def of_log(log: Path, at: float | None) -> tuple[Interior, str]:

@@ -18,7 +18,7 @@ from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub
 from vistel.wire.zenoh.bus import BusError
-from vistel_cli.run.hub import endpoint_of
+from vistel_cli.running import endpoint_of
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_cli.world.move import check_place
 from vistel_services.process import logs
@@ -31,7 +31,9 @@ if TYPE_CHECKING:
 
 def serve(
     files: Annotated[list[Path], typer.Argument(help="Conference files, one for each room.")],
-    hub: Annotated[str | None, typer.Option(help="Router of all of them; default from each file.")] = None,
+    hub: Annotated[
+        str | None, typer.Option(help="Router of all of them; default: that of the conference that runs here, else each file's.")
+    ] = None,
     keep: Annotated[Path, typer.Option(help="Folder for snapshots and journals.")] = Path("out/rooms"),
     at: Annotated[str, typer.Option(help="Name of this place, for `vistel world move`.")] = "hub",
     wait: Annotated[bool, typer.Option("--wait", help="Wait until a room is moved here.")] = False,
@@ -39,7 +41,8 @@ def serve(
 ) -> None:
     """Run the worlds of conferences here. A world takes over a room that another world leads, while it runs.
 
-    When this ends, rooms go back to worlds that wait for them.
+    When this ends, rooms go back to worlds that wait for them. A conference needs none of this: `vistel up` and
+    `vistel site world` run its world.
 
     [bold]Examples[/bold]
 

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from vistel_cli.avatar.files import busy
 from vistel_cli.lazy import Lazy, lazy_group
+from vistel_cli.running import endpoint_of
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_warning
 
 if TYPE_CHECKING:
@@ -96,9 +97,8 @@ def edit(
 def export(
     source: Annotated[Path, typer.Argument(help="A conference file, a log (MCAP), or a room file.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="The USD or GLB to write.")],
-    hub: Annotated[
-        str | None, typer.Option(help="Router of the running conference of that file; without it: the room at its beginning.")
-    ] = None,
+    now: Annotated[bool, typer.Option("--now", help="For a conference that runs: as it is now; else as it begins.")] = False,
+    hub: Annotated[str | None, typer.Option(help="Router of the conference that runs elsewhere, as it is now.")] = None,
     at: Annotated[float | None, typer.Option(help="For a log: seconds after its beginning; default: its end.")] = None,
 ) -> None:
     """Write a room with its things: from a file, from a conference at its beginning or now, or from a log at a time.
@@ -107,9 +107,9 @@ def export(
 
       vistel world export conference.toml -o room.usda
 
-      vistel world export conference.toml --hub tcp/127.0.0.1:7447 -o now.glb
+      vistel world export conference.toml --now -o now.glb
 
-      vistel world export out/conference.mcap --at 12.5 -o then.usdz
+      vistel world export out/latest/conference.mcap --at 12.5 -o then.usdz
     """
     from vistel_cli.world.now import of_log, running
 
@@ -118,10 +118,11 @@ def export(
         fail("--at: only of a log; a running conference is written as it is", USAGE)
     if source.suffix == ".mcap":
         interior, when = of_log(source, at)
-    elif hub is not None:
+    elif now or hub is not None:
         if source.suffix != ".toml":
-            fail(f"{source}: --hub needs a conference file (TOML)", USAGE)
-        interior, when = running(load_conference(source), hub)
+            fail(f"{source}: --now and --hub need a conference file (TOML)", USAGE)
+        conference = load_conference(source)
+        interior, when = running(conference, endpoint_of(conference, hub))
     else:
         interior, when = opened(source, show=True), "as it begins"
     _save(replace(interior, notes=()), output)

@@ -10,7 +10,7 @@ from test_world_steps import BATON, STEP_NS
 
 from vistel.space import actions as ask
 from vistel.space.actions import Action, Along, Shown, Towards, Where, Which
-from vistel.space.commands.create import SHAPES
+from vistel.space.commands.names import SHAPES
 from vistel.space.inputs import StepInputs
 from vistel.space.world import World
 

@@ -13,8 +13,7 @@ from test_world_steps import BATON
 
 from vistel.space import actions as ask
 from vistel.space.actions import Along, Towards, Which
-from vistel.space.commands.create import SHAPES
-from vistel.space.commands.reference import COLOURS
+from vistel.space.commands.names import COLOURS, SHAPES
 from vistel.space.commands.reshape import curved, extent, joined, scaled, stretched
 from vistel.space.dynamics.solids import solids
 from vistel.space.room import TABLE_HEIGHT

@@ -7,7 +7,7 @@ from talking import ROOM, Talk, done, refused
 
 from vistel.space import actions as ask
 from vistel.space.actions import Towards, Which
-from vistel.space.commands.reference import COLOURS
+from vistel.space.commands.names import COLOURS
 from vistel.space.history import MOST
 
 

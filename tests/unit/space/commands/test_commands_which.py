@@ -11,7 +11,8 @@ from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.space import actions as ask
 from vistel.space.actions import Shown, Towards, Which
-from vistel.space.commands.reference import COLOURS, name_of_colour
+from vistel.space.commands.names import COLOURS
+from vistel.space.commands.reference import name_of_colour
 
 
 @pytest.mark.parametrize(

@@ -15,8 +15,8 @@ from vistel.messages.commands import action_of, message_of
 from vistel.space import actions as ask
 from vistel.space.actions import Action, Along, Shown, Towards, Where, Which
 from vistel.space.command_description import COMMANDS
+from vistel.space.commands.names import COLOURS
 from vistel.space.commands.phrase import PhraseError, read, usage
-from vistel.space.commands.reference import COLOURS
 from vistel.v1.command_pb2 import TOWARDS_UP, Command, CreateThing, DentThing, MoveThingBy
 
 

@@ -1,0 +1,61 @@
+"""Where a run keeps its films, log and report: a folder of its own in `out/`, and `out/latest`, a link to the newest."""
+
+from __future__ import annotations
+
+import os
+import re
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vistel_cli.terminal import USAGE, fail
+
+OutFolder = Annotated[
+    Path | None, typer.Option("-o", "--out", help="Folder for films, log and logs of processes; default: a new one in out/.")
+]
+RUNS = Path("out")
+"""The folder of runs, below the folder in which a command is called."""
+LATEST = "latest"
+_NAME = re.compile(r"\d{4}-\d{2}-\d{2}T\d{4}-.+")
+
+
+def run_folder(given: Path | None, name: str, *, latest: bool = True) -> Path:
+    """The folder that the user gave, made where it is missing; else a new one, such as out/2026-11-22T0902-demo, for a run called
+    `name`. latest: out/latest leads to a new one from now on."""
+    if given is not None:
+        try:
+            given.mkdir(parents=True, exist_ok=True)
+        except OSError as e:
+            fail(f"--out {given}: cannot be made: {e.strerror}", USAGE)
+        return given
+    stamp = f"{datetime.now():%Y-%m-%dT%H%M}-{name}"
+    number = 1
+    while True:
+        folder = RUNS / (stamp if number == 1 else f"{stamp}-{number}")
+        try:
+            folder.mkdir(parents=True)
+        except FileExistsError:
+            number += 1
+            continue
+        except OSError as e:
+            fail(f"{folder}: cannot be made: {e.strerror}; name another folder with --out", USAGE)
+        if latest:
+            _lead_to(folder)
+        return folder
+
+
+def runs_in(folder: Path) -> list[Path]:
+    """The folders of runs in `folder`, the newest first."""
+    made = (f for f in folder.glob("*") if _NAME.fullmatch(f.name) and f.is_dir() and not f.is_symlink())
+    return sorted(made, key=lambda f: (f.name[:15], len(f.name), f.name), reverse=True)
+
+
+def _lead_to(folder: Path) -> None:
+    link, new = folder.parent / LATEST, folder.parent / f".{LATEST}-{os.getpid()}"
+    with suppress(OSError):  # a system without links, or somebody's own file of that name
+        if link.is_symlink() or not link.exists():
+            new.symlink_to(folder.name, target_is_directory=True)
+            new.replace(link)

@@ -1,0 +1,94 @@
+"""Which conference a command means, and where its router is."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeVar
+
+import typer
+
+from vistel.conference.running import Running, router_of, running_conferences
+from vistel.wire.clock import SystemClock
+from vistel_cli.terminal import USAGE, fail, load_conference, print_warning
+
+if TYPE_CHECKING:
+    from vistel.conference.model import Conference
+    from vistel.wire.bus import Bus
+    from vistel.wire.zenoh.bus import ZenohBus
+
+T = TypeVar("T")
+RunningFile = Annotated[Path | None, typer.Argument(help="Conference file; default: that of the conference that runs here.")]
+Hub = Annotated[str | None, typer.Option(help="Router; default: that of the conference that runs here, else the file's.")]
+
+
+def meant(file: Path | None, hub: str | None) -> tuple[Conference, str]:
+    """The conference of `file`, or the newest that runs on this machine, and its router. Ends the command where there is none."""
+    if file is not None:
+        conference = load_conference(file)
+        return conference, endpoint_of(conference, hub)
+    running = newest()
+    return load_conference(Path(running.file)), hub or running.hub
+
+
+def newest() -> Running:
+    """The newest conference that runs on this machine. Ends the command where there is none."""
+    here = running_conferences()
+    if not here:
+        fail("no conference runs on this machine; start one with `vistel up`, or name the file of one that runs elsewhere", USAGE)
+    _name_others(here[1:], here[0])
+    return here[0]
+
+
+def endpoint_of(conference: Conference, given: str | None) -> str:
+    """The router to connect to: `given`; that of the conference of this name that runs here; the file's first endpoint."""
+    if given:
+        return given
+    if router := router_of(conference):
+        here = running_conferences(conference.name)
+        if any(r.hub == router for r in here):
+            _name_others(here[1:], here[0])
+        return router
+    there = ", ".join(r.name for r in running_conferences())
+    here = f"{conference.name} does not run on this machine{f', but {there} does' if there else ''}"
+    fail(f"{here}; start it with `vistel up`, or name its router: --hub tcp/HOST:7447", USAGE)
+
+
+def on_bus(conference: Conference | Running, site: str, hub: str, work: Callable[[Bus], Awaitable[T]]) -> T:
+    """What `work` gives with a connection to the router `hub` as `site`. Ends the command with one line where none answers."""
+    from vistel.wire.zenoh.bus import BusError
+
+    async def connected() -> T:
+        bus = await _connected(conference, site, hub)
+        try:
+            return await work(bus)
+        finally:
+            await bus.close()
+
+    try:
+        return asyncio.run(connected())
+    except BusError as e:
+        fail(str(e))
+
+
+async def _connected(conference: Conference | Running, site: str, hub: str) -> ZenohBus:
+    if isinstance(conference, Running):
+        from vistel.wire.owners import Owners
+        from vistel.wire.zenoh.access import HUB_NAME, WORLD_NAME
+        from vistel.wire.zenoh.bus import ZenohBus
+
+        own = {
+            s: {"participant": frozenset(p for p, at in conference.people.items() if at == s)} for s in conference.people.values()
+        }
+        owners = Owners({HUB_NAME: {}, WORLD_NAME: {}} | own)
+        return await ZenohBus.open(conference=conference.name, site=site, clock=SystemClock(), endpoints=[hub], owners=owners)
+    from vistel.conference.connect import connect  # loads pydantic
+
+    return await connect(conference, site, SystemClock(), hub)
+
+
+def _name_others(others: list[Running], taken: Running) -> None:
+    """Which one is meant is a guess where several run."""
+    for other in others:
+        print_warning(f"{taken.name} at {taken.hub} is meant, the newest; {other.name} runs too: --hub {other.hub}")

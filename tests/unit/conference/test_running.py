@@ -1,0 +1,77 @@
+"""Running conferences are found by the files that they lock."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from vistel.conference.running import Running, announced, running_conferences, running_folder
+
+DEMO = Running("demo", "tcp/127.0.0.1:7447", "demo.toml", "out/demo", 1, {"aiko": "tokyo"}, {"tokyo": "http://127.0.0.1:8090/"})
+OTHER = Running("den", "tcp/127.0.0.1:9", "den.toml", "out/den", 2)
+
+
+@pytest.fixture(autouse=True)
+def own_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
+    return tmp_path
+
+
+def announce_elsewhere(running: Running, then: str) -> subprocess.Popen[str]:
+    """Another process that has announced a conference and does `then`."""
+    script = f"""import os, sys
+from vistel.conference.running import Running, announced
+with announced({running!r}):
+    print("announced", flush=True)
+    {then}"""
+    process = subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE, stdin=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "announced\n"
+    return process
+
+
+def test_a_conference_is_found_with_all_that_was_said_while_it_runs() -> None:
+    assert running_conferences() == []
+    with announced(DEMO):
+        assert running_conferences() == [DEMO]
+        assert running_conferences("demo") == [DEMO]
+        assert running_conferences("den") == []
+    assert running_conferences() == []
+
+
+def test_of_two_the_newest_comes_first() -> None:
+    other = announce_elsewhere(OTHER, "sys.stdin.read()")
+    with announced(DEMO):
+        assert running_conferences() == [OTHER, DEMO]
+        other.communicate()
+        assert running_conferences() == [DEMO]
+
+
+def test_what_a_dead_process_left_is_removed() -> None:
+    announce_elsewhere(OTHER, "os.kill(os.getpid(), 9)").wait()
+    assert len(list(running_folder().iterdir())) == 1
+    assert running_conferences() == []
+    assert list(running_folder().iterdir()) == []
+
+
+def test_a_file_that_holds_something_else_is_passed_over(own_folder: Path) -> None:
+    (own_folder / "vistel").mkdir()
+    with announced(DEMO):
+        (own_folder / "vistel" / "notes.txt").write_text("no conference")
+        assert running_conferences() == [DEMO]
+
+
+def test_a_folder_that_cannot_be_written_stops_no_conference(own_folder: Path) -> None:
+    (own_folder / "vistel").write_text("a file where the folder should be")
+    with announced(DEMO):
+        assert running_conferences() == []
+
+
+def test_only_the_user_may_read_where_their_conference_is() -> None:
+    with announced(DEMO):
+        (file,) = running_folder().iterdir()
+        assert file.stat().st_mode & 0o077 == 0
+        assert running_folder().stat().st_mode & 0o077 == 0

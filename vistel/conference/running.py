@@ -1,0 +1,98 @@
+"""Which conferences run on this machine: a small file for each in the user's own folder, locked while its process lives."""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager, suppress
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vistel.whole_file import whole_file
+
+if sys.platform != "win32":
+    import fcntl
+if TYPE_CHECKING:  # slow to load
+    from vistel.conference.model import Conference
+
+
+@dataclass(frozen=True)
+class Running:
+    """A conference that runs, called `name`. hub: its router, such as "tcp/127.0.0.1:7447"; file: its conference file; folder:
+    where its films, log and report go; started_ns: since the epoch; people: participants, with their sites; pages: addresses
+    for browsers by site."""
+
+    name: str
+    hub: str
+    file: str
+    folder: str
+    started_ns: int
+    people: dict[str, str] = field(default_factory=dict[str, str])
+    pages: dict[str, str] = field(default_factory=dict[str, str])
+
+
+def running_folder() -> Path:
+    """Where this user's running conferences are noted: gone with the session where the system has such a folder."""
+    if runtime := os.environ.get("XDG_RUNTIME_DIR"):
+        return Path(runtime) / "vistel"
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "vistel" / "running"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Application Support" / "vistel" / "running"
+    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "vistel" / "running"
+
+
+@contextmanager
+def announced(running: Running) -> Generator[None]:
+    """Others find the conference as long as the block lasts, and no longer than this process lives. A folder that cannot be
+    written is no error: then others need the router's address."""
+    path = running_folder() / f"{os.getpid()}.json"
+    held: int | None = None
+    with suppress(OSError):
+        path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
+        with whole_file(path, private=True) as stream:
+            stream.write(json.dumps(asdict(running), indent=2).encode())
+            if sys.platform != "win32":  # locked before anybody sees it, through a handle that outlives the stream
+                held = os.dup(stream.fileno())
+                fcntl.flock(held, fcntl.LOCK_EX)
+    try:
+        yield
+    finally:
+        with suppress(OSError):
+            path.unlink()
+        if held is not None:
+            os.close(held)
+
+
+def running_conferences(name: str | None = None) -> list[Running]:
+    """Those that run now, of that name or all, the newest first. Removes what processes that died have left."""
+    found: list[Running] = []
+    for path in running_folder().glob("*.json"):
+        with suppress(OSError, ValueError, TypeError):  # gone meanwhile, or not ours
+            if _left_behind(path):
+                path.unlink()
+                continue
+            found.append(Running(**json.loads(path.read_bytes())))
+    return sorted((r for r in found if name in (None, r.name)), key=lambda r: r.started_ns, reverse=True)
+
+
+def router_of(conference: Conference) -> str | None:
+    """The router of a conference: of the newest of this name that runs here, unless its file names routers of its own; else the
+    file's first; None where there is neither."""
+    here = running_conferences(conference.name) if conference.bus.mode == "embedded" else []
+    return here[0].hub if here else next(iter(conference.bus.endpoints), None)
+
+
+def _left_behind(path: Path) -> bool:
+    """Whether the process that wrote the file is dead: only then its lock is free."""
+    if sys.platform == "win32":
+        return False
+    with path.open("rb") as stream:
+        try:
+            fcntl.flock(stream, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except OSError:
+            return False
+        return True

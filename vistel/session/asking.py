@@ -1,0 +1,61 @@
+"""Giving commands to a running world and waiting for its answers; it loads no mathematics."""
+
+from __future__ import annotations
+
+import secrets
+from dataclasses import dataclass
+
+from vistel.messages.commands import message_of
+from vistel.space.actions import Action
+from vistel.space.commands.phrase import read
+from vistel.v1.command_pb2 import CommandResult
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel.wire.topics import BY_NAME
+
+ANSWER_NS = 3_000_000_000
+"""How long `ask` waits for the world's answer."""
+POLL_NS = 20_000_000
+"""How often `ask` looks for news: a little more often than the world takes steps."""
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What became of a command. things: ids of those it changed or made. reason: why it was refused, else empty."""
+
+    done: bool
+    things: tuple[str, ...]
+    reason: str
+
+
+class Asker:
+    """Gives commands in the name of `participant`."""
+
+    def __init__(self, bus: Bus, clock: Clock, participant: str) -> None:
+        self.participant = participant
+        self._clock = clock
+        self._results = bus.subscribe(BY_NAME["command_result"], queue_all=True, participant=participant)
+        self._commands = bus.publish(BY_NAME["command"], participant=participant)
+        self._answers: dict[str, CommandResult] = {}
+
+    def close(self) -> None:
+        """End the subscription."""
+        self._results.close()
+
+    async def ask(self, command: str | Action) -> Answer:
+        """Give a command, as a line that `vistel ask` takes or as an action, and wait for the world's answer.
+
+        Raises PhraseError for a line that is no command.
+        """
+        action = read(command) if isinstance(command, str) else command
+        message = message_of(action, secrets.token_hex(8), self.participant)
+        message.header.t_ns = self._clock.now_ns()
+        self._commands.put(message)
+        until = self._clock.now_ns() + ANSWER_NS
+        while self._clock.now_ns() < until:
+            self._answers |= {sample.message.id: sample.message for sample in self._results.take()}
+            result = self._answers.pop(message.id, None)
+            if result is not None:
+                return Answer(result.outcome == CommandResult.OUTCOME_DONE, tuple(result.things), result.reason)
+            await self._clock.sleep_until_ns(self._clock.now_ns() + POLL_NS)
+        return Answer(False, (), "the world did not answer; is it running?")
