@@ -3,19 +3,39 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from vistel_cli.terminal import USAGE, fail
 
-Force = Annotated[bool, typer.Option("--force", help="Write over files that exist.")]
+Force = Annotated[bool, typer.Option("--force", is_eager=True, help="Write over files that exist.")]
+"""An option beside every `out_file`."""
 
 
-def keep_existing(*files: Path | None, force: bool) -> None:
-    """Ends the command with one line when one of `files`, which it is about to write, exists and may not be written over. None
-    stands for a file that is not asked for."""
-    there = [str(f) for f in files if f is not None and f.exists()]
+def out_file(help: str, *names: str) -> Any:
+    """An option for a file to write, by default -o and --out. Where the file exists, or one written beside it, it is refused."""
+
+    def checked(context: typer.Context, file: Path | None) -> Path | None:
+        if file is not None:
+            keep_existing(file, *_beside(file), force=context.params["force"])
+        return file
+
+    return typer.Option(*(names or ("-o", "--out")), help=help, callback=checked)
+
+
+def keep_existing(*files: Path, force: bool) -> None:
+    """Ends the command with one line when one of `files`, which it is about to write, exists and may not be written over."""
+    there = [str(f) for f in files if f.exists()]
     if there and not force:
         more = f" (and {len(there) - 1} more)" if len(there) > 1 else ""
         fail(f"{there[0]}{more}: exists already; name another place, or write over it with --force", USAGE)
+
+
+def _beside(file: Path) -> list[Path]:
+    """What the writers of OBJ and USD put beside it: material, textures, parts."""
+    if file.suffix.lower() == ".obj":
+        return [file.with_suffix(".mtl"), file.with_suffix(".png")]
+    if file.suffix.lower() in (".usda", ".usdc", ".usd"):
+        return [file.with_name(f"{file.stem}_{what}") for what in ("texture.png", "textures", "parts")]
+    return []

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from PIL import Image
 
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 if TYPE_CHECKING:
@@ -18,8 +19,9 @@ if TYPE_CHECKING:
 def wall(
     file: Annotated[Path, typer.Argument(help="A conference file (TOML) with \\[\\[sites.display.screens]].")],
     site: Annotated[str | None, typer.Option(help="Site of the wall; default: the first site that has one.")] = None,
-    output: Annotated[Path, typer.Option("--out", "-o", help="PNG to write.")] = Path("wall.png"),
+    output: Annotated[Path, out_file("PNG to write.")] = Path("wall.png"),
     show: Annotated[bool, typer.Option("--show", help="Show the picture in a window until the window is closed.")] = False,
+    force: Force = False,
 ) -> None:
     """Draw the calibration picture of a wall of screens, for eyes 1.2 m over the viewer's seat.
 

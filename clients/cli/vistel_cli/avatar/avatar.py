@@ -12,6 +12,7 @@ import typer
 
 from vistel_cli.avatar.files import Json, busy, check_output, facts, load, load_or_make, own, report, save
 from vistel_cli.lazy import Lazy, lazy_group
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ LATER = {
 }
 app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 
-Output = Annotated[Path, typer.Option("--output", "-o", help="Avatar to write: .usda, .usdc, .usd or .usdz.")]
+Output = Annotated[Path, out_file("Avatar to write: .usda, .usdc, .usd or .usdz.")]
 Primitives = Annotated[
     int, typer.Option("--primitives", help="Cone-spheres in the body: 23 (hands whole), 55 (fingers apart), or up to 200.")
 ]
@@ -40,6 +41,7 @@ def generate(
         str, typer.Option(help="key=value,...: seed, build (0.8 to 1.35), female (0 to 1), skin, hair, hair_style, top, ...")
     ] = "",
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Write a built-in person as an avatar file.
 
@@ -89,6 +91,7 @@ def import_(
     ] = None,
     primitives: Primitives = 55,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Make an avatar from a mesh of a person. Finds unit and axes, fits skeleton and primitives, and bends the mesh to the T-pose.
 
@@ -163,9 +166,10 @@ def import_(
 @app.command("fit")
 def fit(
     file: Annotated[Path, typer.Argument(help="An avatar file.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Where to write; default: the file itself.")] = None,
+    output: Annotated[Path | None, out_file("Where to write; default: the file itself.")] = None,
     primitives: Primitives = 60,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Fit another set of primitives to an avatar's mesh. More primitives follow it more closely and cost more time.
 
@@ -194,8 +198,9 @@ def fit(
 @app.command("inspect")
 def inspect(
     file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
-    sheet: Annotated[Path | None, typer.Option(help="PNG to write: the face and a dozen postures.")] = None,
+    sheet: Annotated[Path | None, out_file("PNG to write: the face and a dozen postures.", "--sheet")] = None,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Show an avatar's parts, how closely its primitives fit its mesh, and optionally a sheet of pictures.
 
@@ -222,9 +227,10 @@ def inspect(
 @app.command("export")
 def export(
     file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
-    output: Annotated[Path, typer.Option("--output", "-o", help="File to write: .usda, .usdc, .usdz, .glb, .vrm or .obj.")],
+    output: Annotated[Path, out_file("File to write: .usda, .usdc, .usdz, .glb, .vrm or .obj.")],
     author: Annotated[str, typer.Option(help="Author named in a VRM file; default: the avatar's name.")] = "",
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Write an avatar in another format.
 

@@ -7,6 +7,7 @@ from typing import Annotated
 import typer
 
 from vistel_cli.avatar.files import Json, busy, load_or_make, report
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail
 
 _FROM = (0.45, 0.25, 1.6)
@@ -23,13 +24,14 @@ class VisibleLayers(StrEnum):
 
 def layers(
     file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The scene file to write, .toml.")],
+    output: Annotated[Path, out_file("The scene file to write, .toml.")],
     posture: Annotated[str, typer.Option(help="One of the standard postures, such as t-pose, elbow or squat.")] = "elbow",
     show: Annotated[
         VisibleLayers, typer.Option(help="All layers blended, or muscles and bones, or bones uncovered.")
     ] = VisibleLayers.skin,
     physical: Annotated[bool, typer.Option(help="Muscles swell by their blend functions instead of by their size.")] = False,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Write an avatar's layers (bones, muscles, veins, skin) as one implicit model, in a scene file for `vistel trace`.
 

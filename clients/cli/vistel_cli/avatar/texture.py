@@ -9,14 +9,16 @@ from typing import Annotated
 import typer
 
 from vistel_cli.avatar.files import Json, check_output, load, report, save
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 
 def islands(
     file: Annotated[Path, typer.Argument(help="An avatar file.")],
-    sheet: Annotated[Path | None, typer.Option(help="PNG to write: the texture with the islands over it, numbered.")] = None,
+    sheet: Annotated[Path | None, out_file("PNG to write: the texture with the islands over it, numbered.", "--sheet")] = None,
     most: Annotated[int, typer.Option(min=1, help="How many to list, largest first.")] = 20,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """List the islands of an avatar's texture: parts of the surface that are registered one by one.
 
@@ -55,7 +57,7 @@ def islands(
 def register(
     file: Annotated[Path, typer.Argument(help="An avatar file.")],
     island: Annotated[int, typer.Option(min=0, help="Its number, as `vistel avatar islands` lists them.")],
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Where to write; default: the file itself.")] = None,
+    output: Annotated[Path | None, out_file("Where to write; default: the file itself.")] = None,
     move: Annotated[str, typer.Option(help="U,V: right and up, in widths and heights of the whole texture.")] = "0,0",
     turn: Annotated[float, typer.Option(help="Counter-clockwise \\[degrees].")] = 0.0,
     scale: Annotated[float, typer.Option(min=0.001, max=1000.0, help="Factor of size; 2 doubles the picture on the island.")] = 1.0,
@@ -64,6 +66,7 @@ def register(
     ] = None,
     reset: Annotated[bool, typer.Option("--reset", help="Remove the registration of this island.")] = False,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Register the texture on one island: turn, scale and move it about the island's middle.
 

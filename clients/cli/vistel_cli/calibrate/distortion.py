@@ -9,6 +9,7 @@ import numpy as np
 import typer
 
 from vistel.arrays import F64
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, fail, out
 
 POSITION = ("x", "y", "z")
@@ -22,9 +23,10 @@ def distortion(
     log: Annotated[Path | None, typer.Option("--from", help="A log in which a receiver was held on each point in turn.")] = None,
     device: Annotated[str, typer.Option(help="With --from: the tracker, aiko-tracker.")] = "",
     station: Annotated[int, typer.Option(help="With --from: which of its receivers was held.")] = 1,
-    output: Annotated[Path, typer.Option("--out", help="The grid.")] = Path("distortion.json"),
+    output: Annotated[Path, out_file("The grid.")] = Path("distortion.json"),
     step: Annotated[float, typer.Option(help="Metres between the grid's corners.")] = 0.1,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    force: Force = False,
 ) -> None:
     """Make a correction grid from points with known positions.
 

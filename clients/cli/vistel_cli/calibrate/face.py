@@ -7,6 +7,7 @@ import typer
 
 from vistel.conference.device_names import face_name
 from vistel_cli.calibrate.pictures import participant, shown
+from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.terminal import USAGE, fail, out
 
 _STILL_PX = 2.0
@@ -16,7 +17,8 @@ _MOST = 90
 def face(
     file: Annotated[Path, typer.Argument(help="Conference file.")],
     name: Annotated[str, typer.Argument(help="Participant whose face camera it is.")],
-    output: Annotated[Path | None, typer.Option("--out", help="Default: NAME-face.json.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: NAME-face.json.")] = None,
+    force: Force = False,
     clip: Annotated[Path | None, typer.Option(help="A video of the neutral face, instead of the camera.")] = None,
     seconds: Annotated[float, typer.Option(help="How long to look.")] = 2.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
@@ -35,6 +37,8 @@ def face(
     person, seed = participant(file, name)
     if person.face is None or person.face.known.calibration != "face":
         fail(f'{file}: {name} has no face camera; give them [sites.participants.face] with kind = "camera"', USAGE)
+    path = output or Path(f"{face_name(name)}.json")
+    keep_existing(path, force=force)
     # Loads what only this command needs.
     from vistel.vision.face_calibration import CalibrationError, calibrate_face, write_face
     from vistel_sim.pictures.face import FacePicture, View, rest_face
@@ -46,7 +50,6 @@ def face(
         picture
         for _, picture in shown(person.face, clip, seconds, lambda k: drawn.draw(rest_face(), k, View(gains=light_at(k / 30))))
     ]
-    path = output or Path(f"{face_name(name)}.json")
     try:
         found = calibrate_face(frames[:: max(1, len(frames) // _MOST)], mirrored=person.face.mirrored)
         write_face(path, found)

@@ -8,6 +8,7 @@ import typer
 
 from vistel.conference.device_names import eye_name
 from vistel_cli.calibrate.pictures import SIMULATED_HZ, participant, shown
+from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.terminal import USAGE, err, fail, out
 
 _USED = (0.4, 0.95)
@@ -18,7 +19,8 @@ _GOOD_DEG = 1.5
 def gaze(
     file: Annotated[Path, typer.Argument(help="Conference file.")],
     name: Annotated[str, typer.Argument(help="Participant whose eye camera it is.")],
-    output: Annotated[Path | None, typer.Option("--out", help="Default: NAME-eye.json.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: NAME-eye.json.")] = None,
+    force: Force = False,
     clip: Annotated[Path | None, typer.Option(help="A video of the nine points looked at, instead of the camera.")] = None,
     per_point: Annotated[float, typer.Option(help="Seconds for each of the nine points.")] = 2.0,
     yaw: Annotated[float, typer.Option(help="Degrees of the outer points to the left and right.")] = 18.0,
@@ -42,6 +44,8 @@ def gaze(
         fail(f"{file}: {name} has no eye camera; give them [sites.participants.eye]", USAGE)
     if not (0.3 <= per_point <= 30.0 and 2.0 <= yaw <= 40.0 and 2.0 <= pitch <= 40.0):
         fail("expected --per-point 0.3 to 30 s, --yaw and --pitch 2 to 40 degrees", USAGE)
+    path = output or Path(f"{eye_name(name)}.json")
+    keep_existing(path, force=force)
     # Loads what only this command needs.
     import cv2
     import numpy as np
@@ -75,7 +79,6 @@ def gaze(
         if reading.pupil is not None and _USED[0] < phase < _USED[1] and int(now) < len(targets):
             pupils[int(now)].append(reading.pupil.centre)
             openings.append(reading.opening_px)
-    path = output or Path(f"{eye_name(name)}.json")
     try:
         found = calibrate_gaze([np.array(p).reshape(-1, 2) for p in pupils], targets, size, float(np.median(openings or [0.0])))
         write_gaze(path, found)

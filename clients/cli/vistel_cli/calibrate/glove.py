@@ -12,6 +12,7 @@ from vistel.conference.device_list import Device, devices_of_participant
 from vistel.conference.model import Conference
 from vistel.devices.kind import load
 from vistel_cli.calibrate.ask import Asker
+from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.people import person_of
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 
@@ -29,7 +30,8 @@ def glove(
     file: Annotated[Path, typer.Argument(help="Conference file, with the glove's participant and port.")],
     participant: Annotated[str, typer.Argument(help="Participant.")],
     side: Annotated[str, typer.Argument(help="left or right.")],
-    output: Annotated[Path | None, typer.Option("--out", help="Default: PARTICIPANT-SIDE.json.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: PARTICIPANT-SIDE.json.")] = None,
+    force: Force = False,
     log: Annotated[Path | None, typer.Option("--from", help="Take the hands from this log instead of asking for them.")] = None,
     speak: Annotated[bool, typer.Option(help="Say the hands aloud, where a speech program is installed.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
@@ -49,6 +51,7 @@ def glove(
     conference = load_conference(file)
     glove = _glove_of(conference, participant, side)
     device, target = glove.name, output or Path(f"{participant}-{side}.json")
+    keep_existing(target, force=force)
     collected = Collected([], [])
 
     def take(frame: Any) -> None:

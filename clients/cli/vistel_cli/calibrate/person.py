@@ -10,6 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from vistel.conference.device_names import tracker_name
+from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.people import person_of
 from vistel_cli.terminal import FAILED, fail, load_conference, out
 
@@ -26,7 +27,8 @@ Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 def tracker(
     file: File,
     participant: Who,
-    output: Annotated[Path | None, typer.Option("--out", help="Default: PARTICIPANT-tracker.json.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: PARTICIPANT-tracker.json.")] = None,
+    force: Force = False,
     log: Log = None,
     begin: Begin = None,
     speak: Speak = False,
@@ -47,6 +49,7 @@ def tracker(
     from vistel.figure.calibration.files import TrackerSetup, save_tracker
 
     target = output or Path(f"{tracker_name(participant)}.json")
+    keep_existing(target, force=force)
     found, _ = _calibrated(file, participant, log, begin, speak, own_body=True, forearm=False)
     written = _judged(found, anyway)
     if written:
@@ -67,7 +70,8 @@ def tracker(
 def body(
     file: File,
     participant: Who,
-    output: Annotated[Path | None, typer.Option("--out", help="Default: PARTICIPANT-body.json.")] = None,
+    output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: PARTICIPANT-body.json.")] = None,
+    force: Force = False,
     height: Annotated[float | None, typer.Option(help="Standing, metres; default: the conference file's.")] = None,
     forearm: Annotated[
         bool, typer.Option(help="Measure the usual height of the elbows too: two more moves, a receiver on the forearm.")
@@ -91,6 +95,7 @@ def body(
     from vistel.figure.calibration.files import Body, save_body
 
     target = output or Path(f"{participant}-body.json")
+    keep_existing(target, force=force)
     found, comfort = _calibrated(file, participant, log, begin, speak, own_body=False, forearm=forearm, height=height)
     written = _judged(found, anyway)
     tall = height or found.skeleton.height

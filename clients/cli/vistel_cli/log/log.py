@@ -10,6 +10,7 @@ from rich.progress import track
 from rich.table import Table
 
 from vistel.wire.log import LogError, LogReader, LogWriter
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, err, fail, out, print_warning
 
 app = typer.Typer(no_args_is_help=True)
@@ -98,7 +99,8 @@ def info(
 @app.command()
 def repair(
     log: Annotated[Path, typer.Argument(help="A damaged log.")],
-    output: Annotated[Path, typer.Option("--out", help="File for the undamaged part.")],
+    output: Annotated[Path, out_file("File for the undamaged part.")],
+    force: Force = False,
 ) -> None:
     """Write the undamaged part of a log as a complete file.
 
@@ -112,9 +114,10 @@ def repair(
 @app.command()
 def cut(
     log: Annotated[Path, typer.Argument(help="A log.")],
-    output: Annotated[Path, typer.Option("--out", help="File for the piece.")],
+    output: Annotated[Path, out_file("File for the piece.")],
     begin: Annotated[float, typer.Option("--from", help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
+    force: Force = False,
 ) -> None:
     """Write a piece of a log as a log of its own.
 
@@ -130,10 +133,11 @@ def cut(
 @app.command()
 def export(
     log: Annotated[Path, typer.Argument(help="An MCAP log.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="USD file to write; its parts go into a folder beside it.")],
+    output: Annotated[Path, out_file("USD file to write; its parts go into a folder beside it.")],
     begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
     fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Samples per second.")] = 30.0,
+    force: Force = False,
 ) -> None:
     """Write people, room and cameras of a conference as USD with time samples, for usdview, Blender and the like.
 

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_error
 
 PATIENCE_S = 2.0
@@ -15,7 +16,7 @@ PATIENCE_S = 2.0
 
 def polygonise(
     scene: Annotated[Path, typer.Argument(help="Scene file (TOML), see docs/reference/scene-file.md.")],
-    output: Annotated[Path, typer.Option("--output", "-o", help="Mesh to write: .obj, .ply, .glb or .usda.")],
+    output: Annotated[Path, out_file("Mesh to write: .obj, .ply, .glb or .usda.")],
     resolution: Annotated[
         int | None, typer.Option("--resolution", min=2, help="Cells along the longest side of the shape; 128.")
     ] = None,
@@ -28,6 +29,7 @@ def polygonise(
     residual: Annotated[float, typer.Option("--residual", min=1e-6, help="Largest |F - T| at a vertex.")] = 1e-4,
     as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False,
     stats: Annotated[bool, typer.Option("--stats", help="Also area, volume, whether it is closed, and times.")] = False,
+    force: Force = False,
 ) -> None:
     """Turn the shapes of a scene into one closed mesh with normals, colours and texture coordinates.
 

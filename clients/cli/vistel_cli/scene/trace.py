@@ -14,6 +14,7 @@ import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, err, fail, out, print_error
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 
 def trace(
     scene: Annotated[Path, typer.Argument(help="The scene file (TOML).")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The PNG to write.")] = Path("out.png"),
+    output: Annotated[Path, out_file("The PNG to write.")] = Path("out.png"),
     size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in pixels instead of the scene's.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Tiles at once; by default one for each core.")] = None,
     depth: Annotated[int, typer.Option(min=0, max=16, help="Most reflections of a ray.")] = 3,
@@ -36,6 +37,7 @@ def trace(
     ] = 8,
     stats: Annotated[bool, typer.Option("--stats", help="Report primitives, polygons and how many are candidates.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False,
+    force: Force = False,
 ) -> None:
     """Ray trace a scene of implicit surfaces and polygons.
 

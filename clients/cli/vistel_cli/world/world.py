@@ -12,6 +12,7 @@ from rich.table import Table
 
 from vistel_cli.avatar.files import busy
 from vistel_cli.lazy import Lazy, lazy_group
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.running import endpoint_of
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_warning
 
@@ -32,9 +33,10 @@ ENDINGS = (".usda", ".usdc", ".usd", ".usdz", ".glb")
 @app.command()
 def show(
     file: Annotated[Path, typer.Argument(help="A room or thing (USD, glTF, OBJ) or a conference file (TOML).")],
-    picture: Annotated[Path | None, typer.Option("--picture", help="PNG to draw.")] = None,
+    picture: Annotated[Path | None, out_file("PNG to draw.", "--picture")] = None,
     size: Annotated[str, typer.Option(help="WIDTHxHEIGHT of the picture.")] = "960x540",
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Show a room's things with their materials, its seats, and notes from reading the file.
 
@@ -62,7 +64,8 @@ def show(
 def edit(
     file: Annotated[Path, typer.Argument(help="The room to change.")],
     changes: Annotated[list[str], typer.Argument(help="What to change, such as: set baton mass=0.2 rigidity=0.8")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="File for the changed room; default: its own file.")] = None,
+    output: Annotated[Path | None, out_file("File for the changed room; default: its own file.")] = None,
+    force: Force = False,
 ) -> None:
     """Change a room file. If one change fails, none is made.
 
@@ -96,10 +99,11 @@ def edit(
 @app.command()
 def export(
     source: Annotated[Path, typer.Argument(help="A conference file, a log (MCAP), or a room file.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The USD or GLB to write.")],
+    output: Annotated[Path, out_file("The USD or GLB to write.")],
     now: Annotated[bool, typer.Option("--now", help="For a conference that runs: as it is now; else as it begins.")] = False,
     hub: Annotated[str | None, typer.Option(help="Router of the conference that runs elsewhere, as it is now.")] = None,
     at: Annotated[float | None, typer.Option(help="For a log: seconds after its beginning; default: its end.")] = None,
+    force: Force = False,
 ) -> None:
     """Write a room with its things: from a file, from a conference at its beginning or now, or from a log at a time.
 

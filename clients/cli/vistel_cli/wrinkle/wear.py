@@ -10,6 +10,7 @@ import typer
 from rich.text import Text
 
 from vistel_cli.avatar.files import Json, busy, check_output, load, report, save
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, err, fail
 
 if TYPE_CHECKING:
@@ -20,9 +21,10 @@ if TYPE_CHECKING:
 def wear(
     avatar: Annotated[Path, typer.Argument(help="The avatar file: USD, or GLB or VRM that VISTEL wrote.")],
     sets: Annotated[list[str] | None, typer.Argument(help="shirt, trousers, face, hands, or files of sets (.toml).")] = None,
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="Avatar file to write; default: the same file.")] = None,
+    output: Annotated[Path | None, out_file("Avatar file to write; default: the same file.")] = None,
     off: Annotated[bool, typer.Option("--off", help="Remove all sets.")] = False,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Put sets of wrinkles into an avatar's file. Without sets, show its present ones and their regions.
 

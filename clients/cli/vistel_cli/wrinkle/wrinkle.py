@@ -15,6 +15,7 @@ from rich.progress import track
 
 from vistel_cli.avatar.files import Json, busy, report
 from vistel_cli.lazy import Lazy, lazy_group
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 
 if TYPE_CHECKING:
@@ -27,13 +28,12 @@ app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 @app.command("show")
 def show(
     shapes: Annotated[list[str] | None, typer.Argument(help="Names of built-in shapes, or files (.toml); default: all.")] = None,
-    output: Annotated[
-        Path | None, typer.Option("-o", "--output", help="PNG: each shape's curves beside the resulting wrinkles.")
-    ] = None,
+    output: Annotated[Path | None, out_file("PNG: each shape's curves beside the resulting wrinkles.")] = None,
     wrinkledness: Annotated[float, typer.Option(min=0.0, max=1.0, help="Random deviation from the shape.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the random deviation.")] = 0,
     size: Annotated[int, typer.Option(min=32, max=2048, help="Pixels across a shape.")] = 300,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """List the characteristic shapes, or draw them. Checks files.
 
@@ -67,12 +67,13 @@ def show(
 @app.command("draw")
 def draw(
     sheet: Annotated[Path, typer.Argument(help="A sheet of wrinkles (.toml).")],
-    output: Annotated[Path | None, typer.Option("-o", "--output", help="PNG: the wrinkled texture.")] = None,
-    heights: Annotated[Path | None, typer.Option(help="PNG, 16 bit: the displacement map; 32768 is flat.")] = None,
-    bumps: Annotated[Path | None, typer.Option(help="PNG: its normals, for a bump map.")] = None,
+    output: Annotated[Path | None, out_file("PNG: the wrinkled texture.")] = None,
+    heights: Annotated[Path | None, out_file("PNG, 16 bit: the displacement map; 32768 is flat.", "--heights")] = None,
+    bumps: Annotated[Path | None, out_file("PNG: its normals, for a bump map.", "--bumps")] = None,
     size: Annotated[int, typer.Option(min=16, max=8192, help="Texels along the longer side, without a texture.")] = 1024,
     limit: Annotated[float, typer.Option(min=0.0, help="How far the texture may move \\[mm].")] = 3.0,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Wrinkle a flat texture: displacement map, light, and the loss of correspondence.
 
@@ -87,7 +88,7 @@ def draw(
     from vistel.wrinkle.texture import wrinkled_texture
 
     if output is None and heights is None and bumps is None:
-        fail("nothing to write: give --output, --heights or --bumps", USAGE)
+        fail("nothing to write: give --out, --heights or --bumps", USAGE)
     try:
         plan, wrinkles = load_sheet(sheet)
         flat = None if plan.texture is None else read_picture(plan.texture)
@@ -119,13 +120,14 @@ def draw(
 @app.command("trace")
 def trace(
     photograph: Annotated[Path, typer.Argument(help="A picture of wrinkled cloth or skin, lit from one side.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="The shape file to write, .toml.")],
+    output: Annotated[Path, out_file("The shape file to write, .toml.")],
     light: Annotated[str, typer.Option(help="Direction of the lamp: degrees counter-clockwise from the right, or unknown.")] = "90",
     blur: Annotated[float, typer.Option(min=0.5, max=50.0, help="Pixels; about a third of a wrinkle's radius.")] = 3.0,
     strong: Annotated[float, typer.Option(min=0.01, max=1.0, help="Least strength, as a share of the strongest wrinkle's.")] = 0.35,
     shortest: Annotated[float, typer.Option(min=2.0, help="Shorter ends are pruned \\[pixels].")] = 16.0,
     skin: Annotated[bool, typer.Option("--skin", help="Skin, not cloth.")] = False,
     as_json: Json = False,
+    force: Force = False,
 ) -> None:
     """Make a wrinkle shape from a photograph: thinned edges become curves, their strengths the weights.
 
