@@ -92,6 +92,11 @@ class Site(Checked):
     """Which services share a process; speech, where it is listed nowhere, has one of its own."""
 
     @property
+    def draws(self) -> bool:
+        """Whether a renderer runs there."""
+        return any("renderer" in group for group in self.groups)
+
+    @property
     def groups(self) -> list[tuple[str, ...]]:
         """The services of each process."""
         listed: list[tuple[str, ...]] = [tuple(group) for group in self.processes]

@@ -209,7 +209,7 @@ def test_a_folder_that_refuses_is_one_line(room: Path, tmp_path: Path) -> None:
 def test_what_is_in_the_way_is_one_line(room: Path, tmp_path: Path) -> None:
     for ending in ("usda", "usdz", "glb"):
         (tmp_path / f"taken.{ending}").mkdir()
-        _refused("export", room, "-o", tmp_path / f"taken.{ending}", says="cannot be written", code=1)
+        _refused("export", room, "-o", tmp_path / f"taken.{ending}", "--force", says="cannot be written", code=1)
     _refused("show", room, "--picture", tmp_path / "gone" / "a.png", says="there is no directory")
     _refused("show", room, "--picture", tmp_path / "a.png", "--size", "wide", says="size")
 

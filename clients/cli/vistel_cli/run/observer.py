@@ -87,7 +87,7 @@ class Observer:
             if d not in self.devices or self.devices[d].state != DeviceStatus.STATE_STREAMING
         ]
         people = {p.name for s in self._conference.sites for p in s.participants if not p.program}
-        for site in self._conference.sites:
+        for site in (s for s in self._conference.sites if s.draws):
             seen = {s.participant for s in self.images[site.name].streams} if site.name in self.images else set()
             if site.name not in self.images or self.images[site.name].frames == 0:
                 out.append(f"picture of {site.name}")

@@ -33,5 +33,5 @@ def record(
     if raw is not None:
         conference = conference.model_copy(update={"record_raw": raw})
     plan = ProcessPlan(HUB, "recorder", ("recorder",))
-    folder = run_folder(output, f"{conference.name}-record")
+    folder = run_folder(output, f"{conference.name}-record", latest=False)
     raise typer.Exit(run_processes(conference, [plan], endpoint, folder, seconds))

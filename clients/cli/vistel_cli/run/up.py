@@ -270,7 +270,7 @@ def _opened_router(conference: Conference) -> Router:
 
 def _running(conference: Conference, source: Path, endpoint: str, folder: Path) -> Running:
     """What others are told about the run."""
-    pages = {site.name: site.display.stream_page for site in conference.sites if site.display.stream_page}
+    pages = {site.name: site.display.stream_page for site in conference.sites if site.draws and site.display.stream_page}
     people = {p.name: site.name for site in conference.sites for p in site.participants}
     return Running(conference.name, endpoint, str(source.resolve()), str(folder), time.time_ns(), people, pages)
 

@@ -1,0 +1,98 @@
+"""A conference that runs is found by other commands, leaves nothing behind that misleads, and writes over no other run."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from waiting import wait_until
+
+import vistel
+from vistel.conference.running import Running, running_conferences
+
+pytestmark = [pytest.mark.alone, pytest.mark.slow]
+
+VISTEL = (sys.executable, "-m", "vistel_cli.main")
+CONFERENCE = """name = "{name}"
+
+[[sites]]
+name = "lab"
+processes = [["posture"]]
+[[sites.participants]]
+name = "ada"
+gloves = {{}}
+[sites.participants.tracker]
+port = "sim"
+"""
+
+
+class Ups:
+    """Conferences that run in a folder of their own, for a user of their own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self._processes: dict[str, subprocess.Popen[bytes]] = {}
+
+    def start(self, name: str) -> Running:
+        """Run the conference until its world answers."""
+        (self.folder / f"{name}.toml").write_text(CONFERENCE.format(name=name))
+        output = (self.folder / f"{name}.log").open("ab")
+        self._processes[name] = subprocess.Popen([*VISTEL, "up", f"{name}.toml"], cwd=self.folder, stdout=output, stderr=output)
+        wait_until(lambda: running_conferences(name) and self.run("world", "where", f"{name}.toml").returncode == 0, every_s=0.2)
+        return running_conferences(name)[0]
+
+    def end(self, name: str) -> int:
+        process = self._processes.pop(name)
+        process.send_signal(signal.SIGINT)
+        return process.wait()
+
+    def run(self, *words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run([*VISTEL, *words], cwd=self.folder, capture_output=True, text=True, check=False)
+
+    def end_all(self) -> None:
+        for name in list(self._processes):
+            self.end(name)
+
+
+@pytest.fixture
+def ups(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Ups]:
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "user"))
+    found = Ups(tmp_path)
+    yield found
+    found.end_all()
+
+
+@pytest.mark.timeout(600)
+def test_commands_find_the_conference_that_runs_and_each_run_has_its_own_folder(ups: Ups) -> None:
+    first = ups.start("first")
+    assert ups.run("ask", "create", "red", "box", "here").stdout == "done: box-2\n"
+    with vistel.join() as session:
+        assert session.ask("create green ball 6 cm here").done
+
+    second = ups.start("second")
+    assert second.hub != first.hub
+    assert f"first at {first.hub}" in (ups.folder / "second.log").read_text()
+    newest = ups.run("ask", "undo")
+    assert re.search(rf"second at {second.hub} is meant.*first runs too: --hub {first.hub}", newest.stderr)
+    assert ups.run("ask", "first.toml", "undo").stdout.startswith("done")
+
+    assert ups.end("second") == 0
+    assert os.readlink(ups.folder / "out" / "latest") == Path(second.folder).name
+    again = ups.start("second")
+    assert {Path(r.folder).parent for r in (first, second, again)} == {ups.folder / "out"}
+    assert len({first.folder, second.folder, again.folder}) == 3
+    assert (Path(second.folder) / "report.json").is_file()
+
+    assert ups.run("runs", "clear", "--keep", "1").returncode == 0
+    assert {p.name for p in (ups.folder / "out").iterdir()} == {"latest", Path(first.folder).name, Path(again.folder).name}
+
+    assert ups.end("second") == ups.end("first") == 0
+    lost = ups.run("ask", "undo")
+    assert lost.returncode == 2
+    assert "no conference runs on this machine" in lost.stderr
