@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import threading
-import threading
+import warnings
 from pathlib import Path
 
 import pytest
