@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,7 +27,7 @@ def out_file(help: str, *names: str) -> Any:
 
 def keep_existing(*files: Path, force: bool) -> None:
     """Ends the command with one line when one of `files`, which it is about to write, exists and may not be written over."""
-    there = [str(f) for f in files if f.exists()]
+    there = [str(f) for f in files if os.path.exists(f)]  # False, too, where it cannot be known
     if there and not force:
         more = f" (and {len(there) - 1} more)" if len(there) > 1 else ""
         fail(f"{there[0]}{more}: exists already; name another place, or write over it with --force", USAGE)
