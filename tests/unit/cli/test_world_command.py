@@ -229,5 +229,5 @@ def test_serve_says_what_is_missing(tmp_path: Path) -> None:
     solo = tmp_path / "solo.toml"
     solo.write_text(SOLO)
     _refused("serve", tmp_path / "gone.toml", says="gone.toml")
-    _refused("serve", solo, says="no router")
+    _refused("serve", solo, says="does not run on this machine")
     _refused("serve", solo, solo, "--hub", "tcp/127.0.0.1:1", says="each needs a name of its own")
