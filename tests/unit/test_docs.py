@@ -47,7 +47,7 @@ def test_a_documented_command_parses(page: str, command: str, tmp_path: Path) ->
 
 def _parse(command: Any, words: list[str]) -> None:
     context = command.make_context(command.name or "vistel", list(words), resilient_parsing=False)
-    if isinstance(command, TyperGroup):
+    if isinstance(command, TyperGroup) and (words or not command.invoke_without_command):
         name, child, rest = command.resolve_command(context, [*context._protected_args, *context.args])
         assert child is not None, name
         _parse(child, rest)

@@ -74,15 +74,9 @@ def on_bus(conference: Conference | Running, site: str, hub: str, work: Callable
 
 async def _connected(conference: Conference | Running, site: str, hub: str) -> ZenohBus:
     if isinstance(conference, Running):
-        from vistel.wire.owners import Owners
-        from vistel.wire.zenoh.access import HUB_NAME, WORLD_NAME
-        from vistel.wire.zenoh.bus import ZenohBus
+        from vistel.conference.connect_running import connect_running
 
-        own = {
-            s: {"participant": frozenset(p for p, at in conference.people.items() if at == s)} for s in conference.people.values()
-        }
-        owners = Owners({HUB_NAME: {}, WORLD_NAME: {}} | own)
-        return await ZenohBus.open(conference=conference.name, site=site, clock=SystemClock(), endpoints=[hub], owners=owners)
+        return await connect_running(conference, site, SystemClock(), hub)
     from vistel.conference.connect import connect  # loads pydantic
 
     return await connect(conference, site, SystemClock(), hub)
