@@ -1,10 +1,11 @@
 """Devices in a conference file: trackers, gloves, cameras."""
 
 import math
+from ipaddress import IPv4Address
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal, cast
 
-from pydantic import BaseModel, ConfigDict, Field, StringConstraints, field_validator, model_validator
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, StringConstraints, field_validator, model_validator
 
 from vistel.devices.kind import DeviceKind, Role
 from vistel.devices.registry import UnknownKindError, kind_of, kinds
@@ -75,7 +76,23 @@ class AnyTracker(OfKind):
     """The side of the transmitter on which the receivers stay, in its frame (+X forward, +Z down): above it."""
 
 
-class TrackerConfig(AnyTracker):
+def _address(text: str) -> str:
+    return str(IPv4Address(text))
+
+
+Address = Annotated[str, AfterValidator(_address)]
+
+
+class UdpPort(Checked):
+    """What may reach a device's UDP port."""
+
+    listen: Address = "0.0.0.0"
+    """vmc, live_link: the address of this machine on which packets are received; default: all."""
+    senders: list[Address] = Field(default=[])
+    """vmc, live_link: whose packets are received; default: everybody's."""
+
+
+class TrackerConfig(AnyTracker, UdpPort):
     """A Polhemus FASTRAK, LIBERTY or PATRIOT on a person; a tracker of a VRPN server, whose sensor 0 is station 1; or a VR
     tracking suite that sends VMC to a UDP port.
 
@@ -156,7 +173,7 @@ class Camera(OfKind):
     """Whether a recording with the devices' bytes holds its pictures too, as JPEG."""
 
 
-class FaceConfig(Camera):
+class FaceConfig(Camera, UdpPort):
     """A phone that runs Live Link Face and sends to this machine; or a camera on a helmet that sees 13 green marks."""
 
     role = "face"

@@ -4,29 +4,38 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import logging
 import socket
-from collections.abc import Callable
+from collections.abc import Collection
 from pathlib import Path
 
+from vistel.conference.devices import UdpPort
 from vistel.wire.clock import Clock
 from vistel_services.devices.transport import OpenTransport, Received, TransportError
+
+log = logging.getLogger("vistel.device")
 
 _LONGEST = 65535
 
 
 class UdpTransport:
-    """An open UDP port. It receives packets of any sender and answers none."""
+    """An open UDP port. It receives the packets of `senders`, or of everybody where there are none, and answers none."""
 
-    def __init__(self, port: int, clock: Clock, received: Received, lost: Callable[[str], None], announce: Path | None) -> None:
+    def __init__(
+        self, port: int, clock: Clock, received: Received, announce: Path | None, listen: str, senders: Collection[str]
+    ) -> None:
+        self._senders, self._refused = senders, False
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
         self._clock, self._received = clock, received
         self._announce = announce
         try:
-            self._socket.bind(("127.0.0.1" if announce else "", port))
+            self._socket.bind(("127.0.0.1" if announce else listen, port))
         except OSError as e:
             self._socket.close()
-            raise TransportError(f"UDP port {port}: cannot be opened: {e.strerror}; is another program using it?") from e
+            raise TransportError(
+                f"UDP port {port}: cannot be opened at {listen}: {e.strerror}; does another program use it?"
+            ) from e
         if announce is not None:
             announce.parent.mkdir(parents=True, exist_ok=True)
             new = announce.with_name(f".{announce.name}.new")
@@ -49,11 +58,17 @@ class UdpTransport:
 
     def _readable(self) -> None:
         with contextlib.suppress(OSError):
-            data = self._socket.recv(_LONGEST)
-            if data:
+            data, (sender, _) = self._socket.recvfrom(_LONGEST)
+            if self._senders and sender not in self._senders:
+                if not self._refused:
+                    self._refused = True
+                    log.warning("event=packets_refused port=%s sender=%s", self._socket.getsockname()[1], sender)
+            elif data:
                 self._received(data, self._clock.now_ns())
 
 
-def open_udp(port: int, clock: Clock, announce: Path | None = None) -> OpenTransport:
-    """How a driver opens its port. `announce`: open any free port of this machine and write its number there."""
-    return lambda received, lost: UdpTransport(0 if announce else port, clock, received, lost, announce)
+def open_udp(port: int, keys: object, clock: Clock, announce: Path | None = None) -> OpenTransport:
+    """How a driver opens its port. keys: the device's of the file. `announce`: open any free port of this machine and write its
+    number there."""
+    udp = keys if isinstance(keys, UdpPort) and not announce else UdpPort()
+    return lambda received, lost: UdpTransport(0 if announce else port, clock, received, announce, udp.listen, udp.senders)

@@ -30,7 +30,7 @@ def live_link(device: Device, link: Path | None) -> Connected:
         missing,
         lambda: f"Live Link Face on {decoder.subject or 'a phone'}",
     )
-    return Connected(driver, partial(open_udp, port, announce=link))
+    return Connected(driver, partial(open_udp, port, device.config, announce=link))
 
 
 def face_camera(device: Device, link: Path | None) -> Connected:

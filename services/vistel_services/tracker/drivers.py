@@ -43,7 +43,7 @@ def vmc(device: Device, link: Path | None) -> Connected:
     driver = SenderDriver(
         device.name, BY_NAME["tracker"], decoder, "a VMC tracking suite", missing, lambda: "a tracked body over VMC"
     )
-    return Connected(driver, partial(open_udp, 0 if device.simulated else int(device.port), announce=link))
+    return Connected(driver, partial(open_udp, 0 if device.simulated else int(device.port), device.config, announce=link))
 
 
 def vrpn(device: Device, link: Path | None) -> Connected:
