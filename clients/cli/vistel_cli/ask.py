@@ -15,7 +15,7 @@ from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 def ask(
     words: Annotated[
-        list[str], typer.Argument(metavar="[FILE] WORDS...", help="What to do; before it a conference file, if none runs here.")
+        list[str], typer.Argument(metavar="[FILE] WORDS", help="What to do; before it a conference file, if none runs here.")
     ],
     who: Annotated[str | None, typer.Option("--as", help="Participant who asks; default: the first of the file.")] = None,
     hub: Hub = None,

@@ -238,7 +238,7 @@ class _Run:
             n: {"exit_code": codes.get(n), "restarts": c.restarts, "cpu_percent": cpu.percent(n)}
             for n, c in supervisor.children.items()
         }
-        files = [paths.video(s.name) for s in self.conference.sites if s.display.video]
+        files = [paths.video(s.name) for s in self.conference.sites if s.draws and s.display.video]
         files += [paths.log] if self.conference.record else []
         report["files"] = {f.name: f.stat().st_size if f.exists() else None for f in files}
         paths.report.write_text(json.dumps(report, indent=2) + "\n", "utf-8")
