@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm fuzz bench speech-model proto web looks lock docs clean
+.PHONY: help setup demo test check house warm fuzz first bench speech-model proto web looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-12s %s\n", $$1, $$2}' Makefile
@@ -32,6 +32,9 @@ warm: setup  ## compile kernels and make the people of the demo, once
 
 fuzz: setup  ## properties of parsers, graphs and all else with random examples, for hours; keep what fails as @example
 	@VISTEL_FUZZ_EXAMPLES=1000000 $(PY) -m pytest -k "fuzz or hypothesis" --hypothesis-profile fuzz --timeout 36000
+
+first: setup  ## how long a new user waits: a fresh clone, installed, to its first meeting (some minutes)
+	@$(VENV)/bin/vistel bench first --json
 
 bench: setup  ## every benchmark, one JSON object per line
 	@$(VENV)/bin/vistel bench --all --json

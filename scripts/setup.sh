@@ -36,9 +36,27 @@ fi
 stamp=.venv/.installed
 wanted=$(cat requirements.lock pyproject.toml "$0" | sha256sum)
 if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
-[ -x .venv/bin/python ] || { echo "setup: making .venv with $("$python" --version)"; "$python" -m venv .venv; }
-echo "setup: installing Python packages (a few minutes the first time)"
-.venv/bin/python -m pip install -q --disable-pip-version-check --require-hashes -r requirements.lock
-.venv/bin/python -m pip install -q --disable-pip-version-check --no-deps --no-build-isolation -e .
+
+# What is said is kept for when something fails; meanwhile one line tells how far it is, without a terminal one every two seconds.
+log=$(mktemp)
+trap 'kill $(jobs -p) 2>/dev/null; rm -f "$log"' EXIT
+if [ -t 1 ]; then line=$'\r%s\033[K' end=$'\n' pause=0.5; else line='%s\n' end='' pause=2; fi
+count=$(grep -c '==' requirements.lock)
+step() {
+  "${@:2}" >>"$log" 2>&1 &
+  while kill -0 $! 2>/dev/null; do
+    fetched=$(grep -c '^Collecting' "$log" || true)
+    there=$(find .venv/lib -maxdepth 3 -name '*.dist-info' 2>/dev/null | wc -l)
+    printf "$line" "setup, once: $1, $fetched of $count packages fetched, $there installed, $SECONDS s"
+    sleep "$pause"
+  done
+  wait $! || { printf "$end"; tail -n 20 "$log" >&2; exit 1; }
+}
+pip=(.venv/bin/python -m pip install --disable-pip-version-check --progress-bar off)
+[ -x .venv/bin/python ] || step "making .venv" "$python" -m venv .venv
+# Byte code is made of what is used, when it is first used.
+step "installing" "${pip[@]}" --no-compile --require-hashes -r requirements.lock
+step "installing" "${pip[@]}" --no-deps --no-build-isolation -e .
+printf "$end"
 echo "$wanted" > "$stamp"
-echo "setup: ready"
+echo "setup: ready after $SECONDS s"

@@ -4,15 +4,22 @@ Without this, every process of the first conference would compile the same kerne
 
     python -m vistel_cli.run.prepare CONFERENCE.toml
 
-in a process of its own (its memory goes back), which prints a line per step for the progress bar of `vistel_cli.run.prepared`:
-the steps done, the number of steps, and the name of the next one.
+in a process of its own (its memory goes back), which forks one more for each core. They take one step after the other, and
+print lines for the progress bar of `vistel_cli.run.prepared`: `steps COUNT`, then `begun NAME`, `kernel NAME` for each that a
+step compiles, and `done NAME`.
 """
 
 from __future__ import annotations
 
 import contextlib
+import multiprocessing
+import os
+import signal
 import sys
-from collections.abc import Callable, Iterator
+import threading
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from multiprocessing.connection import wait
 from pathlib import Path
 
 import numpy as np
@@ -34,11 +41,16 @@ from vistel.space.inputs import MotionInput, Person, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.wire import motion as motion_codec
+from vistel_cli.run.compile_in_turn import compile_in_turn
 from vistel_cli.run.prepared import INTERRUPTED, people_of, stamp_of
 from vistel_services.world.service import warm_up
 from vistel_sim.motion import open_motion
 
-Step = tuple[str, Callable[[], object]]
+Step = tuple[str, Callable[..., object], tuple[object, ...]]
+"""What it is called, what does it, and with what."""
+
+_doing = ""
+"""What this process is doing."""
 
 
 def _by_the_meeting(conference: Conference) -> Conference:
@@ -51,15 +63,16 @@ def _by_the_meeting(conference: Conference) -> Conference:
 
 
 def _steps(conference: Conference) -> list[Step]:
+    """In this order: neighbours share few kernels, and the long ones come first."""
     steps: list[Step] = [
-        ("compiling motion and posture", lambda: _compile_posture(conference)),
-        ("compiling the world", lambda: _compile_world(conference)),
+        ("compiling deformation", _compile_figures, (conference,)),
+        ("compiling the world", _compile_world, (conference,)),
+        ("compiling motion", _compile_posture, (conference,)),
+        ("compiling the motion codec", motion_codec.warm_up, ()),
     ]
     for spec, name, height in people_of(conference):
         if spec.startswith("builtin"):
-            steps.append((f"making {name}", lambda s=spec, n=name, h=height: load_figure(ParticipantInfo(n, n, s, h))))
-    steps.append(("compiling deformation", lambda: _compile_figures(conference)))
-    steps.append(("compiling the motion codec", motion_codec.warm_up))
+            steps.append((f"making {name}", load_figure, (ParticipantInfo(name, name, spec, height),)))
     return steps
 
 
@@ -113,23 +126,51 @@ def _compile_figures(conference: Conference) -> None:
     compile_filter()
 
 
-def _run(conference: Conference) -> Iterator[str]:
+def _begin_worker() -> None:
+    """Take turns with the other workers; end when the process that began them all has ended; leave Ctrl-C to it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    threading.Thread(target=lambda: wait([parent.sentinel]) and os._exit(1), daemon=True).start()
+    compile_in_turn(lambda: print(f"kernel {_doing}", flush=True))
+
+
+def _do(step: Step) -> str:
+    """Do it in a worker. Returns what it is called."""
+    global _doing
+    _doing, function, arguments = step
+    print(f"begun {_doing}", flush=True)
+    function(*arguments)
+    return _doing
+
+
+def _run(conference: Conference) -> None:
+    """All steps, on all cores. Raises what a step raises."""
     steps = _steps(conference)
-    for done, (label, step) in enumerate(steps):
-        yield f"{done} {len(steps)} {label}"
-        step()
+    print(f"steps {len(steps)}", flush=True)
+    context = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")
+    with ProcessPoolExecutor(os.cpu_count(), context, _begin_worker) as pool:
+        try:
+            for done in as_completed([pool.submit(_do, step) for step in steps]):
+                print(f"done {done.result()}", flush=True)
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            for worker in multiprocessing.active_children():
+                worker.kill()
+            raise
 
 
 def main() -> None:
     """Entry point of the child."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     conference = _by_the_meeting(load(Path(sys.argv[1])))
     try:
         # Sites that start together on one machine prepare one after the other: the second finds all done.
         with file_lock(default_cache().parent / "prepare.lock"):
             if stamp_of(conference).exists():
                 return
-            for line in _run(conference):
-                print(line, flush=True)
+            _run(conference)
             with contextlib.suppress(OSError):  # an unwritable cache only means preparing again
                 stamp_of(conference).touch()
     except KeyboardInterrupt:

@@ -8,9 +8,11 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import hashlib
+import os
 import signal
 import subprocess
 import sys
+import time
 from importlib import metadata
 from pathlib import Path
 
@@ -24,6 +26,10 @@ from vistel_cli.terminal import err, fail
 
 INTERRUPTED = 130
 """Exit code of a preparation that was stopped."""
+LINE_EVERY_S = 1.5
+"""How often a line says how far it is, where there is no terminal for a bar."""
+_ONE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
+"""Each core has a process of its own."""
 
 
 async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, silent: bool = False) -> bool:
@@ -33,31 +39,48 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, si
     """
     if stamp_of(conference).exists():
         return True
-    columns = (TextColumn("preparing, once: {task.description}", markup=False), BarColumn(bar_width=20), TimeElapsedColumn())
-    command = (sys.executable, "-m", "vistel_cli.run.prepare", str(file))
-    with Progress(*columns, console=err, transient=True, disable=silent) as bar:
-        task = bar.add_task("starting", total=None)
-        child = await asyncio.create_subprocess_exec(*command, stdout=subprocess.PIPE)
-
-        async def follow() -> None:
-            assert child.stdout is not None
-            async for line in child.stdout:
-                done, of, label = line.decode().strip().split(" ", 2)
-                bar.update(task, completed=int(done), total=int(of), description=label)
-
-        following, stopping = background.start(follow(), "progress"), background.start(stop.wait(), "stop")
-        await asyncio.wait({following, stopping}, return_when=asyncio.FIRST_COMPLETED)
-        stopping.cancel()
-        if not following.done():
-            with contextlib.suppress(ProcessLookupError):
-                child.terminate()
-        await following
-        code = await child.wait()
+    child = await asyncio.create_subprocess_exec(
+        sys.executable, "-m", "vistel_cli.run.prepare", str(file), stdout=subprocess.PIPE, env=_ONE_THREAD | dict(os.environ)
+    )
+    following, stopping = background.start(_show(child, silent), "progress"), background.start(stop.wait(), "stop")
+    await asyncio.wait({following, stopping}, return_when=asyncio.FIRST_COMPLETED)
+    stopping.cancel()
+    if not following.done():
+        with contextlib.suppress(ProcessLookupError):
+            child.terminate()
+    await following
+    code = await child.wait()
     if stop.is_set() or code in (INTERRUPTED, -signal.SIGINT, -signal.SIGTERM):
         return False
     if code != 0:
         fail(f"preparing the conference failed with {code}; `python -m vistel_cli.run.prepare {file}` shows why")
     return True
+
+
+async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
+    """Show what `child` says of its steps until it ends: in a terminal as a bar, elsewhere as a line every two seconds."""
+    assert child.stdout is not None
+    columns = (TextColumn("preparing, once: {task.description}", markup=False), BarColumn(bar_width=10), TimeElapsedColumn())
+    steps = done = kernels = 0
+    doing, began, shown = "loading", time.monotonic(), -LINE_EVERY_S
+    with Progress(*columns, console=err, transient=True, disable=silent or not err.is_terminal) as bar:
+        task, line = bar.add_task(doing, total=None), b"begun loading"
+        while line:
+            word, _, said = line.decode().strip().partition(" ")
+            steps += int(said) if word == "steps" else 0
+            done += word == "done"
+            kernels += word == "kernel"
+            doing = said if word in ("begun", "kernel") else doing
+            text = f"{done} of {steps}, kernel {kernels}, {doing}" if steps else doing
+            bar.update(task, completed=done, total=steps or None, description=text)
+            now = time.monotonic() - began
+            if not (silent or err.is_terminal) and now - shown >= LINE_EVERY_S:
+                shown = now
+                err.print(f"preparing, once: {text}, {now:.0f} s", soft_wrap=True)
+            try:
+                line = await asyncio.wait_for(child.stdout.readline(), LINE_EVERY_S / 2)
+            except TimeoutError:
+                line = b"waiting"
 
 
 def stamp_of(conference: Conference) -> Path:
