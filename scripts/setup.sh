@@ -46,7 +46,7 @@ step() {
   "${@:2}" >>"$log" 2>&1 &
   while kill -0 $! 2>/dev/null; do
     fetched=$(grep -c '^Collecting' "$log" || true)
-    there=$(find .venv/lib -maxdepth 3 -name '*.dist-info' 2>/dev/null | wc -l)
+    there=$(find .venv/lib -maxdepth 3 -name '*.dist-info' 2>/dev/null | wc -l || true)
     printf "$line" "setup, once: $1, $fetched of $count packages fetched, $there installed, $SECONDS s"
     sleep "$pause"
   done
