@@ -39,7 +39,7 @@ if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
 
 # What is said is kept for when something fails; meanwhile one line tells how far it is, without a terminal one every two seconds.
 log=$(mktemp)
-trap 'kill $(jobs -p) 2>/dev/null; rm -f "$log"' EXIT
+trap 'kill $(jobs -p) 2>/dev/null || true; rm -f "$log"' EXIT
 if [ -t 1 ]; then line=$'\r%s\033[K' end=$'\n' pause=0.5; else line='%s\n' end='' pause=2; fi
 count=$(grep -c '==' requirements.lock)
 step() {
@@ -47,7 +47,7 @@ step() {
   while kill -0 $! 2>/dev/null; do
     fetched=$(grep -c '^Collecting' "$log" || true)
     there=$(find .venv/lib -maxdepth 3 -name '*.dist-info' 2>/dev/null | wc -l || true)
-    printf "$line" "setup, once: $1, $fetched of $count packages fetched, $there installed, $SECONDS s"
+    printf "$line" "setup, once: $1, $fetched of up to $count packages fetched, $there installed, $SECONDS s"
     sleep "$pause"
   done
   wait $! || { printf "$end"; tail -n 20 "$log" >&2; exit 1; }
