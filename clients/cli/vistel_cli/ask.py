@@ -56,7 +56,7 @@ def ask(
     answer = on_bus(conference, site, router, asked)
     if not answer.done:
         fail(f"refused: {answer.reason}", FAILED)
-    out.print(f"done: {', '.join(answer.things) or 'nothing in particular'}")
+    out.print(f"done: {', '.join(answer.things)}" if answer.things else "done")
 
 
 def _asker(people: dict[str, str], who: str | None) -> tuple[str, str]:

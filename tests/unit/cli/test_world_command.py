@@ -161,6 +161,17 @@ def test_export_of_a_log_that_is_none_or_holds_no_world(tmp_path: Path) -> None:
 
 def test_export_where_it_makes_no_sense(room: Path, tmp_path: Path) -> None:
     _refused("export", room, "-o", tmp_path / "a.usda", "--at", "1", says="only of a log")
+
+
+def test_a_time_after_the_end_of_a_log_is_refused(tmp_path: Path) -> None:
+    with LogWriter(tmp_path / "short.mcap") as writer:
+        for n in range(2):
+            message = WorldInputs()
+            message.header.version = 1
+            writer.write(BY_NAME["world_inputs"], "vistel/demo/world/inputs", message, n * 5_000_000_000)
+    for words in (("world", "export", "--at", "12.5", "-o", "a.usda"), ("log", "cut", "--from", "12.5", "-o", "a.mcap")):
+        result = CliRunner().invoke(app, [*words[:2], str(tmp_path / "short.mcap"), *words[2:-1], str(tmp_path / words[-1])])
+        assert result.exit_code != 0 and f"{words[2]} 12.5: the log ends at 5.0 s" in result.output
     _refused("export", room, "-o", tmp_path / "a.usda", "--hub", "tcp/127.0.0.1:1", says="need a conference file")
     _refused("export", room, "-o", tmp_path / "a.obj", says="expected a name that ends in")
     _refused("export", room, "-o", tmp_path / "gone" / "a.usda", says="there is no directory")

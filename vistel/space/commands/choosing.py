@@ -95,7 +95,7 @@ def undo(context: Context, action: ask.Undo) -> Answer:
     if change is None:
         raise Refused("you have done nothing that can be taken back")
     state = _reverted(context, change.after, change.before)
-    return replace(state, history=context.state.history.taken_back(change)), tuple(x.thing.id for x in change.before)
+    return replace(state, history=context.state.history.taken_back(change)), _ids(change.before or change.after)
 
 
 @performs(ask.Redo)
@@ -105,7 +105,12 @@ def redo(context: Context, action: ask.Redo) -> Answer:
     if change is None:
         raise Refused("you have taken nothing back since you last did something")
     state = _reverted(context, change.before, change.after)
-    return replace(state, history=context.state.history.done_again(change)), tuple(x.thing.id for x in change.after)
+    return replace(state, history=context.state.history.done_again(change)), _ids(change.after or change.before)
+
+
+def _ids(placed: Sequence[PlacedThing]) -> tuple[str, ...]:
+    """What came back; of what only went away, what went."""
+    return tuple(x.thing.id for x in placed)
 
 
 def _reverted(context: Context, there: Sequence[PlacedThing], instead: Sequence[PlacedThing]) -> State:

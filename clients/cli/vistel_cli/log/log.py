@@ -1,48 +1,25 @@
 """`vistel log`: inspects, repairs, cuts and exports logs."""
 
-import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 from rich.progress import track
-from rich.table import Table
 
 from vistel.wire.log import LogError, LogReader, LogWriter
+from vistel_cli.log.piece import piece_of
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, err, fail, out, print_warning
 
 app = typer.Typer(no_args_is_help=True)
 
 
-@dataclass
-class _Channel:
-    topic: str
-    messages: int = 0
-    bytes: int = 0
-    first_ns: int = 0
-    last_ns: int = 0
-    longest_gap_s: float = 0.0
-
-    @property
-    def rate_hz(self) -> float:
-        span = (self.last_ns - self.first_ns) * 1e-9
-        return (self.messages - 1) / span if span > 0 else 0.0
-
-    @property
-    def kbit_s(self) -> float:
-        """Rate of the messages alone, without the network's own bytes."""
-        span = (self.last_ns - self.first_ns) * 1e-9
-        return self.bytes * 8e-3 / span if span > 0 else 0.0
-
-
-def _open(path: Path) -> LogReader:
+def _open(path: Path, *, warn: bool = True) -> LogReader:
     try:
         reader = LogReader(path)
     except LogError as e:
         fail(str(e), USAGE)
-    for line in reader.damage:
+    for line in reader.damage if warn else ():
         print_warning(f"{path}: {line}")
     return reader
 
@@ -52,48 +29,19 @@ def info(
     log: Annotated[Path, typer.Argument(help="An MCAP log.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
-    """Show channels, messages, rates, longest gaps and damage.
+    """Show how long a log is, who is in it, what is missing or damaged, and its channels with their rates and gaps.
 
     [bold]Example[/bold]
 
       vistel log info out/latest/conference.mcap
     """
-    reader = _open(log)
-    channels: dict[str, _Channel] = {}
-    for r in reader.records():
-        c = channels.setdefault(r.key, _Channel(r.topic.name, first_ns=r.log_ns, last_ns=r.log_ns))
-        c.longest_gap_s = max(c.longest_gap_s, (r.log_ns - c.last_ns) * 1e-9)
-        c.messages += 1
-        c.bytes += r.size
-        c.last_ns = r.log_ns
-    length = (reader.end_ns - reader.begin_ns) * 1e-9
+    from vistel_cli.log.info import contents_json, print_contents, read_contents  # loads the mathematics
+
+    found = read_contents(_open(log, warn=False))
     if as_json:
-        rows = [
-            {
-                "key": k,
-                "topic": c.topic,
-                "messages": c.messages,
-                "bytes": c.bytes,
-                "rate_hz": round(c.rate_hz, 2),
-                "kbit_s": round(c.kbit_s, 2),
-                "longest_gap_s": round(c.longest_gap_s, 3),
-            }
-            for k, c in sorted(channels.items())
-        ]
-        out.print_json(data={"seconds": round(length, 3), "damage": reader.damage, "channels": rows})
-        return
-    table = Table("key", box=None)
-    table.columns[0].overflow = "fold"
-    for heading in ("messages", "rate", "kbit/s", "longest gap", "bytes"):
-        table.add_column(heading, justify="right", no_wrap=True)
-    common = f"{os.path.commonpath(channels)}/" if len(channels) > 1 else ""
-    out.print(f"channels under {common}" if common else "channels")
-    for key, c in sorted(channels.items()):
-        figures = (str(c.messages), f"{c.rate_hz:.1f} Hz", f"{c.kbit_s:.1f}", f"{c.longest_gap_s:.2f} s", str(c.bytes))
-        table.add_row(key.removeprefix(common), *figures)
-    out.print(table)
-    total = sum(c.messages for c in channels.values())
-    out.print(f"{length:.1f} s, {total} messages, {len(channels)} channels, {log.stat().st_size / 1e6:.1f} MB")
+        out.print_json(data=contents_json(found))
+    else:
+        print_contents(found, log.stat().st_size)
 
 
 @app.command()
@@ -126,8 +74,9 @@ def cut(
       vistel log cut out/latest/conference.mcap --from 10 --to 20 --out handover.mcap
     """
     reader = _open(log)
-    begin_ns = reader.begin_ns + int(begin * 1e9)
-    _copy(reader, log, output, begin_ns, None if end is None else reader.begin_ns + int(end * 1e9))
+    whole = end is None
+    begin, end = piece_of(reader, begin, end)
+    _copy(reader, log, output, reader.begin_ns + int(begin * 1e9), None if whole else reader.begin_ns + int(end * 1e9))
 
 
 @app.command()

@@ -19,6 +19,7 @@ from vistel.wire.log import LogError, LogReader
 from vistel.wire.zenoh.bus import Router
 from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_cli.log.feed import LIVE_SERVICES, Feeder
+from vistel_cli.log.piece import piece_of
 from vistel_cli.log.render import FilmSettings, render_log, size_of
 from vistel_cli.log.verify import verify_log
 from vistel_cli.overwriting import Force, keep_existing
@@ -108,9 +109,7 @@ def replay(
     if verify:
         raise typer.Exit(verify_log(reader, as_json))
     conference = with_recorded_avatars(_conference(reader, log, site), reader)
-    length = (reader.end_ns - reader.begin_ns) * 1e-9
-    if begin >= length:
-        fail(f"--from {begin:g}: the log is {length:.1f} s long", USAGE)
+    begin, end = piece_of(reader, begin, end)
     looks = FilmSettings(size_of(size), fps, finer, png, view.value if view else None, light.value)
     sites = [s.name for s in conference.sites if not site or s.name in site]
     folder = run_folder(output, f"{conference.name}-replay", latest=False)
@@ -119,10 +118,10 @@ def replay(
     for old in films:
         old.unlink()
     if render:
-        begin_ns, end_ns = (reader.begin_ns + round(t * 1e9) for t in (begin, min(end or length, length)))
+        begin_ns, end_ns = (reader.begin_ns + round(t * 1e9) for t in (begin, end))
         render_log(reader, conference, sites, begin_ns, end_ns, looks, folder)
         return
-    playing = _play(reader, conference, source, speed, begin, min(end or length, length), folder)
+    playing = _play(reader, conference, source, speed, begin, end, folder)
     raise typer.Exit(asyncio.run(background.as_service("replay", playing)))
 
 

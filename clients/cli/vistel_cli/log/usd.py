@@ -14,6 +14,7 @@ from vistel.render.film.film import count_of, instants, records_of
 from vistel.render.film.usd import write_usd
 from vistel.wire.log import LogReader
 from vistel_cli.log.avatars import with_recorded_avatars
+from vistel_cli.log.piece import piece_of
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 
 ENDINGS = (".usda", ".usdc", ".usd")
@@ -29,12 +30,10 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
         fail(f"{output}: there is no directory {output.parent}", USAGE)
     if reader.conference is None:
         fail(f"{log}: holds no conference file; VISTEL did not write it", USAGE)
-    length = (reader.end_ns - reader.begin_ns) * 1e-9
-    if begin_s >= length:
-        fail(f"--from {begin_s:g}: the log is {length:.1f} s long", USAGE)
+    begin_s, end_s = piece_of(reader, begin_s, end_s)
     conference = with_recorded_avatars(Conference.model_validate(reader.conference), reader)
     begin_ns = reader.begin_ns + round(begin_s * 1e9)
-    end_ns = reader.begin_ns + round(min(end_s or length, length) * 1e9)
+    end_ns = reader.begin_ns + round(end_s * 1e9)
     try:
         count = write_usd(
             output,

@@ -13,6 +13,7 @@ from rich.progress import track
 from vistel.conference.model import Conference
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.topics import BY_NAME
+from vistel_cli.log.piece import check_within
 from vistel_cli.running import on_bus
 from vistel_cli.terminal import FAILED, USAGE, err, fail, print_warning
 
@@ -40,6 +41,8 @@ def of_log(log: Path, at: float | None) -> tuple[Interior, str]:
         reader = LogReader(log)
     except LogError as e:
         fail(str(e), USAGE)
+    if at is not None:
+        check_within(reader, "--at", at)
     end_ns = None if at is None else reader.begin_ns + round(at * 1e9)
     state, when_ns = b"", 0
     records = reader.records(("world_inputs",), end_ns=end_ns)

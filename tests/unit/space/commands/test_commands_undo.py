@@ -44,7 +44,7 @@ def test_deleted_created_moved_and_joined_things_come_back() -> None:
     assert done(talk.say(ask.Undo())) == ("ball",)
     assert talk.place("ball") == pytest.approx(ROOM.thing("ball").position, abs=1e-3)
     (made,) = done(talk.say(ask.Create("box")))
-    done(talk.say(ask.Undo()))
+    assert done(talk.say(ask.Undo())) == (made,)
     assert made not in {s.id for s in talk.play.views[-1].states}
     assert done(talk.say(ask.Redo())) == (made,)
     start = talk.place("tile").copy()
