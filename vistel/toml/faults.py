@@ -45,7 +45,8 @@ _TEXTS = {
 """Patterns in words."""
 
 
-_MISSING, _MEANT = "is missing", "; did you mean "
+_MISSING = "is missing"
+_MEANT = "; did you mean "
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,10 @@ import typer
 from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.terminal import FAILED, print_error
 
-RUN, LOGS, PEOPLE, SHAPES = "Run a conference", "Record and replay", "People and devices", "Shapes, pictures, measurements"
+RUN = "Run a conference"
+LOGS = "Record and replay"
+PEOPLE = "People and devices"
+SHAPES = "Shapes, pictures, measurements"
 COMMANDS = {
     "up": Lazy("vistel_cli.run.up:up", RUN),
     "runs": Lazy("vistel_cli.run.runs:app", RUN, "List the folders of runs, and clear old ones."),
