@@ -14,7 +14,9 @@ import numba as nb
 import numpy as np
 
 # `vistel.wire` may not import `vistel.jit`. Numba's own cache suffices: these kernels call none of another file.
-_compiled: Any = nb.njit(cache=True, nogil=True, error_model="numpy")
+_compiled: Any = nb.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+# What only kernels call needs no entry from Python; without one it compiles in two thirds of the time.
+_inner: Any = nb.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
 
 # Indices into the range coder's state.
 LOW = 0  # lower end of the interval; encoder only, up to 33 bits
@@ -65,7 +67,7 @@ MIDDLE = 20
 ESCAPE_BITS = 24
 
 
-@_compiled
+@_inner
 def _shift_out(s, out):
     if s[LOW] < 0xFF000000 or s[LOW] > FULL_RANGE:
         carry = s[LOW] >> 32
@@ -79,7 +81,7 @@ def _shift_out(s, out):
     s[LOW] = (s[LOW] & 0x00FFFFFF) << 8
 
 
-@_compiled
+@_inner
 def _byte(s, out, value):
     # The coder's first byte is always 0 and is not sent.
     if s[AT] >= 0 and s[AT] < out.size:
@@ -87,14 +89,14 @@ def _byte(s, out, value):
     s[AT] += 1
 
 
-@_compiled
+@_inner
 def _next(s, data):
     byte = np.int64(data[s[AT]]) if s[AT] < s[SIZE] else np.int64(0)
     s[AT] += 1
     return byte
 
 
-@_compiled
+@_inner
 def _code(s, data, encode, cumulative, width, bits):
     """Encode one symbol of a model whose widths add up to 2^bits. Decoding: only the target; then `_consume` the symbol."""
     r = s[RANGE] >> bits
@@ -108,7 +110,7 @@ def _code(s, data, encode, cumulative, width, bits):
     return min(s[CODE] // r, (1 << bits) - 1)
 
 
-@_compiled
+@_inner
 def _consume(s, data, cumulative, width, bits):
     r = s[RANGE] >> bits
     s[CODE] -= r * cumulative
@@ -118,9 +120,10 @@ def _consume(s, data, cumulative, width, bits):
         s[CODE] = ((s[CODE] << 8) & FULL_RANGE) | _next(s, data)
 
 
-@_compiled
+@_inner
 def _bits(s, data, encode, value, bits):
     """A number of at most 12 bits, all equally likely."""
+    bits = np.int64(bits)  # a constant would make `_code` another function for each number
     if encode:
         _code(s, data, True, value, 1, bits)
         return value
@@ -129,9 +132,10 @@ def _bits(s, data, encode, value, bits):
     return found
 
 
-@_compiled
+@_inner
 def _flag(s, data, encode, value, share):
     """0 or 1; share: probability of 1, in 4096ths."""
+    share = np.int64(share)
     if encode:
         if value:
             _code(s, data, True, 0, share, 12)
@@ -145,7 +149,7 @@ def _flag(s, data, encode, value, share):
     return 0
 
 
-@_compiled
+@_inner
 def _exp_golomb(s, data, encode, value):
     """An unbounded number from 0 in exponential-Golomb code of order 0."""
     length = 0
@@ -158,7 +162,7 @@ def _exp_golomb(s, data, encode, value):
     return found - 1
 
 
-@_compiled
+@_inner
 def _residual(s, data, encode, value, cumulative, shift):
     """A signed number: its high part by a static model, its `shift` low bits as they are."""
     last = cumulative.size - 2
@@ -185,7 +189,7 @@ def _residual(s, data, encode, value, cumulative, shift):
     return (high << shift) + low
 
 
-@_compiled
+@_inner
 def _log(x, logs):
     """About 16 log2(1 + 2x), from the table."""
     more = np.int64(0)
@@ -195,14 +199,14 @@ def _log(x, logs):
     return logs[x] + more
 
 
-@_compiled
+@_inner
 def _scaled(a, b, c):
     """a * b / c, rounded towards zero; b, c not negative."""
     p = abs(a) * b // c
     return -p if a < 0 else p
 
 
-@_compiled
+@_inner
 def _numbers(s, data, encode, values, reference, change, kind, distance, span, present, table):
     """Code all numbers of the parts that are present, in order; `values` is read or written. present: a bit for each part."""
     n, n_groups, n_models, width = table[0], table[1], table[2], table[3]
@@ -274,7 +278,7 @@ def _numbers(s, data, encode, values, reference, change, kind, distance, span, p
         everything += ((size << 6) - everything) >> 3
 
 
-@_compiled
+@_inner
 def _header(s, data, encode, header):
     """Code the header; `header` is read or written."""
     header[IS_FULL] = _flag(s, data, encode, header[IS_FULL], 256)
@@ -293,7 +297,7 @@ def _header(s, data, encode, header):
         header[STALE] = SAME
 
 
-@_compiled
+@_inner
 def _kind(header):
     if header[IS_FULL]:
         return FULL
