@@ -17,6 +17,7 @@ from vistel.figure.formats.gltf import save_gltf
 from vistel.figure.formats.load import load_any
 from vistel.figure.formats.obj import export_obj
 from vistel.figure.formats.usd import save_usd
+from vistel.figure.making.report import verdict
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.render.figures.people import files_of, load_avatar_of
 from vistel.render.gl.context import NoOpenGlError, open_surface
@@ -97,6 +98,26 @@ def test_import_reports_what_it_found(folder: Path) -> None:
     assert facts["eyeballs"] == 2
     assert facts["height_m"] == pytest.approx(1.70, abs=0.02)
     assert facts["mean_distance_mm"] < 8
+
+
+def test_inspect_gives_a_verdict_in_three_lines_and_every_figure_when_asked(folder: Path) -> None:
+    code, said = _run("avatar", "inspect", "builtin:seed=3")
+    assert code == 0, said
+    who, mesh, fit = said.splitlines()
+    assert who.startswith("somebody: 1.75 m tall")
+    assert mesh.split() == ["mesh", "good:", "one", "piece,", "no", "holes"]
+    assert fit.split()[:2] == ["fit", "good:"]
+    code, more = _run("avatar", "inspect", "builtin:seed=3", "--verbose")
+    assert code == 0 and more.startswith(said)
+    assert "left_palm" in more and "mean distance mm" in more and "fits badly" not in more
+
+
+def test_the_verdict_names_what_is_poor() -> None:
+    facts = {"name": "me", "height_m": 1.7, "vertices": 10, "primitives": 23, "texture": "8 x 8", "open_edges": 12}
+    facts |= {"not_manifold_edges": 3, "pieces": 2, "mean_distance_mm": 9.0, "primitives_that_fit_badly": ["a", "b", "c", "d"]}
+    _, mesh, fit = verdict(facts)
+    assert mesh == "  mesh  usable, 2 pieces, but 12 edges at holes and 3 edges of more than two triangles"
+    assert fit.startswith("  fit   poor at 4 of 23 primitives (a, b, c and others)")
 
 
 def test_a_participant_is_drawn_with_the_file_beside_the_conference_file(folder: Path) -> None:

@@ -199,29 +199,31 @@ def fit(
 def inspect(
     file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
     sheet: Annotated[Path | None, out_file("PNG to write: the face and a dozen postures.", "--sheet")] = None,
+    verbose: Annotated[bool, typer.Option("--verbose", help="Also every figure, and the fit of each primitive.")] = False,
     as_json: Json = False,
     force: Force = False,
 ) -> None:
-    """Show an avatar's parts, how closely its primitives fit its mesh, and optionally a sheet of pictures.
+    """Tell whether an avatar is sound: its mesh, and how closely its primitives follow it. --sheet draws it in a dozen postures.
 
     [bold]Examples[/bold]
 
       vistel avatar inspect me.usda --sheet me.png
     """
-    from vistel.figure.making.report import inspect_avatar
+    from vistel.figure.making.report import inspect_avatar, verdict
 
     avatar = load_or_make(file)
     if sheet is not None and not sheet.parent.is_dir():
         fail(f"{sheet}: there is no directory {sheet.parent}", USAGE)
     with busy("inspecting the avatar", not as_json):
-        said, lines = inspect_avatar(avatar)
+        said, fit = inspect_avatar(avatar)
     if sheet is not None:
         _draw(avatar, sheet, not as_json)
         said["sheet"] = str(sheet)
     if not as_json:
-        for line in lines:
+        for line in (*verdict(said), *(("", *fit.lines()) if verbose else ())):
             out.print(line, soft_wrap=True)
-    report(as_json, said)
+    if as_json or verbose:
+        report(as_json, said)
 
 
 @app.command("export")

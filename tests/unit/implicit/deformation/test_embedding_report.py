@@ -42,12 +42,12 @@ def test_the_limb_with_bumps_is_named_first() -> None:
     assert report.lines()[1].startswith("rough")
 
 
-def test_a_vertex_far_out_is_at_the_bound() -> None:
+@pytest.mark.parametrize(("far", "bounded", "good"), [(1, 1, True), (120, 0, False)])
+def test_one_vertex_far_out_is_at_the_bound_and_many_of_them_are_a_bad_fit(far: int, bounded: int, good: bool) -> None:
     vertices, limb, limbs = cylinder(0.0)
-    vertices[np.flatnonzero(limb == 0)[0]] = (0.5, 3.0, 0.0)
+    vertices[np.flatnonzero(limb == 0)[:far]] = (0.5, 3.0, 0.0)
     report = fit_report(embed(vertices, limb, limbs))
-    assert report.fits[0].bounded == 1
-    assert not report.fits[0].good
+    assert (report.fits[0].bounded, report.fits[0].good) == (bounded, good)
 
 
 def test_names_must_be_as_many_as_primitives() -> None:
