@@ -35,7 +35,7 @@ class Observer:
         self._delays = bus.subscribe(BY_NAME["image_delay"], polled=True)
         self._devices = bus.subscribe(BY_NAME["device_status"], polled=True)
         self._room = WorldListener(bus, clock)
-        self._sound = SoundWatch(bus)
+        self.sound = SoundWatch(bus)
         self.images: dict[str, ImageDelay] = {}
         self._delay_sums: dict[str, dict[str, list[float]]] = {}
         self._frame_rates: dict[str, list[float]] = {}
@@ -44,7 +44,7 @@ class Observer:
 
     def poll(self) -> None:
         """Process the messages received since the last call."""
-        self._sound.poll()
+        self.sound.poll()
         for sample in self._delays.take():
             message: ImageDelay = sample.message
             self.images[message.site] = message
@@ -99,18 +99,6 @@ class Observer:
             out.append("world")
         return out
 
-    def status_line(self) -> str:
-        """One line: frames per second and delay of each site."""
-        parts: list[str] = []
-        for site in self._conference.sites:
-            image = self.images.get(site.name)
-            if image is None:
-                parts.append(f"{site.name} …")
-                continue
-            delay = max((s.delay_s for s in image.streams), default=0.0)
-            parts.append(f"{site.name} {image.frames_per_s:4.1f} fps {delay * 1e3:3.0f} ms {self._sound.line(site.name)}".rstrip())
-        return "   ".join(parts)
-
     def report(self) -> dict[str, Any]:
         """The figures of the whole run, as JSON-ready data; rates in Hz, delays in seconds."""
         sites: dict[str, Any] = {}
@@ -142,5 +130,5 @@ class Observer:
             "people_touched": sorted(" and ".join(pair) for pair in w.people_touching),
             "things_held_by_in_turn": w.grasps,
         }
-        sound = self._sound.report([site.name for site in self._conference.sites])
+        sound = self.sound.report([site.name for site in self._conference.sites])
         return {"sites": sites, "devices": devices, "world": world} | ({"sound": sound} if sound else {})

@@ -11,7 +11,6 @@ from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME
 
-_SHOWN_NS = 5_000_000_000
 _MARKS = {
     Utterance.STATE_SENT: "…",
     Utterance.STATE_DONE: "✓",
@@ -45,6 +44,7 @@ class SoundWatch:
         self._equipment = bus.subscribe(BY_NAME["equipment_status"], polled=True)
         self._utterances = bus.subscribe(BY_NAME["utterance"], queue_all=True, polled=True)
         self._said: dict[str, dict[str, Utterance]] = {}
+        self._unshown: list[Utterance] = []
         self._newest: dict[str, SoundStatus] = {}
         self._voices: dict[tuple[str, str], _Voice] = {}
         self._devices: dict[tuple[str, str], EquipmentStatus] = {}
@@ -66,22 +66,30 @@ class SoundWatch:
             said = self._said.setdefault(sample.names["site"], {})
             said.pop(sample.message.id, None)
             said[sample.message.id] = sample.message
+            self._unshown.append(sample.message)
         for sample in self._equipment.take():
             self._devices[sample.names["site"], sample.message.equipment] = sample.message
 
-    def line(self, site: str) -> str:
-        """Short summary of the sound at a site now; "" for a site without sound."""
+    def heard(self, site: str) -> list[str]:
+        """The voices that are heard at a site now, each with its delay and skew."""
+        status = self._newest.get(site)
+        return [_heard(s) for s in status.streams if s.talking] if status else []
+
+    def warnings(self, site: str) -> list[str]:
+        """What is wrong with the sound of a site now."""
         status = self._newest.get(site)
         if status is None:
-            return ""
-        speaking = [_heard(s) for s in status.streams if s.talking]
+            return []
         warnings = [f"{m.participant}: no microphone" for m in status.microphones if not m.open and not m.muted]
-        warnings += [f"{m.participant} muted" for m in status.microphones if m.muted]
-        warnings += [f"{m.participant} too loud" for m in status.microphones if m.clipped]
-        warnings += [] if status.acoustic_known else ["acoustic delay unknown"]
-        said = list(self._said.get(site, {}).values())[-1:]
-        captions = [caption(m) for m in said if status.header.t_ns - m.header.t_ns < _SHOWN_NS]
-        return ", ".join([*(f"♪ {s}" for s in speaking), *captions, *warnings])
+        warnings += [f"{m.participant} is muted" for m in status.microphones if m.muted]
+        warnings += [f"{m.participant} is too loud" for m in status.microphones if m.clipped]
+        return warnings + ([] if status.acoustic_known else ["acoustic delay unknown"])
+
+    def new_captions(self) -> list[str]:
+        """What was said to the room, and its outcome, since the last call."""
+        new = [caption(m) for m in self._unshown if m.state != Utterance.STATE_SENT]
+        self._unshown.clear()
+        return new
 
     def report(self, sites: Sequence[str]) -> dict[str, Any]:
         """Of the whole run, as JSON-ready data, by site; seconds."""
@@ -107,9 +115,10 @@ class SoundWatch:
 
 def _heard(s: SoundStatus.Stream) -> str:
     """Delay of a voice, its target when that differs, and its skew to the picture."""
-    wanted = f" (wanted {s.target_s * 1e3:.0f})" if abs(s.target_s - s.actual_s) >= 0.005 else ""
-    skew = f" {s.skew_s * 1e3:+.0f}" if s.HasField("skew_s") else ""
-    return f"{s.participant} {s.actual_s * 1e3:.0f}{wanted}{skew} ms"
+    more = [f"wanted {s.target_s * 1e3:.0f}"] if abs(s.target_s - s.actual_s) >= 0.005 else []
+    more += [f"{s.skew_s * 1e3:+.0f}"] if s.HasField("skew_s") else []
+    extra = f" ({', '.join(more)})" if more else ""
+    return f"{s.participant} {s.actual_s * 1e3:.0f} ms{extra}"
 
 
 def _figures(voice: _Voice) -> dict[str, Any]:

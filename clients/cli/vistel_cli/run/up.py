@@ -29,6 +29,7 @@ from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
+from vistel_cli.run.live_table import LiveTable
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.prepared import prepare
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
@@ -219,12 +220,11 @@ class _Run:
 
     async def _until_done(self, observer: Observer) -> None:
         started = time.monotonic()
-        with _progress(self.as_json) as bar:
-            task = bar.add_task("conference", total=self.seconds or None)
+        with LiveTable(self.conference, observer, out, self.seconds, silent=self.as_json) as table:
             while not self.stop.is_set():
                 observer.poll()
                 elapsed = time.monotonic() - started
-                bar.update(task, completed=elapsed, description=observer.status_line())
+                table.update(elapsed)
                 if self.seconds and elapsed >= self.seconds:
                     return
                 await _wait(self.stop, 0.1)

@@ -1,0 +1,124 @@
+"""What `vistel up` shows while a conference runs: one table of its sites, and a line for each event."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from vistel.conference.device_list import devices_of_site
+from vistel.conference.model import Conference
+from vistel.v1.device_pb2 import DeviceStatus
+from vistel_cli.run.observer import Observer
+
+LEGEND = (
+    "delay: from a movement to its picture · devices: how many send · "
+    "voices: who is heard how late, and how much later (+) than the picture"
+)
+GARBAGE_BYTES = 256
+"""A device that sends so many useless bytes more is an event."""
+
+
+class Events:
+    """What happens in a running conference, each told once: devices that fail and come back, people who join and leave, what is
+    said to the room, what is wrong with its sound."""
+
+    def __init__(self, observer: Observer) -> None:
+        self._observer = observer
+        self._sending = {d: _sends(s) for d, s in observer.devices.items()}
+        self._skipped = {d: s.bytes_skipped for d, s in observer.devices.items()}
+        self._people = _seen(observer)
+        self._warnings: set[str] = set()
+
+    def new(self) -> Iterator[str]:
+        """The events since the last call."""
+        for device, status in self._observer.devices.items():
+            sends = _sends(status)
+            if sends != self._sending.get(device, False):
+                yield f"{device} sends again" if sends else f"{device} fails: {status.detail or _state(status)}"
+            self._sending[device] = sends
+            if status.bytes_skipped < self._skipped.get(device, 0):
+                self._skipped[device] = 0
+            if (more := status.bytes_skipped - self._skipped.get(device, 0)) >= GARBAGE_BYTES:
+                yield f"{device} sent {more} bytes that are no frame"
+                self._skipped[device] = status.bytes_skipped
+        people = _seen(self._observer)
+        yield from (f"{name} joined" for name in sorted(people - self._people))
+        yield from (f"{name} left" for name in sorted(self._people - people))
+        self._people = people
+        yield from self._observer.sound.new_captions()
+        warnings = {f"{site}: {w}" for site in self._observer.images for w in self._observer.sound.warnings(site)}
+        yield from sorted(warnings - self._warnings)
+        self._warnings = warnings
+
+
+class LiveTable:
+    """The table, in place on a terminal and nowhere else; events go above it. Use it in a `with`."""
+
+    def __init__(self, conference: Conference, observer: Observer, console: Console, seconds: float, *, silent: bool) -> None:
+        """seconds: how long the conference lasts; 0: until it is stopped. silent: show nothing."""
+        self._conference, self._observer, self._console, self._seconds = conference, observer, console, seconds
+        self._events = Events(observer)
+        self._silent = silent
+        self._live = Live(console=console, auto_refresh=False, transient=True)
+
+    def __enter__(self) -> LiveTable:
+        if not self._silent:
+            self._live.start()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self._live.stop()
+
+    def update(self, elapsed_s: float) -> None:
+        """Show how things are now."""
+        if self._silent:
+            return
+        for event in self._events.new():
+            self._console.print(Text.assemble((f"{_clock(elapsed_s)}  ", "dim"), event), soft_wrap=True)
+        length = f"{_clock(elapsed_s)} of {_clock(self._seconds)}" if self._seconds else _clock(elapsed_s)
+        below = Text(f"{length}, Ctrl-C ends it. {LEGEND}", style="dim")
+        self._live.update(Group(sites_table(self._conference, self._observer), below), refresh=True)
+
+
+def sites_table(conference: Conference, observer: Observer) -> RenderableType:
+    """A row for each site, at most 60 characters wide where no voices are."""
+    table = Table.grid(padding=(0, 2, 0, 0))
+    table.add_column(overflow="ellipsis", no_wrap=True, max_width=16)
+    for _ in range(3):
+        table.add_column(justify="right", no_wrap=True)
+    table.add_column(overflow="fold")
+    table.add_row("site", "pictures/s", "delay", "devices", "voices", style="bold")
+    for site in conference.sites:
+        image = observer.images.get(site.name)
+        delay_s = max((s.delay_s for s in image.streams), default=0.0) if image else 0.0
+        devices = [d.name for d in devices_of_site(site)]
+        sending = sum(d in observer.devices and _sends(observer.devices[d]) for d in devices)
+        table.add_row(
+            site.name,
+            f"{image.frames_per_s:.1f}" if image else "-",
+            f"{delay_s * 1e3:.0f} ms" if delay_s else "-",
+            Text(f"{sending} of {len(devices)}" if devices else "-", "" if sending == len(devices) else "yellow"),
+            ", ".join(observer.sound.heard(site.name)) or "-",
+        )
+    return table
+
+
+def _sends(status: DeviceStatus) -> bool:
+    return status.state == DeviceStatus.STATE_STREAMING
+
+
+def _state(status: DeviceStatus) -> str:
+    return DeviceStatus.State.Name(status.state).removeprefix("STATE_").lower()
+
+
+def _seen(observer: Observer) -> set[str]:
+    """Who is in the picture of a site."""
+    return {s.participant for image in observer.images.values() for s in image.streams}
+
+
+def _clock(seconds: float) -> str:
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"

@@ -1,0 +1,135 @@
+"""What `vistel up` shows while a conference runs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable
+
+import pytest
+from rich.console import Console
+
+from vistel.conference.device_list import devices_of_site
+from vistel.conference.files import DEMO_FILE, load
+from vistel.v1.audio_pb2 import SoundStatus
+from vistel.v1.device_pb2 import DeviceStatus
+from vistel.v1.service_pb2 import ImageDelay
+from vistel.wire.clock import SimulatedClock
+from vistel.wire.memory_bus import MemoryNetwork
+from vistel.wire.topics import BY_NAME
+from vistel_cli.run.live_table import LEGEND, Events, LiveTable, sites_table
+from vistel_cli.run.observer import Observer
+
+DEMO = load(DEMO_FILE)
+PEOPLE = ("aiko", "ben", "carla")
+
+
+class Meeting:
+    """The demo's messages, without its processes."""
+
+    def __init__(self) -> None:
+        network, clock = MemoryNetwork(), SimulatedClock(10**12)
+        self.observer = Observer(DEMO, network.bus("demo", "hub", clock), clock)
+        self._buses = {s.name: network.bus("demo", s.name, clock) for s in DEMO.sites}
+        for site in DEMO.sites:
+            self.image(site.name, *PEOPLE)
+            for device in devices_of_site(site):
+                self.device(site.name, device.name)
+        self.observer.poll()
+
+    def image(self, site: str, *people: str) -> None:
+        message = ImageDelay(site=site, frames_per_s=13.04, frames=1)
+        for name in people:
+            message.streams.add(participant=name, delay_s=0.171)
+        self._buses[site].publish(BY_NAME["image_delay"]).put(message)
+
+    def device(self, site: str, name: str, state: DeviceStatus.State = DeviceStatus.STATE_STREAMING, **more: object) -> None:
+        message = DeviceStatus(device=name, state=state, **more)  # pyright: ignore[reportArgumentType]
+        self._buses[site].publish(BY_NAME["device_status"], device=name).put(message)
+
+    def sound(self, site: str, *heard: str) -> None:
+        message = SoundStatus(site=site, acoustic_known=True)
+        for name in heard:
+            message.streams.add(participant=name, talking=True, target_s=0.149, actual_s=0.149, skew_s=-0.012)
+        self._buses[site].publish(BY_NAME["sound_status"]).put(message)
+
+
+def during(check: Callable[[Meeting], None]) -> None:
+    async def main() -> None:
+        check(Meeting())
+
+    asyncio.run(main())
+
+
+def shown(meeting: Meeting, columns: int) -> list[str]:
+    meeting.observer.poll()
+    console = Console(width=columns, force_terminal=False)
+    with console.capture() as capture:
+        console.print(sites_table(DEMO, meeting.observer))
+    return [line.rstrip() for line in capture.get().splitlines()]
+
+
+@pytest.mark.parametrize("columns", [60, 80, 120])
+def test_a_row_for_each_site_fits_any_terminal(columns: int) -> None:
+    def check(meeting: Meeting) -> None:
+        meeting.sound("tokyo", "ben", "carla")
+        lines = shown(meeting, columns)
+        assert max(map(len, lines)) <= columns
+        assert lines[0].split() == ["site", "pictures/s", "delay", "devices", "voices"]
+        assert lines[1].split()[:7] == ["tokyo", "13.0", "171", "ms", "3", "of", "3"]
+        assert "ben 149 ms (-12)" in lines[1]
+
+    during(check)
+
+
+def test_a_device_that_fails_and_comes_back_is_told_once_each_time() -> None:
+    def check(meeting: Meeting) -> None:
+        events = Events(meeting.observer)
+        assert list(events.new()) == []
+        meeting.device("columbus", "ben-tracker", DeviceStatus.STATE_STALLED, detail="silent for 1.0 s")
+        meeting.observer.poll()
+        assert list(events.new()) == ["ben-tracker fails: silent for 1.0 s"]
+        assert "2 of 3" in shown(meeting, 80)[2]
+        assert list(events.new()) == []
+        meeting.device("columbus", "ben-tracker", bytes_skipped=4000)
+        meeting.observer.poll()
+        assert list(events.new()) == ["ben-tracker sends again", "ben-tracker sent 4000 bytes that are no frame"]
+
+    during(check)
+
+
+def test_who_joins_and_who_leaves_is_told() -> None:
+    def check(meeting: Meeting) -> None:
+        events = Events(meeting.observer)
+        meeting.image("tokyo", *PEOPLE, "dora")
+        meeting.observer.poll()
+        assert list(events.new()) == ["dora joined"]
+        for site in DEMO.sites:
+            meeting.image(site.name, "aiko", "ben")
+        meeting.observer.poll()
+        assert list(events.new()) == ["carla left", "dora left"]
+
+    during(check)
+
+
+def test_where_there_is_no_terminal_events_are_lines_and_the_table_is_not_drawn() -> None:
+    def check(meeting: Meeting) -> None:
+        console = Console(width=80, force_terminal=False)
+        with console.capture() as capture, LiveTable(DEMO, meeting.observer, console, 60.0, silent=False) as table:
+            meeting.device("tokyo", "aiko-tracker", DeviceStatus.STATE_SEARCHING, detail="its port is absent")
+            meeting.observer.poll()
+            table.update(72.4)
+        assert capture.get().strip() == "1:12  aiko-tracker fails: its port is absent"
+
+    during(check)
+
+
+def test_a_terminal_shows_the_legend() -> None:
+    def check(meeting: Meeting) -> None:
+        console = Console(width=60, force_terminal=True)
+        with console.capture() as capture, LiveTable(DEMO, meeting.observer, console, 60.0, silent=False) as table:
+            table.update(12.0)
+        said = " ".join(capture.get().split())
+        assert "0:12 of 1:00" in said
+        assert LEGEND.split(" · ")[1] in said
+
+    during(check)
