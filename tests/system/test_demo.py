@@ -177,7 +177,7 @@ def test_the_log_is_drawn_as_a_film_to_the_same_picture_each_time(conference: Ru
         pictures.append([f.read_bytes() for f in sorted((tmp_path / name / "zurich").iterdir())])
     assert pictures[0] == pictures[1]
     assert len(set(pictures[0])) == 3
-    _film(conference, tmp_path, "--finer", "2")
+    _film(conference, tmp_path, "--supersample", "2")
     with av.open(str(tmp_path / "zurich.mp4")) as video:
         frames = [f.to_ndarray(format="gray") for f in video.decode(video=0)]
     assert [f.shape for f in frames] == [(180, 320)] * 3

@@ -19,7 +19,7 @@ _ROOT = Path(__file__).resolve().parents[3]
 def bench(
     name: Annotated[str | None, typer.Argument(help="Name of the benchmark; without one, the list.")] = None,
     every: Annotated[bool, typer.Option("--all", help="Run all of them.")] = False,
-    thorough: Annotated[bool, typer.Option(help="Run the long form, if the benchmark has one.")] = False,
+    thorough: Annotated[bool, typer.Option("--thorough", help="Run the long form, if the benchmark has one.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per figure.")] = False,
 ) -> None:
     """Measure VISTEL and a peer in turn, in one run. Shows medians, ratios and targets.

@@ -9,32 +9,38 @@ import typer
 from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.terminal import FAILED, print_error
 
-RUN = "Run a conference"
-LOGS = "Record and replay"
-PEOPLE = "People and devices"
-SHAPES = "Shapes, pictures, measurements"
+# The panels of `vistel --help`, by who uses the commands.
+HOSTS = "For hosts"
+PARTICIPANTS = "For participants"
+RESEARCHERS = "For researchers"
+INTEGRATORS = "For builders of devices"
+MODELLERS = "For modellers"
 COMMANDS = {
-    "up": Lazy("vistel_cli.run.up:up", RUN),
-    "runs": Lazy("vistel_cli.run.runs:app", RUN, "List the folders of runs, and clear old ones."),
-    "site": Lazy("vistel_cli.run.site:app", RUN, "Take part in a conference across machines."),
-    "ask": Lazy("vistel_cli.ask:ask", RUN),
-    "voice": Lazy("vistel_cli.voice.voice:app", RUN, "Microphones, loudspeakers and equipment of a running conference."),
-    "world": Lazy("vistel_cli.world.world:app", RUN, "Rooms and things on file: show, edit, export."),
-    "doctor": Lazy("vistel_cli.devices.doctor:doctor", RUN),
-    "record": Lazy("vistel_cli.run.record:record", LOGS),
-    "replay": Lazy("vistel_cli.log.replay:replay", LOGS),
-    "log": Lazy("vistel_cli.log.log:app", LOGS, "Inspect, repair, cut and export logs."),
-    "avatar": Lazy("vistel_cli.avatar.avatar:app", PEOPLE, "Make, inspect and export avatars: the people of a conference."),
-    "wrinkle": Lazy("vistel_cli.wrinkle.wrinkle:app", PEOPLE, "Wrinkles of cloth and skin: shapes, displacement maps, textures."),
-    "devices": Lazy("vistel_cli.devices.devices:devices", PEOPLE),
-    "calibrate": Lazy("vistel_cli.calibrate.calibrate:app", PEOPLE, "Measure people and devices, into files for a conference."),
-    "sim": Lazy("vistel_cli.run.sim:sim", PEOPLE),
-    "speech": Lazy("vistel_cli.voice.speech:app", PEOPLE, "Spoken commands: try them, score recordings, check grammars."),
-    "wall": Lazy("vistel_cli.wall:wall", PEOPLE),
-    "trace": Lazy("vistel_cli.scene.trace:trace", SHAPES),
-    "scanline": Lazy("vistel_cli.scene.scanline:scanline", SHAPES),
-    "polygonise": Lazy("vistel_cli.scene.polygonise:polygonise", SHAPES),
-    "bench": Lazy("vistel_cli.bench:bench", SHAPES),
+    "up": Lazy("vistel_cli.run.up:up", HOSTS),
+    "runs": Lazy("vistel_cli.run.runs:app", HOSTS, "List the folders of runs, and clear old ones."),
+    "site": Lazy("vistel_cli.run.site:app", HOSTS, "Take part in a conference across machines."),
+    "world": Lazy("vistel_cli.world.world:app", HOSTS, "Rooms and things on file: show, edit, export."),
+    "doctor": Lazy("vistel_cli.devices.doctor:doctor", HOSTS),
+    "wall": Lazy("vistel_cli.wall:wall", HOSTS),
+    "ask": Lazy("vistel_cli.ask:ask", PARTICIPANTS),
+    "voice": Lazy("vistel_cli.voice.voice:app", PARTICIPANTS, "Microphones, loudspeakers and equipment of a running conference."),
+    "speech": Lazy("vistel_cli.voice.speech:app", PARTICIPANTS, "Spoken commands: try them, score recordings, check grammars."),
+    "avatar": Lazy("vistel_cli.avatar.avatar:app", PARTICIPANTS, "Make, inspect and export avatars: the people of a conference."),
+    "calibrate": Lazy(
+        "vistel_cli.calibrate.calibrate:app", PARTICIPANTS, "Measure people and devices, into files for a conference."
+    ),
+    "devices": Lazy("vistel_cli.devices.devices:devices", PARTICIPANTS),
+    "record": Lazy("vistel_cli.run.record:record", RESEARCHERS),
+    "replay": Lazy("vistel_cli.log.replay:replay", RESEARCHERS),
+    "log": Lazy("vistel_cli.log.log:app", RESEARCHERS, "Inspect, repair, cut and export logs."),
+    "bench": Lazy("vistel_cli.bench:bench", RESEARCHERS),
+    "sim": Lazy("vistel_cli.run.sim:sim", INTEGRATORS),
+    "wrinkle": Lazy(
+        "vistel_cli.wrinkle.wrinkle:app", MODELLERS, "Wrinkles of cloth and skin: shapes, displacement maps, textures."
+    ),
+    "trace": Lazy("vistel_cli.scene.trace:trace", MODELLERS),
+    "scanline": Lazy("vistel_cli.scene.scanline:scanline", MODELLERS),
+    "polygonise": Lazy("vistel_cli.scene.polygonise:polygonise", MODELLERS),
 }
 app = typer.Typer(
     name="vistel",

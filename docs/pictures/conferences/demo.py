@@ -30,7 +30,7 @@ def main() -> None:
     site = next(site for name, site in THIRD.items() if name not in holders)
     at_s = (log_ns - reader.begin_ns) * 1e-9
     with tempfile.TemporaryDirectory() as folder:
-        render = ["replay", str(reader.path), "--render", "--png", "--site", site, "--size", "960x540", "--finer", "2"]
+        render = ["replay", str(reader.path), "--render", "--png", "--site", site, "--size", "960x540", "--supersample", "2"]
         span = ["--from", f"{at_s - 1.0:.2f}", "--to", f"{at_s:.2f}", "--fps", "5", "--out", folder]
         subprocess.run([sys.executable, "-m", "vistel_cli.main", *render, *span], check=True)
         picture = max(Path(folder).rglob("*.png"))

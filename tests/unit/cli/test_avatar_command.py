@@ -156,7 +156,7 @@ def test_a_participant_is_drawn_with_the_file_beside_the_conference_file(folder:
         ("import", "{f}/gone.vrm", "-o", "{f}/x.usda"),
         ("register", "{f}/eva.usda", "--island", "0", "--move", "up"),
         ("register", "{f}/eva.usda", "--island", "9999"),
-        ("register", "{f}/eva.usda", "--island", "0", "--picture", "{f}/scan.obj"),
+        ("register", "{f}/eva.usda", "--island", "0", "--texture", "{f}/scan.obj"),
         ("export", "builtin", "-o", "{f}/x.stl"),
     ],
 )

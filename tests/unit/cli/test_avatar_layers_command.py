@@ -29,7 +29,7 @@ def run(*words: str) -> tuple[int, str]:
 @pytest.mark.parametrize("show", ["skin", "muscles", "bones"])
 def test_the_layers_of_an_avatar_become_a_scene(person: Path, tmp_path: Path, show: str) -> None:
     scene = tmp_path / "figure.toml"
-    code, said = run(str(person), "-o", str(scene), "--posture", "squat", "--show", show, "--json")
+    code, said = run(str(person), "-o", str(scene), "--posture", "squat", "--layers", show, "--json")
     assert code == 0, said
     facts = json.loads(said)
     assert facts["bones"] > 50

@@ -63,7 +63,7 @@ def calibrate(*words: str | Path) -> tuple[int, str, str]:
 
 def test_a_tracker_is_calibrated_from_a_recording(folder: Path, tmp_path: Path) -> None:
     target = tmp_path / "tracker.json"
-    words = ("tracker", folder / "conference.toml", "ada", "--from", folder / "moves.mcap", "--out", target, "--json")
+    words = ("tracker", folder / "conference.toml", "ada", "--log", folder / "moves.mcap", "--out", target, "--json")
     code, said, _ = calibrate(*words)
     assert code == 0
     table = json.loads(said)
@@ -74,7 +74,7 @@ def test_a_tracker_is_calibrated_from_a_recording(folder: Path, tmp_path: Path) 
 
 def test_a_body_is_measured_from_a_recording_and_a_conference_takes_it(folder: Path, tmp_path: Path) -> None:
     target = tmp_path / "ada-body.json"
-    code, said, _ = calibrate("body", folder / "conference.toml", "ada", "--from", folder / "moves.mcap", "--out", target)
+    code, said, _ = calibrate("body", folder / "conference.toml", "ada", "--log", folder / "moves.mcap", "--out", target)
     assert code == 0 and "Written to" in said
     assert load_body(target).skeleton.upper_arm == pytest.approx(0.29 * 1.68 / 1.75, abs=0.01)
     (tmp_path / "conference.toml").write_text(FILE + 'body = "ada-body.json"\n')
@@ -84,7 +84,7 @@ def test_a_body_is_measured_from_a_recording_and_a_conference_takes_it(folder: P
 
 def test_a_glove_is_calibrated_from_a_recording(folder: Path, tmp_path: Path) -> None:
     target = tmp_path / "left.json"
-    code, said, _ = calibrate("glove", folder / "conference.toml", "ada", "left", "--from", folder / "moves.mcap", "--out", target)
+    code, said, _ = calibrate("glove", folder / "conference.toml", "ada", "left", "--log", folder / "moves.mcap", "--out", target)
     assert code == 0 and "good" in said
     assert load_calibration(target).gain[0] == pytest.approx(default_calibration().gain[0], rel=0.05)
 
@@ -92,13 +92,13 @@ def test_a_glove_is_calibrated_from_a_recording(folder: Path, tmp_path: Path) ->
 @pytest.mark.parametrize(
     ("words", "code", "told"),
     [
-        (("tracker", "{}/conference.toml", "bob", "--from", "{}/moves.mcap"), 2, "no such participant"),
-        (("tracker", "{}/conference.toml", "ada", "--from", "{}/none.mcap"), 1, "none.mcap"),
-        (("tracker", "{}/conference.toml", "ada", "--from", "{}/moves.mcap", "--begin", "30"), 1, "repeat"),
-        (("body", "{}/conference.toml", "ada", "--height", "9", "--from", "{}/moves.mcap"), 2, "--height"),
-        (("body", "{}/conference.toml", "ada", "--forearm", "--from", "{}/moves.mcap"), 1, "left_forearm"),
-        (("glove", "{}/conference.toml", "ada", "right", "--from", "{}/moves.mcap"), 1, "no data received"),
-        (("glove", "{}/conference.toml", "ada", "middle", "--from", "{}/moves.mcap"), 2, "wears left and right"),
+        (("tracker", "{}/conference.toml", "bob", "--log", "{}/moves.mcap"), 2, "no such participant"),
+        (("tracker", "{}/conference.toml", "ada", "--log", "{}/none.mcap"), 1, "none.mcap"),
+        (("tracker", "{}/conference.toml", "ada", "--log", "{}/moves.mcap", "--from", "30"), 1, "repeat"),
+        (("body", "{}/conference.toml", "ada", "--height", "9", "--log", "{}/moves.mcap"), 2, "--height"),
+        (("body", "{}/conference.toml", "ada", "--forearm", "--log", "{}/moves.mcap"), 1, "left_forearm"),
+        (("glove", "{}/conference.toml", "ada", "right", "--log", "{}/moves.mcap"), 1, "no data received"),
+        (("glove", "{}/conference.toml", "ada", "middle", "--log", "{}/moves.mcap"), 2, "wears left and right"),
         (("distortion", "{}/conference.toml"), 1, "lacks the columns"),
         (("distortion", "{}/none.csv"), 1, "cannot be read"),
     ],
@@ -157,7 +157,7 @@ def recording_of(path: Path, points: list[np.ndarray], hold_s: float) -> None:
 def test_a_grid_is_made_from_a_recording_of_a_receiver_held_on_known_points(tmp_path: Path) -> None:
     (tmp_path / "points.csv").write_text("\n".join(["true_x,true_y,true_z", *(",".join(map(str, p)) for p in GRID)]))
     recording_of(tmp_path / "grid.mcap", GRID, 2.0)
-    words = ("distortion", tmp_path / "points.csv", "--from", tmp_path / "grid.mcap", "--device", "ada-tracker", "--station", "2")
+    words = ("distortion", tmp_path / "points.csv", "--log", tmp_path / "grid.mcap", "--device", "ada-tracker", "--station", "2")
     code, _, told = calibrate(*words, "--step", "0.25", "--out", tmp_path / "grid.json")
     assert code == 0, told
     grid = load_distortion(tmp_path / "grid.json")

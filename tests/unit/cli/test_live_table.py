@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import re
 from collections.abc import Callable
 
 import pytest
@@ -128,7 +129,7 @@ def test_a_terminal_shows_the_legend() -> None:
         console = Console(width=60, force_terminal=True)
         with console.capture() as capture, LiveTable(DEMO, meeting.observer, console, 60.0, silent=False) as table:
             table.update(12.0)
-        said = " ".join(capture.get().split())
+        said = " ".join(re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", capture.get()).split())
         assert "0:12 of 1:00" in said
         assert LEGEND.split(" · ")[1] in said
 

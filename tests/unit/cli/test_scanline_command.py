@@ -35,7 +35,7 @@ def scene(tmp_path: Path) -> Path:
 
 def test_a_scene_becomes_a_picture_and_a_report(scene: Path, tmp_path: Path) -> None:
     picture = tmp_path / "out.png"
-    done = RUNNER.invoke(app, ["scanline", str(scene), "-o", str(picture), "--smooth", "2", "--json"])
+    done = RUNNER.invoke(app, ["scanline", str(scene), "-o", str(picture), "--supersample", "2", "--json"])
     assert done.exit_code == 0, done.output
     report = json.loads(done.stdout)
     assert (report["width"], report["height"], report["primitives"]) == (60, 40, 1)
@@ -56,7 +56,7 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_work(scene: Path
     ("changes", "options", "said"),
     [
         ((), ["--size", "8"], "--size"),
-        ((), ["--size", "9000x9000", "--smooth", "2"], "--smooth"),
+        ((), ["--size", "9000x9000", "--supersample", "2"], "--supersample"),
         (('kind = "sphere"', 'kind = "spere"'), [], "shapes"),
     ],
 )

@@ -121,7 +121,7 @@ def find_beginning(samples: Samples) -> float:
             while last + 1 < len(held) and held[last + 1]:
                 last += 1
             return float(0.5 * (times[first] + times[last]) - 0.5 * step.seconds - PAUSE_S)
-    raise MoveError("the recording shows no T-pose: arms out to both sides, held for three seconds; give its time with --begin")
+    raise MoveError("the recording shows no T-pose: arms out to both sides, held for three seconds; give its time with --from")
 
 
 REST_S = 1.5

@@ -26,10 +26,12 @@ def layers(
     file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
     output: Annotated[Path, out_file("The scene file to write, .toml.")],
     posture: Annotated[str, typer.Option(help="One of the standard postures, such as t-pose, elbow or squat.")] = "elbow",
-    show: Annotated[
-        VisibleLayers, typer.Option(help="All layers blended, or muscles and bones, or bones uncovered.")
+    visible: Annotated[
+        VisibleLayers, typer.Option("--layers", help="All layers blended, or muscles and bones, or bones uncovered.")
     ] = VisibleLayers.skin,
-    physical: Annotated[bool, typer.Option(help="Muscles swell by their blend functions instead of by their size.")] = False,
+    physical: Annotated[
+        bool, typer.Option("--physical", help="Muscles swell by their blend functions instead of by their size.")
+    ] = False,
     as_json: Json = False,
     force: Force = False,
 ) -> None:
@@ -37,7 +39,7 @@ def layers(
 
     [bold]Examples[/bold]
 
-      vistel avatar layers builtin:seed=3 -o arm.toml --posture elbow --show muscles
+      vistel avatar layers builtin:seed=3 -o arm.toml --posture elbow --layers muscles
     """
     import numpy as np
 
@@ -64,11 +66,11 @@ def layers(
         middle = 0.5 * (low + high)
         away = 1.05 * float(max((high - low).max(), avatar.skeleton.height))
         text = scene_text(
-            model, kinds[show], blended=show is VisibleLayers.skin, eye=middle + away * np.array(_FROM), target=middle
+            model, kinds[visible], blended=visible is VisibleLayers.skin, eye=middle + away * np.array(_FROM), target=middle
         )
     try:
         output.write_text(text)
     except OSError as fault:
         fail(f"{output}: cannot be written: {fault.strerror or fault}", FAILED)
-    counts = {layer: len(model.layer(layer)) for layer in kinds[show]}
+    counts = {layer: len(model.layer(layer)) for layer in kinds[visible]}
     report(as_json, {"output": str(output), "posture": posture, **counts})

@@ -61,7 +61,7 @@ def register(
     move: Annotated[str, typer.Option(help="U,V: right and up, in widths and heights of the whole texture.")] = "0,0",
     turn: Annotated[float, typer.Option(help="Counter-clockwise \\[degrees].")] = 0.0,
     scale: Annotated[float, typer.Option(min=0.001, max=1000.0, help="Factor of size; 2 doubles the picture on the island.")] = 1.0,
-    picture: Annotated[
+    texture: Annotated[
         Path | None, typer.Option(help="Another picture for this island; it covers the whole island at first.")
     ] = None,
     reset: Annotated[bool, typer.Option("--reset", help="Remove the registration of this island.")] = False,
@@ -76,7 +76,7 @@ def register(
 
       vistel avatar register me.usda --island 2 --turn 12 --scale 1.1 --move 0.01,-0.004
 
-      vistel avatar register me.usda --island 2 --picture face.png
+      vistel avatar register me.usda --island 2 --texture face.png
 
       vistel avatar register me.usda --island 2 --reset
     """
@@ -93,17 +93,17 @@ def register(
         fail(f"--move: expected U,V like 0.01,-0.02, got {move!r}", USAGE)
     avatar = load(file)
     try:
-        if picture is not None:
-            avatar = with_picture(avatar, island, decode(picture.read_bytes()))
+        if texture is not None:
+            avatar = with_picture(avatar, island, decode(texture.read_bytes()))
         if reset:
             avatar = unregistered(avatar, island)
-        elif picture is None or (u, v, turn, scale) != (0.0, 0.0, 0.0, 1.0):
+        elif texture is None or (u, v, turn, scale) != (0.0, 0.0, 0.0, 1.0):
             avatar = registered(avatar, Registration(island, (u, v), math.radians(turn), scale))
     except MakingError as fault:
-        fail(f"{picture}: {fault}", USAGE)
+        fail(f"{texture}: {fault}", USAGE)
     except ValueError as fault:
         fail(f"{file}: {fault}", USAGE)
     except OSError as fault:
-        fail(f"{picture}: cannot be read: {fault.strerror or fault}", USAGE)
+        fail(f"{texture}: cannot be read: {fault.strerror or fault}", USAGE)
     save(avatar, target, not as_json)
     report(as_json, {"output": str(target), "registered": [r.island for r in avatar.registration]})

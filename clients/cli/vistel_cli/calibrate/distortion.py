@@ -19,10 +19,10 @@ ROTATION = ("qx", "qy", "qz", "qw")
 
 
 def distortion(
-    points: Annotated[Path, typer.Argument(help="CSV of known points: true_x ... and, without --from, read_x ..., metres.")],
-    log: Annotated[Path | None, typer.Option("--from", help="A log in which a receiver was held on each point in turn.")] = None,
-    device: Annotated[str, typer.Option(help="With --from: the tracker, aiko-tracker.")] = "",
-    station: Annotated[int, typer.Option(help="With --from: which of its receivers was held.")] = 1,
+    points: Annotated[Path, typer.Argument(help="CSV of known points: true_x ... and, without --log, read_x ..., metres.")],
+    log: Annotated[Path | None, typer.Option("--log", help="A log in which a receiver was held on each point in turn.")] = None,
+    device: Annotated[str, typer.Option(help="With --log: the tracker, aiko-tracker.")] = "",
+    station: Annotated[int, typer.Option(help="With --log: which of its receivers was held.")] = 1,
     output: Annotated[Path, out_file("The grid.")] = Path("distortion.json"),
     step: Annotated[float, typer.Option(help="Metres between the grid's corners.")] = 0.1,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
@@ -31,14 +31,14 @@ def distortion(
     """Make a correction grid from points with known positions.
 
     The file has a line of headings and one line per point, transmitter frame: true_x, true_y, true_z and read_x, read_y,
-    read_z in metres; where orientations are known too, true_qx ... true_qw and read_qx ... read_qw. With --from the
+    read_z in metres; where orientations are known too, true_qx ... true_qw and read_qx ... read_qw. With --log the
     readings come from a recording in which the receiver is held still on each point for two seconds or more, in the file's order.
 
     [bold]Examples[/bold]
 
       vistel calibrate distortion points.csv --out distortion.json
 
-      vistel calibrate distortion points.csv --from out/latest/conference.mcap --device aiko-tracker --station 3
+      vistel calibrate distortion points.csv --log out/latest/conference.mcap --device aiko-tracker --station 3
     """
     # Loads what only this command needs.
     from vistel.figure.calibration.distortion import DistortionError, fit_distortion, judge, pose_errors, save_distortion

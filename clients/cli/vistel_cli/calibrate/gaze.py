@@ -22,7 +22,7 @@ def gaze(
     output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: NAME-eye.json.")] = None,
     force: Force = False,
     clip: Annotated[Path | None, typer.Option(help="A video of the nine points looked at, instead of the camera.")] = None,
-    per_point: Annotated[float, typer.Option(help="Seconds for each of the nine points.")] = 2.0,
+    seconds: Annotated[float, typer.Option(help="Seconds for each of the nine points.")] = 2.0,
     yaw: Annotated[float, typer.Option(help="Degrees of the outer points to the left and right.")] = 18.0,
     pitch: Annotated[float, typer.Option(help="Degrees of the outer points up and down.")] = 12.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
@@ -37,13 +37,13 @@ def gaze(
 
       vistel calibrate gaze conference.toml aiko
 
-      vistel calibrate gaze conference.toml aiko --clip nine-points.mp4 --per-point 3
+      vistel calibrate gaze conference.toml aiko --clip nine-points.mp4 --seconds 3
     """
     person, seed = participant(file, name)
     if person.eye is None:
         fail(f"{file}: {name} has no eye camera; give them [sites.participants.eye]", USAGE)
-    if not (0.3 <= per_point <= 30.0 and 2.0 <= yaw <= 40.0 and 2.0 <= pitch <= 40.0):
-        fail("expected --per-point 0.3 to 30 s, --yaw and --pitch 2 to 40 degrees", USAGE)
+    if not (0.3 <= seconds <= 30.0 and 2.0 <= yaw <= 40.0 and 2.0 <= pitch <= 40.0):
+        fail("expected --seconds 0.3 to 30 s, --yaw and --pitch 2 to 40 degrees", USAGE)
     path = output or Path(f"{eye_name(name)}.json")
     keep_existing(path, force=force)
     # Loads what only this command needs.
@@ -60,15 +60,15 @@ def gaze(
     drawn = EyePicture(device_seed(seed, eye_name(name)), right=person.eye.eye == "right")
 
     def simulated(k: int) -> Any:
-        return drawn.draw(targets[min(8, int(k / SIMULATED_HZ / per_point))], 1.0, k)
+        return drawn.draw(targets[min(8, int(k / SIMULATED_HZ / seconds))], 1.0, k)
 
     live = clip is None and not person.eye.simulated
     reader = EyeReader()
     pupils: list[list[Any]] = [[] for _ in targets]
     openings: list[float] = []
     size, point = (0, 0), -1
-    for t_s, picture in shown(person.eye, clip, len(targets) * per_point, simulated):
-        now, phase = divmod(t_s / per_point, 1.0)
+    for t_s, picture in shown(person.eye, clip, len(targets) * seconds, simulated):
+        now, phase = divmod(t_s / seconds, 1.0)
         if int(now) > point and int(now) < len(targets):
             point = int(now)
             if live:

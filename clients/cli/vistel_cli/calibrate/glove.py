@@ -32,8 +32,8 @@ def glove(
     side: Annotated[str, typer.Argument(help="left or right.")],
     output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: PARTICIPANT-SIDE.json.")] = None,
     force: Force = False,
-    log: Annotated[Path | None, typer.Option("--from", help="Take the hands from this log instead of asking for them.")] = None,
-    speak: Annotated[bool, typer.Option(help="Say the hands aloud, where a speech program is installed.")] = False,
+    log: Annotated[Path | None, typer.Option("--log", help="Take the hands from this log instead of asking for them.")] = None,
+    speak: Annotated[bool, typer.Option("--speak", help="Say the hands aloud, where a speech program is installed.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Fit a CyberGlove or 5DT Data Glove to its user: open hand, fist, spread hand, pinch.
@@ -44,7 +44,7 @@ def glove(
 
       vistel calibrate glove conference.toml aiko left
 
-      vistel calibrate glove conference.toml aiko left --from out/latest/conference.mcap
+      vistel calibrate glove conference.toml aiko left --log out/latest/conference.mcap
     """
     from vistel.protocol.glove_calibration import CalibrationError
 

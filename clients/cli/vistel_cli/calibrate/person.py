@@ -16,10 +16,10 @@ from vistel_cli.terminal import FAILED, fail, load_conference, out
 
 File = Annotated[Path, typer.Argument(help="Conference file, with the tracker's participant and port.")]
 Who = Annotated[str, typer.Argument(help="Participant.")]
-Log = Annotated[Path | None, typer.Option("--from", help="Take the moves from this log instead of asking for them.")]
-Begin = Annotated[float | None, typer.Option(help="Seconds into the log at which the first move was announced.")]
-Speak = Annotated[bool, typer.Option(help="Say the moves aloud, where a speech program is installed.")]
-Anyway = Annotated[bool, typer.Option(help="Keep the result even where a move was poor.")]
+Log = Annotated[Path | None, typer.Option("--log", help="Take the moves from this log instead of asking for them.")]
+Begin = Annotated[float | None, typer.Option("--from", help="Seconds into the log at which the first move was announced.")]
+Speak = Annotated[bool, typer.Option("--speak", help="Say the moves aloud, where a speech program is installed.")]
+Anyway = Annotated[bool, typer.Option("--anyway", help="Keep the result even where a move was poor.")]
 _COLOURS = {"good": "green", "fair": "yellow", "poor": "red"}
 Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
@@ -44,7 +44,7 @@ def tracker(
 
       vistel calibrate tracker conference.toml aiko
 
-      vistel calibrate tracker conference.toml aiko --from out/latest/conference.mcap
+      vistel calibrate tracker conference.toml aiko --log out/latest/conference.mcap
     """
     from vistel.figure.calibration.files import TrackerSetup, save_tracker
 
@@ -74,7 +74,8 @@ def body(
     force: Force = False,
     height: Annotated[float | None, typer.Option(help="Standing, metres; default: the conference file's.")] = None,
     forearm: Annotated[
-        bool, typer.Option(help="Measure the usual height of the elbows too: two more moves, a receiver on the forearm.")
+        bool,
+        typer.Option("--forearm", help="Measure the usual height of the elbows too: two more moves, a receiver on the forearm."),
     ] = False,
     log: Log = None,
     begin: Begin = None,
@@ -90,7 +91,7 @@ def body(
 
       vistel calibrate body conference.toml aiko --height 1.64
 
-      vistel calibrate body conference.toml aiko --forearm --from out/latest/conference.mcap
+      vistel calibrate body conference.toml aiko --forearm --log out/latest/conference.mcap
     """
     from vistel.figure.calibration.files import Body, save_body
 

@@ -82,7 +82,7 @@ def replay(
     ] = False,
     fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="With --render: pictures per second.")] = 30.0,
     size: Annotated[str | None, typer.Option(help="With --render: pixels, such as 1920x1080.")] = None,
-    finer: Annotated[int, typer.Option(min=1, max=4, help="With --render: samples per pixel in each direction.")] = 1,
+    supersample: Annotated[int, typer.Option(min=1, max=4, help="With --render: samples per pixel in each direction.")] = 1,
     view: Annotated[View | None, typer.Option(help="With --render: viewpoint instead of the site's own.")] = None,
     light: Annotated[Light, typer.Option(help="With --render: soft shadows and mirrors, or as live.")] = Light.FINE,
     png: Annotated[bool, typer.Option("--png", help="With --render: one file for each picture instead of films.")] = False,
@@ -98,7 +98,7 @@ def replay(
 
       vistel replay out/latest/conference.mcap --verify
 
-      vistel replay out/latest/conference.mcap --render --site tokyo --size 1920x1080 --fps 60 --finer 2
+      vistel replay out/latest/conference.mcap --render --site tokyo --size 1920x1080 --fps 60 --supersample 2
     """
     try:
         reader = LogReader(log)
@@ -110,7 +110,7 @@ def replay(
         raise typer.Exit(verify_log(reader, as_json))
     conference = with_recorded_avatars(_conference(reader, log, site), reader)
     begin, end = piece_of(reader, begin, end)
-    looks = FilmSettings(size_of(size), fps, finer, png, view.value if view else None, light.value)
+    looks = FilmSettings(size_of(size), fps, supersample, png, view.value if view else None, light.value)
     sites = [s.name for s in conference.sites if not site or s.name in site]
     folder = run_folder(output, f"{conference.name}-replay", latest=False)
     films = [v for s in sites for v in RunPaths(folder, folder).videos(s)]

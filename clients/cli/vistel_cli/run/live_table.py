@@ -80,7 +80,7 @@ class LiveTable:
         for event in self._events.new():
             self._console.print(Text.assemble((f"{_clock(elapsed_s)}  ", "dim"), event), soft_wrap=True)
         length = f"{_clock(elapsed_s)} of {_clock(self._seconds)}" if self._seconds else _clock(elapsed_s)
-        below = Text(f"{length}, Ctrl-C ends it. {LEGEND}", style="dim")
+        below = Text(f"{length}, Ctrl-C ends it\n{LEGEND}", style="dim")
         self._live.update(Group(sites_table(self._conference, self._observer), below), refresh=True)
 
 

@@ -19,7 +19,7 @@ def scanline(
     scene: Annotated[Path, typer.Argument(help="The scene file (TOML).")],
     output: Annotated[Path, out_file("The PNG to write.")] = Path("out.png"),
     size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in pixels instead of the scene's.")] = None,
-    smooth: Annotated[int, typer.Option(min=1, max=8, help="Draw at so many times the size and average.")] = 1,
+    supersample: Annotated[int, typer.Option(min=1, max=8, help="Draw at so many times the size and average.")] = 1,
     as_json: Annotated[bool, typer.Option("--json", help="Report as one JSON object.")] = False,
     force: Force = False,
 ) -> None:
@@ -29,7 +29,7 @@ def scanline(
 
       vistel scanline examples/scenes/blobs.toml -o blobs.png
 
-      vistel scanline examples/scenes/blobs.toml -o big.png --size 1600x1000 --smooth 2
+      vistel scanline examples/scenes/blobs.toml -o big.png --size 1600x1000 --supersample 2
     """
     from vistel.implicit.scanline import render  # - brings Numba, which --help does not need
     from vistel.implicit.scene import SceneError, write_png
@@ -39,13 +39,15 @@ def scanline(
     with scene_errors_printed():
         read = opened(scene, output)
         width, height = pixels or read.size
-        if max(width, height) * smooth > 16384:
-            raise SceneError(f"--smooth: {smooth} x {width}x{height} is more than 16384 pixels, expected a smaller picture")
+        if max(width, height) * supersample > 16384:
+            raise SceneError(
+                f"--supersample: {supersample} x {width}x{height} is more than 16384 pixels, expected a smaller picture"
+            )
         began = time.perf_counter()
         with err.status(Text(f"drawing {scene.name}")) if err.is_terminal and not as_json else nullcontext():
-            picture = render(read, (width * smooth, height * smooth))
+            picture = render(read, (width * supersample, height * supersample))
         seconds = time.perf_counter() - began
-        light = np.clip(picture.light, 0, 1).reshape(height, smooth, width, smooth, 3).mean(axis=(1, 3))
+        light = np.clip(picture.light, 0, 1).reshape(height, supersample, width, supersample, 3).mean(axis=(1, 3))
         write_png(output, light)
     facts = {
         "output": str(output),

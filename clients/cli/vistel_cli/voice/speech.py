@@ -274,7 +274,8 @@ def _scored(path: Path, known: Grammar, hears: Recogniser, tongue: Language, acc
 def enrol(
     result: Annotated[Path, typer.Argument(help="Voice file to write: voices/NAME.npz.")],
     recordings: Annotated[
-        Path | None, typer.Option("--from", help="Folder of recordings, each with its text as for `test`, instead of reading.")
+        Path | None,
+        typer.Option("--recordings", help="Folder of recordings, each with its text as for `test`, instead of reading."),
     ] = None,
     microphone: Annotated[str, typer.Option(help='"default", or a part of its name.')] = "default",
     sentences: Annotated[int, typer.Option(help="How many to read; 60 take five minutes.", min=5)] = 60,
@@ -285,7 +286,7 @@ def enrol(
 
       vistel speech enrol voices/aiko.npz
 
-      vistel speech enrol voices/aiko.npz --from recordings
+      vistel speech enrol voices/aiko.npz --recordings recordings
     """
     from vistel.speech import acoustic, enrolment
     from vistel.speech.recognisers import checked_grammar

@@ -45,30 +45,37 @@ def where(
 
 
 def move(
-    to: Annotated[str, typer.Option(help="Place whose world shall lead: a site under \\[world] of the file, or an --at.")],
+    place: Annotated[
+        str,
+        typer.Option(
+            help="Place whose world shall lead: a site under \\[world] of the file, or the --place of `vistel world serve`."
+        ),
+    ],
     file: RunningFile = None,
     hub: Hub = None,
-    force: Annotated[bool, typer.Option("--force", help="Move even if the newest steps are elsewhere and would be lost.")] = False,
+    anyway: Annotated[
+        bool, typer.Option("--anyway", help="Move even if the newest steps are elsewhere and would be lost.")
+    ] = False,
 ) -> None:
     """Move the room of a running conference to the world at another place. No published state is lost.
 
     [bold]Examples[/bold]
 
-      vistel world move --to osaka
+      vistel world move --place osaka
 
-      vistel world move conference.toml --to hub --force     its place is gone; go on from the state known here
+      vistel world move conference.toml --place hub --anyway its place is gone; go on from the state known here
     """
-    check_place(to)
+    check_place(place)
     conference, endpoint = meant(file, hub)
 
     async def moved(bus: Bus) -> str:
-        return await _moved(bus, to, force)
+        return await _moved(bus, place, anyway)
 
-    with out.status(Text(f"moving the room of {conference.name} to {to}")):
+    with out.status(Text(f"moving the room of {conference.name} to {place}")):
         reason = on_bus(conference, conference.sites[0].name, endpoint, moved)
     if reason:
         fail(reason, FAILED)
-    out.print(f"the room of {conference.name} is led at {to}")
+    out.print(f"the room of {conference.name} is led at {place}")
 
 
 def check_place(place: str) -> None:
@@ -84,11 +91,11 @@ async def _moved(bus: Bus, to: str, force: bool) -> str:
     reply: WorldMoveReply | None = await bus.query(BY_NAME["world_move"], WorldMoveRequest(place=to, force=force))
     if reply is None:
         there = ", ".join(f"{w.place} ({'leads' if w.leads else 'waits'})" for w in watch.worlds()) or "none at all"
-        return f"no world waits at {to}; there is {there}. Start one there: vistel world serve FILE --at {to} --wait"
+        return f"no world waits at {to}; there is {there}. Start one there: vistel world serve FILE --place {to} --wait"
     if reply.outcome == WorldMoveReply.OUTCOME_LEADS:
         return ""
     if reply.outcome == WorldMoveReply.OUTCOME_BEHIND:
-        return f"not moved: {reply.reason}. With --force it goes on from the newest state received there; later steps are lost"
+        return f"not moved: {reply.reason}. With --anyway it goes on from the newest state received there; later steps are lost"
     for _ in range(int(MOVE_S / 0.05)):
         await asyncio.sleep(0.05)
         if any(w.leads and w.place == to for w in watch.worlds()):

@@ -35,7 +35,7 @@ def serve(
         str | None, typer.Option(help="Router of all of them; default: that of the conference that runs here, else each file's.")
     ] = None,
     keep: Annotated[Path, typer.Option(help="Folder for snapshots and journals.")] = Path("out/rooms"),
-    at: Annotated[str, typer.Option(help="Name of this place, for `vistel world move`.")] = "hub",
+    place: Annotated[str, typer.Option(help="Name of this place, for `vistel world move`.")] = "hub",
     wait: Annotated[bool, typer.Option("--wait", help="Wait until a room is moved here.")] = False,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
@@ -50,9 +50,9 @@ def serve(
 
       vistel world serve monday.toml tuesday.toml --hub tcp/127.0.0.1:7447
 
-      vistel world serve conference.toml --hub tls/hub.example.org:7447 --at osaka --wait
+      vistel world serve conference.toml --hub tls/hub.example.org:7447 --place osaka --wait
     """
-    check_place(at)
+    check_place(place)
     conferences = [load_conference(file) for file in files]
     names = [c.name for c in conferences]
     for name in names:
@@ -61,7 +61,7 @@ def serve(
     endpoints = [endpoint_of(c, hub) for c in conferences]
     logs.configure("hub/worlds")
     try:
-        serving = _serve(list(zip(conferences, endpoints, strict=True)), keep, seconds, at, wait)
+        serving = _serve(list(zip(conferences, endpoints, strict=True)), keep, seconds, place, wait)
         event_loop.run(background.as_service("worlds", serving))
     except BusError as e:
         fail(str(e))

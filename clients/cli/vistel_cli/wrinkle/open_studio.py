@@ -25,7 +25,7 @@ def studio(
     sets: Annotated[Path | None, typer.Option(help="File of sets to begin with, instead of the avatar's own.")] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any free port.")] = 8765,
     host: Annotated[str, typer.Option(help="Address to listen at. Everybody who can reach it can edit the avatar.")] = "127.0.0.1",
-    show: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
+    open_page: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
     force: Force = False,
 ) -> None:
     """Draw and edit wrinkles on a page in the browser, and see them on the figure at once. Saves into the avatar's USD.
@@ -40,7 +40,7 @@ def studio(
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")
     logging.getLogger("aiohttp.access").setLevel(logging.WARNING)
     try:
-        asyncio.run(_serve(opened, host, port, show))
+        asyncio.run(_serve(opened, host, port, open_page))
     except OSError as fault:
         fail(f"port {port} at {host} cannot be opened: {fault.strerror or fault}; choose another --port", FAILED)
 

@@ -121,7 +121,7 @@ def draw(
 def trace(
     photograph: Annotated[Path, typer.Argument(help="A picture of wrinkled cloth or skin, lit from one side.")],
     output: Annotated[Path, out_file("The shape file to write, .toml.")],
-    light: Annotated[str, typer.Option(help="Direction of the lamp: degrees counter-clockwise from the right, or unknown.")] = "90",
+    lamp: Annotated[str, typer.Option(help="Direction of the lamp: degrees counter-clockwise from the right, or unknown.")] = "90",
     blur: Annotated[float, typer.Option(min=0.5, max=50.0, help="Pixels; about a third of a wrinkle's radius.")] = 3.0,
     strong: Annotated[float, typer.Option(min=0.01, max=1.0, help="Least strength, as a share of the strongest wrinkle's.")] = 0.35,
     shortest: Annotated[float, typer.Option(min=2.0, help="Shorter ends are pruned \\[pixels].")] = 16.0,
@@ -133,7 +133,7 @@ def trace(
 
     [bold]Examples[/bold]
 
-      vistel wrinkle trace sleeve.jpg -o my_sleeve.toml --light 120 --blur 4
+      vistel wrinkle trace sleeve.jpg -o my_sleeve.toml --lamp 120 --blur 4
 
       vistel wrinkle show my_sleeve.toml -o my_sleeve.png
     """
@@ -145,9 +145,9 @@ def trace(
     if output.suffix != ".toml":
         fail(f"{output}: expected a name that ends in .toml", USAGE)
     try:
-        towards = None if light == "unknown" else math.radians(float(light))
+        towards = None if lamp == "unknown" else math.radians(float(lamp))
     except ValueError:
-        fail(f"--light: is {light!r}, expected degrees or unknown", USAGE)
+        fail(f"--lamp: is {lamp!r}, expected degrees or unknown", USAGE)
     picture = read_picture(photograph)
     name = re.sub(r"[^a-z0-9]+", "_", output.stem.lower()).strip("_")
     name = name if name[:1].isalpha() else f"shape_{name}".rstrip("_")
