@@ -137,6 +137,7 @@ def watch(
       vistel voice watch
     """
     conference, endpoint = meant(file, hub)
+    _check_sound(conference, *(s.name for s in conference.sites))
 
     async def shown(bus: Bus) -> None:
         stop = asyncio.Event()
@@ -150,7 +151,8 @@ def watch(
             while not stop.is_set() and asyncio.get_running_loop().time() < over:
                 lines |= {s.message.site: _site_lines(s.message) for s in status.take()}
                 lines |= {f"{s.names['site']}/{s.message.equipment}": [_device_line(s.message)] for s in devices.take()}
-                live.update(Group(*(line for _, block in sorted(lines.items()) for line in block)))
+                known = [line for _, block in sorted(lines.items()) for line in block]
+                live.update(Group(*known) if known else Text("waiting for the sound of a site"))
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(stop.wait(), 0.2)
 
@@ -217,4 +219,11 @@ def _person(conference: Conference, who: str | None) -> tuple[str, str]:
     name = who or next(iter(people))
     if name not in people:
         fail(f"--as {name}: no such participant; there are {', '.join(people)}", USAGE)
+    _check_sound(conference, people[name])
     return name, people[name]
+
+
+def _check_sound(conference: Conference, *sites: str) -> None:
+    """Ends the command with one line when none of the sites has sound, so that nobody waits for an answer."""
+    if not any(s.audio for s in conference.sites if s.name in sites):
+        fail(f"{', '.join(sites)}: no sound in this conference; add [sites.audio] to the file", USAGE)
