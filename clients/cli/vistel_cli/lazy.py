@@ -23,15 +23,17 @@ class Lazy:
 
     def load(self, name: str) -> Any:
         """The command, called `name`. Imports its module."""
+        from vistel_cli.inputs import guarded
+
         module, attribute = self.where.split(":")
         found = getattr(import_module(module), attribute)
         if isinstance(found, typer.Typer):
             group = typer.main.get_group(found)
             group.name, group.help = name, group.help or self.line
-            return group
+            return guarded(group)
         alone = typer.Typer(add_completion=False, rich_markup_mode="rich")
         alone.command(name)(found)
-        return typer.main.get_command(alone)
+        return guarded(typer.main.get_command(alone))
 
     def first_line(self) -> str:
         """`line`, else the beginning of the function's docstring, read from the source: an import may take a second."""

@@ -7,7 +7,6 @@ import sys
 import typer
 
 from vistel_cli.lazy import Lazy, lazy_group
-from vistel_cli.terminal import FAILED, print_error
 
 # The panels of `vistel --help`, by who uses the commands.
 HOSTS = "For hosts"
@@ -67,12 +66,9 @@ def main() -> None:
     except SystemExit as e:
         code = e.code
     except Exception as e:
-        from vistel.wire.background import TaskFailedError
+        from vistel_cli.unexpected import tell
 
-        if not isinstance(e, TaskFailedError):
-            raise
-        print_error(f"{e}; the log says why")
-        code = FAILED
+        code = tell(e)
     if "zenoh" not in sys.modules or not isinstance(code, int):
         sys.exit(code)
     logging.shutdown()

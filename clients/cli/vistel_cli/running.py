@@ -11,6 +11,8 @@ import typer
 
 from vistel.conference.running import Running, router_of, running_conferences
 from vistel.wire.clock import SystemClock
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import USAGE, fail, load_conference, print_warning
 
 if TYPE_CHECKING:
@@ -19,7 +21,9 @@ if TYPE_CHECKING:
     from vistel.wire.zenoh.bus import ZenohBus
 
 T = TypeVar("T")
-RunningFile = Annotated[Path | None, typer.Argument(help="Conference file; default: that of the conference that runs here.")]
+RunningFile = Annotated[
+    Path | None, Takes(CONFERENCE), typer.Argument(help="Conference file; default: that of the conference that runs here.")
+]
 Hub = Annotated[str | None, typer.Option(help="Router; default: that of the conference that runs here, else the file's.")]
 
 

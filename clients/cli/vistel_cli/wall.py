@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from PIL import Image
 
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def wall(
-    file: Annotated[Path, typer.Argument(help="A conference file (TOML) with \\[\\[sites.display.screens]].")],
+    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="A conference file (TOML) with \\[\\[sites.display.screens]].")],
     site: Annotated[str | None, typer.Option(help="Site of the wall; default: the first site that has one.")] = None,
     output: Annotated[Path, out_file("PNG to write.")] = Path("wall.png"),
     show: Annotated[bool, typer.Option("--show", help="Show the picture in a window until the window is closed.")] = False,

@@ -86,6 +86,18 @@ def open_motion(conference: Conference) -> MotionSource:
     return sources[0] if len(sources) == 1 else _CombinedSource(sources)
 
 
+def check_file(path: Path) -> None:
+    """Raises MotionError (one line) for a file or a folder that cannot be played."""
+    if path.suffix.lower() == ".bvh":
+        load_bvh(path)
+    elif is_hand_over(path):
+        load_hand_over(path)
+    else:
+        inside = [p.name for p in sorted(path.iterdir()) if p.is_dir() and is_hand_over(p)] if path.is_dir() else []
+        mend = f"; did you mean {path / inside[0]}?" if inside else ""
+        raise MotionError(f"{path}: expected a .bvh file or a folder with *_pose_saved.csv files{mend}")
+
+
 def things_of(path: Path) -> tuple[str, ...]:
     """Ids of the things of the room that a recording moves beside its people."""
     return (BATON,) if path.is_dir() and is_hand_over(path) else ()

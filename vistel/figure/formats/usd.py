@@ -27,6 +27,7 @@ from vistel.figure.avatar.avatar import Avatar, Mesh, Registration
 from vistel.figure.avatar.check import AvatarFileError, check_body, check_indices, check_targets
 from vistel.figure.avatar.patch import fault_of
 from vistel.figure.body import Body
+from vistel.figure.formats.usd_fault import reason
 from vistel.figure.formats.usd_materials import bind, pictures_of, read_patches, write_materials
 from vistel.figure.formats.usd_targets import read_targets, write_targets
 from vistel.figure.making.files.usd_inside import asset_bytes, opened
@@ -78,7 +79,7 @@ def load_usd(path: Path) -> Avatar:
             raise AvatarFileError(f"{path}: avatar format {root.GetAttribute('vistel:format').Get()}, expected {FORMAT}")
         return _read(stage, root, path)
     except Tf.ErrorException as fault:
-        raise AvatarFileError(f"{path}: not a whole USD file ({str(fault).splitlines()[-1].strip()})") from fault
+        raise AvatarFileError(f"{path}: not a whole USD file ({reason(fault)})") from fault
     except (KeyError, TypeError, ValueError, IndexError, AttributeError, RuntimeError) as fault:
         if isinstance(fault, AvatarFileError):
             raise

@@ -16,6 +16,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.avatar.cache_folder import default_cache
+from vistel.figure.formats.usd_fault import reason
 from vistel.figure.making.files.read_gltf import read_gltf
 from vistel.figure.making.files.read_obj import read_obj
 from vistel.figure.making.source import MakingError
@@ -103,7 +104,7 @@ def _opened(path: Path) -> Any:
     try:
         return opened(path)
     except Tf.ErrorException as fault:
-        raise RoomFileError(f"{path}: not a whole USD file ({str(fault).splitlines()[-1].strip()})") from fault
+        raise RoomFileError(f"{path}: not a whole USD file ({reason(fault)})") from fault
 
 
 def _made(path: Path, fixed: bool | None, room: bool) -> Interior:

@@ -8,12 +8,14 @@ import typer
 from rich.text import Text
 
 from vistel_cli.avatar.files import Json, busy, check_output, facts, report, save
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import PARTS
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, fail, out
 
 
 def assemble(
-    file: Annotated[Path, typer.Argument(help="File that lists the parts and their positions (.toml).")],
+    file: Annotated[Path, Takes(PARTS), typer.Argument(help="File that lists the parts and their positions (.toml).")],
     output: Annotated[Path, out_file("Avatar to write: .usda, .usdc, .usd or .usdz.")],
     name: Annotated[str, typer.Option(help="Name of the person; default from the file.")] = "",
     primitives: Annotated[int, typer.Option(help="Cone-spheres in the body: 23 (hands whole), 55, or up to 200.")] = 55,

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vistel_cli.avatar.files import Json, busy, check_output, facts, load, load_or_make, own, report, save
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import GLTF, OBJ, USD
 from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail, out
@@ -69,7 +71,9 @@ def generate(
 
 @app.command("import")
 def import_(
-    file: Annotated[Path, typer.Argument(help="The mesh: .obj, .glb, .gltf, .vrm, .usda, .usdc, .usd or .usdz.")],
+    file: Annotated[
+        Path, Takes(OBJ, GLTF, USD), typer.Argument(help="The mesh: .obj, .glb, .gltf, .vrm, .usda, .usdc, .usd or .usdz.")
+    ],
     output: Output,
     name: Annotated[str, typer.Option(help="Of the person.")] = "",
     height: Annotated[
@@ -165,7 +169,7 @@ def import_(
 
 @app.command("fit")
 def fit(
-    file: Annotated[Path, typer.Argument(help="An avatar file.")],
+    file: Annotated[Path, Takes(USD, GLTF), typer.Argument(help="An avatar file.")],
     output: Annotated[Path | None, out_file("Where to write; default: the file itself.")] = None,
     primitives: Primitives = 60,
     as_json: Json = False,
@@ -197,7 +201,7 @@ def fit(
 
 @app.command("inspect")
 def inspect(
-    file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
+    file: Annotated[str, Takes(USD, GLTF, names=True), typer.Argument(help='An avatar file, or "builtin:seed=3".')],
     sheet: Annotated[Path | None, out_file("PNG to write: the face and a dozen postures.", "--sheet")] = None,
     verbose: Annotated[bool, typer.Option("--verbose", help="Also every figure, and the fit of each primitive.")] = False,
     as_json: Json = False,
@@ -228,7 +232,7 @@ def inspect(
 
 @app.command("export")
 def export(
-    file: Annotated[str, typer.Argument(help='An avatar file, or "builtin:seed=3".')],
+    file: Annotated[str, Takes(USD, GLTF, names=True), typer.Argument(help='An avatar file, or "builtin:seed=3".')],
     output: Annotated[Path, out_file("File to write: .usda, .usdc, .usdz, .glb, .vrm or .obj.")],
     author: Annotated[str, typer.Option(help="Author named in a VRM file; default: the avatar's name.")] = "",
     as_json: Json = False,

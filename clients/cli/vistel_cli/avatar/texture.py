@@ -9,12 +9,14 @@ from typing import Annotated
 import typer
 
 from vistel_cli.avatar.files import Json, check_output, load, report, save
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import GLTF, USD
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 
 def islands(
-    file: Annotated[Path, typer.Argument(help="An avatar file.")],
+    file: Annotated[Path, Takes(USD, GLTF), typer.Argument(help="An avatar file.")],
     sheet: Annotated[Path | None, out_file("PNG to write: the texture with the islands over it, numbered.", "--sheet")] = None,
     most: Annotated[int, typer.Option(min=1, help="How many to list, largest first.")] = 20,
     as_json: Json = False,
@@ -55,7 +57,7 @@ def islands(
 
 
 def register(
-    file: Annotated[Path, typer.Argument(help="An avatar file.")],
+    file: Annotated[Path, Takes(USD, GLTF), typer.Argument(help="An avatar file.")],
     island: Annotated[int, typer.Option(min=0, help="Its number, as `vistel avatar islands` lists them.")],
     output: Annotated[Path | None, out_file("Where to write; default: the file itself.")] = None,
     move: Annotated[str, typer.Option(help="U,V: right and up, in widths and heights of the whole texture.")] = "0,0",

@@ -9,6 +9,8 @@ import numpy as np
 import typer
 
 from vistel.arrays import F64
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CSV, LOG
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, fail, out
 
@@ -19,8 +21,12 @@ ROTATION = ("qx", "qy", "qz", "qw")
 
 
 def distortion(
-    points: Annotated[Path, typer.Argument(help="CSV of known points: true_x ... and, without --log, read_x ..., metres.")],
-    log: Annotated[Path | None, typer.Option("--log", help="A log in which a receiver was held on each point in turn.")] = None,
+    points: Annotated[
+        Path, Takes(CSV), typer.Argument(help="CSV of known points: true_x ... and, without --log, read_x ..., metres.")
+    ],
+    log: Annotated[
+        Path | None, Takes(LOG), typer.Option("--log", help="A log in which a receiver was held on each point in turn.")
+    ] = None,
     device: Annotated[str, typer.Option(help="With --log: the tracker, aiko-tracker.")] = "",
     station: Annotated[int, typer.Option(help="With --log: which of its receivers was held.")] = 1,
     output: Annotated[Path, out_file("The grid.")] = Path("distortion.json"),

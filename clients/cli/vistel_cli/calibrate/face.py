@@ -7,6 +7,8 @@ import typer
 
 from vistel.conference.device_names import face_name
 from vistel_cli.calibrate.pictures import participant, shown
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.terminal import USAGE, fail, out
 
@@ -15,7 +17,7 @@ _MOST = 90
 
 
 def face(
-    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file.")],
     name: Annotated[str, typer.Argument(help="Participant whose face camera it is.")],
     output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: NAME-face.json.")] = None,
     force: Force = False,

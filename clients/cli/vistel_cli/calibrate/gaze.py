@@ -8,6 +8,8 @@ import typer
 
 from vistel.conference.device_names import eye_name
 from vistel_cli.calibrate.pictures import SIMULATED_HZ, participant, shown
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.terminal import USAGE, err, fail, out
 
@@ -17,7 +19,7 @@ _GOOD_DEG = 1.5
 
 
 def gaze(
-    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file.")],
     name: Annotated[str, typer.Argument(help="Participant whose eye camera it is.")],
     output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: NAME-eye.json.")] = None,
     force: Force = False,

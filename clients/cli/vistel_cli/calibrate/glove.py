@@ -12,6 +12,8 @@ from vistel.conference.device_list import Device, devices_of_participant
 from vistel.conference.model import Conference
 from vistel.devices.kind import load
 from vistel_cli.calibrate.ask import Asker
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE, LOG
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.people import person_of
 from vistel_cli.terminal import USAGE, fail, load_conference, out
@@ -27,12 +29,14 @@ class Collected(NamedTuple):
 
 
 def glove(
-    file: Annotated[Path, typer.Argument(help="Conference file, with the glove's participant and port.")],
+    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file, with the glove's participant and port.")],
     participant: Annotated[str, typer.Argument(help="Participant.")],
     side: Annotated[str, typer.Argument(help="left or right.")],
     output: Annotated[Path | None, typer.Option("-o", "--out", help="Default: PARTICIPANT-SIDE.json.")] = None,
     force: Force = False,
-    log: Annotated[Path | None, typer.Option("--log", help="Take the hands from this log instead of asking for them.")] = None,
+    log: Annotated[
+        Path | None, Takes(LOG), typer.Option("--log", help="Take the hands from this log instead of asking for them.")
+    ] = None,
     speak: Annotated[bool, typer.Option("--speak", help="Say the hands aloud, where a speech program is installed.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:

@@ -10,13 +10,15 @@ from rich.table import Table
 from rich.text import Text
 
 from vistel.conference.device_names import tracker_name
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE, LOG
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.people import person_of
 from vistel_cli.terminal import FAILED, fail, load_conference, out
 
-File = Annotated[Path, typer.Argument(help="Conference file, with the tracker's participant and port.")]
+File = Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file, with the tracker's participant and port.")]
 Who = Annotated[str, typer.Argument(help="Participant.")]
-Log = Annotated[Path | None, typer.Option("--log", help="Take the moves from this log instead of asking for them.")]
+Log = Annotated[Path | None, Takes(LOG), typer.Option("--log", help="Take the moves from this log instead of asking for them.")]
 Begin = Annotated[float | None, typer.Option("--from", help="Seconds into the log at which the first move was announced.")]
 Speak = Annotated[bool, typer.Option("--speak", help="Say the moves aloud, where a speech program is installed.")]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Keep the result even where a move was poor.")]

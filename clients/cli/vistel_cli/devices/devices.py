@@ -7,6 +7,8 @@ from typing import Annotated, Any
 import typer
 from rich.table import Table
 
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import load_conference, out
 
 _BAUDS = (115200, 38400, 19200, 9600)
@@ -20,6 +22,7 @@ def devices(
     ] = None,
     watch: Annotated[
         Path | None,
+        Takes(CONFERENCE),
         typer.Option(help="Show live values of the trackers and gloves of this conference file. No conference may be using them."),
     ] = None,
     seconds: Annotated[float, typer.Option(help="Watch for so long; 0: until Ctrl-C.")] = 0.0,

@@ -7,6 +7,8 @@ import typer
 from rich.progress import track
 
 from vistel.wire.log import LogError, LogReader, LogWriter
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import LOG
 from vistel_cli.log.piece import piece_of
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, err, fail, out, print_warning
@@ -19,6 +21,8 @@ def _open(path: Path, *, warn: bool = True) -> LogReader:
         reader = LogReader(path)
     except LogError as e:
         fail(str(e), USAGE)
+    if reader.damage and not reader.end_ns:
+        fail(f"{path}: {reader.damage[0]}")
     for line in reader.damage if warn else ():
         print_warning(f"{path}: {line}")
     return reader
@@ -26,7 +30,7 @@ def _open(path: Path, *, warn: bool = True) -> LogReader:
 
 @app.command()
 def info(
-    log: Annotated[Path, typer.Argument(help="An MCAP log.")],
+    log: Annotated[Path, Takes(LOG), typer.Argument(help="An MCAP log.")],
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
 ) -> None:
     """Show how long a log is, who is in it, what is missing or damaged, and its channels with their rates and gaps.
@@ -46,7 +50,7 @@ def info(
 
 @app.command()
 def repair(
-    log: Annotated[Path, typer.Argument(help="A damaged log.")],
+    log: Annotated[Path, Takes(LOG), typer.Argument(help="A damaged log.")],
     output: Annotated[Path, out_file("File for the undamaged part.")],
     force: Force = False,
 ) -> None:
@@ -61,7 +65,7 @@ def repair(
 
 @app.command()
 def cut(
-    log: Annotated[Path, typer.Argument(help="A log.")],
+    log: Annotated[Path, Takes(LOG), typer.Argument(help="A log.")],
     output: Annotated[Path, out_file("File for the piece.")],
     begin: Annotated[float, typer.Option("--from", help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
@@ -81,7 +85,7 @@ def cut(
 
 @app.command()
 def export(
-    log: Annotated[Path, typer.Argument(help="An MCAP log.")],
+    log: Annotated[Path, Takes(LOG), typer.Argument(help="An MCAP log.")],
     output: Annotated[Path, out_file("USD file to write; its parts go into a folder beside it.")],
     begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,

@@ -17,6 +17,8 @@ from vistel.conference.paths import RunPaths
 from vistel.wire import background
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.zenoh.bus import Router
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import LOG
 from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_cli.log.feed import LIVE_SERVICES, Feeder
 from vistel_cli.log.piece import piece_of
@@ -66,7 +68,7 @@ class Light(StrEnum):
 
 
 def replay(
-    log: Annotated[Path, typer.Argument(help="A log that `vistel up` or `vistel record` wrote (.mcap).")],
+    log: Annotated[Path, Takes(LOG), typer.Argument(help="A log that `vistel up` or `vistel record` wrote (.mcap).")],
     speed: Annotated[float, typer.Option(min=0.1, max=16.0, help="1 is real time.")] = 1.0,
     begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,

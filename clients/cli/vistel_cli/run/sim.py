@@ -14,15 +14,19 @@ import typer
 from vistel.conference.device_list import simulated_names
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.paths import RunPaths
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
 from vistel_cli.run.up import with_motion, write_conference
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_sim.faults import fault_from_text
 
 
 def sim(
-    file: Annotated[Path | None, typer.Argument(help="Conference file; without one, the demo's devices.")] = None,
+    file: Annotated[
+        Path | None, Takes(CONFERENCE), typer.Argument(help="Conference file; without one, the demo's devices.")
+    ] = None,
     ports: Annotated[Path | None, typer.Option(help="Folder for the ports (links to pseudo-terminals).")] = None,
-    motion: Annotated[str | None, typer.Option(help="A .bvh file or a folder of 6-DOF recordings.")] = None,
+    motion: Annotated[str | None, Takes(BVH, FOLDER), typer.Option(help="A .bvh file or a folder of 6-DOF recordings.")] = None,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
     fault: Annotated[
         list[str] | None,

@@ -8,6 +8,8 @@ from typing import Annotated
 import typer
 
 from vistel.conference.device_list import simulated_names
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.hub import run_processes
 from vistel_cli.run.router import run_router
@@ -20,7 +22,7 @@ app = typer.Typer(no_args_is_help=True)
 
 @app.command()
 def join(
-    file: Annotated[Path, typer.Argument(help="Conference file, the same at every site.")],
+    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file, the same at every site.")],
     site: Annotated[str, typer.Argument(help="Name of this machine's site.")],
     hub: Hub = None,
     output: OutFolder = None,
@@ -48,7 +50,7 @@ def join(
 
 @app.command()
 def world(
-    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file.")],
     hub: Hub = None,
     output: OutFolder = None,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
@@ -72,7 +74,7 @@ def world(
 
 @app.command()
 def router(
-    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file.")],
     listen: Annotated[str, typer.Option(help="Where to listen; tls/ needs \\[bus.tls] in the file.")] = "tcp/127.0.0.1:7447",
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:

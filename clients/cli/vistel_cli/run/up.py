@@ -25,6 +25,8 @@ from vistel.wire.background import as_service
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh.bus import BusError, Router
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.folders import OutFolder, run_folder
@@ -42,12 +44,14 @@ DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 
 
 def up(
-    file: Annotated[Path | None, typer.Argument(help="Conference file; without one, a three-site demo.")] = None,
+    file: Annotated[Path | None, Takes(CONFERENCE), typer.Argument(help="Conference file; without one, a three-site demo.")] = None,
     seconds: Annotated[float, typer.Option(help="Duration from the moment that all sites see each other; 0: until Ctrl-C.")] = 0.0,
     output: OutFolder = None,
     force: Force = False,
     motion: Annotated[
-        str | None, typer.Option(help="Motion for the simulated devices: a .bvh file or a folder of 6-DOF recordings.")
+        str | None,
+        Takes(BVH, FOLDER),
+        typer.Option(help="Motion for the simulated devices: a .bvh file or a folder of 6-DOF recordings."),
     ] = None,
     plan: Annotated[bool, typer.Option("--plan", help="Only show which processes would run.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
@@ -102,8 +106,13 @@ def with_motion(conference: Conference, motion: str) -> Conference:
             if left > 0:
                 participant["motion"] = str(path.resolve())
                 left -= 1
-    from vistel_sim.motion.open import things_of  # loads the mathematics, which `vistel --help` need not
+    from vistel_sim.motion.open import check_file, things_of  # loads the mathematics, which `vistel --help` need not
+    from vistel_sim.motion.source import MotionError
 
+    try:
+        check_file(path)
+    except MotionError as e:
+        fail(f"--motion {e}")
     tracked = {prop["thing"] for site in data["sites"] for prop in site["props"]}
     data["sites"][0]["props"] += [{"thing": thing} for thing in things_of(path) if thing not in tracked]
     return Conference.model_validate(data)

@@ -8,6 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_error
 
@@ -15,7 +17,7 @@ PATIENCE_S = 2.0
 
 
 def polygonise(
-    scene: Annotated[Path, typer.Argument(help="Scene file (TOML), see docs/reference/scene-file.md.")],
+    scene: Annotated[Path, Takes(SCENE), typer.Argument(help="Scene file (TOML), see docs/reference/scene-file.md.")],
     output: Annotated[Path, out_file("Mesh to write: .obj, .ply, .glb or .usda.")],
     resolution: Annotated[
         int | None, typer.Option("--resolution", min=2, help="Cells along the longest side of the shape; 128.")

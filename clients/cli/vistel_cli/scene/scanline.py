@@ -10,13 +10,15 @@ import numpy as np
 import typer
 from rich.text import Text
 
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.scene.trace import opened, picture_size, scene_errors_printed
 from vistel_cli.terminal import err, out
 
 
 def scanline(
-    scene: Annotated[Path, typer.Argument(help="The scene file (TOML).")],
+    scene: Annotated[Path, Takes(SCENE), typer.Argument(help="The scene file (TOML).")],
     output: Annotated[Path, out_file("The PNG to write.")] = Path("out.png"),
     size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in pixels instead of the scene's.")] = None,
     supersample: Annotated[int, typer.Option(min=1, max=8, help="Draw at so many times the size and average.")] = 1,

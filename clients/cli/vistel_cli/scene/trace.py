@@ -14,6 +14,8 @@ import typer
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
 from rich.text import Text
 
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, err, fail, out, print_error
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 
 def trace(
-    scene: Annotated[Path, typer.Argument(help="The scene file (TOML).")],
+    scene: Annotated[Path, Takes(SCENE), typer.Argument(help="The scene file (TOML).")],
     output: Annotated[Path, out_file("The PNG to write.")] = Path("out.png"),
     size: Annotated[str | None, typer.Option(help="WIDTHxHEIGHT in pixels instead of the scene's.")] = None,
     threads: Annotated[int | None, typer.Option(min=1, help="Tiles at once; by default one for each core.")] = None,

@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.text import Text
 
-from vistel_cli.terminal import FAILED, USAGE, fail, out
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import ARRAYS, FILM, FOLDER, GRAMMAR, SOUND
+from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error
 
 if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --help` need not
     from vistel.arrays import F32
@@ -31,9 +33,11 @@ _LOADING_S = 60.0
 
 SOUNDS = (".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a")
 
-Extra = Annotated[list[Path] | None, typer.Option("--grammar", help="File of further words and sentences; may be repeated.")]
+Extra = Annotated[
+    list[Path] | None, Takes(GRAMMAR), typer.Option("--grammar", help="File of further words and sentences; may be repeated.")
+]
 Tongue = Annotated[str, typer.Option(help="ja or en.")]
-Voice = Annotated[Path | None, typer.Option(help="Voice file that `vistel speech enrol` wrote.")]
+Voice = Annotated[Path | None, Takes(ARRAYS), typer.Option(help="Voice file that `vistel speech enrol` wrote.")]
 Engine = Annotated[str, typer.Option(help="own, vosk, sherpa, whisper or julius; all but own need --model.")]
 Model = Annotated[Path | None, typer.Option(help="Folder or file of the engine's model.")]
 Accept = Annotated[float, typer.Option(help="Least confidence of an accepted sentence.", min=0.0, max=1.0)]
@@ -41,7 +45,7 @@ Accept = Annotated[float, typer.Option(help="Least confidence of an accepted sen
 
 @app.command()
 def grammar(
-    files: Annotated[list[Path] | None, typer.Argument(help="Files of further words and sentences.")] = None,
+    files: Annotated[list[Path] | None, Takes(GRAMMAR), typer.Argument(help="Files of further words and sentences.")] = None,
     language: Tongue = "",
     read: Annotated[str | None, typer.Option(help="Show the meaning of this sentence.")] = None,
     jsgf: Annotated[bool, typer.Option("--jsgf", help="Print it in Java Speech Grammar Format.")] = False,
@@ -64,7 +68,7 @@ def grammar(
 
     known, faults = checked_grammar(*(files or ()))
     for fault in faults:
-        out.print(str(fault), style="red", soft_wrap=True)
+        print_error(str(fault))
     tongues: list[Language] = [_language(language)] if language else list(known.languages)
     if read is not None:
         _show_meaning(known, read)
@@ -103,7 +107,11 @@ def _show_meaning(known: Grammar, text: str) -> None:
 
 @app.command("try")
 def try_(
-    sound: Annotated[str, typer.Argument(help='A recording, "default" for the microphone, or a part of its name.')] = "default",
+    sound: Annotated[
+        str,
+        Takes(SOUND, FILM, names=True),
+        typer.Argument(help='A recording, "default" for the microphone, or a part of its name.'),
+    ] = "default",
     language: Tongue = "ja",
     extra: Extra = None,
     voice: Voice = None,
@@ -207,7 +215,9 @@ class Score:
 
 @app.command("test")
 def test_(
-    folder: Annotated[Path, typer.Argument(help="Recordings; the text of NAME.wav is in NAME.txt, else it is the name itself.")],
+    folder: Annotated[
+        Path, Takes(FOLDER), typer.Argument(help="Recordings; the text of NAME.wav is in NAME.txt, else it is the name itself.")
+    ],
     language: Tongue = "ja",
     extra: Extra = None,
     voice: Voice = None,
@@ -275,6 +285,7 @@ def enrol(
     result: Annotated[Path, typer.Argument(help="Voice file to write: voices/NAME.npz.")],
     recordings: Annotated[
         Path | None,
+        Takes(FOLDER),
         typer.Option("--recordings", help="Folder of recordings, each with its text as for `test`, instead of reading."),
     ] = None,
     microphone: Annotated[str, typer.Option(help='"default", or a part of its name.')] = "default",

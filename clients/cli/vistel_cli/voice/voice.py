@@ -16,6 +16,8 @@ from vistel.conference.model import Conference
 from vistel.v1.audio_pb2 import EquipmentRequest, EquipmentStatus, SoundStatus, VoiceControl
 from vistel.wire.bus import Bus, Sample, Subscription
 from vistel.wire.topics import BY_NAME
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.running import Hub, RunningFile, endpoint_of, meant, on_bus
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
@@ -82,7 +84,7 @@ def talk(
 
 @app.command()
 def equipment(
-    file: Annotated[Path, typer.Argument(help="Conference file.")],
+    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file.")],
     site: Annotated[str, typer.Argument(help="Site.")],
     name: Annotated[str, typer.Argument(help="Name of the device in the conference file.")],
     settings: Annotated[list[str], typer.Argument(help="REGISTER=VALUE, in the register's unit.")],

@@ -18,6 +18,8 @@ from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub
 from vistel.wire.zenoh.bus import BusError
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.running import endpoint_of
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_cli.world.move import check_place
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
 
 
 def serve(
-    files: Annotated[list[Path], typer.Argument(help="Conference files, one for each room.")],
+    files: Annotated[list[Path], Takes(CONFERENCE), typer.Argument(help="Conference files, one for each room.")],
     hub: Annotated[
         str | None, typer.Option(help="Router of all of them; default: that of the conference that runs here, else each file's.")
     ] = None,

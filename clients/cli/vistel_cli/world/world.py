@@ -11,6 +11,8 @@ import typer
 from rich.table import Table
 
 from vistel_cli.avatar.files import busy
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE, GLTF, LOG, OBJ, USD
 from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.running import endpoint_of
@@ -32,7 +34,11 @@ ENDINGS = (".usda", ".usdc", ".usd", ".usdz", ".glb")
 
 @app.command()
 def show(
-    file: Annotated[Path, typer.Argument(help="A room or thing (USD, glTF, OBJ) or a conference file (TOML).")],
+    file: Annotated[
+        Path,
+        Takes(USD, GLTF, OBJ, CONFERENCE),
+        typer.Argument(help="A room or thing (USD, glTF, OBJ) or a conference file (TOML)."),
+    ],
     picture: Annotated[Path | None, out_file("PNG to draw.", "--picture")] = None,
     size: Annotated[str, typer.Option(help="WIDTHxHEIGHT of the picture.")] = "960x540",
     as_json: Json = False,
@@ -62,7 +68,7 @@ def show(
 
 @app.command()
 def edit(
-    file: Annotated[Path, typer.Argument(help="The room to change.")],
+    file: Annotated[Path, Takes(USD, GLTF, OBJ), typer.Argument(help="The room to change.")],
     changes: Annotated[list[str], typer.Argument(help="What to change, such as: set baton mass=0.2 rigidity=0.8")],
     output: Annotated[Path | None, out_file("File for the changed room; default: its own file.")] = None,
     force: Force = False,
@@ -98,7 +104,9 @@ def edit(
 
 @app.command()
 def export(
-    source: Annotated[Path, typer.Argument(help="A conference file, a log (MCAP), or a room file.")],
+    source: Annotated[
+        Path, Takes(USD, GLTF, OBJ, LOG, CONFERENCE), typer.Argument(help="A conference file, a log (MCAP), or a room file.")
+    ],
     output: Annotated[Path, out_file("The USD or GLB to write.")],
     now: Annotated[bool, typer.Option("--now", help="For a conference that runs: as it is now; else as it begins.")] = False,
     hub: Annotated[str | None, typer.Option(help="Router of the conference that runs elsewhere, as it is now.")] = None,

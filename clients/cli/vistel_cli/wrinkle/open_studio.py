@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vistel_cli.avatar.files import check_output, load_or_make
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import GLTF, USD, WRINKLES
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 
@@ -20,9 +22,11 @@ if TYPE_CHECKING:
 
 
 def studio(
-    avatar: Annotated[str, typer.Argument(help='An avatar file (USD), or "builtin:…".')] = "builtin",
+    avatar: Annotated[str, Takes(USD, GLTF, names=True), typer.Argument(help='An avatar file (USD), or "builtin:…".')] = "builtin",
     output: Annotated[Path | None, out_file("Where to save; default: the file itself.")] = None,
-    sets: Annotated[Path | None, typer.Option(help="File of sets to begin with, instead of the avatar's own.")] = None,
+    sets: Annotated[
+        Path | None, Takes(WRINKLES), typer.Option(help="File of sets to begin with, instead of the avatar's own.")
+    ] = None,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any free port.")] = 8765,
     host: Annotated[str, typer.Option(help="Address to listen at. Everybody who can reach it can edit the avatar.")] = "127.0.0.1",
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,

@@ -10,6 +10,8 @@ import typer
 from rich.text import Text
 
 from vistel_cli.avatar.files import Json, busy, check_output, load, report, save
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import GLTF, USD, WRINKLES
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, err, fail
 
@@ -19,8 +21,12 @@ if TYPE_CHECKING:
 
 
 def wear(
-    avatar: Annotated[Path, typer.Argument(help="The avatar file: USD, or GLB or VRM that VISTEL wrote.")],
-    sets: Annotated[list[str] | None, typer.Argument(help="shirt, trousers, face, hands, or files of sets (.toml).")] = None,
+    avatar: Annotated[Path, Takes(USD, GLTF), typer.Argument(help="The avatar file: USD, or GLB or VRM that VISTEL wrote.")],
+    sets: Annotated[
+        list[str] | None,
+        Takes(WRINKLES, names=True),
+        typer.Argument(help="shirt, trousers, face, hands, or files of sets (.toml)."),
+    ] = None,
     output: Annotated[Path | None, out_file("Avatar file to write; default: the same file.")] = None,
     off: Annotated[bool, typer.Option("--off", help="Remove all sets.")] = False,
     as_json: Json = False,

@@ -14,6 +14,8 @@ import typer
 from rich.progress import track
 
 from vistel_cli.avatar.files import Json, busy, report
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import PICTURE, SHAPE, SHEET
 from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out
@@ -27,7 +29,9 @@ app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 
 @app.command("show")
 def show(
-    shapes: Annotated[list[str] | None, typer.Argument(help="Names of built-in shapes, or files (.toml); default: all.")] = None,
+    shapes: Annotated[
+        list[str] | None, Takes(SHAPE, names=True), typer.Argument(help="Names of built-in shapes, or files (.toml); default: all.")
+    ] = None,
     output: Annotated[Path | None, out_file("PNG: each shape's curves beside the resulting wrinkles.")] = None,
     wrinkledness: Annotated[float, typer.Option(min=0.0, max=1.0, help="Random deviation from the shape.")] = 0.0,
     seed: Annotated[int, typer.Option(help="Seed of the random deviation.")] = 0,
@@ -66,7 +70,7 @@ def show(
 
 @app.command("draw")
 def draw(
-    sheet: Annotated[Path, typer.Argument(help="A sheet of wrinkles (.toml).")],
+    sheet: Annotated[Path, Takes(SHEET), typer.Argument(help="A sheet of wrinkles (.toml).")],
     output: Annotated[Path | None, out_file("PNG: the wrinkled texture.")] = None,
     heights: Annotated[Path | None, out_file("PNG, 16 bit: the displacement map; 32768 is flat.", "--heights")] = None,
     bumps: Annotated[Path | None, out_file("PNG: its normals, for a bump map.", "--bumps")] = None,
@@ -119,7 +123,7 @@ def draw(
 
 @app.command("trace")
 def trace(
-    photograph: Annotated[Path, typer.Argument(help="A picture of wrinkled cloth or skin, lit from one side.")],
+    photograph: Annotated[Path, Takes(PICTURE), typer.Argument(help="A picture of wrinkled cloth or skin, lit from one side.")],
     output: Annotated[Path, out_file("The shape file to write, .toml.")],
     lamp: Annotated[str, typer.Option(help="Direction of the lamp: degrees counter-clockwise from the right, or unknown.")] = "90",
     blur: Annotated[float, typer.Option(min=0.5, max=50.0, help="Pixels; about a third of a wrinkle's radius.")] = 3.0,

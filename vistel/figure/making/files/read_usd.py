@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 from vistel.arrays import F64, I32
+from vistel.figure.formats.usd_fault import reason
 from vistel.figure.making.files.usd_inside import opened
 from vistel.figure.making.files.usd_materials import Materials
 from vistel.figure.making.source import MakingError, Rig, Source
@@ -37,7 +38,7 @@ def read_usd(path: Path, named: Callable[[Any], str] | None = None) -> Source:
     try:
         return _Stage(opened(path), path, named).source()
     except Tf.ErrorException as fault:
-        raise MakingError(f"{path}: not a whole USD file ({str(fault).splitlines()[-1].strip()})") from fault
+        raise MakingError(f"{path}: not a whole USD file ({reason(fault)})") from fault
     except (TypeError, ValueError, KeyError, AttributeError, IndexError, RuntimeError) as fault:
         if isinstance(fault, MakingError):
             raise
