@@ -3,6 +3,7 @@
 Recordings that were held out at first are read from the folder in VISTEL_HELD_OUT_HANDS, if it is set (`grasp_held_out`).
 """
 
+import errno
 import time
 from collections.abc import Iterator
 from functools import partial
@@ -26,9 +27,9 @@ LEAST_FOUND, MOST_FALSE, MOST_MM = 95.0, 2.0, 1.0
 
 
 def run() -> Iterator[Row]:
-    """Nothing where the recordings are not there."""
+    """Raises FileNotFoundError where the recordings are not there."""
     if not (trials.DATA / "hand").is_dir():
-        return
+        raise FileNotFoundError(errno.ENOENT, "no recordings", str(trials.DATA / "hand"))
     true = [trials.run(t) for t in trials.true_trials()]
     false = [trials.run(t) for t in trials.false_trials()]
     row = partial(Row, "grasp", peer=None, peer_value=None, ratio=None, machine=machine())

@@ -1,6 +1,7 @@
 """English commands: pocketsphinx over the room's grammar, scored on synthesised speech."""
 
 import random as stdrandom
+import sys
 import tomllib
 from collections.abc import Iterator
 from functools import cache
@@ -66,13 +67,13 @@ def _talk(seconds: float) -> F32:
 def rows(count: int = COUNT, talk_s: float = TALK_S) -> Iterator[Row]:
     """Figures as they come; none where flite or pocketsphinx is missing."""
     if not any(v.startswith("flite:") for v in voices()):
-        print("speech, English: skipped, flite is not installed (apt-get install flite)", flush=True)
+        print("speech, English: skipped, flite is not installed (apt-get install flite)", file=sys.stderr, flush=True)
         return
     grammar, _ = checked_grammar()
     try:
         hears = recogniser("en", grammar)
     except RecogniserError as e:
-        print(f"speech, English: skipped, {e}", flush=True)
+        print(f"speech, English: skipped, {e}", file=sys.stderr, flush=True)
         return
     late: list[float] = []
     for condition in TARGETS:

@@ -1,5 +1,6 @@
 """Japanese commands by voices the model was not trained on, other talk, how soon, what listening costs, what enrolment gives."""
 
+import sys
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -31,7 +32,7 @@ _FAR_STEP = 1.25
 def rows() -> Iterator[Row]:
     reason = missing() or (None if held_out() else "none of the held-out voices (mei) is here; pip install pyopenjtalk-plus")
     if reason:
-        print(f"speech, Japanese: skipped, {reason}", flush=True)
+        print(f"speech, Japanese: skipped, {reason}", file=sys.stderr, flush=True)
         return
     grammar, _ = load_grammar()
     said = list(commands(grammar, COUNT, held_out()))

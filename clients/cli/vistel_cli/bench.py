@@ -11,7 +11,7 @@ from typing import Annotated, Any
 import typer
 from rich.text import Text
 
-from vistel_cli.terminal import USAGE, fail, out
+from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error
 
 _ROOT = Path(__file__).resolve().parents[3]
 
@@ -37,15 +37,31 @@ def bench(
         return
     if name is not None and name not in known:
         fail(f"bench {name}: no such benchmark; there are {', '.join(known)}", USAGE)
-    for key in known if every else [str(name)]:
-        run = _load(key).run
+    faults = [fault for key in (known if every else [str(name)]) if (fault := _run(key, thorough, as_json))]
+    for fault in faults:
+        print_error(f"bench {fault}")
+    if faults:
+        raise typer.Exit(FAILED)
+
+
+def _run(name: str, thorough: bool, as_json: bool) -> str | None:
+    """Runs one benchmark and prints its figures. Returns why it could not measure, if it could not."""
+    rows: list[dict[str, Any]] = []
+    why = None
+    try:
+        run = _load(name).run
         both = "thorough" in inspect.signature(run).parameters
-        rows = (asdict(r) for r in (run(thorough=thorough) if both else run()))
-        if as_json:
-            for row in rows:
-                print(json.dumps(row), flush=True)
-        else:
-            _show(list(rows))
+        for row in run(thorough=thorough) if both else run():
+            rows.append(asdict(row))
+            if as_json:
+                print(json.dumps(rows[-1]), flush=True)
+    except FileNotFoundError as e:
+        why = f"{name}: {e.filename}: not here, and needed"
+    except ImportError as e:
+        why = f"{name}: the package {e.name} is needed"
+    if rows and not as_json:
+        _show(rows)
+    return why if why or rows else f"{name}: nothing could be measured here; what it needs is missing"
 
 
 def _known() -> dict[str, str]:
