@@ -163,7 +163,7 @@ def test_export_where_it_makes_no_sense(room: Path, tmp_path: Path) -> None:
     _refused("export", room, "-o", tmp_path / "a.usda", "--at", "1", says="only of a log")
 
 
-def test_a_time_after_the_end_of_a_log_is_refused(tmp_path: Path) -> None:
+def test_a_time_after_the_end_of_a_log_is_refused(room: Path, tmp_path: Path) -> None:
     with LogWriter(tmp_path / "short.mcap") as writer:
         for n in range(2):
             message = WorldInputs()
@@ -185,11 +185,11 @@ def test_a_time_after_the_end_of_a_log_is_refused(tmp_path: Path) -> None:
     [
         ("newer.usda", NEWER, "written by another version"),
         ("broken.usda", "#usda 1.0\ndef Xform {", "not a whole USD file"),
-        ("broken.usdz", "PK\x03\x04 no", "not a whole USD file"),
-        ("empty.usdc", "", "not a whole USD file"),
+        ("broken.usdz", "PK\x03\x04 no", "this is an archive"),
+        ("empty.usdc", "", "this is an empty file"),
         ("broken.glb", "glTF no", "broken.glb"),
         ("empty.obj", "", "empty.obj"),
-        ("room.txt", "", "expected a file that ends in"),
+        ("room.txt", "wall", "this is a text of no kind"),
         ("broken.toml", "[room", "not valid TOML"),
         ("lacking.toml", SOLO + '[room]\nfile = "gone.usda"\n', "no such file"),
         ("odd.toml", SOLO + "[room]\nchairs = 3\n", "room.chairs"),

@@ -59,7 +59,7 @@ def test_regions_that_wear_none_are_told_and_where_all_are_so_nothing_is_written
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["nowhere.usda", "face"], "nowhere.usda: cannot be read"),
+        (["nowhere.usda", "face"], "nowhere.usda: no such file"),
         (["me.usdc", "kilt"], "no wrinkles called 'kilt'"),
         (["me.usdc", "face", "--off"], "--off: expected no sets"),
         (["me.usdc", "face", "-o", "me.obj"], "expected a name that ends in"),

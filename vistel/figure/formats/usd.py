@@ -27,7 +27,6 @@ from vistel.figure.avatar.avatar import Avatar, Mesh, Registration
 from vistel.figure.avatar.check import AvatarFileError, check_body, check_indices, check_targets
 from vistel.figure.avatar.patch import fault_of
 from vistel.figure.body import Body
-from vistel.figure.formats.usd_fault import reason
 from vistel.figure.formats.usd_materials import bind, pictures_of, read_patches, write_materials
 from vistel.figure.formats.usd_targets import read_targets, write_targets
 from vistel.figure.making.files.usd_inside import asset_bytes, opened
@@ -35,6 +34,7 @@ from vistel.figure.making.pictures import decode
 from vistel.figure.making.source import USD_ENDINGS, MakingError
 from vistel.figure.rigid.weights import influences, joints_only
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton
+from vistel.figure.usd_fault import reason
 
 FORMAT = 1
 _EYES = ("LeftEye", "RightEye")

@@ -16,10 +16,10 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.avatar.cache_folder import default_cache
-from vistel.figure.formats.usd_fault import reason
 from vistel.figure.making.files.read_gltf import read_gltf
 from vistel.figure.making.files.read_obj import read_obj
 from vistel.figure.making.source import MakingError
+from vistel.figure.usd_fault import reason
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.foreign import Found, Said, found
 from vistel.space.files.interior import Interior

@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, Vt
 
 from vistel.arrays import F64, I32
-from vistel.figure.formats.usd_fault import reason
 from vistel.figure.making.files.usd_inside import opened
 from vistel.figure.making.files.usd_materials import Materials
 from vistel.figure.making.source import MakingError, Rig, Source
+from vistel.figure.usd_fault import reason
 
 
 @dataclass
