@@ -2,9 +2,8 @@
 
 import logging
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -51,8 +50,6 @@ NEAREST = 0.45
 _FINE = {"auto": None, "fast": False, "fine": True}
 LOST = ("GL_UNKNOWN_ERROR", "GL_OUT_OF_MEMORY")
 """Errors after which nothing is drawn any more; the first is what moderngl makes of a lost context."""
-_WAIT_S = 0.01
-"""Between two looks at whether figures are ready."""
 NO_SIGNAL_NS = 1_500_000_000
 EYES_SEEN = 350.0
 """Pixels per metre below which nobody sees that eyes converge."""
@@ -145,11 +142,11 @@ class SceneRenderer:
         """The picture of an instant, as `render` gives it, once everybody in it has their own figure and the last filter is
         ready; waits for that."""
         self._smoothing.result()
-        while True:
+        picture = self.render(instant)
+        while not self.complete:
+            wait([cast.coming for cast in self._cast.values() if cast.coming is not None])
             picture = self.render(instant)
-            if self.complete:
-                return picture
-            time.sleep(_WAIT_S)
+        return picture
 
     def draw_at(self, scale: float) -> None:
         """Draw only `scale` times the width and height from now on; pictures keep their size."""

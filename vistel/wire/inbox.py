@@ -14,7 +14,7 @@ from vistel.wire.fence import Fence
 from vistel.wire.freshness import Freshness
 from vistel.wire.limits import most_bytes, objection_to_texts
 from vistel.wire.owners import Admission
-from vistel.wire.reliable import CACHE_MESSAGES
+from vistel.wire.reliable import CACHE_BYTES, CACHE_MESSAGES
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 
 log = logging.getLogger("vistel.bus")
@@ -107,7 +107,7 @@ class Inbox:
         self._stale_after_ns = stale_after_ns if self._newest_only else None
         # Once the first of a gap has come, one arrival may release all that its sender keeps.
         self._limit = RELIABLE_LIMIT + CACHE_MESSAGES if topic.delivery is Delivery.RELIABLE else QUEUE_LIMIT
-        self._limit_bytes = 2 * RELIABLE_BYTES if topic.delivery is Delivery.RELIABLE else QUEUE_BYTES
+        self._limit_bytes = RELIABLE_BYTES + CACHE_BYTES if topic.delivery is Delivery.RELIABLE else QUEUE_BYTES
         self._most_bytes = most_bytes(topic)
         self._raw_bytes = self._ready_bytes = 0
         self._lost = 0

@@ -203,11 +203,3 @@ def test_what_was_said_before_the_last_word_and_comes_after_it_is_not_heard() ->
     assert taken(intake, prop("tokyo", 10, "aiko"), prop("tokyo", 30, "aiko", let_go=True)) == [("aiko", True)]
     assert taken(intake, prop("tokyo", 20, "aiko"), prop("tokyo", 30, "aiko", let_go=True)) == []
     assert taken(intake, prop("tokyo", 40, "aiko")) == [("aiko", False)]
-
-
-def test_no_site_leads_things_in_the_name_of_somebody_elsewhere() -> None:
-    intake = InputCollector()
-    about = Participant(participant="bruno", site="paris", height_m=1.7)
-    intake.participant(Sample(BY_NAME["participant"], "", {"site": "paris", "participant": "bruno"}, about, 1))
-    assert taken(intake, prop("tokyo", 10, "bruno")) == []
-    assert taken(intake, prop("paris", 11, "bruno")) == [("bruno", False)]
