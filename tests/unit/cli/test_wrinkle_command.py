@@ -14,6 +14,7 @@ from vistel_cli.main import app
 
 ROOT = Path(__file__).resolve().parents[3]
 SHEET = ROOT / "examples/wrinkles/sleeve.toml"
+PICTURE = next(ROOT.glob("tests/looks/golden/*.png"))
 
 
 def _run(*words: str, code: int = 0) -> str:
@@ -85,12 +86,12 @@ def test_trace_makes_a_shape_that_show_can_draw(tmp_path: Path) -> None:
     ("words", "said", "code"),
     [
         (["show", "kilt"], "no wrinkle shape 'kilt'", 2),
-        (["draw", "nowhere.toml", "-o", "x.png"], "nowhere.toml: cannot be read", 2),
+        (["draw", "nowhere.toml", "-o", "x.png"], "nowhere.toml: no such file", 2),
         (["draw", str(SHEET)], "nothing to write", 2),
         (["draw", str(SHEET), "-o", "/nowhere/x.png", "--size", "32"], "cannot be written", 1),
-        (["trace", "nowhere.png", "-o", "x.toml"], "nowhere.png: cannot be read", 2),
-        (["trace", str(SHEET), "-o", "x.toml"], "not a picture", 2),
-        (["trace", "x.png", "-o", "x.txt"], "expected a name that ends in .toml", 2),
+        (["trace", "nowhere.png", "-o", "x.toml"], "nowhere.png: no such file", 2),
+        (["trace", str(SHEET), "-o", "x.toml"], "expected a picture; this is a sheet of wrinkles", 2),
+        (["trace", str(PICTURE), "-o", "x.txt"], "expected a name that ends in .toml", 2),
     ],
 )
 def test_bad_input_is_told_in_one_line(words: list[str], said: str, code: int) -> None:
