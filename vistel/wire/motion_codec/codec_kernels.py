@@ -14,9 +14,11 @@ import numba as nb
 import numpy as np
 
 # `vistel.wire` may not import `vistel.jit`. Numba's own cache suffices: these kernels call none of another file.
-_compiled: Any = nb.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+_OPTIONS: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True}
+_compiled: Any = nb.njit(**_OPTIONS)
 # What only kernels call needs no entry from Python; without one it compiles in two thirds of the time.
-_inner: Any = nb.njit(cache=True, nogil=True, error_model="numpy", no_cfunc_wrapper=True, no_cpython_wrapper=True)
+_INNER_OPTIONS: dict[str, Any] = {**_OPTIONS, "no_cpython_wrapper": True}
+_inner: Any = nb.njit(**_INNER_OPTIONS)
 
 # Indices into the range coder's state.
 LOW = 0  # lower end of the interval; encoder only, up to 33 bits
