@@ -27,8 +27,11 @@ class Kind:
         return f"this is {self.name}" + (f": {self.command.replace('FILE', str(path))}" if self.command else "")
 
 
-MISSING, FOLDER, EMPTY = Kind("missing"), Kind("a folder"), Kind("an empty file")
-DATA, TEXT = Kind("no kind of file that VISTEL knows"), Kind("a text of no kind that VISTEL knows")
+MISSING = Kind("missing")
+FOLDER = Kind("a folder")
+EMPTY = Kind("an empty file")
+DATA = Kind("no kind of file that VISTEL knows")
+TEXT = Kind("a text of no kind that VISTEL knows")
 BROKEN_TOML = Kind("a TOML file with a fault")
 CONFERENCE = Kind("a conference file", "vistel up FILE")
 SCENE = Kind("a scene file", "vistel trace FILE")
