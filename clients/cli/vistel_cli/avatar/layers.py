@@ -8,7 +8,7 @@ import typer
 
 from vistel_cli.avatar.files import Json, busy, load_or_make, report
 from vistel_cli.inputs import Takes
-from vistel_cli.kind_of_file import GLTF, USD
+from vistel_cli.kind_of_file import ARRAYS, GLTF, USD
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail
 
@@ -25,7 +25,7 @@ class VisibleLayers(StrEnum):
 
 
 def layers(
-    file: Annotated[str, Takes(USD, GLTF, names=True), typer.Argument(help='An avatar file, or "builtin:seed=3".')],
+    file: Annotated[str, Takes(USD, GLTF, ARRAYS, names=True), typer.Argument(help='An avatar file, or "builtin:seed=3".')],
     output: Annotated[Path, out_file("The scene file to write, .toml.")],
     posture: Annotated[str, typer.Option(help="One of the standard postures, such as t-pose, elbow or squat.")] = "elbow",
     visible: Annotated[
