@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from waiting import until
 from world_site import WorldSite, scenario
 
 from vistel.session.asking import Answer
@@ -273,7 +272,8 @@ def test_an_activity_hardens_what_nobody_has_touched_for_a_while(tmp_path: Path,
         asking = asyncio.create_task(session.ask("soften ball"))
         await site.play(0.2)
         assert (await asking).done
-        await until(lambda: "ball" in session.room.things)
+        while "ball" not in session.room.things:
+            await site.play(0.1)
         soft, activity = session.room.things["ball"], asyncio.create_task(kiln.kiln(session, "ball"))
         await site.play(0.8)
         assert not activity.done()
