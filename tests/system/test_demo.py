@@ -124,7 +124,7 @@ def test_motion_of_the_others_goes_on_while_processes_die(conference: Run) -> No
         for killed in conference.killed_at_ns.values():
             around = [t for t in sorted(times) if -1e9 < t - killed < CATCH_UP_S * 1e9]
             assert around[-1] - killed > (CATCH_UP_S - 0.5) * 1e9
-            assert max(np.diff(around)) < 2e9  # a process that is started again takes longer; a busy machine pauses for less
+            assert max(np.diff(around)) < 0.5e9
 
 
 def test_a_killed_world_comes_back_and_goes_on_where_it_was(conference: Run) -> None:
