@@ -92,8 +92,8 @@ class Session:
 
     @property
     def room(self) -> RoomView:
-        """The newest step of the world that `ask` or `steps` has seen."""
-        return self._joined.room
+        """The newest step of the world that has arrived; empty until the world has sent the whole room."""
+        return self._call(_now(lambda: self._joined.room))
 
     def ask(self, command: str | Action) -> Answer:
         """Give a command and wait for the world's answer (see `AsyncSession.ask`)."""

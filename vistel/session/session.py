@@ -32,11 +32,18 @@ class AsyncSession:
 
     def __init__(self, bus: Bus, clock: Clock, participant: str) -> None:
         self.participant = participant
-        self.room = RoomView()
-        """The newest step that has arrived; empty until the world has sent the whole room."""
+        self._room = RoomView()
         self._bus, self._clock = bus, clock
         self._world = WorldListener(bus, clock)
         self._asker = Asker(bus, clock, participant)
+
+    @property
+    def room(self) -> RoomView:
+        """The newest step that has arrived; empty until the world has sent the whole room."""
+        steps = self._world.take()
+        if steps:
+            self._room = view_of(steps[-1][0])
+        return self._room
 
     def close(self) -> None:
         """End the subscriptions."""
@@ -45,18 +52,16 @@ class AsyncSession:
 
     async def ask(self, command: str | Action) -> Answer:
         """As `Asker.ask`; what has happened in the room meanwhile is in `room`."""
-        answer = await self._asker.ask(command)
-        self._receive()
-        return answer
+        return await self._asker.ask(command)
 
     async def steps(self, every_s: float = 0.1) -> AsyncIterator[RoomView]:
         """The room whenever it has gone on, at most every `every_s` seconds. The first comes when the room is known."""
         seen = 0
         while True:
-            self._receive()
-            if self.room.things and self.room.step > seen:
-                seen = self.room.step
-                yield self.room
+            room = self.room
+            if room.things and room.step > seen:
+                seen = room.step
+                yield room
                 await self._clock.sleep_until_ns(self._clock.now_ns() + int(every_s * 1e9))
             else:
                 await self._clock.sleep_until_ns(self._clock.now_ns() + POLL_NS)
@@ -85,11 +90,6 @@ class AsyncSession:
     def publish(self, display_name: str = "", avatar: str = "", height_m: float = 1.75) -> ParticipantPublisher:
         """Take part with a body: announce the participant, then `put` postures. Other sites draw them as `avatar`."""
         return ParticipantPublisher(self._bus, self._clock, self.participant, display_name or self.participant, avatar, height_m)
-
-    def _receive(self) -> None:
-        steps = self._world.take()
-        if steps:
-            self.room = view_of(steps[-1][0])
 
 
 @asynccontextmanager

@@ -272,7 +272,7 @@ def test_an_activity_hardens_what_nobody_has_touched_for_a_while(tmp_path: Path,
         asking = asyncio.create_task(session.ask("soften ball"))
         await site.play(0.2)
         assert (await asking).done
-        while "ball" not in session.room.things:
+        while "ball" not in session.room.things:  # until the room has come
             await site.play(0.1)
         soft, activity = session.room.things["ball"], asyncio.create_task(kiln.kiln(session, "ball"))
         await site.play(0.8)
