@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from benchmarks.conferences.world_steps import Load, Scene
+from benchmarks.conferences.world_steps import LoadedWorld, WorldLoad
 from benchmarks.row import Row
 from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture, pose_joints
@@ -135,11 +135,11 @@ def _compare(out: Heard, view: WorldView, now: RoomState, eye: Eyes) -> None:
                 out.millimetres.append(1e3 * wrong)
 
 
-class Carried(Scene):
+class Carried(LoadedWorld):
     """People who are real, and things that move as their hands do, each where it lay."""
 
     def __init__(self, people: int, things: int, moving: int) -> None:
-        super().__init__(Load(people, things, seats=SEATS))
+        super().__init__(WorldLoad(people, things, seats=SEATS))
         ways = [_way(self._loop[who], hand) for who in sorted(self._loop)[:3] for hand in ("left_hand", "right_hand")]
         loose = [n for n, t in enumerate(self.world.things_now) if not t.fixed]
         chosen = np.random.default_rng(2).choice(loose, moving, replace=False).tolist()

@@ -31,7 +31,7 @@ from vistel.render.resolution import Resolution
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.screens import Stereo
 from vistel.space.room import Room, meeting_room, seat_pose
 
@@ -331,7 +331,7 @@ def _instant(t: float, count: int = 3) -> Instant:
         feet = position + 0.42 * np.array((math.sin(heading), 0.0, math.cos(heading)))
         posture = Posture(dofs, hands, Stance(feet, heading))
         people.append(PersonNow(about, posture, Timing(0, 0, 0, False)))
-    world = WorldView(1, {thing.id: Pose(thing.position, thing.rotation) for thing in room.things})
+    world = PlayoutWorld(1, {thing.id: Pose(thing.position, thing.rotation) for thing in room.things})
     return Instant(round(t * 1e9), tuple(people), world, room.by_id)
 
 

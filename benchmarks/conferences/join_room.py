@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.conferences.world_steps import MOVING, Load, Scene
+from benchmarks.conferences.world_steps import MOVING, LoadedWorld, WorldLoad
 from vistel.figure.posture.posture import Posture
 from vistel.v1.command_pb2 import Command, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Quaternion, Vec3
@@ -24,16 +24,16 @@ FALL_S = 4.0
 """How long a thing that was lifted moves."""
 
 
-async def _world(endpoint: str, load: Load, folder: Path) -> None:
+async def _world(endpoint: str, load: WorldLoad, folder: Path) -> None:
     clock = SystemClock()
     bus = await ZenohBus.open(conference=CONFERENCE, site="hub", clock=clock, endpoints=[endpoint])
-    room = Scene(load).world
+    room = LoadedWorld(load).world
     await world.run(world.Config(room.seats, folder, room.extras), bus, clock)
 
 
-async def _people(endpoint: str, load: Load) -> None:
+async def _people(endpoint: str, load: WorldLoad) -> None:
     """Everybody moves sixty times a second, and lifts things, so that a tenth of them is on the move."""
-    clock, scene = SystemClock(), Scene(load)
+    clock, scene = SystemClock(), LoadedWorld(load)
     loops: dict[str, list[Posture]] = scene._loop  # pyright: ignore[reportPrivateUsage]
     loose = [t for t in scene.world.things_now if not t.fixed]
     buses = {who: await ZenohBus.open(conference=CONFERENCE, site=f"at-{who}", clock=clock, endpoints=[endpoint]) for who in loops}
@@ -64,7 +64,7 @@ async def _people(endpoint: str, load: Load) -> None:
 def main() -> None:
     """Until killed."""
     what, endpoint, people, things, folder = sys.argv[1:]
-    load = Load(int(people), int(things))
+    load = WorldLoad(int(people), int(things))
     event_loop.run(_world(endpoint, load, Path(folder)) if what == "world" else _people(endpoint, load))
 
 

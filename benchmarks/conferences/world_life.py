@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.conferences.world_steps import Load, Scene
+from benchmarks.conferences.world_steps import LoadedWorld, WorldLoad
 from benchmarks.progress import part
 from benchmarks.row import Row
 from vistel.messages.world.encode import world_state
@@ -27,7 +27,7 @@ def rows(thorough: bool) -> Iterator[Row]:
     """A hand-over, a restart, a late joiner, a step's record in the journal, for a small and a large room."""
     for people, things in ((3, 50), (20, 500)):
         case, times = f"{people} people, {things} things", TIMES if thorough else TIMES // 3
-        scene = Scene(Load(people, things))
+        scene = LoadedWorld(WorldLoad(people, things))
         with part(f"life: {case}", 90) as done:
             for _ in range(90):
                 scene.step()
@@ -48,12 +48,12 @@ def rows(thorough: bool) -> Iterator[Row]:
         yield Row("world", case, "journal", "kB/s", size)
 
 
-def _hand_over(scene: Scene, ready: World) -> None:
+def _hand_over(scene: LoadedWorld, ready: World) -> None:
     packed = WorldHandover(private_state=scene.world.snapshot(), term=1).SerializeToString()
     World.restore(WorldHandover.FromString(packed).private_state, like=ready)
 
 
-def _late(scene: Scene, view: object) -> None:
+def _late(scene: LoadedWorld, view: object) -> None:
     packed = WorldSnapshot(private_state=scene.world.snapshot(), state=world_state(view)).SerializeToString()  # type: ignore[arg-type]
     WorldSnapshot.FromString(packed)
 

@@ -19,7 +19,7 @@ from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.geometry.rotation import rotation_y
 from vistel.space.actions import Move, Which
-from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
+from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import Extra, Room, meeting_room, seat_pose, table_radius
 from vistel.space.things.things import Thing
 from vistel.space.view import WorldView
@@ -44,7 +44,7 @@ PYTHON_LOOP = 3_000_000
 
 
 @dataclass(frozen=True)
-class Load:
+class WorldLoad:
     """people, things (loose ones); steps: how many are measured, after as many as `settle`; seats: of the room, at least."""
 
     people: int
@@ -65,7 +65,7 @@ def rows(thorough: bool) -> Iterator[Row]:
         warm_up()
     yield Row("world", "this machine now", "fixed loop of Python", "s", python_loop())
     for (people, things), target in TARGETS.items():
-        load = Load(people, things)
+        load = WorldLoad(people, things)
         ms, size = measure(load, times)
         for name, share in (("p50", 50), ("p90", 90), ("p99", 99), ("max", 100)):
             value = float(np.percentile(ms, share))
@@ -74,14 +74,14 @@ def rows(thorough: bool) -> Iterator[Row]:
         yield Row("world", load.name, "state", "kB", size / 1000)
     steps, settle = (480, 120) if thorough else (180, 60)
     grown = {
-        "people": [Load(n, 50, steps, settle) for n in PEOPLE],
-        "things": [Load(3, n, steps, settle) for n in (THINGS if thorough else THINGS[:-1])],
+        "people": [WorldLoad(n, 50, steps, settle) for n in PEOPLE],
+        "things": [WorldLoad(3, n, steps, settle) for n in (THINGS if thorough else THINGS[:-1])],
     }
     for what, loads in grown.items():
         yield from growth(what, loads, times)
 
 
-def growth(what: str, loads: list[Load], times: int) -> Iterator[Row]:
+def growth(what: str, loads: list[WorldLoad], times: int) -> Iterator[Row]:
     """Median and 99th percentile of each size, and the slopes of straight lines through them, both axes logarithmic."""
     found: dict[str, list[float]] = {"p50": [], "p99": []}
     for load in loads:
@@ -107,7 +107,7 @@ def python_loop() -> float:
 
 
 @cache
-def measure(load: Load, times: int) -> tuple[F64, int]:
+def measure(load: WorldLoad, times: int) -> tuple[F64, int]:
     """(steps,) milliseconds of processor time, and bytes of the state.
 
     The same steps are taken `times` times, which gives the same states, and the least time of each counts: what else runs
@@ -117,7 +117,7 @@ def measure(load: Load, times: int) -> tuple[F64, int]:
     least = np.full(load.steps, np.inf)
     size = 0
     for turn in range(times):
-        scene = Scene(load)
+        scene = LoadedWorld(load)
         gc.collect()
         gc.freeze()
         with part(f"{load.name}, {turn + 1} of {times}", load.settle + load.steps) as done:
@@ -135,10 +135,10 @@ def measure(load: Load, times: int) -> tuple[F64, int]:
     return least, size
 
 
-class Scene:
+class LoadedWorld:
     """A world under load, the same every time."""
 
-    def __init__(self, load: Load) -> None:
+    def __init__(self, load: WorldLoad) -> None:
         seats = max(load.people, load.seats, _seats_for(load.things))
         room = crowded(seats, load.things)
         self.world = World(room)
@@ -155,7 +155,7 @@ class Scene:
         k = self._step
         t_ns = k * STEP_NS
         motions = tuple(MotionInput(name, self._loop[name][k % len(self._loop[name])], k, t_ns) for name in self._people)
-        people = tuple(Person(name) for name in self._people) if k == 1 else ()
+        people = tuple(ParticipantBody(name) for name in self._people) if k == 1 else ()
         return StepInputs(k, t_ns, people, motions, commands=tuple(self._tosses(k)))
 
     def take(self, inputs: StepInputs) -> WorldView:

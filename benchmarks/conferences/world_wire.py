@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from benchmarks.conferences.world_steps import LASTS_S, STEP_NS, Load, Scene
+from benchmarks.conferences.world_steps import LASTS_S, STEP_NS, LoadedWorld, WorldLoad
 from benchmarks.progress import part
 from benchmarks.row import Row
 from vistel.figure.posture.posture import pose_joints
@@ -36,7 +36,7 @@ CROWDS = (3, 6, 12, 24)
 
 
 @dataclass
-class ReceivedPosture:
+class ReceiverFigures:
     """One receiver's side of some seconds."""
 
     seconds: float = 0.0
@@ -58,7 +58,7 @@ def rows(thorough: bool) -> Iterator[Row]:
     share = 1.0 if thorough else 0.5
     warm_up()
     for what, seats, led in (("led by trackers", SEATS, True), ("thrown and pushed about", 10, False)):
-        heard = listen(Load(3, 50, seats=seats), led=led, seconds=share * SECONDS)
+        heard = listen(WorldLoad(3, 50, seats=seats), led=led, seconds=share * SECONDS)
         case = f"3 people, 50 things, {np.mean(heard.moving):.1f} of them {what}"
         yield Row("world", case, "to each receiver", "kbit/s", heard.kbit_s, target=f"<= {KBIT:g}", met=heard.kbit_s <= KBIT)
         for metric, unit, errors, target in (
@@ -72,17 +72,17 @@ def rows(thorough: bool) -> Iterator[Row]:
         yield Row("world", case, "hearing it, per second", "ms", heard.hearing_s / heard.seconds * 1e3)
         yield Row("world", case, "snapshot for a late joiner", "kB", heard.snapshot / 1000)
     crowds = CROWDS if thorough else CROWDS[:-1]
-    rates = [listen(Load(n, 50, seats=CROWDED), seconds=share * CROWD_SECONDS).kbit_s for n in crowds]
+    rates = [listen(WorldLoad(n, 50, seats=CROWDED), seconds=share * CROWD_SECONDS).kbit_s for n in crowds]
     each = float(np.polyfit(crowds, rates, 1)[0])
     case = "50 things, people: " + ", ".join(f"{n}: {r:.1f}" for n, r in zip(crowds, rates, strict=True)) + " kbit/s"
     yield Row("world", case, "each further person", "kbit/s", each)
 
 
-def listen(load: Load, *, led: bool = False, seconds: float) -> ReceivedPosture:
+def listen(load: WorldLoad, *, led: bool = False, seconds: float) -> ReceiverFigures:
     """Some seconds of a world, told and heard. led: the things that move follow hands at a distance, instead of being thrown."""
-    scene = _Led(load) if led else Scene(load)
+    scene = _Led(load) if led else LoadedWorld(load)
     encoder, decoder, backlog, stage = WorldEncoder(), WorldDecoder(), SnapshotBuilder(), Stage(100_000_000)
-    out = ReceivedPosture()
+    out = ReceiverFigures()
     waiting: dict[int, WorldView] = {}
     begin, end = round(LASTS_S * 60), round((LASTS_S + seconds) * 60)
     for view in _steps(scene, end, f"wire: {load.name}, {'led' if led else 'thrown'}"):
@@ -117,14 +117,14 @@ def listen(load: Load, *, led: bool = False, seconds: float) -> ReceivedPosture:
     return out
 
 
-def _steps(scene: Scene, count: int, name: str) -> Iterator[WorldView]:
+def _steps(scene: LoadedWorld, count: int, name: str) -> Iterator[WorldView]:
     with part(name, count) as done:
         for _ in range(count):
             yield scene.world.step(scene.inputs())
             done()
 
 
-def _compare(out: ReceivedPosture, view: WorldView, now: RoomState) -> None:
+def _compare(out: ReceiverFigures, view: WorldView, now: RoomState) -> None:
     moved = [s for s in view.states if s.moved]
     out.moving.append(len(moved))
     for s in moved:
@@ -133,7 +133,7 @@ def _compare(out: ReceivedPosture, view: WorldView, now: RoomState) -> None:
         out.degrees.append(float(np.degrees(2.0 * np.arccos(min(1.0, abs(float(rotation @ s.rotation)))))))
 
 
-class _Led(Scene):
+class _Led(LoadedWorld):
     """Things whose receivers move as hands do, beside them."""
 
     def inputs(self) -> StepInputs:

@@ -16,7 +16,7 @@ from importlib.metadata import version
 import numpy as np
 
 from benchmarks.fields.deform_peers import peer
-from benchmarks.fields.deform_scenes import Body, body, capsules, hugging
+from benchmarks.fields.deform_scenes import CapsuleBody, body, capsules, hugging
 from benchmarks.figures.figure_peers import linear_blend
 from benchmarks.row import Row, row_beside
 from benchmarks.timing import microseconds
@@ -204,7 +204,7 @@ def _growth() -> Iterator[Row]:
     a, b = np.zeros((1, 3)), np.array([[1.0, 0.0, 0.0]])
     rod = PrimitiveSet.of_cone_spheres(a, b, np.array([0.05]), np.array([0.05]))
 
-    def time_of(figure: Body, ghosts: tuple[GhostSource, ...], rounds: int) -> float:
+    def time_of(figure: CapsuleBody, ghosts: tuple[GhostSource, ...], rounds: int) -> float:
         vertices, normals = figure.vertices.copy(), figure.normals.copy()
         calls = {
             "rigid": lambda: np.copyto(vertices, figure.vertices),
@@ -265,7 +265,7 @@ def deepest(poses: int, seed: int = 0) -> tuple[float, int, int]:
     return worst, touching, lost
 
 
-def _field(o: Body, a: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
+def _field(o: CapsuleBody, a: np.ndarray, b: np.ndarray, points: np.ndarray) -> np.ndarray:
     limbs = replace(o.embedding.limbs, a=a, b=b)
     return primitive_field(points.astype(np.float64), limbs, o.embedding.fit, 0)
 

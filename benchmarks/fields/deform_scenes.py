@@ -72,7 +72,7 @@ def tube(a: F64, b: F64, radius: float, count: int, seed: int, bump: float) -> t
 
 
 @dataclass(frozen=True)
-class Body:
+class CapsuleBody:
     """A mesh over capsules, each a limb of its own, with its deformer."""
 
     vertices: F32
@@ -83,7 +83,7 @@ class Body:
     b: F64
 
 
-def body(shapes: PrimitiveSet, vertices: int, *, bump: float = 0.03, seed: int = 0) -> Body:
+def body(shapes: PrimitiveSet, vertices: int, *, bump: float = 0.03, seed: int = 0) -> CapsuleBody:
     """`vertices` in all over the capsules `shapes`; limbs that overlap at rest share skin."""
     params = shapes.params.reshape(-1, 8)
     a, b, radius = params[:, :3].copy(), params[:, 3:6].copy(), params[:, 6]
@@ -97,7 +97,7 @@ def body(shapes: PrimitiveSet, vertices: int, *, bump: float = 0.03, seed: int =
     triangles = np.concatenate([p[2] + n for p, n in zip(parts, first[:-1], strict=True)]).astype(np.int32)
     limbs = Limbs(a, b, radius.copy(), radius.copy(), np.arange(len(a), dtype=np.int32))
     embedding = embed(points, limb, limbs)
-    return Body(points, normals, embedding, Deformer(triangles, embedding), a, b)
+    return CapsuleBody(points, normals, embedding, Deformer(triangles, embedding), a, b)
 
 
 def hugging() -> tuple[Posture, Posture]:

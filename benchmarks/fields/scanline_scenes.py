@@ -17,7 +17,7 @@ CLAY = Material((0.8, 0.45, 0.32))
 
 
 @dataclass(frozen=True)
-class Row:
+class ScanlineCase:
     """figure: of the dissertation; name: ours; counts: spheres, sphylinders, cone-spheres, rounded polygons;
     seconds: scanline and ray casting on the SUN IPX of Table 2."""
 
@@ -33,7 +33,7 @@ class Row:
         return Scene(CAMERA, CLAY.on(vi.total(*self.primitives)), lights=LIGHTS, size=(400, 400))
 
 
-def table2() -> list[Row]:
+def table2() -> list[ScanlineCase]:
     """The rows in the table's order."""
     made = [
         ("35", "molecule", (58, 387), molecule()),
@@ -43,10 +43,10 @@ def table2() -> list[Row]:
         ("37", "stool", (28, 275), stool()),
     ]
     kinds = (vi.Sphere, vi.Sphylinder, vi.ConeSphere, vi.RoundedPolygon)
-    rows: list[Row] = []
+    rows: list[ScanlineCase] = []
     for figure, name, seconds, primitives in made:
         a, b, c, d = (sum(type(p) is kind for p in primitives) for kind in kinds)
-        rows.append(Row(figure, name, (a, b, c, d), seconds, tuple(primitives)))
+        rows.append(ScanlineCase(figure, name, (a, b, c, d), seconds, tuple(primitives)))
     return rows
 
 

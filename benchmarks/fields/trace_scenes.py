@@ -21,7 +21,7 @@ LIGHTS = (Light((10, 20, 5)), Light((-5, 8, 15), colour=(0.3, 0.3, 0.35)))
 
 
 @dataclass(frozen=True)
-class Row:
+class TraceCase:
     """A row of Table 1 remade. figure: of the dissertation; primitives, polygons: as there; shape: as implicit surfaces;
     meshes: every primitive as a polygon object of its own; camera."""
 
@@ -52,7 +52,7 @@ def bumpy(solid: vi.Polyhedron, about: tuple[float, float, float], height: float
     return vi.Polyhedron(np.array(about) + offset * grow[:, None], tuple(map(tuple, solid.triangles.tolist())))
 
 
-def _row(figure: str, polygons: int, complexity: str, parts: list[tuple[vi.Polyhedron, Shape]], joined: str = "sum") -> Row:
+def _row(figure: str, polygons: int, complexity: str, parts: list[tuple[vi.Polyhedron, Shape]], joined: str = "sum") -> TraceCase:
     """A row of parts (polyhedron as it is without the others, primitive)."""
     shapes = [PALETTE[i % len(PALETTE)].on(shape) for i, (_, shape) in enumerate(parts)]
     meshes = tuple(mesh_of(solid, PALETTE[i % len(PALETTE)]) for i, (solid, _) in enumerate(parts))
@@ -61,7 +61,7 @@ def _row(figure: str, polygons: int, complexity: str, parts: list[tuple[vi.Polyh
     else:
         pairs = [(i, i + 1) for i in range(len(shapes) - 1)]
         whole = vi.selective(shapes, pairs)
-    return Row(figure, len(parts), polygons, complexity, whole, meshes)
+    return TraceCase(figure, len(parts), polygons, complexity, whole, meshes)
 
 
 def _blob(solid: vi.Polyhedron, centre: tuple[float, float, float], **options: object) -> tuple[vi.Polyhedron, Shape]:
@@ -72,7 +72,7 @@ def _set(solid: vi.Polyhedron, centres: list[tuple[float, float, float]]) -> tup
     return solid, vi.PointSetblob(solid, np.array(centres))
 
 
-def table1() -> list[Row]:
+def table1() -> list[TraceCase]:
     """The eight rows, about as large as the dissertation's 1 x 1 x 1 objects."""
     rows = [
         _row(

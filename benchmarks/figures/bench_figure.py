@@ -22,7 +22,7 @@ from vistel.figure.figure import Figure
 from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.making.files.read import Extras, read_source
 from vistel.figure.making.make import make_avatar, refit
-from vistel.figure.making.source import Material, Source
+from vistel.figure.making.source import SourceMaterial, SourceMesh
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.hands import RELAXED
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints
@@ -152,7 +152,7 @@ def _sweeps(case: str, avatar: Avatar, postures: list[Posture]) -> Iterator[Row]
             )
 
 
-def _fits(case: str, source: Source) -> Iterator[Row]:
+def _fits(case: str, source: SourceMesh) -> Iterator[Row]:
     """MakeHuman's base mesh where ../shared/data has it, and a built-in person as a mesh without rig."""
     make_avatar(source, name="warm", primitives=60)  # compiles
     began = time.perf_counter()
@@ -166,7 +166,7 @@ def _fits(case: str, source: Source) -> Iterator[Row]:
     yield _row(case, "furthest vertex moved at rest", "mm", moved, f"value <= {_MOVED_MM:.0f}", moved <= _MOVED_MM)
 
 
-def _sources() -> Iterator[tuple[str, Source]]:
+def _sources() -> Iterator[tuple[str, SourceMesh]]:
     if (_MAKEHUMAN / "base.obj").is_file():
         yield "MakeHuman body, 13380 vertices, rig and weights", _makehuman()
     person = builtin_avatar("builtin:seed=3", name="body", height=1.7)
@@ -174,7 +174,7 @@ def _sources() -> Iterator[tuple[str, Source]]:
     none = np.zeros(len(mesh.triangles), np.int32)
     yield (
         f"built-in person, {len(mesh.vertices)} vertices, no rig",
-        Source(
+        SourceMesh(
             "body",
             mesh.vertices.astype(np.float64),
             mesh.triangles,
@@ -183,12 +183,12 @@ def _sources() -> Iterator[tuple[str, Source]]:
             none,
             ("",),
             none,
-            (Material(""),),
+            (SourceMaterial(""),),
         ),
     )
 
 
-def _makehuman(*targets: str) -> Source:
+def _makehuman(*targets: str) -> SourceMesh:
     rig, weights = _MAKEHUMAN / "rig.game_engine.json", _MAKEHUMAN / "weights.game_engine.json.gz"
     return read_source(_MAKEHUMAN / "base.obj", Extras(rig=rig, weights=weights, targets=targets))
 

@@ -56,7 +56,7 @@ MOST_JUMP_DEG = 5.0
 
 
 @dataclass(frozen=True)
-class Outcome:
+class PostureErrors:
     """errors: joint name to (n,) metres; jumps: (n,) turns of upper arms from one motion to the next beyond those in the
     truth [rad]; solve: (n,) seconds."""
 
@@ -68,9 +68,9 @@ class Outcome:
 def run() -> Iterator[Row]:
     """Every recording that is on this machine; nothing where there is none."""
     warm_up()
-    pooled: list[tuple[Outcome, Outcome]] = []
-    strangers: list[Outcome] = []
-    known: list[Outcome] = []
+    pooled: list[tuple[PostureErrors, PostureErrors]] = []
+    strangers: list[PostureErrors] = []
+    known: list[PostureErrors] = []
     for recording in recordings():
         learnt = {s: fit_comfort(arm_samples(recording, s, recording.duration_s * LEARN)) for s in SIDES}
         ours, peer = measure(recording, learnt), measure(recording, LOWEST)
@@ -125,7 +125,7 @@ def recordings() -> list[Recording]:
 
 def measure(
     recording: Recording, comfort: Comfort | Mapping[str, Comfort], seed: int = 1, skeleton: Skeleton | None = None
-) -> Outcome:
+) -> PostureErrors:
     """Play a recording through receivers, noise, filters and solver; errors of what was not learnt from.
 
     skeleton: the person's bones, if not those that the part learnt from shows.
@@ -166,7 +166,7 @@ def measure(
         solved_arms = _arms(pose.position[[JOINT_INDEX[n] for n in _ARM]])
         arms.append((solved_arms, _arms(joints[0][[INDEX[n] for n in _ARM]])))
     turn = np.array([[_angle(a, b) for a, b in zip(x, y, strict=True)] for x, y in _steps(arms)])
-    return Outcome({n: np.array(e) for n, e in errors.items()}, turn[:, 0] - turn[:, 1], np.array(solves))
+    return PostureErrors({n: np.array(e) for n, e in errors.items()}, turn[:, 0] - turn[:, 1], np.array(solves))
 
 
 _ARM = ("left_upper_arm", "left_lower_arm", "right_upper_arm", "right_lower_arm")
@@ -216,13 +216,13 @@ def _record(
     return out
 
 
-def _pool(outcomes: Sequence[Outcome]) -> Outcome:
+def _pool(outcomes: Sequence[PostureErrors]) -> PostureErrors:
     errors = {n: np.concatenate([o.errors[n] for o in outcomes]) for n in outcomes[0].errors}
     jumps, solve = (np.concatenate(x) for x in zip(*((o.jumps, o.solve) for o in outcomes), strict=True))
-    return Outcome(errors, jumps, solve)
+    return PostureErrors(errors, jumps, solve)
 
 
-def _rows(case: str, ours: Outcome, peer: Outcome) -> Iterator[Row]:
+def _rows(case: str, ours: PostureErrors, peer: PostureErrors) -> Iterator[Row]:
     for part, names in JOINTS.items():
         for metric, share in (("median", 50), ("p95", 95)):
             value, other = (float(np.percentile(np.concatenate([o.errors[n] for n in names]), share)) * 1e3 for o in (ours, peer))

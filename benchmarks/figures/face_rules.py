@@ -52,7 +52,7 @@ _LANDMARK = {
 }
 
 
-class Head:
+class MarkedHead:
     """The neutral head and where its marks are stuck."""
 
     def __init__(self) -> None:
@@ -85,7 +85,7 @@ def rows() -> Iterator[Row]:
     if not DATA.is_dir():
         print(f"wrinkle: no head at {DATA}; the rows of the face are left out", file=sys.stderr)
         return
-    head, rules = Head(), builtin_rules()
+    head, rules = MarkedHead(), builtin_rules()
     reader = MarkReader(rules)
     case = "ICT head, 14 expressions through the face camera"
     errors: list[float] = []
@@ -121,7 +121,7 @@ def rows() -> Iterator[Row]:
     yield Row("wrinkle", case, "right action unit named", "%", share, target=">= 90", met=share >= 90.0)
 
 
-def seen(head: Head, reader: MarkReader, true: F64, name: str, seed: int) -> Expression:
+def seen(head: MarkedHead, reader: MarkReader, true: F64, name: str, seed: int) -> Expression:
     """What the cameras make of an expression."""
     # Marks as they would be on the standard face: the helmet's camera looks along the head's axis.
     scale = head.landmarks.scale
@@ -139,7 +139,7 @@ def seen(head: Head, reader: MarkReader, true: F64, name: str, seed: int) -> Exp
     return Expression(intensity, moved, lids)
 
 
-def measured(head: Head, e: Expression, true: F64) -> tuple[float, float]:
+def measured(head: MarkedHead, e: Expression, true: F64) -> tuple[float, float]:
     """Mean error and mean true motion over what moves in truth [mm]. What moves though it should not adds to the error without
     widening what the mean is taken over: spreading a motion thin wins nothing."""
     made = head.neutral[:SKIN].copy()

@@ -24,7 +24,7 @@ from vistel.figure.posture.limits import FINGER_LIMITS
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import rotvec_from_matrix
-from vistel.space.inputs import MotionInput, Person, PropInput, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, PropInput, StepInputs
 from vistel.space.people import HAND_JOINT, build_of
 from vistel.space.room import BATON, TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things.things import Thing
@@ -262,7 +262,7 @@ def _begun(trial: Trial) -> World:
     before = trial.fingers[0] if trial.own else recorded("wave")[0][0]
     far = hand_at(high, trial.heading, before, trial.face, trial.height)
     for k in range(1, APPEARING_STEPS + 2):
-        people = (Person("p", trial.height),) if k == 1 else ()
+        people = (ParticipantBody("p", trial.height),) if k == 1 else ()
         world.step(StepInputs(k, k * STEP_NS, people, (MotionInput("p", far, k, k * STEP_NS),)))
     return world
 
@@ -307,7 +307,7 @@ def _pinching(thing: str, closed: F64, rng: np.random.Generator) -> tuple[F64, f
 
 
 @dataclass(frozen=True)
-class HandOver:
+class HandOverResult:
     """Frames (n, 4) of the four hands (giver's left and right, taker's): who truly holds, who the world says does; sure
     (n, 4): where the truth is known."""
 
@@ -316,7 +316,7 @@ class HandOver:
     sure: NDArray[np.bool_]
 
 
-def hand_over() -> HandOver:
+def hand_over() -> HandOverResult:
     """The recorded hand-over through the world, the baton on its own tracker."""
     folder = DATA / "body" / "kth_handover" / "take_new"
     people = [{"name": name, "motion": str(folder)} for name in ("giver", "taker")]
@@ -336,7 +336,7 @@ def hand_over() -> HandOver:
             p = source.posture(name, frame / RATE_HZ)
             motions.append(MotionInput(name, replace(p, hands=np.stack([grips[c][frame]] * 2)), step, t_ns))
         prop = PropInput(BATON, *source.things(frame / RATE_HZ)[BATON], t_ns)
-        new = tuple(Person(name) for name in ("giver", "taker")) if step == 1 else ()
+        new = tuple(ParticipantBody(name) for name in ("giver", "taker")) if step == 1 else ()
         view = world.step(StepInputs(step, t_ns, new, tuple(motions), props=(prop,)))
         if k >= 0:
             for g in view.grasps:
@@ -349,7 +349,7 @@ def hand_over() -> HandOver:
         for change in changes:
             far[max(0, change - int(UNSURE_S * RATE_HZ)) : change + int(UNSURE_S * RATE_HZ)] = False
         sure[:, 2 * c] = sure[:, 2 * c + 1] = far
-    return HandOver(truth, said, sure)
+    return HandOverResult(truth, said, sure)
 
 
 def _force(folder: Path, role: str) -> F64:

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from benchmarks.row import Row
-from benchmarks.voices.speech_score import Score, false_accepts, score, share_of_core
-from benchmarks.voices.speech_sounds import CONDITIONS, Command, NoisyRoom, commands, held_out, other_talk
+from benchmarks.voices.speech_score import CommandScore, false_accepts, score, share_of_core
+from benchmarks.voices.speech_sounds import CONDITIONS, NoisyRoom, SpokenCommand, commands, held_out, other_talk
 from scripts.speech_model import rooms
 from scripts.speech_model.corpus import ESPEAK_TEST, seeded
 from scripts.speech_model.voices import RATE, Manner, missing, resampled
@@ -66,7 +66,7 @@ def _recogniser(grammar: Grammar, adaptation: Adaptation | None = None) -> Japan
     return JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), adaptation=adaptation)
 
 
-def _scored(grammar: Grammar, said: list[Command], place: NoisyRoom, adaptation: Adaptation | None = None) -> Score:
+def _scored(grammar: Grammar, said: list[SpokenCommand], place: NoisyRoom, adaptation: Adaptation | None = None) -> CommandScore:
     def understood(index: int, heard: Hypotheses) -> bool:
         sentence = grammar.said(heard[0].words, "ja")
         return sentence is not None and sentence.means == said[index].said.means
@@ -107,5 +107,5 @@ def _enrolled(grammar: Grammar) -> Iterator[Row]:
         yield _row(f"{case}, {what}", "understood", found.right, None)
 
 
-def _shorter(command: Command) -> Command:
+def _shorter(command: SpokenCommand) -> SpokenCommand:
     return replace(command, sound=resampled(command.sound, _FAR_STEP), end_s=command.end_s / _FAR_STEP)

@@ -14,7 +14,7 @@ _CHUNK = SAMPLE_RATE // 50
 
 
 @dataclass(frozen=True)
-class Score:
+class CommandScore:
     """Of commands. right: share understood as meant; accepted: share also believed; late_s: (n,) from the end of each
     utterance that was understood to its result [s], waiting and computing together, as if sound came in real time."""
 
@@ -26,7 +26,7 @@ class Score:
 
 def score(
     recogniser: Recogniser, heard: Iterable[tuple[F32, float]], understood: Callable[[int, Hypotheses], bool], believed: float
-) -> Score:
+) -> CommandScore:
     """heard: sounds and where in them speech ends [s]; understood: whether an utterance of sound i came out right."""
     right = accepted = count = 0
     late: list[float] = []
@@ -51,7 +51,7 @@ def score(
             accepted += best[0] >= believed
             late.append(best[2])
             sure.append(best[0])
-    return Score(right / count, accepted / count, np.array(late), tuple(sure))
+    return CommandScore(right / count, accepted / count, np.array(late), tuple(sure))
 
 
 def false_accepts(recogniser: Recogniser, talk: F32, believed: float) -> list[Hypotheses]:

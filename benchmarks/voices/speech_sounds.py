@@ -22,7 +22,7 @@ CONDITIONS = ("clean", "20 dB", "10 dB", "reverberant")
 
 
 @dataclass(frozen=True)
-class Command:
+class SpokenCommand:
     """said: what; sound: at 16 kHz; end_s: where its speech ends [s]."""
 
     said: Said
@@ -36,7 +36,9 @@ def held_out() -> tuple[str, ...]:
     return tuple(name for name in HTS_TEST if name in voices.hts_voices())
 
 
-def commands(grammar: Grammar, count: int, names: Sequence[str], seed: int = 1, manner: Manner | None = None) -> Iterator[Command]:
+def commands(
+    grammar: Grammar, count: int, names: Sequence[str], seed: int = 1, manner: Manner | None = None
+) -> Iterator[SpokenCommand]:
     """Sentences drawn from the grammar, the voices taken in turn; a name that is no Open JTalk voice is espeak-ng's."""
     draw = stdrandom.Random(seed)
     for k in range(count):
@@ -44,7 +46,7 @@ def commands(grammar: Grammar, count: int, names: Sequence[str], seed: int = 1, 
         voice = names[k % len(names)]
         random = seeded(seed, "manner", k)
         spoken = _spoken(said.text, said.spoken, voice, manner or _usual(random), random)
-        yield Command(said, voice, spoken.sound, _speech_end(spoken))
+        yield SpokenCommand(said, voice, spoken.sound, _speech_end(spoken))
 
 
 def _usual(random: np.random.Generator) -> Manner:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from benchmarks.row import Row
-from benchmarks.wire.sync_conference import FOR_LOSSES, PLAIN, Link, Sending, clapping
+from benchmarks.wire.sync_conference import FOR_LOSSES, PLAIN, NetworkLink, Sending, clapping
 from vistel.audio.delay_policy import Policy
 
 CLAPS, CLAPS_FIXED = 50, 8
@@ -18,7 +18,7 @@ SINGH = "fixed 0.2 s (Singh 1995)"
 def run() -> Iterator[Row]:
     links = [(delay_s, LOSS, FOR_LOSSES) for delay_s in (0.0, 0.040, 0.120)] + [(0.040, 0.0, PLAIN), (0.040, LOSS, PLAIN)]
     for number, (delay_s, loss, sending) in enumerate(links):
-        link = Link(delay_s, JITTER_S, loss)
+        link = NetworkLink(delay_s, JITTER_S, loss)
         skew, ear, picture, missed = _measured(link, Policy(), CLAPS, 10 + number, sending)
         fixed, fixed_ear, _, _ = _measured(link, Policy(0.2), CLAPS_FIXED, 20 + number, sending)
         case = f"{1e3 * delay_s:.0f} ms one way, {1e3 * JITTER_S:.0f} ms jitter, {100 * loss:.0f} % loss"
@@ -42,7 +42,7 @@ def run() -> Iterator[Row]:
 
 
 def _measured(
-    link: Link, policy: Policy, claps: int, seed: int, sending: Sending
+    link: NetworkLink, policy: Policy, claps: int, seed: int, sending: Sending
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, int]:
     """Ear after picture, capture to ear, capture to picture [ms]; claps that were missed."""
     meetings = clapping(link, policy, claps, seed, sending)

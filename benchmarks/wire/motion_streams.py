@@ -47,7 +47,7 @@ HANDS = ("grab", "HandSplay-110fps", "pinch", "wave")
 
 
 @dataclass(frozen=True)
-class Recorded:
+class StreamSource:
     """What a stream is put together from: name in BODIES, two of HANDS, and whose face ("recorded", "made up")."""
 
     body: str
@@ -58,15 +58,15 @@ class Recorded:
 
 HALVES = (
     (
-        Recorded("cmu 131_01", ("grab", "HandSplay-110fps"), "recorded", 1),
-        Recorded("kth giver", ("HandSplay-110fps", "grab"), "recorded", 2),
+        StreamSource("cmu 131_01", ("grab", "HandSplay-110fps"), "recorded", 1),
+        StreamSource("kth giver", ("HandSplay-110fps", "grab"), "recorded", 2),
     ),
-    (Recorded("cmu 18_01", ("pinch", "wave"), "made up", 3), Recorded("kth taker", ("wave", "pinch"), "made up", 4)),
+    (StreamSource("cmu 18_01", ("pinch", "wave"), "made up", 3), StreamSource("kth taker", ("wave", "pinch"), "made up", 4)),
 )
 """The codec's model is learnt from the second half and made-up people, and measured on the first."""
 
 
-def streams(recorded: Recorded) -> Iterator[tuple[str, F64]]:
+def streams(recorded: StreamSource) -> Iterator[tuple[str, F64]]:
     """As recorded; and as the posture service would say it, from a FASTRAK and two CyberGloves."""
     file, who, seconds = BODIES[recorded.body]
     conference = _conference(str(DATA / "body" / file), 0)
@@ -86,7 +86,7 @@ def seated(seed: int, seconds: float, face: str = "recorded") -> Iterator[tuple[
     """A person of the built-in meeting: sits, speaks, gestures; bare and through devices."""
     conference = _conference("meeting", seed)
     source, place = open_motion(conference), places(conference)["b"]
-    recorded = Recorded("meeting", ("", ""), face, seed)
+    recorded = StreamSource("meeting", ("", ""), face, seed)
     postures = [source.posture(place.name, k / RATE_HZ) for k in range(int(seconds * RATE_HZ))]
     hands = np.array([p.hands for p in postures])
     yield "seated speaker, as made", _put(np.array([_body(p) for p in postures]), hands, recorded, None)
@@ -144,7 +144,7 @@ def _body(p: Posture) -> F64:
     return np.concatenate((p.dofs, p.stance.position, (p.stance.heading,)))
 
 
-def _put(body: F64, hands: F64, recorded: Recorded, more: F64 | None) -> F64:
+def _put(body: F64, hands: F64, recorded: StreamSource, more: F64 | None) -> F64:
     n = len(body)
     out = np.zeros((n, NUMBERS))
     out[:, PLACES["body"]], out[:, PLACES["stance"]] = body[:, :25], body[:, 25:]

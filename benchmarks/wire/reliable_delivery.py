@@ -50,7 +50,7 @@ Take = Callable[[int, int], object]
 """(number of a key, number of a message)."""
 
 
-class Kind(Protocol):
+class DeliveryMethod(Protocol):
     """A way to deliver. `publish`: a function that sends message n on a key; `subscribe`: what is received goes to `take`."""
 
     name: str
@@ -170,13 +170,13 @@ async def _until(true: Callable[[], bool], last: list[float]) -> bool:
     return True
 
 
-def _report(kind: Kind, what: str, got: list[int], sent: range, text: str) -> None:
+def _report(kind: DeliveryMethod, what: str, got: list[int], sent: range, text: str) -> None:
     lost, twice = len(set(sent) - set(got)), len(got) - len(set(got))
     disordered = sum(b < a for a, b in itertools.pairwise(got))
     print(f"{kind.name:22} {what:12} lost {lost:6d}  out of order {disordered:4d}  twice {twice:4d}  {text}", flush=True)
 
 
-async def _measure(make: Callable[[str], Kind]) -> None:
+async def _measure(make: Callable[[str], DeliveryMethod]) -> None:
     router, endpoint = _router()
     kind = make(endpoint)
     got: list[int] = []

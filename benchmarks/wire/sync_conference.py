@@ -65,7 +65,7 @@ TWO = Conference.model_validate(
 
 
 @dataclass(frozen=True)
-class Link:
+class NetworkLink:
     """One way, for each message by itself: delay and at most so much more [s], share that is lost. What is left of a
     stream stays in order, as on the bus."""
 
@@ -88,7 +88,7 @@ FOR_LOSSES, PLAIN = Sending("many", 2, 1), Sending("rare", 0, 0)
 
 
 @dataclass
-class Meeting:
+class Clap:
     """What was seen and heard of one clap, in conference time [s]; nan: nothing."""
 
     done_s: float
@@ -104,13 +104,13 @@ class _Seen:
     apart: list[float] = field(default_factory=list)
 
 
-def clapping(link: Link, policy: Policy, claps: int, seed: int, sending: Sending = FOR_LOSSES) -> list[Meeting]:
+def clapping(link: NetworkLink, policy: Policy, claps: int, seed: int, sending: Sending = FOR_LOSSES) -> list[Clap]:
     """The settled claps of a conference long enough for `claps` of them."""
     with tempfile.TemporaryDirectory() as folder:
         return asyncio.run(_conference(link, policy, claps, seed, Path(folder), sending))
 
 
-async def _conference(link: Link, policy: Policy, claps: int, seed: int, folder: Path, sending: Sending) -> list[Meeting]:
+async def _conference(link: NetworkLink, policy: Policy, claps: int, seed: int, folder: Path, sending: Sending) -> list[Clap]:
     motion.warm_up()
     clock = SimulatedClock(START_NS)
     there, here = MemoryNetwork(), MemoryNetwork()
@@ -173,7 +173,7 @@ def _known(message: Participant) -> ParticipantInfo:
 class _Relay:
     """Carries what one network says to the other, late."""
 
-    def __init__(self, link: Link, out: MemoryBus, into: MemoryBus, rng: np.random.Generator) -> None:
+    def __init__(self, link: NetworkLink, out: MemoryBus, into: MemoryBus, rng: np.random.Generator) -> None:
         self._link, self._rng = link, rng
         lossy = [(out.subscribe(BY_NAME[n], queue_all=True), into.publish) for n in ("motion", "voice")]
         self._lossy = [s for s, _ in lossy]
@@ -274,13 +274,13 @@ def _apart(picture: NDArray[np.uint8]) -> float:
     return float(weight @ np.abs(x - middle)) / max(1e-9, float(weight.sum()))
 
 
-def _meetings(claps: int, seen: _Seen, heard: Path) -> list[Meeting]:
+def _meetings(claps: int, seen: _Seen, heard: Path) -> list[Clap]:
     with wave.open(str(heard)) as file:
         sound = np.frombuffer(file.readframes(file.getnframes()), "<i2").reshape(-1, 2).sum(1).astype(np.float64)
     at_s, apart = np.array(seen.at_s), np.array(seen.apart)
-    out: list[Meeting] = []
+    out: list[Clap] = []
     for k in range(_SETTLED, claps + _SETTLED - 1):
-        meeting = Meeting(FIRST_S + k * EVERY_S)
+        meeting = Clap(FIRST_S + k * EVERY_S)
         near = (at_s > meeting.done_s - 0.1) & (at_s < meeting.done_s + EVERY_S - SWING_S)
         if np.count_nonzero(near) >= 6:
             meeting.seen_s = _seen_at(at_s[near], apart[near], meeting.done_s)

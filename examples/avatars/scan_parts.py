@@ -13,7 +13,7 @@ import numpy as np
 from PIL import Image
 
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.making.assembly.piece import Piece, cut
+from vistel.figure.making.assembly.piece import MeshPiece, cut
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_rotvec
@@ -47,11 +47,11 @@ def cuts(avatar: Avatar) -> dict[str, list[tuple[str, np.ndarray, np.ndarray]]]:
     return out
 
 
-def whole(avatar: Avatar) -> Piece:
+def whole(avatar: Avatar) -> MeshPiece:
     """Skin and eyeballs; `part`: 0 the skin, 1 and 2 the eyeballs."""
     meshes = (avatar.mesh, *avatar.eyeballs)
     first = np.cumsum([0, *(len(m.vertices) for m in meshes)])
-    return Piece(
+    return MeshPiece(
         np.concatenate([m.vertices for m in meshes]).astype(np.float64),
         np.concatenate([m.triangles + n for m, n in zip(meshes, first[:-1], strict=True)]).astype(np.int64),
         np.concatenate([m.uv[m.corner_triangles] for m in meshes]).astype(np.float64),
@@ -60,7 +60,7 @@ def whole(avatar: Avatar) -> Piece:
     )
 
 
-def part(body: Piece, planes: list[tuple[str, np.ndarray, np.ndarray]], name: str) -> Piece:
+def part(body: MeshPiece, planes: list[tuple[str, np.ndarray, np.ndarray]], name: str) -> MeshPiece:
     """What of the body lies within planes, each of which cuts only the limb at its point."""
     side = 1.0 if name.startswith("left") else -1.0 if name.startswith("right") else 0.0
     for other, point, normal in planes:
@@ -78,7 +78,7 @@ def part(body: Piece, planes: list[tuple[str, np.ndarray, np.ndarray]], name: st
     return body
 
 
-def write(piece: Piece, folder: Path, name: str, picture: np.ndarray) -> None:
+def write(piece: MeshPiece, folder: Path, name: str, picture: np.ndarray) -> None:
     """OBJ, MTL and PNG of one part."""
     Image.fromarray(picture).save(folder / f"{name}.jpg", quality=90)
     (folder / f"{name}.mtl").write_text(f"newmtl scan\nmap_Kd {name}.jpg\n")
@@ -108,7 +108,7 @@ def make(avatar: Avatar, planes_of: dict[str, list[tuple[str, np.ndarray, np.nda
         if name != "torso":
             turn = matrix_from_rotvec(TURN * rng.uniform(-1, 1, 3))
             moved = (piece.points - middle) @ turn.T + middle + SHIFT * rng.uniform(-1, 1, 3)
-            piece = Piece(moved, piece.triangles, piece.uv, piece.material, piece.part)
+            piece = MeshPiece(moved, piece.triangles, piece.uv, piece.material, piece.part)
         bright = 1.0 + EXPOSURE * rng.uniform(-1, 1)
         write(piece, folder, name, np.clip(bright * small, 0, 255).astype(np.uint8))
         text.append(f'[[parts]]\npart = "{name}"\nfile = "{name}.obj"\n')

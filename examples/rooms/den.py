@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.making.source import Material
+from vistel.figure.making.source import SourceMaterial
 from vistel.geometry.rotation import quaternion_from_matrix, rotation_x, rotation_y
-from vistel.space.files import Interior, Model, save_usd
+from vistel.space.files import Interior, Polymesh, save_usd
 from vistel.space.room import Room, Seat
 from vistel.space.things.things import GraspAxis, Look, PhysicsMaterial, Thing, ThingPrimitive
 
@@ -47,11 +47,11 @@ def stripes(size: int = 256) -> NDArray[np.uint8]:
     return np.clip(colours[band] * weave[..., None], 0, 255).astype(np.uint8)
 
 
-def sheet(corners: list[tuple[float, float, float]], material: Material, repeat: tuple[float, float]) -> Model:
+def sheet(corners: list[tuple[float, float, float]], material: SourceMaterial, repeat: tuple[float, float]) -> Polymesh:
     """A rectangle, its corners counter-clockwise from outside, its picture repeated so often across and up."""
     triangles = np.array(((0, 1, 2), (0, 2, 3)), np.int32)
     uv = np.array(((0, 0), (repeat[0], 0), repeat, (0, repeat[1])), np.float32)
-    return Model(np.array(corners, np.float32), triangles, uv, triangles, np.zeros(2, np.int32), (material,))
+    return Polymesh(np.array(corners, np.float32), triangles, uv, triangles, np.zeros(2, np.int32), (material,))
 
 
 def box(half: tuple[float, float, float], at: tuple[float, float, float], colour: int = 0) -> ThingPrimitive:
@@ -59,12 +59,14 @@ def box(half: tuple[float, float, float], at: tuple[float, float, float], colour
     return ThingPrimitive("superellipsoid", (*half, 0.1, 0.1), np.array(at), colour=colour)
 
 
-def shell() -> tuple[list[Thing], list[Model]]:
+def shell() -> tuple[list[Thing], list[Polymesh]]:
     """Floor, three walls (the fourth is open to who looks in), and a rug."""
-    boards, plaster = Material("boards", (196, 158, 112), planks()), Material("plaster", (226, 220, 206))
+    boards, plaster = SourceMaterial("boards", (196, 158, 112), planks()), SourceMaterial("plaster", (226, 220, 206))
     w, d, h = WIDE, DEEP, HIGH
     floor = sheet([(-w, 0, d), (w, 0, d), (w, 0, -d), (-w, 0, -d)], boards, (3, 3))
-    rug = sheet([(-1.2, 0, 1.0), (1.2, 0, 1.0), (1.2, 0, -1.0), (-1.2, 0, -1.0)], Material("rug", (150, 90, 80), stripes()), (1, 1))
+    rug = sheet(
+        [(-1.2, 0, 1.0), (1.2, 0, 1.0), (1.2, 0, -1.0), (-1.2, 0, -1.0)], SourceMaterial("rug", (150, 90, 80), stripes()), (1, 1)
+    )
     walls = (
         ("wall-back", [(-w, 0, -d), (w, 0, -d), (w, h, -d), (-w, h, -d)], box((w, h / 2, 0.05), (0, h / 2, -d - 0.05), UNSEEN)),
         ("wall-left", [(-w, 0, d), (-w, 0, -d), (-w, h, -d), (-w, h, d)], box((0.05, h / 2, d), (-w - 0.05, h / 2, 0), UNSEEN)),

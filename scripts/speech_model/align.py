@@ -4,7 +4,7 @@ import numpy as np
 
 from scripts.speech_model.rooms import level
 from scripts.speech_model.voices import RATE, Spoken
-from vistel.speech.acoustic import Acoustic, Model
+from vistel.speech.acoustic import Acoustic, AcousticModel
 from vistel.speech.alignment import align, chain_of
 from vistel.speech.features import FRAME_S, LogMel, Normaliser
 
@@ -12,7 +12,7 @@ _WORST = -2.2
 """Mean log posterior under which an alignment is not believed."""
 
 
-def aligned(model: Model, spoken: Spoken) -> Spoken | None:
+def aligned(model: AcousticModel, spoken: Spoken) -> Spoken | None:
     """The utterance with times, quiet added around it; None where it does not fit well."""
     pad = np.zeros(RATE // 5, np.float32)
     sound = np.concatenate([pad, spoken.sound * np.float32(0.05 / level(spoken.sound)), pad])

@@ -11,13 +11,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.voices.speech_sounds import CONDITIONS, Command, NoisyRoom, commands, other_talk
+from benchmarks.voices.speech_sounds import CONDITIONS, NoisyRoom, SpokenCommand, commands, other_talk
 from scripts.speech_model import rooms
 from scripts.speech_model.corpus import seeded
 from scripts.speech_model.texts import TRAIN
 from scripts.speech_model.voices import RATE
 from vistel.arrays import F32, F64
-from vistel.speech.acoustic import FILE, Model, load, save
+from vistel.speech.acoustic import FILE, AcousticModel, load, save
 from vistel.speech.automaton import compile_automaton
 from vistel.speech.confidence import FEATURES, PACE, SHORTNESS, WHOLE
 from vistel.speech.grammar import Grammar
@@ -36,7 +36,7 @@ _FALSE_PER_10_MIN = 0.5
 _MARGIN = 0.5
 
 
-def evidence_of(model: Model, grammar: Grammar, said: Sequence[Command], talk: F32) -> tuple[F64, F64, F64, F64]:
+def evidence_of(model: AcousticModel, grammar: Grammar, said: Sequence[SpokenCommand], talk: F32) -> tuple[F64, F64, F64, F64]:
     """(n, FEATURES) of commands understood, of commands mistaken for others, of what was found in other talk, and in sounds
     that are no talk."""
     recogniser = JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), model)

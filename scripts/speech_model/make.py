@@ -27,7 +27,7 @@ from scripts.speech_model.rooms import Noises, level
 from scripts.speech_model.training import Frames, fresh, train
 from scripts.speech_model.voices import Spoken
 from vistel.arrays import F32
-from vistel.speech.acoustic import FILE, STATES, Model, load, save, state_of
+from vistel.speech.acoustic import FILE, STATES, AcousticModel, load, save, state_of
 from vistel.speech.features import FRAME_S, LogMel
 from vistel.speech.phones import PHONES
 
@@ -110,7 +110,7 @@ def spoken(folder: Path) -> dict[str, list[Spoken]]:
     return {path.stem: list(corpus.load_pack(path)) for path in files}
 
 
-def trained(said: dict[str, list[Spoken]], rounds: int, share: float, seed: int) -> Model:
+def trained(said: dict[str, list[Spoken]], rounds: int, share: float, seed: int) -> AcousticModel:
     """A net that begins with random weights and has heard everything in so many places."""
     said = dict(sorted(said.items()))
     everything = [each for some in said.values() for each in some]

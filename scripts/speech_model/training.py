@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scripts.speech_model.frames import Session
 from vistel.arrays import F32
-from vistel.speech.acoustic import STATES, Model
+from vistel.speech.acoustic import STATES, AcousticModel
 from vistel.speech.confidence import FEATURES
 from vistel.speech.features import BANDS
 
@@ -44,7 +44,7 @@ class Frames:
         self.known = np.flatnonzero(self.states >= 0)
 
 
-def fresh(random: np.random.Generator, frames: Frames, start_mean: F32, stay: F32) -> Model:
+def fresh(random: np.random.Generator, frames: Frames, start_mean: F32, stay: F32) -> AcousticModel:
     """A net of random weights, with the spread and the priors of the frames."""
     spread = frames.values[frames.known].std(0)
     counts = np.bincount(frames.states[frames.known], minlength=STATES) + 1.0
@@ -54,12 +54,17 @@ def fresh(random: np.random.Generator, frames: Frames, start_mean: F32, stay: F3
     biases = tuple(np.zeros(b, np.float32) for b in widths[1:])
     prior = np.log(counts / counts.sum()).astype(np.float32)
     scale = (1.0 / spread).astype(np.float32)
-    return Model(OFFSETS, start_mean, scale, tuple(weights), biases, prior, stay, np.zeros(FEATURES, np.float32))
+    return AcousticModel(OFFSETS, start_mean, scale, tuple(weights), biases, prior, stay, np.zeros(FEATURES, np.float32))
 
 
 def train(
-    random: np.random.Generator, model: Model, rounds: Iterable[Frames], count: int, share: float, tell: Callable[[str], None]
-) -> Model:
+    random: np.random.Generator,
+    model: AcousticModel,
+    rounds: Iterable[Frames],
+    count: int,
+    share: float,
+    tell: Callable[[str], None],
+) -> AcousticModel:
     """The model after `count` rounds, the steps getting smaller; `tell` hears how it goes.
 
     share: of the frames of each round that are learnt from: those beside them tell nearly the same.

@@ -33,7 +33,7 @@ class CalibratedGlove:
 
 
 def cyberglove(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> CalibratedGlove:
-    """Of a CyberGlove, from all four of `HANDS`. times: of each sample [s]. Raises CalibrationError."""
+    """Of a CyberGlove, from all four of `HANDS`. times: of each sample [s]. Raises GloveCalibrationError."""
     holds = find_holds(times, [tuple(r) for r in raw], _STILL_BYTES)
     found, four = fit_among(holds)
     unrest = {
@@ -44,7 +44,7 @@ def cyberglove(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> 
 
 
 def fivedt(device: Device, times: Sequence[float], raw: Sequence[bytes]) -> CalibratedGlove:
-    """Of a 5DT glove, from the fist and the spread hand. times: of each sample [s]. Raises CalibrationError."""
+    """Of a 5DT glove, from the fist and the spread hand. times: of each sample [s]. Raises GloveCalibrationError."""
     keys = device.config_as(GloveConfig)
     highest = highest_of(keys.kind)
     bytewise = highest < 256

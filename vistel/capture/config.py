@@ -13,7 +13,7 @@ from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.conference.seats import seat_place
 from vistel.figure.calibration.distortion import Distortion, load_distortion
-from vistel.figure.calibration.files import Body, load_body, load_tracker
+from vistel.figure.calibration.files import MeasuredPerson, load_body, load_tracker
 from vistel.figure.posture.posture import Stance
 from vistel.figure.posture.sensors import Mount, Placement, transmitter_in_room
 from vistel.wire.motion import Losses
@@ -44,7 +44,7 @@ class Person:
     """Their face camera or phone."""
     eye: str | None = None
     """The camera that sees one of their eyes."""
-    body: Body | None = None
+    body: MeasuredPerson | None = None
     """Their measured body; None: a standard one of their height."""
     mounts: Mapping[str, Mount] | None = None
     """Measured mounts of the receivers on the body; None: the nominal ones."""

@@ -161,7 +161,7 @@ class GloveConfig(OfKind):
         return self
 
 
-class Camera(OfKind):
+class CameraConfig(OfKind):
     """The keys of any camera."""
 
     source: str = "sim"
@@ -173,7 +173,7 @@ class Camera(OfKind):
     """Whether a recording with the devices' bytes holds its pictures too, as JPEG."""
 
 
-class FaceConfig(Camera, UdpPort):
+class FaceConfig(CameraConfig, UdpPort):
     """A phone that runs Live Link Face and sends to this machine; or a camera on a helmet that sees 13 green marks."""
 
     role = "face"
@@ -189,7 +189,7 @@ class FaceConfig(Camera, UdpPort):
         return self.source == "sim" if "camera" in self.known.connections else self.port == "sim"
 
 
-class EyeConfig(Camera):
+class EyeConfig(CameraConfig):
     """An infrared camera on a helmet that looks at one eye. The other is taken to do the same."""
 
     role = "eye"

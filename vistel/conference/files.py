@@ -5,7 +5,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from vistel.conference.devices import Camera
+from vistel.conference.devices import CameraConfig
 from vistel.conference.model import Conference, Participant, RoomSettings
 from vistel.conference.speech import Speech
 from vistel.toml import file as toml
@@ -102,7 +102,7 @@ def _beside(path: Path | None, folder: Path) -> Path | None:
     return (folder / path).resolve() if path is not None and (folder / path).is_file() else path
 
 
-def _camera_files(camera: Camera, folder: Path) -> dict[str, Any]:
+def _camera_files(camera: CameraConfig, folder: Path) -> dict[str, Any]:
     out: dict[str, Any] = {}
     out["calibration"] = _beside(camera.calibration, folder)
     if (folder / camera.source).is_file():

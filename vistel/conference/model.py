@@ -191,7 +191,7 @@ class WorldPlaces(Checked):
         return [self.on, *self.waiting]
 
 
-class Playout(Checked):
+class PlayoutConfig(Checked):
     """When a renderer shows a motion."""
 
     delay: float = Field(default=0.1, ge=0.0, le=2.0)
@@ -216,7 +216,7 @@ class Conference(Checked):
     bus: BusConfig = BusConfig()
     room: RoomSettings = RoomSettings()
     world: WorldPlaces = WorldPlaces()
-    playout: Playout = Playout()
+    playout: PlayoutConfig = PlayoutConfig()
     motion: MotionStream = MotionStream()
     sites: list[Site] = Field(min_length=1)
     observers: list[Name] = Field(default=[])

@@ -6,7 +6,7 @@ from pathlib import Path
 from vistel.arrays import U8
 from vistel.conference.kept import make_room, read_kept, write_whole
 from vistel.figure.avatar.cache_folder import default_cache
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.files.travel import pictures_in, unpack_model, unpack_picture
 from vistel.wire.parcels import MOST_BYTES, is_digest
 
@@ -38,7 +38,7 @@ def forget_asset(digest: str) -> None:
     _path(digest).unlink(missing_ok=True)
 
 
-def kept_model(digest: str, pictures: dict[str, U8]) -> Model | None:
+def kept_model(digest: str, pictures: dict[str, U8]) -> Polymesh | None:
     """The polymesh with its pictures, if all of it is kept here and whole. pictures: those read before; new ones are added."""
     if not is_digest(digest) or (data := kept_asset(digest)) is None:
         return None

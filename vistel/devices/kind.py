@@ -58,7 +58,7 @@ class DeviceKind:
     """`async (link: Link) -> About` (`vistel_services.devices.describe`): its firmware and rate, from its answers."""
     driver: str
     """`(device: Device, link: Path | None) -> Connected` (`vistel_services.devices.service`). link: the file by which its simulator
-    is found, None for a real device. Raises CalibrationError (one line)."""
+    is found, None for a real device. Raises GloveCalibrationError or FaceCalibrationError (one line)."""
     simulator: str
     """`(device: Device, simulation: Simulation) -> Simulator` (`vistel_sim.simulation`)."""
     calibration: Literal["", "tracker", "glove", "face", "gaze"] = ""

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from vistel.protocol.fivedt import SLOTS, SLOTS_5
-from vistel.protocol.glove_calibration import ANGLE_COUNT, CalibrationError
+from vistel.protocol.glove_calibration import ANGLE_COUNT, GloveCalibrationError
 
 _FINGERS = {"index": 4, "middle": 8, "ring": 12, "little": 16}
 _NEAR = math.radians(85.0)
@@ -62,11 +62,11 @@ class FiveDtCalibration:
 
     def __post_init__(self) -> None:
         if not math.isfinite(self.distal_ratio):
-            raise CalibrationError("distal_ratio: expected a finite number")
+            raise GloveCalibrationError("distal_ratio: expected a finite number")
         for name in SLOTS:
             a, b = self.open[name], self.fist[name]
             if not (math.isfinite(a) and math.isfinite(b)) or abs(a - b) < 1.0:
-                raise CalibrationError(f"{name}: expected open and fist to differ, got {a:g} and {b:g}")
+                raise GloveCalibrationError(f"{name}: expected open and fist to differ, got {a:g} and {b:g}")
 
     def angles(self, values: Sequence[int], sensors: int) -> list[float]:
         """(20,) radians from the 16 slots of a glove with 14 or 5 sensors, or from five values."""
@@ -132,7 +132,7 @@ def calibrate(opened: Sequence[float], fist: Sequence[float], base: FiveDtCalibr
 def load_calibration(path: Path | None, highest: int = 4095) -> FiveDtCalibration:
     """Read {"open": {"thumb_near": counts, ...}, "fist": {...}, "distal_ratio": r}; None: a typical hand's.
 
-    Sensors left out keep the default. Raises CalibrationError.
+    Sensors left out keep the default. Raises GloveCalibrationError.
     """
     base = default_calibration(highest)
     if path is None:
@@ -142,13 +142,13 @@ def load_calibration(path: Path | None, highest: int = 4095) -> FiveDtCalibratio
         hands = [{str(n): float(v) for n, v in table.get(hand, {}).items()} for hand in ("open", "fist")]
         unknown = sorted((hands[0].keys() | hands[1].keys()) - set(SLOTS))
         if unknown:
-            raise CalibrationError(f"{unknown[0]}: no such sensor; expected one of {', '.join(SLOTS)}")
+            raise GloveCalibrationError(f"{unknown[0]}: no such sensor; expected one of {', '.join(SLOTS)}")
         ratio = float(table.get("distal_ratio", base.distal_ratio))
         return FiveDtCalibration({**base.open, **hands[0]}, {**base.fist, **hands[1]}, ratio)
-    except CalibrationError as e:
-        raise CalibrationError(f"{path}: {e}") from e
+    except GloveCalibrationError as e:
+        raise GloveCalibrationError(f"{path}: {e}") from e
     except (OSError, ValueError, TypeError, AttributeError) as e:
-        raise CalibrationError(f"{path}: expected JSON with counts of each sensor under 'open' and 'fist': {e}") from e
+        raise GloveCalibrationError(f"{path}: expected JSON with counts of each sensor under 'open' and 'fist': {e}") from e
 
 
 def save_calibration(calibration: FiveDtCalibration, path: Path) -> None:

@@ -39,7 +39,7 @@ _LITTLE_ABDUCTION = 17
 """Index of the little finger's abduction among the angles."""
 
 
-class CalibrationError(ValueError):
+class GloveCalibrationError(ValueError):
     """A calibration file that cannot be used; one line: file, sensor, what was expected."""
 
 
@@ -58,16 +58,16 @@ class GloveCalibration:
 
     def __post_init__(self) -> None:
         if len(self.offset) != len(SENSORS_22) or len(self.gain) != len(SENSORS_22):
-            raise CalibrationError(f"expected {len(SENSORS_22)} offsets and gains")
+            raise GloveCalibrationError(f"expected {len(SENSORS_22)} offsets and gains")
         if not all(map(math.isfinite, self.offset)) or not all(math.isfinite(g) and g for g in self.gain):
-            raise CalibrationError("expected finite offsets and finite gains other than zero")
+            raise GloveCalibrationError("expected finite offsets and finite gains other than zero")
         if len(self.coupling) != len(_ABDUCTIONS) or not all(abs(c) < 1.0 for c in self.coupling):
-            raise CalibrationError(f"coupling: expected {len(_ABDUCTIONS)} numbers between -1 and 1")
+            raise GloveCalibrationError(f"coupling: expected {len(_ABDUCTIONS)} numbers between -1 and 1")
 
     def angles(self, raw: bytes) -> list[float]:
-        """(20,) radians from 18 or 22 counts. Raises CalibrationError for another number of counts."""
+        """(20,) radians from 18 or 22 counts. Raises GloveCalibrationError for another number of counts."""
         if len(raw) not in SENSORS:
-            raise CalibrationError(f"expected 18 or 22 sensor values, got {len(raw)}")
+            raise GloveCalibrationError(f"expected 18 or 22 sensor values, got {len(raw)}")
         measured = {
             name: self.gain[_INDEX[name]] * (count - self.offset[_INDEX[name]])
             for name, count in zip(SENSORS[len(raw)], raw, strict=True)
@@ -118,7 +118,7 @@ def default_calibration() -> GloveCalibration:
 
 
 def open_calibration(path: Path | None) -> GloveCalibration:
-    """The calibration in a file, or the default. Raises CalibrationError."""
+    """The calibration in a file, or the default. Raises GloveCalibrationError."""
     return default_calibration() if path is None else load_calibration(path)
 
 
@@ -126,26 +126,26 @@ def load_calibration(path: Path) -> GloveCalibration:
     """Read {"sensors": {"thumb_roll": {"offset": counts, "gain_deg": degrees per count}, ...}, "distal_ratio": r,
     "coupling": [a, b, c]}.
 
-    Sensors left out keep the default. Raises CalibrationError.
+    Sensors left out keep the default. Raises GloveCalibrationError.
     """
     try:
         table = json.loads(path.read_text("utf-8"))
     except (OSError, ValueError) as e:
-        raise CalibrationError(f"{path}: cannot be read as JSON: {e}") from e
+        raise GloveCalibrationError(f"{path}: cannot be read as JSON: {e}") from e
     base = default_calibration()
     offset, gain = list(base.offset), list(base.gain)
     try:
         for name, entry in table.get("sensors", {}).items():
             if name not in _INDEX:
-                raise CalibrationError(f"{name}: no such sensor; expected one of {', '.join(SENSORS_22)}")
+                raise GloveCalibrationError(f"{name}: no such sensor; expected one of {', '.join(SENSORS_22)}")
             offset[_INDEX[name]] = float(entry["offset"])
             gain[_INDEX[name]] = math.radians(float(entry["gain_deg"]))
         a, b, c = (float(v) for v in table.get("coupling", base.coupling))
         return GloveCalibration(tuple(offset), tuple(gain), float(table.get("distal_ratio", base.distal_ratio)), (a, b, c))
-    except CalibrationError as e:
-        raise CalibrationError(f"{path}: {e}") from e
+    except GloveCalibrationError as e:
+        raise GloveCalibrationError(f"{path}: {e}") from e
     except (AttributeError, KeyError, TypeError, ValueError) as e:
-        raise CalibrationError(f"{path}: expected numbers 'offset' and 'gain_deg' for each sensor: {e!r}") from e
+        raise GloveCalibrationError(f"{path}: expected numbers 'offset' and 'gain_deg' for each sensor: {e!r}") from e
 
 
 def save_calibration(calibration: GloveCalibration, path: Path) -> None:

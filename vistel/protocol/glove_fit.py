@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from vistel.protocol.cyberglove import SENSORS, SENSORS_22
-from vistel.protocol.glove_calibration import CalibrationError, GloveCalibration, default_calibration
+from vistel.protocol.glove_calibration import GloveCalibration, GloveCalibrationError, default_calibration
 
 HANDS: tuple[tuple[str, str], ...] = (
     ("open", "Hold the hand flat, fingers together, thumb along the index finger."),
@@ -57,7 +57,7 @@ class GloveFit:
 
 def find_holds(times_s: Sequence[float], samples: Sequence[Sequence[int]], still: float = _STILL_COUNTS) -> list[Hold]:
     """The hands held still for half of HOLD_S or longer, in order, each different from the one before.
-    Raises CalibrationError where they are fewer than HANDS."""
+    Raises GloveCalibrationError where they are fewer than HANDS."""
     spans: list[list[int]] = []
     begin = 0
     middle: tuple[float, ...] = ()
@@ -81,7 +81,7 @@ def find_holds(times_s: Sequence[float], samples: Sequence[Sequence[int]], still
             apart[-1] = hold
     if len(apart) < len(HANDS):
         names = ", ".join(name for name, _ in HANDS)
-        raise CalibrationError(
+        raise GloveCalibrationError(
             f"{len(apart)} hands held still were found, {len(HANDS)} are needed ({names}, each for {HOLD_S:.0f} s); record again"
         )
     return apart
@@ -90,15 +90,15 @@ def find_holds(times_s: Sequence[float], samples: Sequence[Sequence[int]], still
 def fit_among(holds: Sequence[Hold], base: GloveCalibration | None = None) -> tuple[GloveFit, Sequence[Hold]]:
     """The best fit of four hands that follow one another among `holds`, and these: a hand at rest may come before or after.
 
-    Raises CalibrationError where no four fit.
+    Raises GloveCalibrationError where no four fit.
     """
     best: tuple[GloveFit, Sequence[Hold]] | None = None
-    fault = CalibrationError("expected four hands")
+    fault = GloveCalibrationError("expected four hands")
     for k in range(len(holds) - len(HANDS) + 1):
         four = holds[k : k + len(HANDS)]
         try:
             fit = fit_glove([hold.counts for hold in four], base)
-        except CalibrationError as e:
+        except GloveCalibrationError as e:
             fault = e
             continue
         if best is None or len(fit.notes) < len(best[0].notes):
@@ -109,11 +109,11 @@ def fit_among(holds: Sequence[Hold], base: GloveCalibration | None = None) -> tu
 
 
 def fit_glove(hands: Sequence[Sequence[float]], base: GloveCalibration | None = None) -> GloveFit:
-    """From the counts of the four hands, in the order of HANDS, of a glove with 18 or 22 sensors. Raises CalibrationError."""
+    """From the counts of the four hands, in the order of HANDS, of a glove with 18 or 22 sensors. Raises GloveCalibrationError."""
     names: tuple[str, ...] | None = SENSORS.get(len(hands[0]))
     every: tuple[str, ...] = SENSORS_22
     if len(hands) != len(HANDS) or names is None or any(len(h) != len(names) for h in hands):
-        raise CalibrationError("expected four hands of 18 or 22 sensors")
+        raise GloveCalibrationError("expected four hands of 18 or 22 sensors")
     table: list[dict[str, float]] = [dict(zip(names, h, strict=True)) for h in hands]
     opened, fist, spread, pinch = table
     base = base or default_calibration()
@@ -122,7 +122,7 @@ def fit_glove(hands: Sequence[Sequence[float]], base: GloveCalibration | None = 
     flexed = [n for n in FIST_DEG if n in opened]
     risen = sum(fist[n] > opened[n] for n in flexed)
     if risen < len(flexed) / 2:
-        raise CalibrationError("the second hand is straighter than the first: open and fist were exchanged; begin again")
+        raise GloveCalibrationError("the second hand is straighter than the first: open and fist were exchanged; begin again")
     notes: list[str] = []
     for n in flexed:
         moved = fist[n] - opened[n]
@@ -131,7 +131,7 @@ def fit_glove(hands: Sequence[Sequence[float]], base: GloveCalibration | None = 
             continue
         offset[n], gain[n] = opened[n], math.radians(FIST_DEG[n]) / moved
     if len(notes) > len(flexed) / 2:
-        raise CalibrationError("most sensors did not move between open and fist; is the glove plugged in and well on?")
+        raise GloveCalibrationError("most sensors did not move between open and fist; is the glove plugged in and well on?")
     flexion = {n: gain[n] * (fist[n] - offset[n]) for n in flexed}
     coupling = [0.0, 0.0, 0.0]
     for n, angle in SPREAD_DEG.items():

@@ -9,7 +9,7 @@ from vistel.conference.model import Conference, Site
 from vistel.conference.model import RoomSettings as RoomKeys
 from vistel.conference.seats import seat_place
 from vistel.render.figures.people import files_of
-from vistel.render.view.screens import Screen, Stereo, picture_size
+from vistel.render.view.screens import RoomScreen, Stereo, picture_size
 from vistel.render.view.view import View
 
 
@@ -29,7 +29,7 @@ def render_config(conference: Conference, site: Site) -> RenderConfig:
     """What pictures of `site` show."""
     display, viewer = site.display, site.participants[0].name
     seat = seat_place(conference.room, conference.seat_of(viewer))
-    screens, stereo = tuple(Screen.placed(s, *seat) for s in display.screens), Stereo(display.stereo)
+    screens, stereo = tuple(RoomScreen.placed(s, *seat) for s in display.screens), Stereo(display.stereo)
     width, height = picture_size(screens, stereo) if screens else (stereo.widths * display.width, display.height)
     view = View(
         width,

@@ -25,10 +25,10 @@ from vistel.render.overlays.subtitles import Subtitles
 from vistel.render.room.room import Furniture, ShellPanel
 from vistel.render.room.shell import Shell
 from vistel.render.stage.captions import Caption
-from vistel.render.things.outlines import Outline, Outlines
-from vistel.render.things.solid import Solid, SolidThings
+from vistel.render.things.outlines import Outline, SilhouetteDrawer
+from vistel.render.things.solid import SolidThings, SurfaceBuffers
 from vistel.render.view.screens import Box, Sight
-from vistel.space.files.surfaces import Piece
+from vistel.space.files.surfaces import SurfacePiece
 from vistel.space.things.tessellate import Surface3
 
 _DARK = (0.05, 0.05, 0.06, 1.0)
@@ -38,7 +38,7 @@ _OPEN = (0.62, 0.68, 0.74, 1.0)
 
 
 @dataclass(frozen=True)
-class ThingView:
+class DrawnThing:
     """A thing in a frame; matrix: (4, 4) thing to room. bent: its vertices are not where they are at rest."""
 
     id: str
@@ -52,7 +52,7 @@ class Frame:
 
     sights: Sequence[Sight]
     figures: Sequence[FigureView] = ()
-    things: Sequence[ThingView] = ()
+    things: Sequence[DrawnThing] = ()
     labels: Sequence[LabelView] = ()
     outlines: Sequence[Outline] = ()
     captions: Sequence[Caption] = ()
@@ -91,11 +91,11 @@ class Painter:
         self._shell = Shell(ctx, self.shadow, light, self.software)
         self._mirrors: Reflections | None = None
         self._solids = SolidThings(ctx, self.shadow, painted, light)
-        self._things: dict[str, list[Solid]] = {}
-        self._resting: dict[str, list[Solid]] = {}
-        self._furniture: Solid | None = None
+        self._things: dict[str, list[SurfaceBuffers]] = {}
+        self._resting: dict[str, list[SurfaceBuffers]] = {}
+        self._furniture: SurfaceBuffers | None = None
         self._pane = TexturedRectangle(ctx)
-        self._outlines = Outlines(ctx)
+        self._outlines = SilhouetteDrawer(ctx)
         self._names = Names(ctx, self._pane)
         self._subtitles = Subtitles(ctx, self._pane)
         self._gauges = Gauges(ctx, self._pane)
@@ -135,16 +135,16 @@ class Painter:
         if self.fine:
             self._mirrors = Reflections(self.ctx, surroundings(self._shell.light_seen if self._shell else open_air))
 
-    def set_thing(self, thing_id: str, surface: Surface3 | None, colours: F32, pieces: Sequence[Piece] = ()) -> None:
+    def set_thing(self, thing_id: str, surface: Surface3 | None, colours: F32, pieces: Sequence[SurfacePiece] = ()) -> None:
         """What a thing looks like. colours: (n, 3) linear, one per vertex of `surface`; pieces: of polymeshes."""
         self.drop_thing(thing_id)
         self._things[thing_id] = self._made(surface, colours, pieces)
 
-    def set_resting(self, thing_id: str, surface: Surface3 | None, colours: F32, pieces: Sequence[Piece] = ()) -> None:
+    def set_resting(self, thing_id: str, surface: Surface3 | None, colours: F32, pieces: Sequence[SurfacePiece] = ()) -> None:
         """What is drawn in place of what `set_thing` was given while the thing is not bent: fewer triangles."""
         self._resting[thing_id] = self._made(surface, colours, pieces)
 
-    def _made(self, surface: Surface3 | None, colours: F32, pieces: Sequence[Piece]) -> list[Solid]:
+    def _made(self, surface: Surface3 | None, colours: F32, pieces: Sequence[SurfacePiece]) -> list[SurfaceBuffers]:
         solids = [self._solids.pictured(piece) for piece in pieces]
         if surface is not None:
             tint = np.column_stack((colours, np.ones(len(colours)))).astype(np.float32)
@@ -198,12 +198,12 @@ class Painter:
         self._canvas.resolve()
         self._drawn += 1
 
-    def _drawn_of(self, thing: ThingView) -> Sequence[Solid]:
+    def _drawn_of(self, thing: DrawnThing) -> Sequence[SurfaceBuffers]:
         whole = self._things.get(thing.id, ())
         return whole if thing.bent else self._resting.get(thing.id, whole)
 
     def _paint(
-        self, frame: Frame, sight: Sight, clip: F64, seen: Sequence[FigureView], things: Sequence[tuple[ThingView, Solid]]
+        self, frame: Frame, sight: Sight, clip: F64, seen: Sequence[FigureView], things: Sequence[tuple[DrawnThing, SurfaceBuffers]]
     ) -> None:
         """One eye's view, into the part of the picture that is set."""
         self.ctx.enable_only(moderngl.DEPTH_TEST | moderngl.CULL_FACE)
@@ -260,7 +260,7 @@ class Painter:
 
     # -- parts ---------------------------------------------------------------------------------------------------
 
-    def _shadows(self, frame: Frame, things: Sequence[tuple[ThingView, Solid]], put: Mapping[str, FigureView]) -> None:
+    def _shadows(self, frame: Frame, things: Sequence[tuple[DrawnThing, SurfaceBuffers]], put: Mapping[str, FigureView]) -> None:
         # Shadows move slowly: every other frame is enough where the CPU draws.
         if self.saves_shadows and self._drawn % 2 and self._drawn > 1:
             return

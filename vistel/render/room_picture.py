@@ -9,7 +9,7 @@ from vistel.arrays import U8
 from vistel.geometry.pose import Pose
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.stage import Instant
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.camera import Camera, look_at
 from vistel.space.files.interior import Interior
 from vistel.space.files.surfaces import in_room, pieces_of
@@ -31,7 +31,7 @@ def room_picture(interior: Interior, width: int, height: int) -> U8:
     try:
         renderer.camera = _camera(interior, width / height)
         poses = {t.id: Pose(t.position, t.rotation) for t in things}
-        picture = renderer.render_complete(Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in things})))
+        picture = renderer.render_complete(Instant(1, (), PlayoutWorld(1, poses), MappingProxyType({t.id: t for t in things})))
         return np.ascontiguousarray(picture[::-1, :, :3])
     finally:
         renderer.close()

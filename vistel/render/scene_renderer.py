@@ -17,7 +17,7 @@ from vistel.figure.posture.posture import JointPose, Posture, pose_joints, stand
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.deformation.ghost_source import GhostSource
 from vistel.render.figures.drawn import FigureView
-from vistel.render.figures.figures import COARSER_BELOW, AvatarFigure, DrawableFigure, Posed, StandIn, below_head, limb_rows
+from vistel.render.figures.figures import COARSER_BELOW, AvatarFigure, DrawableFigure, PosedVertices, StandIn, below_head, limb_rows
 from vistel.render.figures.ghosts import Ghosts
 from vistel.render.figures.gpu_deform import open_deformer
 from vistel.render.figures.people import load_figure
@@ -37,7 +37,7 @@ from vistel.render.view.camera import Camera, SeatCamera, overview
 from vistel.render.view.screens import Sight, eyes_apart, eyes_before, picture_size, sights_of_desktop, sights_of_screens
 from vistel.render.view.view import Choices, Mode, View, choices_of
 from vistel.space.files.interior import Interior
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.room import meeting_room
 
 log = logging.getLogger("vistel.renderer")
@@ -79,7 +79,7 @@ class SceneRenderer:
         seats: int,
         load: Callable[[ParticipantInfo], DrawableFigure] = load_figure,
         decor: Interior | None = None,
-        models: Mapping[str, Model] | None = None,
+        models: Mapping[str, Polymesh] | None = None,
         windows: WindowSystem | None = None,
     ) -> None:
         """decor: what of the room does not come from the world, and the models of things; default: the built-in room. models:
@@ -92,7 +92,7 @@ class SceneRenderer:
         self._scale, self._screens = 1.0, view.screens
         self._rate = Rate()
         self._room = decor.room if decor else meeting_room(seats)
-        looks: Mapping[str, Model] = models if models is not None else decor.models if decor else {}
+        looks: Mapping[str, Polymesh] = models if models is not None else decor.models if decor else {}
         self._looks = looks
         self._lights: dict[bool, tuple[Painter, ThingsShown]] = {}
         self.painter, self._furnishing = self._lit(_FINE[view.light], build_room(self._room) if decor else take_room(seats))
@@ -242,7 +242,7 @@ class SceneRenderer:
         named = [*labels, *names, *said]
         return Frame(self._from, figures, self._furnishing.views(instant), named, outlines, instant.captions, gauges)
 
-    def _pose(self, instant: Instant) -> dict[str, Posed]:
+    def _pose(self, instant: Instant) -> dict[str, PosedVertices]:
         """Everybody in the posture of this instant; who touches somebody deforms."""
         shapes = {p.about.name: self._cast[p.about.name].shape for p in instant.people}
         bodies: dict[str, PosedBody] = {}
@@ -270,7 +270,7 @@ class SceneRenderer:
         away = distance_looked_at(pose_joints(skeleton, posture), places)
         return converged(posture, float(np.linalg.norm(left - right)), away)
 
-    def _pose_one(self, instant: Instant, person: PersonNow, ghosts: Sequence[GhostSource]) -> Posed:
+    def _pose_one(self, instant: Instant, person: PersonNow, ghosts: Sequence[GhostSource]) -> PosedVertices:
         name, posture = person.about.name, person.posture
         cast = self._cast[name]
         try:
@@ -303,7 +303,7 @@ class SceneRenderer:
             sizes.append(sight.camera.pixels_per_m(max(NEAREST, away - ARM), height))
         return max(sizes)
 
-    def _aim(self, instant: Instant, posed: dict[str, Posed]) -> list[Sight]:
+    def _aim(self, instant: Instant, posed: dict[str, PosedVertices]) -> list[Sight]:
         """From where the picture is drawn."""
         view, chosen = self.view, self._settings
         viewer = posed.get(view.eyes)

@@ -13,13 +13,13 @@ from vistel.implicit.ghosts.constraint import ConstraintGhost
 from vistel.render.figures.figures import DrawableFigure
 from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
-from vistel.render.painter import Painter, ThingView
+from vistel.render.painter import DrawnThing, Painter
 from vistel.render.room.room import linear
 from vistel.render.stage.stage import Instant
 from vistel.render.things.outlines import Outline, colours_of
 from vistel.render.things.soft import Reshaped, SoftThings, is_soft
-from vistel.space.files.model import Model
-from vistel.space.files.surfaces import Piece, pieces_of
+from vistel.space.files.model import Polymesh
+from vistel.space.files.surfaces import SurfacePiece, pieces_of
 from vistel.space.things.tessellate import Surface3, join
 from vistel.space.things.things import Thing, ThingPrimitive
 
@@ -38,7 +38,7 @@ class ThingsShown:
     """Keeps the painter's things as the world's are. fixed: ids of those that are drawn with the room; models: what things look
     like, more may come."""
 
-    def __init__(self, painter: Painter, models: Mapping[str, Model], detail: float, fixed: Iterable[str]) -> None:
+    def __init__(self, painter: Painter, models: Mapping[str, Polymesh], detail: float, fixed: Iterable[str]) -> None:
         self._painter, self._models, self._detail = painter, models, detail
         self._fixed = frozenset(fixed)
         self._things: dict[str, Thing] = {}
@@ -88,9 +88,9 @@ class ThingsShown:
             self._painter.reshape_thing(thing_id, [*whole, *meshes])
         self._reshaped = now
 
-    def views(self, instant: Instant) -> list[ThingView]:
+    def views(self, instant: Instant) -> list[DrawnThing]:
         """Where things are drawn."""
-        out: list[ThingView] = []
+        out: list[DrawnThing] = []
         for thing_id, (position, rotation) in instant.world.poses.items():
             if thing_id in self._things:
                 matrix = np.eye(4, dtype=np.float32)
@@ -98,7 +98,7 @@ class ThingsShown:
                 if shape is None or not shape.in_room:
                     matrix[:3, :3] = matrix_from_quaternion(rotation)
                     matrix[:3, 3] = position
-                out.append(ThingView(thing_id, matrix, shape is not None))
+                out.append(DrawnThing(thing_id, matrix, shape is not None))
         return out
 
     def selections(self, instant: Instant) -> tuple[list[Outline], list[LabelView]]:
@@ -127,7 +127,7 @@ class ThingsShown:
     def _show(self, thing: Thing) -> None:
         if is_soft(thing):
             self._reshaped.pop(thing.id, None)
-            pieces: Sequence[Piece] = self._soft.make(thing, self._models).skin.pieces
+            pieces: Sequence[SurfacePiece] = self._soft.make(thing, self._models).skin.pieces
         else:
             self._soft.drop(thing.id)
             self._reshaped.pop(thing.id, None)
@@ -139,7 +139,7 @@ class ThingsShown:
         self._extent[thing.id] = every.min(axis=0), every.max(axis=0)
 
 
-def _drawn(pieces: Sequence[Piece]) -> tuple[Surface3 | None, F32, list[Piece]]:
+def _drawn(pieces: Sequence[SurfacePiece]) -> tuple[Surface3 | None, F32, list[SurfacePiece]]:
     """All pieces in plain colours as one surface, the colours of its vertices (n, 3), and the other pieces."""
     own = [p for p in pieces if not p.mesh]
     colours = np.repeat(
@@ -150,7 +150,7 @@ def _drawn(pieces: Sequence[Piece]) -> tuple[Surface3 | None, F32, list[Piece]]:
     return join([p.surface for p in own]) if own else None, colours, [p for p in pieces if p.mesh]
 
 
-def _vertices(piece: Piece, back: NDArray[np.int64], rest: Surface3, shape: Reshaped | None) -> tuple[F32, F32]:
+def _vertices(piece: SurfacePiece, back: NDArray[np.int64], rest: Surface3, shape: Reshaped | None) -> tuple[F32, F32]:
     """Places and normals (n, 3) of a piece's vertices now; where nothing bends it, its edges stay as sharp as they are."""
     if shape is None:
         return rest.vertices[back], piece.surface.normals

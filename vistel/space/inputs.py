@@ -16,7 +16,7 @@ FURTHEST = 50.0
 
 
 @dataclass(frozen=True)
-class Person:
+class ParticipantBody:
     """A participant's body for contacts: standing height [m] and girth (1 = average). A participant with their own avatar has
     proportions instead; then only these count."""
 
@@ -69,7 +69,7 @@ class StepInputs:
 
     step: int
     t_ns: int
-    people: tuple[Person, ...] = ()
+    people: tuple[ParticipantBody, ...] = ()
     motions: tuple[MotionInput, ...] = ()
     left: tuple[str, ...] = ()
     commands: tuple[CommandInput, ...] = ()

@@ -11,7 +11,7 @@ from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton, finger_joints, standard_skeleton
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space.inputs import MotionInput, Person
+from vistel.space.inputs import MotionInput, ParticipantBody
 
 SIDES = ("left", "right")
 DIGITS = 6
@@ -108,11 +108,11 @@ def _digits(body: Body) -> I64:
 
 
 @dataclass(frozen=True)
-class Figure:
+class PersonState:
     """A person in the room. posture is None until the first motion; before: the posture before that, if usable for
     speeds; opened: (2, 4) recent least flexion of each finger [rad]; appeared: the step of the first motion."""
 
-    person: Person
+    person: ParticipantBody
     posture: Posture | None = None
     before: Posture | None = None
     seq: int = 0
@@ -126,7 +126,7 @@ class Figure:
         """The participant."""
         return self.person.participant
 
-    def moved(self, motion: MotionInput, step: int) -> "Figure":
+    def moved(self, motion: MotionInput, step: int) -> "PersonState":
         """The figure after `motion`, received at a step of the world."""
         new = motion.seq != self.seq or motion.t_ns != self.t_ns
         if not new:
@@ -141,13 +141,13 @@ class Figure:
             appeared=step if self.posture is None else self.appeared,
         )
 
-    def with_opening(self, dt: float) -> "Figure":
+    def with_opening(self, dt: float) -> "PersonState":
         """The figure with the least flexions one step later. dt: [s]."""
         if self.posture is None:
             return self
         return replace(self, opened=np.minimum(flexion(self.posture), self.opened + OPENING_LEAK * dt))
 
-    def opened_now(self, hands: tuple[bool, ...]) -> "Figure":
+    def opened_now(self, hands: tuple[bool, ...]) -> "PersonState":
         """The least flexions begin anew for the chosen `hands` (left, right)."""
         if self.posture is None or not any(hands):
             return self
@@ -168,7 +168,7 @@ def flexion_of(angles: F64) -> F64:
 class Posed:
     """A figure in the room at one step: joints, primitives, and the primitives' velocity (P, 3) [m/s]."""
 
-    figure: Figure
+    figure: PersonState
     build: Build
     joints: JointPose
     body: PosedBody
@@ -186,7 +186,7 @@ class Posed:
         return self.primitives.params.reshape(-1, 8)
 
 
-def pose_figure(figure: Figure, t_ns: int, last: Posed | None = None) -> Posed | None:
+def pose_figure(figure: PersonState, t_ns: int, last: Posed | None = None) -> Posed | None:
     """The figure's primitives at step time `t_ns`; None before its first motion.
 
     last: the result of a step ago; its unchanged parts are used again.

@@ -19,11 +19,11 @@ from vistel.space.dynamics.dynamics import Motions
 from vistel.space.hands.claims import Claim
 from vistel.space.hands.grasp import Grasp
 from vistel.space.history import Change, History, PlacedThing
-from vistel.space.inputs import Person, PropInput
+from vistel.space.inputs import ParticipantBody, PropInput
 from vistel.space.ledger import Ledger
 from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import DentRecord
-from vistel.space.people import Figure
+from vistel.space.people import PersonState
 from vistel.space.room import Extra, Room, Seat, meeting_room
 from vistel.space.state import LetGo, State
 from vistel.space.things.glide import Glide
@@ -320,7 +320,7 @@ def _to_posture(d: Any) -> Posture | None:
     )
 
 
-def _from_figure(f: Figure) -> dict[str, Any]:
+def _from_figure(f: PersonState) -> dict[str, Any]:
     return {
         "person": _from_person(f.person),
         "posture": _from_posture(f.posture),
@@ -333,7 +333,7 @@ def _from_figure(f: Figure) -> dict[str, Any]:
     }
 
 
-def _from_person(p: Person) -> list[Any]:
+def _from_person(p: ParticipantBody) -> list[Any]:
     """One more entry with proportions. Snapshots without them keep the older form."""
     standard = [p.participant, p.height, p.build]
     if (own := p.proportions) is None:
@@ -341,18 +341,18 @@ def _from_person(p: Person) -> list[Any]:
     return [*standard, [list(own.names), list(own.joint), b64encode(own.numbers).decode()]]
 
 
-def _to_person(d: Any) -> Person:
+def _to_person(d: Any) -> ParticipantBody:
     name, height, build, *rest = d
     own = None
     if rest:
         names, joint, numbers = rest[0]
         own = Proportions(tuple(str(n) for n in names), tuple(int(j) for j in joint), b64decode(numbers, validate=True))
         own = Proportions.from_arrays(own.names, own.joint, *own.arrays)
-    return Person(str(name), float(height), float(build), own)
+    return ParticipantBody(str(name), float(height), float(build), own)
 
 
-def _to_figure(d: dict[str, Any]) -> Figure:
-    return Figure(
+def _to_figure(d: dict[str, Any]) -> PersonState:
+    return PersonState(
         _to_person(d["person"]),
         _to_posture(d["posture"]),
         _to_posture(d["before"]),

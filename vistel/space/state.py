@@ -10,7 +10,7 @@ from vistel.space.history import History
 from vistel.space.ledger import Ledger
 from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import DentRecord
-from vistel.space.people import Figure
+from vistel.space.people import PersonState
 from vistel.space.things.glide import Glide
 from vistel.space.things.props import Tracked
 from vistel.space.things.things import Thing
@@ -37,7 +37,7 @@ class State:
     motions: Motions
     step: int = 0
     t_ns: int = 0
-    figures: tuple[Figure, ...] = ()
+    figures: tuple[PersonState, ...] = ()
     grasps: tuple[Grasp, ...] = ()
     let_go: tuple[LetGo, ...] = ()
     ledger: Ledger = field(default_factory=Ledger)

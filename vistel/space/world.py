@@ -28,7 +28,7 @@ from vistel.space.holding.sharing import Pull, with_pulls
 from vistel.space.inputs import CommandInput, StepInputs, usable
 from vistel.space.materials import bond_forces
 from vistel.space.materials.dents_and_bonds import changes, remembered
-from vistel.space.people import Figure, Posed, pose_figure
+from vistel.space.people import PersonState, Posed, pose_figure
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.state import State
 from vistel.space.thing_views import ThingViews
@@ -174,7 +174,7 @@ class World:
             old = figures.get(person.participant)
             sound = math.isfinite(person.height) and 0.5 <= person.height <= 2.6
             usual = person if sound else replace(person, height=1.75)
-            figures[person.participant] = replace(old, person=usual) if old else Figure(usual)
+            figures[person.participant] = replace(old, person=usual) if old else PersonState(usual)
         for motion in inputs.motions:
             if motion.participant in figures and usable(motion.posture):
                 figures[motion.participant] = figures[motion.participant].moved(motion, inputs.step)

@@ -27,7 +27,7 @@ def state_of(phone: int, part: float) -> int:
 
 
 @dataclass(frozen=True)
-class Model:
+class AcousticModel:
     """A trained net and what the decoder needs beside it.
 
     offsets: (window,) frames the net sees, counted from the one it judges, rising; the last is how far it looks ahead.
@@ -71,7 +71,7 @@ class Model:
         return x - np.log(np.exp(x).sum(1, keepdims=True))
 
 
-def save(model: Model, path: Path) -> None:
+def save(model: AcousticModel, path: Path) -> None:
     """Writes a model; weights become bytes with a scale for each output (about 1 MB)."""
     arrays: dict[str, NDArray[np.generic]] = {
         "version": np.array(VERSION),
@@ -92,7 +92,7 @@ def save(model: Model, path: Path) -> None:
         np.savez_compressed(file, **arrays)  # pyright: ignore[reportArgumentType]
 
 
-def load(path: Path = FILE) -> Model:
+def load(path: Path = FILE) -> AcousticModel:
     """Raises ValueError, one line, where the file is not a model of this version and these phones."""
     try:
         with np.load(path) as data:
@@ -114,11 +114,11 @@ def load(path: Path = FILE) -> Model:
     biases = tuple(arrays[f"bias{k}"] for k in layers)
     start_mean, scale = arrays["start_mean"], arrays["scale"]
     log_prior, stay, belief = arrays["log_prior"], arrays["stay"], arrays["belief"]
-    return Model(offsets, start_mean, scale, weights, biases, log_prior, stay, belief)
+    return AcousticModel(offsets, start_mean, scale, weights, biases, log_prior, stay, belief)
 
 
 @cache
-def japanese() -> Model:
+def japanese() -> AcousticModel:
     """The model of this package, loaded once."""
     return load()
 
@@ -134,7 +134,7 @@ class Adaptation:
 class Acoustic:
     """The net over a stream of normalised frames. Its answer lags `model.future` frames behind them."""
 
-    def __init__(self, model: Model, adaptation: Adaptation | None = None) -> None:
+    def __init__(self, model: AcousticModel, adaptation: Adaptation | None = None) -> None:
         self._model = model
         self._adaptation = adaptation
         self._kept = np.zeros((model.past, BANDS), np.float32)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.speech.decoder import Sentence
+from vistel.speech.decoder import DecodedSentence
 
 FEATURES = 5
 WHOLE = 1
@@ -20,7 +20,7 @@ _SHORT = 30.0
 """Frames of a short word: so little is soon like something by chance."""
 
 
-def evidence(sentence: Sentence, garbage: Sequence[float]) -> NDArray[np.float64]:
+def evidence(sentence: DecodedSentence, garbage: Sequence[float]) -> NDArray[np.float64]:
     """(FEATURES,) what speaks for a sentence, each of the order of 1.
 
     garbage: best score of the garbage loop after each number of frames.

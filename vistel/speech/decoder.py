@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F32, I32
-from vistel.speech.acoustic import STATES, Model
+from vistel.speech.acoustic import STATES, AcousticModel
 from vistel.speech.automaton import Automaton
 from vistel.speech.lattice_kernels import LINKS, NEVER, advance, arrive, round_the_loop
 from vistel.speech.phones import PHONES
@@ -41,7 +41,7 @@ class Network:
     loop_move: F32
 
 
-def network(automaton: Automaton, model: Model, word_cost: float = 0.0) -> Network:
+def network(automaton: Automaton, model: AcousticModel, word_cost: float = 0.0) -> Network:
     """word_cost: what every word costs [log], so that noise does not become words.
 
     Raises ValueError where the automaton was compiled for other phones than the model's.
@@ -85,7 +85,7 @@ def network(automaton: Automaton, model: Model, word_cost: float = 0.0) -> Netwo
 
 
 @dataclass(frozen=True)
-class Sentence:
+class DecodedSentence:
     """score: of all frames; words: names; bounds: (begin, end) frame of each word, the end not of it; word_scores: what
     each adds to the score; states: how many of them the words have."""
 
@@ -100,7 +100,7 @@ _Step = tuple[int, int, int, float, int]
 """Of a path: word, begin, end, score, states."""
 
 
-class Decoder:
+class SpeechDecoder:
     """One utterance, from its first frame on. `beam`: how far behind the best a token may fall [log]."""
 
     def __init__(self, network: Network, beam: float = 150.0, loop_penalty: float = 2.0) -> None:
@@ -184,7 +184,7 @@ class Decoder:
         whole = float(self._junction[-1])
         return self._best - whole if whole > NEVER else float("inf")
 
-    def sentences(self, most: int = 5) -> list[Sentence]:
+    def sentences(self, most: int = 5) -> list[DecodedSentence]:
         """The likeliest whole sentences with different words, best first; none where none fits.
 
         Exact where the best boundary between two words does not depend on the words before them.
@@ -195,7 +195,7 @@ class Decoder:
         net = self._net
         start = float(self._kept[last][4][end])
         heap: list[tuple[float, int, float, int, int, tuple[_Step, ...]]] = [(-start, 0, 0.0, end, last, ())]
-        found: dict[tuple[int, ...], Sentence] = {}
+        found: dict[tuple[int, ...], DecodedSentence] = {}
         seen: set[tuple[int, int, tuple[int, ...]]] = set()
         pushed = 1
         while heap and len(found) < most and pushed < _EXPANSIONS:
@@ -207,7 +207,7 @@ class Decoder:
             if junction == 0 and time == 0:
                 bounds = tuple((step[1], step[2]) for step in path)
                 names, scores = tuple(net.words[w] for w in words), tuple(step[3] for step in path)
-                found[words] = Sentence(-cost, names, bounds, scores, sum(step[4] for step in path))
+                found[words] = DecodedSentence(-cost, names, bounds, scores, sum(step[4] for step in path))
                 continue
             word, entered, score, count, _ = self._kept[time]
             for k in range(count[junction]):

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import I16
-from vistel.speech.engines.segmenter import Segmenter, Stage
+from vistel.speech.engines.segmenter import Segmenter, SpeechStage
 from vistel.speech.engines.sphinx import pronunciations, sphinx
 from vistel.speech.grammar import Grammar
 from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Hypothesis, Samples
@@ -56,14 +56,14 @@ class EnglishRecogniser:
         """Takes the next samples, any number of them; returns the utterances that ended in them, oldest first."""
         found: list[Hypotheses] = []
         for stage, sound in self._segments.feed(samples):
-            if stage is Stage.BEGIN:
+            if stage is SpeechStage.BEGIN:
                 self._said = []
             self._said.append(sound)
-            if stage is Stage.PAUSE:  # found out now, it is known when it turns out to have been the end
+            if stage is SpeechStage.PAUSE:  # found out now, it is known when it turns out to have been the end
                 self._decoded, self._known = self._understood(), True
-            elif stage in (Stage.BEGIN, Stage.SPEECH):
+            elif stage in (SpeechStage.BEGIN, SpeechStage.SPEECH):
                 self._known = False
-            elif stage is Stage.END:
+            elif stage is SpeechStage.END:
                 found += self._finish()
         return found
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32
-from vistel.speech.acoustic import Acoustic, Adaptation, Model
+from vistel.speech.acoustic import Acoustic, AcousticModel, Adaptation
 from vistel.speech.alignment import align, chain_of
 from vistel.speech.features import BANDS, LogMel, Normaliser, as_float
 from vistel.speech.phones import PAUSE, kana_phones
@@ -30,7 +30,7 @@ _WORST = -5.0
 
 
 def adapt(
-    model: Model, recordings: Iterable[tuple[Samples, str]], seed: int = 1, tell: Callable[[str], None] | None = None
+    model: AcousticModel, recordings: Iterable[tuple[Samples, str]], seed: int = 1, tell: Callable[[str], None] | None = None
 ) -> Adaptation:
     """What makes the model fit the voice of `recordings`: (sound at 16 kHz, what was read in kana), one sentence each.
 
@@ -51,7 +51,7 @@ def adapt(
     return Adaptation(turn, shift)
 
 
-def _aligned(model: Model, so_far: Adaptation, said: list[tuple[F32, NDArray[np.int32]]]) -> tuple[F32, NDArray[np.int32]]:
+def _aligned(model: AcousticModel, so_far: Adaptation, said: list[tuple[F32, NDArray[np.int32]]]) -> tuple[F32, NDArray[np.int32]]:
     """(n, window, BANDS) scaled frames, and the state each window's own frame belongs to."""
     windows: list[F32] = []
     states: list[NDArray[np.int32]] = []
@@ -68,7 +68,7 @@ def _aligned(model: Model, so_far: Adaptation, said: list[tuple[F32, NDArray[np.
 
 
 def _descend(
-    random: np.random.Generator, model: Model, windows: F32, states: NDArray[np.int32], turn: F32, shift: F32
+    random: np.random.Generator, model: AcousticModel, windows: F32, states: NDArray[np.int32], turn: F32, shift: F32
 ) -> tuple[F32, F32]:
     """Adam on the cross entropy of the states."""
     values = [turn.copy(), shift.copy()]
@@ -91,7 +91,7 @@ def _descend(
     return values[0], values[1]
 
 
-def _gradient(model: Model, windows: F32, states: NDArray[np.int32], turn: F32, shift: F32) -> list[F32]:
+def _gradient(model: AcousticModel, windows: F32, states: NDArray[np.int32], turn: F32, shift: F32) -> list[F32]:
     count = len(windows)
     inputs = [np.asarray((windows @ turn + shift).reshape(count, -1), np.float32)]
     for weight, bias in zip(model.weights[:-1], model.biases[:-1], strict=True):

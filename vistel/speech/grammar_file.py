@@ -30,7 +30,7 @@ WordCheck = Callable[[Language, str], str | None]
 
 
 @dataclass(frozen=True)
-class Fault:
+class GrammarFault:
     """What is wrong in a grammar file, where, and what became of it."""
 
     path: Path
@@ -47,14 +47,14 @@ class _Source:
 
     path: Path
     lines: list[str]
-    faults: list[Fault] = field(default_factory=list[Fault])
+    faults: list[GrammarFault] = field(default_factory=list[GrammarFault])
 
     def fault(self, text: str, *needles: str) -> None:
         """Needles: the first is looked for, then the next from there on."""
         at = 0
         for needle in needles:
             at = next((n for n in range(at, len(self.lines)) if needle in self.lines[n].partition(" #")[0]), at)
-        self.faults.append(Fault(self.path, at + 1, text))
+        self.faults.append(GrammarFault(self.path, at + 1, text))
 
 
 @dataclass
@@ -69,13 +69,13 @@ class _Parts:
     sentences: list[tuple[Language, str, Tags, _Source]] = field(default_factory=list[tuple[Language, str, Tags, _Source]])
 
 
-def load_grammar(*extra: Path, known: WordCheck | None = None, base: Path | None = ROOM) -> tuple[Grammar, list[Fault]]:
+def load_grammar(*extra: Path, known: WordCheck | None = None, base: Path | None = ROOM) -> tuple[Grammar, list[GrammarFault]]:
     """The room's grammar with what the files `extra` add, and what is wrong in them.
 
     A class that stands in several files has the phrases of all; a phrase of the same name replaces the earlier one. A file
     that cannot be read at all is a fault too. known: see `WordCheck`.
     """
-    parts, faults = _Parts(), list[Fault]()
+    parts, faults = _Parts(), list[GrammarFault]()
     sources: list[_Source] = []
     if base is not None:
         sources.append(_take_verbs(parts, known))
@@ -85,11 +85,11 @@ def load_grammar(*extra: Path, known: WordCheck | None = None, base: Path | None
             source = _Source(path, text.splitlines())
             _take(tomllib.loads(text), source, parts, known)
         except OSError as e:
-            faults.append(Fault(path, 0, f"cannot be read: {e.strerror}; left out"))
+            faults.append(GrammarFault(path, 0, f"cannot be read: {e.strerror}; left out"))
             continue
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
             at = re.search(r"line (\d+)", str(e))
-            faults.append(Fault(path, int(at[1]) if at else 0, f"not valid TOML: {e}; the file is left out"))
+            faults.append(GrammarFault(path, int(at[1]) if at else 0, f"not valid TOML: {e}; the file is left out"))
             continue
         sources.append(source)
     sentences: dict[Language, list[Sentence]] = {name: [] for name in LANGUAGES}

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32
-from vistel.speech.acoustic import Acoustic, Adaptation, Model, japanese
+from vistel.speech.acoustic import Acoustic, AcousticModel, Adaptation, japanese
 from vistel.speech.automaton import Automaton
 from vistel.speech.confidence import FEATURES, confidence, evidence
-from vistel.speech.decoder import Decoder, Sentence, network
+from vistel.speech.decoder import DecodedSentence, SpeechDecoder, network
 from vistel.speech.endpoint import Endpointer
 from vistel.speech.features import BANDS, FRAME_S, HOP, LogMel, Normaliser, as_float
 from vistel.speech.recognition import Hypotheses, Hypothesis, Samples
@@ -43,7 +43,7 @@ class JapaneseRecogniser:
     """
 
     def __init__(
-        self, automaton: Automaton, model: Model | None = None, adaptation: Adaptation | None = None, most: int = 5
+        self, automaton: Automaton, model: AcousticModel | None = None, adaptation: Adaptation | None = None, most: int = 5
     ) -> None:
         self._model = model or japanese()
         self._adaptation = adaptation
@@ -61,7 +61,7 @@ class JapaneseRecogniser:
         self._acoustic = Acoustic(self._model, self._adaptation)
         self._endpointer = Endpointer()
         self._before: deque[F32] = deque(maxlen=_BEFORE)
-        self._decoder: Decoder | None = None
+        self._decoder: SpeechDecoder | None = None
         self._levels: deque[float] = deque(maxlen=_LONGEST + _BEFORE + 2 * _PIECE // HOP)
         self._fed = 0
         self._frame = 0
@@ -105,13 +105,13 @@ class JapaneseRecogniser:
             return
         self._before.append(scores)
         if began:
-            self._decoder = Decoder(self._network)
+            self._decoder = SpeechDecoder(self._network)
             self._start = self._frame - len(self._before)
             for each in self._before:
                 self._decoder.feed(each)
             self._before.clear()
 
-    def _over(self, decoder: Decoder) -> bool:
+    def _over(self, decoder: SpeechDecoder) -> bool:
         silent = self._endpointer.silent
         if silent >= _LONG or decoder.time >= _LONGEST:
             return True
@@ -136,7 +136,7 @@ class JapaneseRecogniser:
         inside = list(self._levels)[max(0, begin + _EDGE - first) : max(0, end - _EDGE - first)]
         return len(inside) > 2 * _EDGE and float(np.std(inside)) < _STEADY
 
-    def _heard(self, sentence: Sentence, belief: float) -> Hypothesis:
+    def _heard(self, sentence: DecodedSentence, belief: float) -> Hypothesis:
         begin = sentence.bounds[0][0] if sentence.bounds else 0
         end = sentence.bounds[-1][1] if sentence.bounds else 0
         if self._steady(self._start + begin, self._start + end):

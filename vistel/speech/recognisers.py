@@ -6,7 +6,7 @@ from pathlib import Path
 from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.engine import EngineError
 from vistel.speech.grammar import Grammar, Language
-from vistel.speech.grammar_file import Fault, load_grammar
+from vistel.speech.grammar_file import GrammarFault, load_grammar
 from vistel.speech.phones import kana_phones
 from vistel.speech.recognition import Recogniser
 
@@ -49,7 +49,7 @@ def unrecognisable(language: Language, text: str) -> str | None:
         return None
 
 
-def checked_grammar(*extra: Path) -> tuple[Grammar, list[Fault]]:
+def checked_grammar(*extra: Path) -> tuple[Grammar, list[GrammarFault]]:
     """The room's grammar and `extra`, without words that no recogniser here knows how to hear."""
     return load_grammar(*extra, known=unrecognisable)
 

@@ -8,7 +8,7 @@ import numpy as np
 from vistel.arrays import U8
 from vistel.v1.device_pb2 import FaceFrame
 from vistel.vision.eye_reader import EyeReader
-from vistel.vision.face_calibration import CalibrationError, FaceCalibration, calibrate_face
+from vistel.vision.face_calibration import FaceCalibration, FaceCalibrationError, calibrate_face
 from vistel.vision.face_reader import FaceReader
 from vistel.vision.gaze_calibration import GazeCalibration
 
@@ -69,7 +69,7 @@ class MarksReader:
             return False
         try:
             self._reader = FaceReader(calibrate_face(self._first, mirrored=self._mirrored))
-        except CalibrationError as e:
+        except FaceCalibrationError as e:
             self.trouble = str(e)
         self._first = []
         return False

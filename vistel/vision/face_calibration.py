@@ -22,7 +22,7 @@ _TILT_RAD = 0.6
 _ENOUGH_FRAMES = 5
 
 
-class CalibrationError(ValueError):
+class FaceCalibrationError(ValueError):
     """Pictures or a file that cannot be used; one line: what, where, how to mend it."""
 
 
@@ -66,16 +66,16 @@ def similarity(source: F64, target: F64) -> tuple[F64, F64]:
 
 def calibrate_face(frames: Sequence[U8], *, mirrored: bool = False) -> FaceCalibration:
     """From pictures (h, w, 3) BGR of a still, neutral face with all 13 marks in sight. mirrored: the picture shows the
-    person's left on its left. Raises CalibrationError."""
+    person's left on its left. Raises FaceCalibrationError."""
     if not frames:
-        raise CalibrationError("the clip has no pictures; is the file a video, and not empty?")
+        raise FaceCalibrationError("the clip has no pictures; is the file a video, and not empty?")
     neutral: list[F64] = []
     masses: list[float] = []
     key: ColourKey | None = None
     counts: list[int] = []
     for frame in frames:
         if frame.shape != frames[0].shape:
-            raise CalibrationError("the clip's pictures differ in size; use one take of one camera")
+            raise FaceCalibrationError("the clip's pictures differ in size; use one take of one camera")
         key = key or first_key(frame)
         if key is None:
             counts.append(0)
@@ -89,7 +89,7 @@ def calibrate_face(frames: Sequence[U8], *, mirrored: bool = False) -> FaceCalib
         masses.append(float(np.median(spots.mass[found])))
         key = _learn(key, frame, spots, found, 1.0 / len(neutral))
     if key is None or len(neutral) < min(_ENOUGH_FRAMES, len(frames)):
-        raise CalibrationError(
+        raise FaceCalibrationError(
             f"all {MARK_COUNT} marks were identified in {len(neutral)} of {len(frames)} pictures (green spots seen: "
             f"{int(np.median(counts))}); light the face evenly, take other green things out of the picture, look neutral"
         )
@@ -195,7 +195,7 @@ def write_face(path: Path, calibration: FaceCalibration) -> None:
 
 
 def read_face(path: Path) -> FaceCalibration:
-    """Raises CalibrationError."""
+    """Raises FaceCalibrationError."""
     try:
         data = json.loads(path.read_text("utf-8"))
         out = FaceCalibration(
@@ -208,11 +208,11 @@ def read_face(path: Path) -> FaceCalibration:
             float(data.get("misfit_mm", 0.0)),
         )
     except OSError as e:
-        raise CalibrationError(f"{path}: cannot be read: {e.strerror}") from e
+        raise FaceCalibrationError(f"{path}: cannot be read: {e.strerror}") from e
     except (ValueError, KeyError, TypeError) as e:
-        raise CalibrationError(f"{path}: not a face calibration ({e!r}); make one with vistel calibrate face") from e
+        raise FaceCalibrationError(f"{path}: not a face calibration ({e!r}); make one with vistel calibrate face") from e
     shapes = out.neutral.shape, out.key.mark.shape, out.key.background.shape
     numbers = np.concatenate((out.neutral.ravel(), out.key.mark, out.key.background.ravel(), (out.mass,)))
     if shapes != ((MARK_COUNT, 2), (3,), (3, 3)) or not np.isfinite(numbers).all() or out.mass <= 0.0:
-        raise CalibrationError(f"{path}: its numbers are no face calibration; make it anew with vistel calibrate face")
+        raise FaceCalibrationError(f"{path}: its numbers are no face calibration; make it anew with vistel calibrate face")
     return out

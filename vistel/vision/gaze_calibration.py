@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.vision.face_calibration import CalibrationError
+from vistel.vision.face_calibration import FaceCalibrationError
 
 GAZE_TARGETS: F64 = np.radians([[yaw, pitch] for pitch in (12.0, 0.0, -12.0) for yaw in (18.0, 0.0, -18.0)])
 """(9, 2) yaw (left positive) and pitch (up positive) of the points to look at, row by row from the person's upper left [rad]."""
@@ -41,18 +41,18 @@ class GazeCalibration:
 
 def calibrate_gaze(pupils: Sequence[F64], targets: F64, size: tuple[int, int], opening_px: float) -> GazeCalibration:
     """pupils: for each target, (k, 2) positions of the pupil [px], k may be 0; targets: (n, 2) yaw and
-    pitch [rad]; size: width, height of the pictures; opening_px: between the lids at rest. Raises CalibrationError."""
+    pitch [rad]; size: width, height of the pictures; opening_px: between the lids at rest. Raises FaceCalibrationError."""
     middle_of = [np.median(p, 0) for p in pupils if len(p) >= _LEAST]
     used = np.array([len(p) >= _LEAST for p in pupils])
     if used.sum() < _TERMS + 1:
-        raise CalibrationError(
+        raise FaceCalibrationError(
             f"the pupil was seen while {int(used.sum())} of {len(targets)} points were looked at, 7 are needed; is the eye lit, "
             "in the picture and open?"
         )
     at, to = np.array(middle_of), np.asarray(targets, np.float64)[used]
     middle, reach = at.mean(0), float(np.abs(at - at.mean(0)).max())
     if reach < _SPREAD_PX:
-        raise CalibrationError(f"the pupil moved by {reach:.1f} px only; look at the points with the eyes, not the head")
+        raise FaceCalibrationError(f"the pupil moved by {reach:.1f} px only; look at the points with the eyes, not the head")
     terms = _terms((at - middle) / reach)
     weights = _solve(terms, to)
     left_out = [terms[k] @ _solve(np.delete(terms, k, 0), np.delete(to, k, 0)) - to[k] for k in range(len(to))]
@@ -93,7 +93,7 @@ def write_gaze(path: Path, calibration: GazeCalibration) -> None:
 
 
 def read_gaze(path: Path) -> GazeCalibration:
-    """Raises CalibrationError."""
+    """Raises FaceCalibrationError."""
     try:
         data = json.loads(path.read_text("utf-8"))
         out = GazeCalibration(
@@ -107,10 +107,10 @@ def read_gaze(path: Path) -> GazeCalibration:
             float(data.get("left_out_deg", 0.0)),
         )
     except OSError as e:
-        raise CalibrationError(f"{path}: cannot be read: {e.strerror}") from e
+        raise FaceCalibrationError(f"{path}: cannot be read: {e.strerror}") from e
     except (ValueError, KeyError, TypeError) as e:
-        raise CalibrationError(f"{path}: not a gaze calibration ({e!r}); make one with vistel calibrate gaze") from e
+        raise FaceCalibrationError(f"{path}: not a gaze calibration ({e!r}); make one with vistel calibrate gaze") from e
     numbers = np.concatenate((out.middle.ravel(), out.weights.ravel(), (out.reach, out.open_px)))
     if out.middle.shape != (2,) or out.weights.shape != (_TERMS, 2) or not np.isfinite(numbers).all() or out.reach <= 0:
-        raise CalibrationError(f"{path}: its numbers are no gaze calibration; make it anew with vistel calibrate gaze")
+        raise FaceCalibrationError(f"{path}: its numbers are no gaze calibration; make it anew with vistel calibrate gaze")
     return out

@@ -35,7 +35,7 @@ class OverflowedError(RuntimeError):
     """A reliable subscription was not read for so long that messages are lost; who reads it must begin again."""
 
 
-class Decoder:
+class MessageDecoder:
     """Bytes to messages of one topic; what cannot be used is counted, and logged once per key and reason."""
 
     def __init__(self, topic: Topic, counters: BusCounters) -> None:
@@ -100,7 +100,7 @@ class Inbox:
         self.topic = topic
         self._admission = admission or Admission(None, counters)
         self._fence = fence if topic.publisher is Publisher.WORLD else None
-        self._decoder = Decoder(topic, counters)
+        self._decoder = MessageDecoder(topic, counters)
         self._counters = counters
         self._loop = loop
         self._newest_only = topic.delivery is Delivery.NEWEST and not queue_all

@@ -17,7 +17,7 @@ from google.protobuf.message import Message
 from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.fence import Fence
-from vistel.wire.inbox import STALE_AFTER_NS, Decoder, Inbox
+from vistel.wire.inbox import STALE_AFTER_NS, Inbox, MessageDecoder
 from vistel.wire.owners import Admission, Owners
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 
@@ -162,7 +162,7 @@ class MemoryBus:
         key = topic.format(**self._filled(topic, {}))
         await asyncio.sleep(0)
         payload = self._network.answer(key, request.SerializeToString() if request is not None else b"")
-        return Decoder(topic, self.counters).decode(key, payload) if payload is not None else None
+        return MessageDecoder(topic, self.counters).decode(key, payload) if payload is not None else None
 
     def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
         """As `Bus.serve`."""

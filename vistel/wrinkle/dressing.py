@@ -52,20 +52,20 @@ class Chart:
 
 
 @dataclass(frozen=True)
-class Dressed:
+class ChartedAvatar:
     """An avatar whose charted regions have textures of their own."""
 
     avatar: Avatar
     charts: tuple[Chart, ...]
 
 
-def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) -> Dressed:
+def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) -> ChartedAvatar:
     """The avatar with a chart for each of the regions that it has, on all levels. Registrations of its islands become part of the
     texture."""
     known = builtin_regions()
     tubes = [one for name in regions for side in sides_of(known[name]) if (one := _there(avatar, known[name], side)) is not None]
     if not tubes:
-        return Dressed(avatar, ())
+        return ChartedAvatar(avatar, ())
     spans, beyond = zip(*(_extent((avatar, *avatar.coarser), one) for one in tubes), strict=True)
     wide = sum(one.plane[0] * (1.0 + BEFORE + more) for one, more in zip(tubes, beyond, strict=True))
     density = min(TEXELS_PER_METRE, (avatar.albedo.shape[1] - len(tubes) * (2 * APART + 1)) / max(wide, 1e-6))
@@ -85,7 +85,7 @@ def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) 
         eyes = tuple(_kept(eye, where[0]) for eye in of.eyeballs)
         return replace(of, mesh=mesh, eyeballs=eyes, albedo=albedo, registration=(), patches=patches, coarser=())
 
-    return Dressed(replace(level(avatar), coarser=tuple(level(x) for x in avatar.coarser)), charts)
+    return ChartedAvatar(replace(level(avatar), coarser=tuple(level(x) for x in avatar.coarser)), charts)
 
 
 def _on_charts(avatar: Avatar, tubes: Sequence[Tube], charts: Sequence[Chart]) -> list[Patch]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64, I32, I64, U8
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.people.bake_kernels import rasterise, spread
-from vistel.wrinkle.dressing import Dressed
+from vistel.wrinkle.dressing import ChartedAvatar
 from vistel.wrinkle.drives import Drives
 from vistel.wrinkle.wardrobe import WrinkleSet
 from vistel.wrinkle.worn import Worn
@@ -87,7 +87,7 @@ class ShownWrinkles:
         return out.reshape(*self.shape, CHANNELS)
 
 
-def shown(made: Dressed, wears: Sequence[WrinkleSet]) -> ShownWrinkles:
+def shown(made: ChartedAvatar, wears: Sequence[WrinkleSet]) -> ShownWrinkles:
     """What a dressed avatar wears, on all its levels; takes some seconds. More than CHANNELS sets over each other, or MOST_SETS in
     all, are left out with a line in the log."""
     finest = Worn(made.avatar, wears, made.charts)

@@ -28,10 +28,10 @@ from vistel.render.figures.people import load_figure
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.camera import Camera, look_at
 from vistel.render.view.screens import Stereo
-from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.people import HAND_JOINT, build_like
 from vistel.space.room import meeting_room
 from vistel.space.world import World
@@ -90,7 +90,7 @@ def choreographed(file: Path, site: int, t_s: float) -> Moment:
         for p in s.participants
     ]
     room = meeting_room(conference.room.seats)
-    world = WorldView(1, {t.id: Pose(t.position, t.rotation) for t in room.things})
+    world = PlayoutWorld(1, {t.id: Pose(t.position, t.rotation) for t in room.things})
     view = replace(config.view, stereo=Stereo.MONO)
     return Moment(view, Instant(0, tuple(people), world, {t.id: t for t in room.things}), None, config.seats)
 
@@ -123,7 +123,7 @@ class Played:
         """A sixtieth of a second."""
         self._k += 1
         t_ns = self._k * STEP_NS
-        people = tuple(Person(n, proportions=self.limbs(n)) for n in postures) if self._k == 1 else ()
+        people = tuple(ParticipantBody(n, proportions=self.limbs(n)) for n in postures) if self._k == 1 else ()
         motions = tuple(MotionInput(n, p, self._k, t_ns) for n, p in sorted(postures.items()))
         view = self.world.step(StepInputs(self._k, t_ns, people, motions))
         for name, posture in postures.items():
@@ -205,7 +205,7 @@ def face() -> Moment:
     side = np.array([ahead[2], 0.0, -ahead[0]])
     at = eye - 0.03 * UP
     camera = look_at(at + 0.78 * ahead + 0.26 * side + 0.04 * UP, at, math.radians(26.0))
-    instant = Instant(0, (PersonNow(about, posture, Timing(0, 0, 0, False)),), WorldView(1, {}), {})
+    instant = Instant(0, (PersonNow(about, posture, Timing(0, 0, 0, False)),), PlayoutWorld(1, {}), {})
     return Moment(View(640, 360, "room", ""), instant, camera)
 
 

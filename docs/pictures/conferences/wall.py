@@ -14,7 +14,7 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.render.figures.people import load_figure
 from vistel.render.scene_renderer import SceneRenderer
 from vistel.render.view.camera import look_at
-from vistel.render.view.screens import Screen, Stereo, boxes, eyes_apart, picture_size
+from vistel.render.view.screens import RoomScreen, Stereo, boxes, eyes_apart, picture_size
 
 Prepare = Callable[[SceneRenderer], None]
 Change = Callable[[Moment], Moment]
@@ -44,12 +44,12 @@ def eyes_of(moment: Moment) -> F64:
     return eyes_apart(joints.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]], moment.view.eye_distance)
 
 
-def straight_ahead(eye: F64, screens: tuple[Screen, ...], width: int, height: int) -> Screen:
+def straight_ahead(eye: F64, screens: tuple[RoomScreen, ...], width: int, height: int) -> RoomScreen:
     """A screen that fills an eye's view of the wall, its middle that of the first seam."""
     camera = look_at(eye, 0.5 * (screens[0].lower_right + screens[1].upper_left), ANGLE)
     left, right, bottom, top = camera.edges(width / height)
     corners = (eye + camera.rotation @ np.array((x, y, -1.0)) for x, y in ((left, bottom), (right, bottom), (left, top)))
-    return Screen("eye", *corners, width, height)
+    return RoomScreen("eye", *corners, width, height)
 
 
 def seen_from(eye: F64, side: int, moment: Moment, packed: U8, width: int, height: int) -> U8:

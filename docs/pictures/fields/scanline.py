@@ -15,7 +15,7 @@ from docs.pictures.drawing.implicit_render import label
 HERE = Path(__file__).parent
 
 import vistel.implicit as vi
-from benchmarks.fields.scanline_scenes import CLAY, Row, table2
+from benchmarks.fields.scanline_scenes import CLAY, ScanlineCase, table2
 from vistel.implicit.scanline import Scanline, render
 from vistel.implicit.scene import Scene, encoded
 from vistel.implicit.trace import render as trace
@@ -58,7 +58,7 @@ def table_2() -> None:
     beside([above, below]).save(HERE / "scanline-table-2.png", optimize=True)
 
 
-def _counts(row: Row) -> str:
+def _counts(row: ScanlineCase) -> str:
     return " + ".join(str(n) for n in row.counts if n)
 
 

@@ -19,14 +19,14 @@ from docs.pictures.drawing.mesh_render import Part, Studio, normals
 from vistel.figure.making.assembly.assemble import assemble
 from vistel.figure.making.assembly.file import read_assembly
 from vistel.figure.making.files.read import read_source
-from vistel.figure.making.source import Source
+from vistel.figure.making.source import SourceMesh
 
 ROOT = Path(__file__).resolve().parents[3]
 log = logging.getLogger("pictures")
 KEPT, MADE = (0.45, 0.6, 0.85), (0.95, 0.62, 0.3)
 
 
-def parts_of(source: Source, points: np.ndarray) -> list[Part]:
+def parts_of(source: SourceMesh, points: np.ndarray) -> list[Part]:
     """A source's faces, one part for each material."""
     whole = normals(points, source.triangles)
     out: list[Part] = []
@@ -41,7 +41,7 @@ def parts_of(source: Source, points: np.ndarray) -> list[Part]:
     return out
 
 
-def by_kind(source: Source) -> list[Part]:
+def by_kind(source: SourceMesh) -> list[Part]:
     """The same with kept polygons in blue and new ones in orange."""
     made = np.array([g.startswith("seam of") for g in source.groups])[source.group]
     return [

@@ -32,7 +32,7 @@ from vistel.implicit.ghosts.mesh_ghosts import pulled
 from vistel.messages.world.encode import bond_message, thing_message
 from vistel.render.stage.hand_correction import ShownPerson, hand_offset, moved_hand
 from vistel.render.things.soft import SoftThing, bond_pulls
-from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import imprints
 from vistel.space.people import HAND_JOINT, build_like
@@ -74,7 +74,7 @@ class Scene:
 
     def step(self, **postures: Posture) -> WorldView:
         self.k += 1
-        people = tuple(Person(n, proportions=LIKE) for n in postures if n not in self.postures)
+        people = tuple(ParticipantBody(n, proportions=LIKE) for n in postures if n not in self.postures)
         self.postures |= postures
         motions = tuple(MotionInput(n, p, self.k, self.k * STEP_NS) for n, p in sorted(self.postures.items()))
         return self.world.step(StepInputs(self.k, self.k * STEP_NS, people, motions))

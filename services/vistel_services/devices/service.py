@@ -35,7 +35,7 @@ class Config:
 
 def connect(device: Device, link: Path | None = None) -> Connected:
     """What `DeviceKind.driver` gives for a device. link: the file by which its simulator is found, None for a real device or for
-    recorded bytes. Raises CalibrationError (one line)."""
+    recorded bytes. Raises GloveCalibrationError or FaceCalibrationError (one line)."""
     return load(device.kind.driver)(device, link)
 
 
@@ -47,7 +47,7 @@ class DeviceService:
         self._log, self._roles = logging.getLogger(f"vistel.{name}"), roles
 
     def configure(self, conference: Conference, site: Site, paths: RunPaths) -> Config:
-        """The devices of a site. Raises CalibrationError (one line)."""
+        """The devices of a site. Raises GloveCalibrationError or FaceCalibrationError (one line)."""
         wanted = [d for d in devices_of_site(site) if d.kind.role in self._roles]
         return Config(tuple(connect(d, paths.device(d.name) if d.simulated else None) for d in wanted), conference.record_raw)
 

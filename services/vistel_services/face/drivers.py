@@ -5,7 +5,7 @@ from pathlib import Path
 
 from vistel.capture.live_link_frames import LiveLinkDecoder
 from vistel.conference.device_list import Device
-from vistel.conference.devices import Camera, EyeConfig, FaceConfig
+from vistel.conference.devices import CameraConfig, EyeConfig, FaceConfig
 from vistel.vision.camera_frames import GazeReader, MarksReader, PictureReader
 from vistel.vision.face_calibration import read_face
 from vistel.vision.gaze_calibration import read_gaze
@@ -48,7 +48,7 @@ def eye_camera(device: Device, link: Path | None) -> Connected:
 
 
 def _camera(device: Device, link: Path | None, reader: PictureReader, about: str) -> Connected:
-    keep = device.config_as(Camera).keep_pictures
+    keep = device.config_as(CameraConfig).keep_pictures
     source = CameraSource(announce=link) if device.simulated else CameraSource(device.port)
     driver = CameraDriver(device.name, reader, about)
     return Connected(driver, partial(open_camera, source, driver.decoder.look, keep=keep), keeps_raw=keep)

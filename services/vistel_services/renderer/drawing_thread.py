@@ -29,7 +29,7 @@ from vistel.render.stage.stage import Instant, ParticipantInfo
 from vistel.render.view.view import View
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel_services.renderer.window.presenter import DesktopWindows
 from vistel_services.renderer.window.window import Pane
 
@@ -58,7 +58,7 @@ class DrawingThread:
         whole: bool,
         load: Callable[[ParticipantInfo], DrawableFigure],
         thread: ThreadPoolExecutor,
-        models: dict[str, Model],
+        models: dict[str, Polymesh],
         panes: Sequence[Pane] = (),
     ) -> None:
         self._site, self._view, self._rate, self._seats, self._room = site, view, rate, seats, room

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.conference.room_assets import keep_asset, kept_model
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.files.travel import pictures_in, unpack_model, unpack_picture
 from vistel.wire import background
 from vistel.wire.assets import AssetRefusedError, fetch_asset
@@ -27,7 +27,7 @@ REPORT_NS = 2_000_000_000
 class RoomDeliveries:
     """Fills `models`, by digest, with what is asked for and not there. Lives on the event loop."""
 
-    def __init__(self, bus: Bus, clock: Clock, models: dict[str, Model]) -> None:
+    def __init__(self, bus: Bus, clock: Clock, models: dict[str, Polymesh]) -> None:
         self._bus, self._clock, self._models = bus, clock, models
         self._pictures: dict[str, NDArray[np.uint8]] = {}
         self._asked: set[str] = set()
@@ -67,7 +67,7 @@ class RoomDeliveries:
             )
         self._models[digest] = model
 
-    async def _fetched(self, digest: str) -> Model:
+    async def _fetched(self, digest: str) -> Polymesh:
         if not is_digest(digest):
             raise AssetRefusedError("no digest")
         data = await self._bytes_of(digest)

@@ -20,7 +20,7 @@ from vistel.render.interaction.requests import CommandRequest, Drag, Drop, Recor
 from vistel.render.stage.stage import Instant, Stage
 from vistel.render.view.screens import boxes
 from vistel.render.view.view import View
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
@@ -162,7 +162,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     drawn, view = config.drawn, config.drawn.view
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
     stage = Stage(round(drawn.delay_s * 1e9))
-    models: dict[str, Model] = {}
+    models: dict[str, Polymesh] = {}
     furniture = RoomDeliveries(bus, clock, models)
     deliveries = Deliveries(bus, stage)
     inputs = _Inputs(bus, stage, clock, config.site, config.people)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from prometheus_client import Counter
 
 from vistel.messages.world.decode import motion_input, person
-from vistel.space.inputs import MotionInput, Person
+from vistel.space.inputs import MotionInput, ParticipantBody
 from vistel.space.things.props import SILENT_NS as PROP_SILENT_NS
 from vistel.v1.command_pb2 import Command
 from vistel.v1.device_pb2 import TrackerReceiver
@@ -50,7 +50,7 @@ class _PropSource:
 @dataclass
 class _Somebody:
     site: str
-    person: Person
+    person: ParticipantBody
     heard_ns: int
     last_motion_ns: int = 0
     moves: bool = False
@@ -60,7 +60,7 @@ class _Somebody:
 class ReceivedInputs:
     """What is new for one step."""
 
-    people: list[Person] = field(default_factory=list)
+    people: list[ParticipantBody] = field(default_factory=list)
     motions: list[MotionInput] = field(default_factory=list)
     left: list[str] = field(default_factory=list)
     commands: list[tuple[str, Command]] = field(default_factory=list)
@@ -71,7 +71,7 @@ class InputCollector:
     """Takes samples as they are received, and gives what is new for each step. Times are conference time [ns]."""
 
     def __init__(self) -> None:
-        self._known: dict[str, Person] = {}
+        self._known: dict[str, ParticipantBody] = {}
         self._people: dict[str, _Somebody] = {}
         self._decoders: dict[tuple[str, str], MotionDecoder] = {}
         self._tokens: dict[str, set[str]] = {}
@@ -91,7 +91,7 @@ class InputCollector:
                 self._arrived.people.append(somebody.person)
         for name in present:
             if name not in self._people:
-                self._people[name] = _Somebody("", self._known.get(name, Person(name)), now_ns, moves=True)
+                self._people[name] = _Somebody("", self._known.get(name, ParticipantBody(name)), now_ns, moves=True)
         for batch in recent:
             # Commands that were done are answered again and not done again.
             self._arrived.commands.extend(batch.commands)
@@ -194,7 +194,7 @@ class InputCollector:
         return out
 
     def _join(self, name: str, site: str, now_ns: int) -> None:
-        known = self._known.get(name, Person(name))
+        known = self._known.get(name, ParticipantBody(name))
         self._people[name] = _Somebody(site, known, now_ns)
         self._arrived.people.append(known)
         log.info("participant joined participant=%s site=%s", name, site)

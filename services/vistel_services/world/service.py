@@ -20,7 +20,7 @@ from vistel.figure.posture.posture import standing
 from vistel.persistence import store
 from vistel.persistence.store import Store
 from vistel.space.dynamics.motion_kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
-from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import Extra, meeting_room
 from vistel.space.room import Room as RoomShape
 from vistel.space.things.things import PhysicsMaterial
@@ -277,7 +277,7 @@ def warm_up() -> None:
     motion.warm_up()
     soft = Extra("clay", "clay", "ball", 0.04, 1.0, 0.3, 0, 0.0, 0.0, PhysicsMaterial("plastic", sticky=0.02))
     world = World(meeting_room(2, [soft]))
-    people = (Person("a"), Person("b"))  # in one place, so that their hands meet
+    people = (ParticipantBody("a"), ParticipantBody("b"))  # in one place, so that their hands meet
     for step in range(1, 4):
         motions = tuple(MotionInput(p.participant, standing(), step, step * STEP_NS) for p in people)
         world.step(StepInputs(step, step * STEP_NS, people if step == 1 else (), motions))

@@ -12,7 +12,7 @@ from vistel.capture.config import Person
 from vistel.capture.one_euro import PoseFilter
 from vistel.conference.model import Conference, Participant, Site
 from vistel.figure.calibration.distortion import Distortion
-from vistel.figure.calibration.files import Body
+from vistel.figure.calibration.files import MeasuredPerson
 from vistel.figure.posture.posture import Stance, pose_joints
 from vistel.figure.posture.sensors import receiver_mounts
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, measured_skeleton, standard_skeleton
@@ -32,7 +32,7 @@ def long_armed() -> Skeleton:
     return measured_skeleton(standard, {n: 1.12 * standard.offsets[JOINT_INDEX[n]] for n in names}, 0.0)
 
 
-def solved(body: Body | None, distortion: Distortion | None, error: np.ndarray) -> dict[str, float]:
+def solved(body: MeasuredPerson | None, distortion: Distortion | None, error: np.ndarray) -> dict[str, float]:
     """Largest error [m] of the hands that others see, of a long-armed person whose receivers read `error` too much."""
     place = places(CONFERENCE)["ann"]
     own, shown = long_armed(), standard_skeleton(1.7)
@@ -81,13 +81,13 @@ def multiplied(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def test_what_a_measured_person_does_is_where_others_see_it() -> None:
-    body = Body(1.7, long_armed(), {})
+    body = MeasuredPerson(1.7, long_armed(), {})
     for e in solved(body, None, np.zeros(6)).values():
         assert e < 0.01
 
 
 def test_metal_is_taken_back_before_anything_else() -> None:
-    body = Body(1.7, long_armed(), {})
+    body = MeasuredPerson(1.7, long_armed(), {})
     grid = Distortion(np.array([-3.0, -3.0, -3.0]), 6.0, np.broadcast_to(WRONG, (2, 2, 2, 6)).copy())
     assert max(solved(body, None, WRONG).values()) > 0.02
     assert max(solved(body, grid, WRONG).values()) < 0.01

@@ -13,12 +13,12 @@ from vistel.geometry.pose import Pose
 from vistel.messages.world.encoder import WorldEncoder
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.stage import Instant
-from vistel.render.stage.world_view import WorldView, thing_of, view_of
+from vistel.render.stage.world_view import PlayoutWorld, thing_of, view_of
 from vistel.render.things.outlines import HUES, colours_of
 from vistel.render.view.camera import look_at
 from vistel.space import actions as ask
 from vistel.space.actions import Action, Which
-from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
+from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.wire.world.decoder import SnapshotBuilder, WorldDecoder
@@ -36,7 +36,7 @@ class Told:
 
     def step(self, *commands: CommandInput, left: tuple[str, ...] = ()) -> None:
         k = self.world.step_number + 1
-        people = tuple(Person(n) for n in ("ann", "bob")) if k == 1 else ()
+        people = tuple(ParticipantBody(n) for n in ("ann", "bob")) if k == 1 else ()
         motions = tuple(MotionInput(n, standing(), k, k * STEP_NS) for n in ("ann", "bob") if n not in left)
         said = self.encoder.encode(self.world.step(StepInputs(k, k * STEP_NS, people, motions, left, commands)))
         if said.whole is not None:
@@ -96,7 +96,7 @@ def test_a_line_in_their_colour_goes_round_it_and_the_thing_stays_as_it_is() -> 
         wait_until(lambda: studio.complete)
 
         def drawn(selected: tuple[tuple[str, tuple[str, ...]], ...]) -> np.ndarray:
-            view = WorldView(1, poses, selected=selected)
+            view = PlayoutWorld(1, poses, selected=selected)
             return studio.render(Instant(1, (), view, MappingProxyType(things)))[..., :3].astype(int)
 
         def share(picture: np.ndarray, who: str) -> int:

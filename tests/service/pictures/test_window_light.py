@@ -20,7 +20,7 @@ from vistel.render.figures.figures import DrawableFigure, StandIn
 from vistel.render.painter import Painter
 from vistel.render.stage.playout import Timing
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.view import View
 from vistel.space.room import meeting_room
 from vistel_services.renderer.drawing_thread import DrawingThread
@@ -44,7 +44,7 @@ def shapes(about: ParticipantInfo) -> DrawableFigure:
 
 def instant(n: int, *, people: bool = True, without: str = "") -> Instant:
     things = {name: t for name, t in LOOSE.items() if name != without}
-    world = WorldView(n, {name: Pose(t.position, t.rotation) for name, t in things.items()})
+    world = PlayoutWorld(n, {name: Pose(t.position, t.rotation) for name, t in things.items()})
     somebody = (PersonNow(ABOUT, standing(), Timing(0, 0, 0, False)),) if people else ()
     return Instant(n * 33_000_000, somebody, world, things)
 

@@ -18,9 +18,9 @@ from vistel.figure.posture.posture import Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.render.gl.context import open_surface
 from vistel.render.interaction.navigation import Viewpoint
-from vistel.render.painter import Frame, Painter, ThingView
+from vistel.render.painter import DrawnThing, Frame, Painter
 from vistel.render.view.camera import look_at, overview
-from vistel.render.view.screens import Screen, Stereo, boxes, picture_size, sights_of_screens
+from vistel.render.view.screens import RoomScreen, Stereo, boxes, picture_size, sights_of_screens
 from vistel.render.view.view import Mode, View
 from vistel.space.things.tessellate import tessellate
 from vistel.space.things.things import ThingPrimitive
@@ -96,20 +96,20 @@ def test_a_thing_is_seen_from_ones_seat_from_anywhere_and_through_somebody_elses
     played(play, View(WIDTH, HEIGHT, "seat", "aiko", light="fast"))
 
 
-def dot(painter: Painter, n: int, place: np.ndarray) -> ThingView:
+def dot(painter: Painter, n: int, place: np.ndarray) -> DrawnThing:
     ball = tessellate(ThingPrimitive("sphere", (0.015,)), 1.0)
     painter.set_thing(f"dot{n}", ball, np.zeros((len(ball.vertices), 3), np.float32))
     matrix = np.eye(4, dtype=np.float32)
     matrix[:3, 3] = place
-    return ThingView(f"dot{n}", matrix)
+    return DrawnThing(f"dot{n}", matrix)
 
 
 @pytest.mark.parametrize("stereo", [Stereo.MONO, Stereo.SIDE_BY_SIDE, Stereo.TOP_BOTTOM])
 def test_on_a_v_of_two_windows_places_come_out_where_lines_from_the_eyes_cross_the_screens(hands: Hands, stereo: Stereo) -> None:
     eyes = np.array(((0.0315, 1.2, 0.0), (-0.0315, 1.2, 0.0)))
     seam, far = np.array((0.0, 0.8, 1.1)), 1.0
-    left = Screen("left", np.array((far, 0.8, 0.4)), seam, np.array((far, 1.6, 0.4)), 220, 140)
-    right = Screen("right", seam, np.array((-far, 0.8, 0.4)), np.array((0.0, 1.6, 1.1)), 220, 140)
+    left = RoomScreen("left", np.array((far, 0.8, 0.4)), seam, np.array((far, 1.6, 0.4)), 220, 140)
+    right = RoomScreen("right", seam, np.array((-far, 0.8, 0.4)), np.array((0.0, 1.6, 1.1)), 220, 140)
     screens, corners = (left, right), ((5, 10), (240, 150))
     whole = picture_size(screens, stereo)
     panes = [Pane(s.name, 220, 140, at=at, part=box) for s, at, box in zip(screens, corners, boxes(screens, stereo), strict=True)]
@@ -118,7 +118,7 @@ def test_on_a_v_of_two_windows_places_come_out_where_lines_from_the_eyes_cross_t
         painter = Painter(surface, *whole)
         sights = sights_of_screens(screens, eyes, stereo, 0)
 
-        def shown(dots: list[ThingView]) -> np.ndarray:
+        def shown(dots: list[DrawnThing]) -> np.ndarray:
             painter.draw(Frame(sights, things=dots))
             for _ in range(100):
                 assert painter.show()
@@ -156,7 +156,7 @@ def test_without_a_window_places_come_out_the_same_in_the_film_and_in_the_memory
         eye, target = np.array((0.4, 1.5, -1.6)), np.array((0.0, 0.9, 0.0))
         camera = look_at(eye, target, 0.8)
         places = [np.array(p) for p in ((0.0, 0.9, 0.0), (0.4, 1.1, 0.3), (-0.5, 0.8, -0.3))]
-        sights = sights_of_screens([Screen("s", *_corners(camera), WIDTH, HEIGHT)], np.stack((eye, eye)), Stereo.MONO, 0)
+        sights = sights_of_screens([RoomScreen("s", *_corners(camera), WIDTH, HEIGHT)], np.stack((eye, eye)), Stereo.MONO, 0)
         painter.draw(Frame(sights, things=[dot(painter, n, p) for n, p in enumerate(places)]))
         rgba = np.empty((HEIGHT, WIDTH, 4), np.uint8)
         painter.read_into(rgba)

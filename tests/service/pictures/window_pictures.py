@@ -14,7 +14,7 @@ from vistel.geometry.pose import Pose
 from vistel.render.figures.figures import DrawableFigure, StandIn
 from vistel.render.stage.playout import Timing
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.view import View
 from vistel.space.room import meeting_room
 from vistel_services.renderer.drawing_thread import DrawingThread
@@ -43,7 +43,7 @@ class Pictures:
         for _ in range(times):
             self.n += 1
             things = {name: t for name, t in LOOSE.items() if name != without}
-            world = WorldView(self.n, {name: Pose(self.places.get(name, t.position), t.rotation) for name, t in things.items()})
+            world = PlayoutWorld(self.n, {name: Pose(self.places.get(name, t.position), t.rotation) for name, t in things.items()})
             people = tuple(PersonNow(ParticipantInfo(name, name), p, Timing(0, 0, 0, False)) for name, p in self.people.items())
             drawn = await self.drawing.draw(Instant(self.n * 33_000_000, people, world, things))
         return drawn

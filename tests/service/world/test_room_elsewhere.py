@@ -23,13 +23,13 @@ from vistel.conference.paths import RunPaths
 from vistel.conference.room_assets import keep_asset, kept_asset, kept_model
 from vistel.conference.rooms import interior_of
 from vistel.conference.seats import seat_place
-from vistel.figure.making.source import Material
+from vistel.figure.making.source import SourceMaterial
 from vistel.geometry.pose import Pose
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.stage import Instant, Stage
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.space.files.interior import Interior
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.files.travel import pack_model, pack_picture, packers, picture_digest, pictures_in, unpack_model, unpack_picture
 from vistel.space.room import Room
 from vistel.v1.world_pb2 import AssetPart, AssetRequest
@@ -78,22 +78,22 @@ def machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], 
     return change
 
 
-def pictured(side: int = 24) -> Model:
+def pictured(side: int = 24) -> Polymesh:
     """A triangle with a picture."""
     picture = np.random.default_rng(side).integers(0, 256, (side, side, 3)).astype(np.uint8)
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)], np.float32)
     faces = np.array([(0, 1, 2)], np.int32)
-    materials = (Material("cloth", (1, 2, 3), picture), Material("plain"))
-    return Model(corners, faces, corners[:, :2].copy(), faces, np.zeros(1, np.int32), materials)
+    materials = (SourceMaterial("cloth", (1, 2, 3), picture), SourceMaterial("plain"))
+    return Polymesh(corners, faces, corners[:, :2].copy(), faces, np.zeros(1, np.int32), materials)
 
 
-def drawn(interior: Interior, models: dict[str, Model]) -> np.ndarray:
+def drawn(interior: Interior, models: dict[str, Polymesh]) -> np.ndarray:
     """A picture of the room as the studio draws it with these models."""
     still = Room((), (), shell=interior.room.shell)
     studio = SceneRenderer(View(320, 180, "room", ""), 2, decor=Interior(still), models=models)
     try:
         poses = {t.id: Pose(t.position, t.rotation) for t in interior.room.things}
-        instant = Instant(1, (), WorldView(1, poses), MappingProxyType({t.id: t for t in interior.room.things}))
+        instant = Instant(1, (), PlayoutWorld(1, poses), MappingProxyType({t.id: t for t in interior.room.things}))
         wait_until(lambda: studio.complete)
         return studio.render(instant)
     finally:
@@ -110,13 +110,13 @@ def test_a_site_without_the_files_draws_what_the_world_has(
     conference = load(owner / "conference.toml")
     whole = interior_of(conference.room)
 
-    async def run() -> tuple[dict[str, Model], Stage, Conference, dict[str, Model]]:
+    async def run() -> tuple[dict[str, Polymesh], Stage, Conference, dict[str, Polymesh]]:
         clock = SystemClock()
         router = Router.open()
         buses = [await ZenohBus.open(conference="demo", site=n, clock=clock, endpoints=[router.endpoint]) for n in ("hub", "oslo")]
         config = world.configure(conference, None, RunPaths(tmp_path / "run", tmp_path / "out"))
         leading = asyncio.create_task(world.run(config, buses[0], clock))
-        models: dict[str, Model] = {}
+        models: dict[str, Polymesh] = {}
         stage, listener = Stage(0), WorldListener(buses[1], clock)
         try:
 
@@ -140,7 +140,7 @@ def test_a_site_without_the_files_draws_what_the_world_has(
             deliveries.close()
             leading.cancel()  # nobody serves any more: the second time they are here
             await asyncio.gather(leading, return_exceptions=True)
-            again: dict[str, Model] = {}
+            again: dict[str, Polymesh] = {}
             second = RoomDeliveries(buses[1], clock, again)
             second.want(stage.looks)
             await until(lambda: again.keys() == stage.looks)
@@ -171,12 +171,12 @@ def test_what_is_felt_stands_in_until_the_polymesh_is_there(machine: Callable[[s
     machine("owner")
     whole = interior_of(Conference.model_validate({"room": {"file": DEN, "seats": 2}, "sites": [SITE]}).room)
     still = Room((), (), shell=False)
-    models: dict[str, Model] = {}
+    models: dict[str, Polymesh] = {}
     studio = SceneRenderer(View(160, 90, "room", ""), 2, decor=Interior(still), models=models)
     try:
         things = {t.id: t for t in whole.room.things}
         poses = {t.id: Pose(t.position, t.rotation) for t in whole.room.things}
-        instant = Instant(1, (), WorldView(1, poses), MappingProxyType(things))
+        instant = Instant(1, (), PlayoutWorld(1, poses), MappingProxyType(things))
         wait_until(lambda: studio.complete)
         first = studio.render(instant)
         models.update(whole.models)

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from vistel.space import actions as ask
 from vistel.space.actions import Which
 from vistel.space.files import Interior, load_room, save_usd
-from vistel.space.inputs import CommandInput, Person, StepInputs
+from vistel.space.inputs import CommandInput, ParticipantBody, StepInputs
 from vistel.space.room import Room, meeting_room
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldInputs
@@ -133,7 +133,7 @@ def test_export_writes_a_conference_as_it_begins(tmp_path: Path, ending: str) ->
 
 def test_export_writes_a_log_at_a_time(tmp_path: Path) -> None:
     world = World(meeting_room(1))
-    world.step(StepInputs(1, START_NS, (Person("ann"),)))
+    world.step(StepInputs(1, START_NS, (ParticipantBody("ann"),)))
     early = world.snapshot()
     world.step(StepInputs(2, START_NS + 1, commands=(CommandInput("c", "ann", ask.Delete(Which("ball"))),)))
     log = tmp_path / "conference.mcap"

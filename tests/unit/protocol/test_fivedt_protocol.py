@@ -10,7 +10,7 @@ import pytest
 
 from vistel.protocol.fivedt import SLOTS, Glove5Parser, Glove16Parser, ReportParser, UltraParser, product_is
 from vistel.protocol.fivedt_calibration import calibrate, default_calibration, load_calibration, save_calibration
-from vistel.protocol.glove_calibration import CalibrationError
+from vistel.protocol.glove_calibration import GloveCalibrationError
 from vistel_sim.fivedt import Glove5, Glove16, Ultra, UltraReports
 
 HAND = [0.0, 0.5, 0.4, 0.6, 0.5, 0.1, 0.8, 1.6 / 3, 0.6, 0.0, 0.9, 0.6, 0.7, -0.05, 1.0, 2 / 3, 0.8, -0.15, 1.1, 2.2 / 3]
@@ -85,7 +85,7 @@ def test_a_sensor_that_did_not_move_keeps_the_typical_hands() -> None:
 )
 def test_a_calibration_file_that_cannot_be_is_told(text: str, tmp_path: Path) -> None:
     (tmp_path / "bad.json").write_text(text)
-    with pytest.raises(CalibrationError, match=r"bad\.json"):
+    with pytest.raises(GloveCalibrationError, match=r"bad\.json"):
         load_calibration(tmp_path / "bad.json")
 
 

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from vistel.protocol.cyberglove import SENSORS_22
 from vistel.protocol.glove_calibration import (
-    CalibrationError,
     GloveCalibration,
+    GloveCalibrationError,
     default_calibration,
     load_calibration,
     save_calibration,
@@ -65,7 +65,7 @@ def test_spreading_the_fingers_moves_each_away_from_the_middle_one() -> None:
 
 
 def test_a_glove_with_another_number_of_sensors_is_refused() -> None:
-    with pytest.raises(CalibrationError, match="18 or 22"):
+    with pytest.raises(GloveCalibrationError, match="18 or 22"):
         default_calibration().angles(bytes(20))
 
 
@@ -89,6 +89,6 @@ def test_a_calibration_survives_its_file(tmp_path: Path) -> None:
 def test_a_bad_file_is_told_in_one_line(tmp_path: Path, text: str, expected: str) -> None:
     path = tmp_path / "bad.json"
     path.write_text(text)
-    with pytest.raises(CalibrationError, match=expected) as e:
+    with pytest.raises(GloveCalibrationError, match=expected) as e:
         load_calibration(path)
     assert "\n" not in str(e.value)

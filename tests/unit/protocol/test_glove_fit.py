@@ -11,8 +11,8 @@ import pytest
 from vistel.figure.posture.hands import RELAXED
 from vistel.protocol.cyberglove import SENSORS
 from vistel.protocol.glove_calibration import (
-    CalibrationError,
     GloveCalibration,
+    GloveCalibrationError,
     default_calibration,
     load_calibration,
     save_calibration,
@@ -78,7 +78,7 @@ def test_the_file_keeps_the_coupling(tmp_path: Path) -> None:
 
 def test_open_and_fist_exchanged_are_told() -> None:
     hands = counts(*worn(own(1), 18))
-    with pytest.raises(CalibrationError, match="exchanged"):
+    with pytest.raises(GloveCalibrationError, match="exchanged"):
         fit_glove([hands[1], hands[0], hands[2], hands[3]])
 
 
@@ -95,7 +95,7 @@ def test_a_hand_at_rest_before_or_after_is_no_matter() -> None:
 def test_too_few_hands_are_told() -> None:
     times, samples = worn(own(1), 18)
     half = int(7.0 * 2 * RATE_HZ)
-    with pytest.raises(CalibrationError, match="2 hands held still were found, 4 are needed"):
+    with pytest.raises(GloveCalibrationError, match="2 hands held still were found, 4 are needed"):
         find_holds(times[:half], samples[:half])
 
 
@@ -111,5 +111,5 @@ def test_a_sensor_that_does_not_move_keeps_a_typical_hands_values_and_is_named()
 
 def test_a_glove_that_is_not_worn_is_told() -> None:
     flat = [100.0] * 18
-    with pytest.raises(CalibrationError):
+    with pytest.raises(GloveCalibrationError):
         fit_glove([flat, flat, flat, flat])

@@ -15,12 +15,12 @@ from vistel.render.figures.figures import DrawableFigure, StandIn
 from vistel.render.gl.context import GlContext
 from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
-from vistel.render.painter import Frame, Painter, ThingView
+from vistel.render.painter import DrawnThing, Frame, Painter
 from vistel.render.room.room import build_room
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.camera import Camera, look_at, overview
 from vistel.render.view.screens import Sight
 from vistel.space.room import meeting_room, seat_pose
@@ -71,7 +71,7 @@ def seated(seat: int) -> Posture:
 
 def meeting(*names: str, timing: Timing = LIVE) -> Instant:
     room = meeting_room(3)
-    world = WorldView(1, {t.id: Pose(t.position, t.rotation) for t in room.things})
+    world = PlayoutWorld(1, {t.id: Pose(t.position, t.rotation) for t in room.things})
     people = tuple(PersonNow(ParticipantInfo(n, n.title()), seated(i), timing) for i, n in enumerate(names))
     return Instant(0, people, world, {t.id: t for t in room.things})
 
@@ -81,7 +81,7 @@ def test_a_point_is_drawn_where_the_camera_projects_it(painter: Painter, place: 
     dot(painter, "dot", (1.0, 0.0, 0.0))
     painter.draw(Frame([Sight(AHEAD)]))
     empty = painter.image()
-    painter.draw(Frame([Sight(AHEAD)], things=[ThingView("dot", at(*place))]))
+    painter.draw(Frame([Sight(AHEAD)], things=[DrawnThing("dot", at(*place))]))
     seen = difference(painter.image(), empty) > 25
     y, x = (c.mean() for c in np.nonzero(seen))
     expected = AHEAD.project(np.array([place]), WIDTH, HEIGHT)[0]
@@ -94,7 +94,7 @@ def test_the_nearer_of_two_things_hides_the_farther(painter: Painter) -> None:
     dot(painter, "red", (1.0, 0.02, 0.02), 0.1)
     dot(painter, "blue", (0.02, 0.02, 1.0), 0.1)
     for near, far, channel in (("red", "blue", 0), ("blue", "red", 2)):
-        things = [ThingView(near, at(0, 1, 0.5)), ThingView(far, at(0, 1, -0.5))]
+        things = [DrawnThing(near, at(0, 1, 0.5)), DrawnThing(far, at(0, 1, -0.5))]
         painter.draw(Frame([Sight(AHEAD)], things=things))
         middle = painter.image()[HEIGHT // 2, WIDTH // 2].astype(int)
         assert middle.argmax() == channel
@@ -105,7 +105,7 @@ def test_a_camera_behind_a_wall_of_things_it_looks_away_from_sees_none_of_them(p
     away = Camera(AHEAD.position, AHEAD.rotation @ np.diag((-1.0, 1.0, -1.0)), AHEAD.field_of_view)
     painter.draw(Frame([Sight(away)]))
     empty = painter.image()
-    painter.draw(Frame([Sight(away)], things=[ThingView("dot", at(0, 1, 0))]))
+    painter.draw(Frame([Sight(away)], things=[DrawnThing("dot", at(0, 1, 0))]))
     assert difference(painter.image(), empty).max() == 0
 
 
@@ -128,7 +128,7 @@ def test_a_thing_throws_its_shadow_on_the_table(painter: Painter) -> None:
     empty = painter.image().astype(int).sum(axis=2)
     ball = np.array((0.0, 0.95, 0.0))
     for _ in range(3):  # where the CPU draws, shadows follow within two frames
-        painter.draw(Frame([Sight(above)], things=[ThingView("ball", at(*ball))]))
+        painter.draw(Frame([Sight(above)], things=[DrawnThing("ball", at(*ball))]))
     change = painter.image().astype(int).sum(axis=2) - empty
     key = np.array((-0.527, 0.773, 0.353))
     on_table = ball - key * (ball[1] - 0.72) / key[1]
@@ -142,12 +142,12 @@ def test_what_rests_is_drawn_as_it_is_at_rest_and_what_is_bent_as_it_is_bent(pai
     painter.set_resting("ball", ball, np.tile(np.array((0.02, 0.02, 0.6), np.float32), (len(ball.vertices), 1)))
     colours = []
     for bent in (True, False):
-        painter.draw(Frame([Sight(AHEAD)], things=[ThingView("ball", at(0.0, 1.0, 0.0), bent)]))
+        painter.draw(Frame([Sight(AHEAD)], things=[DrawnThing("ball", at(0.0, 1.0, 0.0), bent)]))
         colours.append(painter.image()[HEIGHT // 2, WIDTH // 2].astype(int))
     red, blue = colours
     assert red[0] > red[2] + 60 and blue[2] > blue[0] + 60
     painter.drop_thing("ball")
-    painter.draw(Frame([Sight(AHEAD)], things=[ThingView("ball", at(0.0, 1.0, 0.0), False)]))
+    painter.draw(Frame([Sight(AHEAD)], things=[DrawnThing("ball", at(0.0, 1.0, 0.0), False)]))
     assert np.ptp(painter.image()[HEIGHT // 2, WIDTH // 2].astype(int)) < 60
 
 
@@ -265,7 +265,7 @@ def test_things_come_change_and_go() -> None:
     studio = SceneRenderer(View(WIDTH, HEIGHT, "room", ""), 3, load=shapes)
     try:
         full = studio.render(meeting()).copy()
-        bare = Instant(0, (), WorldView(), {})
+        bare = Instant(0, (), PlayoutWorld(), {})
         gone = studio.render(bare).copy()
         again = studio.render(meeting())
         assert difference(full[..., :3], gone[..., :3]).max() > 60

@@ -10,7 +10,7 @@ import pytest
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 from vistel.conference.room_things import extras_of
-from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import TABLE_HEIGHT, meeting_room
 from vistel.space.view import WorldView
 from vistel.space.world import World
@@ -29,7 +29,7 @@ def views() -> list[WorldView]:
     out = []
     for k in range(1, 14 * 60):
         motions = tuple(MotionInput(p.name, source.posture(p.name, k / 60), k, k * 16_666_667) for p in people)
-        new = tuple(Person(p.name, p.height) for p in people) if k == 1 else ()
+        new = tuple(ParticipantBody(p.name, p.height) for p in people) if k == 1 else ()
         out.append(world.step(StepInputs(k, k * 16_666_667, new, motions)))
     return out
 

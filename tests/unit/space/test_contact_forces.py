@@ -15,7 +15,7 @@ import vistel.implicit as vi
 from vistel.geometry.rotation import matrix_from_rotvec
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.ghosts.actuation import muscle_force, power_warp
-from vistel.space.contact.forces import ContactParameters, Motion, Patch, contact_patches
+from vistel.space.contact.forces import ContactParameters, ContactPatch, Motion, contact_patches
 
 GOLDEN = {
     row["name"]: row
@@ -170,5 +170,5 @@ def test_a_body_of_two_primitives_counts_each_point_of_its_surface_once() -> Non
 
 def test_balls_in_one_spot_give_finite_forces() -> None:
     for patch in contact_patches(*balls(0.0)) + contact_patches(*balls(1e-12)):
-        assert isinstance(patch, Patch)
+        assert isinstance(patch, ContactPatch)
         assert np.isfinite(patch.force).all()

@@ -18,7 +18,7 @@ from vistel.v1.world_pb2 import WorldDetail, WorldState
 from vistel.wire.world.codec.bits import BitReader, BitWriter
 from vistel.wire.world.codec.detail import read_detail
 from vistel.wire.world.codec.frame import MOST_ENCODED
-from vistel.wire.world.codec.touches import Touch, read_touches, write_touches
+from vistel.wire.world.codec.touches import TouchCode, read_touches, write_touches
 from vistel.wire.world.decoder import RoomState, SnapshotBuilder, WorldDecoder
 
 STEP_NS = 16_666_667
@@ -185,9 +185,9 @@ def test_a_teller_that_begins_in_the_middle_says_the_same_of_a_crowded_room(thin
 
 
 def test_pairs_that_touch_are_told_a_bounded_number_at_a_time_and_all_in_the_end() -> None:
-    now = {(a, b): Touch(1 + a, b % 9) for a in range(8) for b in range(8, 16)}
-    writer: dict[tuple[int, int], Touch] = {}
-    reader: dict[tuple[int, int], Touch] = {}
+    now = {(a, b): TouchCode(1 + a, b % 9) for a in range(8) for b in range(8, 16)}
+    writer: dict[tuple[int, int], TouchCode] = {}
+    reader: dict[tuple[int, int], TouchCode] = {}
     frames = 0
     while writer != now:
         out = BitWriter()

@@ -16,7 +16,7 @@ from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, s
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import matrix_from_quaternion, rotvec_from_matrix
 from vistel.space.actions import Delete, Move, Release, Reset, Which
-from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
+from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
 from vistel.space.snapshot import VERSION, decode, digest
 from vistel.space.view import WorldView
@@ -57,7 +57,7 @@ class Play:
         self.k = 0
         self.inputs: list[StepInputs] = []
         self.views: list[WorldView] = []
-        self.new = tuple(Person(p) for p in people)
+        self.new = tuple(ParticipantBody(p) for p in people)
 
     def step(self, postures: dict[str, Posture], *commands: CommandInput, left: tuple[str, ...] = ()) -> WorldView:
         self.k += 1

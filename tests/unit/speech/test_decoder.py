@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.speech.acoustic import STATES, Model
+from vistel.speech.acoustic import STATES, AcousticModel
 from vistel.speech.automaton import Alternative, Automaton, Pattern, Slot, compile_automaton
-from vistel.speech.decoder import Decoder, network
+from vistel.speech.decoder import SpeechDecoder, network
 from vistel.speech.phones import PHONES
 
 WORDS = [Alternative("a", ("a",)), Alternative("ki", ("k", "i")), Alternative("m", ("m",)), Alternative("", ("e",))]
@@ -21,10 +21,10 @@ patterns = st.lists(
 )
 
 
-def model(random: np.random.Generator) -> Model:
+def model(random: np.random.Generator) -> AcousticModel:
     stay = random.uniform(0.3, 0.9, STATES).astype(np.float32)
     none = np.zeros(0, np.float32)
-    return Model((0,), none, none, (), (), none, stay, none)
+    return AcousticModel((0,), none, none, (), (), none, stay, none)
 
 
 def ways(automaton: Automaton, junction: int = 0) -> Iterator[list[int]]:
@@ -76,7 +76,7 @@ def test_the_best_sentence_is_the_best_of_all_there_are(grammar: list[Pattern], 
     automaton = compile_automaton(grammar, PHONES)
     net = model(random)
     frames = np.log(random.dirichlet(np.full(STATES, 0.3), count) + 1e-6).astype(np.float32)
-    decoder = Decoder(network(automaton, net), beam=1e9)
+    decoder = SpeechDecoder(network(automaton, net), beam=1e9)
     for frame in frames:
         decoder.feed(frame)
     expected = {words: score for words, score in by_hand(automaton, net.stay, frames).items() if score > -np.inf}
@@ -97,7 +97,7 @@ def test_a_narrow_beam_finds_what_is_said_clearly() -> None:
     said = [0, *(s for p in "maeoite" for s in (2 * PHONES.index(p) - 1, 2 * PHONES.index(p))), 0]
     frames = np.full((3 * len(said), STATES), -8.0, np.float32)
     frames[np.arange(len(frames)), np.repeat(said, 3)] = -0.1
-    decoder = Decoder(network(automaton, model(random)), beam=40.0)
+    decoder = SpeechDecoder(network(automaton, model(random)), beam=40.0)
     for frame in frames:
         decoder.feed(frame)
     (best, *_) = decoder.sentences()

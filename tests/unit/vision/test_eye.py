@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.vision.eye_reader import EyeReader
-from vistel.vision.face_calibration import CalibrationError
+from vistel.vision.face_calibration import FaceCalibrationError
 from vistel.vision.gaze_calibration import GAZE_TARGETS, calibrate_gaze, read_gaze, write_gaze
 from vistel.vision.pupil import LEAST_CONFIDENCE, find_pupil
 from vistel_sim.pictures.eye import EyePicture
@@ -70,15 +70,15 @@ def test_points_that_were_not_looked_at_are_left_out_and_too_few_refused(tmp_pat
     some = [p if k != 3 else p[:0] for k, p in enumerate(places)]
     found = calibrate_gaze(some, GAZE_TARGETS, (320, 240), 79.0)
     assert found.residual_deg < 0.3
-    with pytest.raises(CalibrationError, match="6 of 9 points"):
+    with pytest.raises(FaceCalibrationError, match="6 of 9 points"):
         calibrate_gaze([p if k < 6 else p[:0] for k, p in enumerate(places)], GAZE_TARGETS, (320, 240), 79.0)
-    with pytest.raises(CalibrationError, match="moved by"):
+    with pytest.raises(FaceCalibrationError, match="moved by"):
         calibrate_gaze([np.full((4, 2), 100.0)] * 9, GAZE_TARGETS, (320, 240), 79.0)
     path = tmp_path / "eye.json"
     write_gaze(path, found)
     assert np.allclose(read_gaze(path).gaze(places[0][0]), found.gaze(places[0][0]), atol=1e-3)
     path.write_text("{}")
-    with pytest.raises(CalibrationError, match=r"eye\.json"):
+    with pytest.raises(FaceCalibrationError, match=r"eye\.json"):
         read_gaze(path)
 
 

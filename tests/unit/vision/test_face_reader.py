@@ -10,7 +10,7 @@ import pytest
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX, REST, Expressions
 from vistel.protocol.live_link_face import CHANNELS
 from vistel.vision.colour_key import FULL, ColourKey
-from vistel.vision.face_calibration import CalibrationError, FaceCalibration, calibrate_face, read_face, write_face
+from vistel.vision.face_calibration import FaceCalibration, FaceCalibrationError, calibrate_face, read_face, write_face
 from vistel.vision.face_reader import FaceReader
 from vistel.vision.spots import find_spots, split_spot
 from vistel_sim.phone import talking
@@ -69,9 +69,9 @@ def test_a_mirrored_picture_is_learnt_when_told(painter: FacePicture) -> None:
 
 
 def test_pictures_without_a_face_are_refused_with_what_was_seen() -> None:
-    with pytest.raises(CalibrationError, match="0 of 5 pictures"):
+    with pytest.raises(FaceCalibrationError, match="0 of 5 pictures"):
         calibrate_face([np.full((480, 640, 3), 90, np.uint8)] * 5)
-    with pytest.raises(CalibrationError, match="no picture"):
+    with pytest.raises(FaceCalibrationError, match="no picture"):
         calibrate_face([])
 
 
@@ -174,7 +174,7 @@ def test_a_calibration_is_written_and_read(tmp_path: Path, calibration: FaceCali
     assert (again.width, again.height) == (640, 480)
     for text in ("{}", "[1", '{"width": 640, "height": 480}', path.read_text().replace('"mass"', '"mess"')):
         path.write_text(text)
-        with pytest.raises(CalibrationError, match=r"face\.json"):
+        with pytest.raises(FaceCalibrationError, match=r"face\.json"):
             read_face(path)
-    with pytest.raises(CalibrationError, match="cannot be read"):
+    with pytest.raises(FaceCalibrationError, match="cannot be read"):
         read_face(tmp_path / "none.json")

@@ -23,7 +23,7 @@ from vistel.wire.world.codec.frame import (
     write_key,
 )
 from vistel.wire.world.codec.poses import STILL, GridPose, place, rounded
-from vistel.wire.world.codec.touches import MOST_LEVEL, Touch, force_of, level_of
+from vistel.wire.world.codec.touches import MOST_LEVEL, TouchCode, force_of, level_of
 
 NEITHER = ChangedLists(people=False, grasps=False)
 numbers = st.integers(-(2**24), 2**24)
@@ -82,15 +82,15 @@ def flight(n: int, k: int) -> tuple[np.ndarray, np.ndarray]:
 def test_steps_of_many_frames_come_back_as_they_were_rounded_and_things_at_rest_are_no_longer_named() -> None:
     writer = Book()
     first = [rounded(*flight(n, 0)) for n in range(6)]
-    data = write_key(writer, 1, first, [1, 2], {(0, 3): Touch(0b1011, 4)})
+    data = write_key(writer, 1, first, [1, 2], {(0, 3): TouchCode(0b1011, 4)})
     assert is_key(data)
     book, said = read_key(data, 1)
     assert said == ChangedLists(True, True)
-    assert book.touches == {(0, 3): Touch(0b1011, 4)}
+    assert book.touches == {(0, 3): TouchCode(0b1011, 4)}
     sizes: list[int] = []
     for k in range(1, 101, 2):
         steps = [Moves(1 + j, {n: rounded(*flight(n, j)) for n in (1, 2, 4)} if j <= 60 else {}) for j in (k, k + 1)]
-        touches = {(0, 3): Touch(0b1001, 4)} if k < 50 else {(1, 0): Touch(1 << 70, 31)}
+        touches = {(0, 3): TouchCode(0b1001, 4)} if k < 50 else {(1, 0): TouchCode(1 << 70, 31)}
         data = write_changes(writer, steps, touches, NEITHER)
         assert not is_key(data)
         with pytest.raises(FrameError):
@@ -153,7 +153,7 @@ def test_broken_bytes_are_refused_or_harmless(data: bytes, key: bool) -> None:
 
 def test_a_frame_cut_off_anywhere_is_refused() -> None:
     book = Book()
-    data = write_key(book, 1, [rounded(*flight(n, 3)) for n in range(4)], [1], {(0, 1): Touch(7, 2)})
+    data = write_key(book, 1, [rounded(*flight(n, 3)) for n in range(4)], [1], {(0, 1): TouchCode(7, 2)})
     for size in range(len(data) - 1):
         with pytest.raises(FrameError):
             read_key(data[:size], 1)

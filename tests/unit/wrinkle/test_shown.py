@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import DOF_COUNT, Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
-from vistel.wrinkle.dressing import Dressed, dressed
+from vistel.wrinkle.dressing import ChartedAvatar, dressed
 from vistel.wrinkle.drives import Drives
 from vistel.wrinkle.region import sides_of
 from vistel.wrinkle.shown import CHANNELS, MOST_SETS, PLAIN, ShownWrinkles, shown
@@ -21,7 +21,7 @@ from vistel.wrinkle.worn import Worn
 
 
 @pytest.fixture(scope="module")
-def made() -> Dressed:
+def made() -> ChartedAvatar:
     return dressed(builtin_avatar("builtin:seed=3", name="eva", height=1.70), ("sleeve",))
 
 
@@ -29,12 +29,12 @@ SETS = wardrobe(["shirt"])
 
 
 @pytest.fixture(scope="module")
-def worn(made: Dressed) -> Worn:
+def worn(made: ChartedAvatar) -> Worn:
     return Worn(made.avatar, SETS, made.charts)
 
 
 @pytest.fixture(scope="module")
-def whole(made: Dressed) -> ShownWrinkles:
+def whole(made: ChartedAvatar) -> ShownWrinkles:
     return shown(made, SETS)
 
 
@@ -48,7 +48,7 @@ def test_weights_are_those_of_each_drive(dofs: list[float], intensity: float) ->
     assert np.allclose(Drives.of(pairs).weights(joints, actions), one_by_one, atol=1e-7)
 
 
-def test_sets_over_each_other_are_in_different_channels_on_every_level(whole: ShownWrinkles, made: Dressed) -> None:
+def test_sets_over_each_other_are_in_different_channels_on_every_level(whole: ShownWrinkles, made: ChartedAvatar) -> None:
     assert len(whole.names) <= MOST_SETS
     assert len(whole.levels) == 1 + len(made.avatar.coarser)
     for level, avatar in zip(whole.levels, (made.avatar, *made.avatar.coarser), strict=True):
@@ -59,7 +59,7 @@ def test_sets_over_each_other_are_in_different_channels_on_every_level(whole: Sh
             assert len(set(np.nonzero(level.sets == s)[1])) <= 1
 
 
-def test_the_light_of_all_channels_is_that_of_the_sets(whole: ShownWrinkles, worn: Worn, made: Dressed) -> None:
+def test_the_light_of_all_channels_is_that_of_the_sets(whole: ShownWrinkles, worn: Worn, made: ChartedAvatar) -> None:
     picture = whole.picture().astype(np.float64)
     assert picture.shape == (*made.avatar.albedo.shape[:2], CHANNELS)
     of_all = np.prod(1.0 + (picture - PLAIN) / 127.5, axis=2)
@@ -67,7 +67,7 @@ def test_the_light_of_all_channels_is_that_of_the_sets(whole: ShownWrinkles, wor
     assert np.abs(of_all - worn.light(np.ones(len(worn.sets))))[covered].max() < 0.06
 
 
-def test_displacement_and_pull_are_those_of_the_figure(whole: ShownWrinkles, worn: Worn, made: Dressed) -> None:
+def test_displacement_and_pull_are_those_of_the_figure(whole: ShownWrinkles, worn: Worn, made: ChartedAvatar) -> None:
     weights = np.linspace(0.1, 1.0, len(worn.sets))
     level = whole.levels[0]
     given_ = level.displacement(weights)

@@ -16,24 +16,24 @@ from vistel.figure.posture.posture import ELBOW, KNEE, Posture, pose_joints, sta
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
-from vistel.wrinkle.dressing import Dressed, dressed
+from vistel.wrinkle.dressing import ChartedAvatar, dressed
 from vistel.wrinkle.region import builtin_regions, sides_of, tube
 from vistel.wrinkle.wardrobe import wardrobe
 from vistel.wrinkle.worn import Worn
 
 
 @pytest.fixture(scope="module")
-def eva() -> Dressed:
+def eva() -> ChartedAvatar:
     return dressed(builtin_avatar("builtin:seed=3", name="eva", height=1.70), ("sleeve",))
 
 
 @pytest.fixture(scope="module")
-def figure(eva: Dressed) -> Figure:
+def figure(eva: ChartedAvatar) -> Figure:
     return Figure(eva.avatar)
 
 
 @pytest.fixture(scope="module")
-def worn(eva: Dressed) -> Worn:
+def worn(eva: ChartedAvatar) -> Worn:
     return Worn(eva.avatar, [s for s in wardrobe(["shirt"]) if s.region.name == "sleeve"], eva.charts)
 
 
@@ -48,7 +48,7 @@ def _weights(worn: Worn, posture: Posture) -> NDArray[np.float64]:
 
 
 @pytest.mark.parametrize("name", sorted(builtin_regions()))
-def test_every_region_is_on_a_built_in_figure_and_unrolls(name: str, eva: Dressed) -> None:
+def test_every_region_is_on_a_built_in_figure_and_unrolls(name: str, eva: ChartedAvatar) -> None:
     region = builtin_regions()[name]
     for side in sides_of(region):
         found = tube(eva.avatar, region, side)
@@ -62,7 +62,7 @@ def test_every_region_is_on_a_built_in_figure_and_unrolls(name: str, eva: Dresse
         assert (found.attenuation[~found.member] == 0.0).all()
 
 
-def test_the_elbow_is_in_the_middle_of_both_sleeves_and_its_crook_at_a_quarter(eva: Dressed) -> None:
+def test_the_elbow_is_in_the_middle_of_both_sleeves_and_its_crook_at_a_quarter(eva: ChartedAvatar) -> None:
     for side in ("left_", "right_"):
         found = tube(eva.avatar, builtin_regions()["sleeve"], side)
         elbow = eva.avatar.skeleton.rest[JOINT_INDEX[f"{side}lower_arm"]]
@@ -70,7 +70,7 @@ def test_the_elbow_is_in_the_middle_of_both_sleeves_and_its_crook_at_a_quarter(e
         assert (u, v) == pytest.approx((0.25, 0.5), abs=0.02)
 
 
-def test_displacement_fades_to_nothing_where_the_region_ends(eva: Dressed) -> None:
+def test_displacement_fades_to_nothing_where_the_region_ends(eva: ChartedAvatar) -> None:
     found = tube(eva.avatar, builtin_regions()["sleeve"], "left_")
     mesh = eva.avatar.mesh
     edges = np.concatenate((mesh.triangles[:, :2], mesh.triangles[:, 1:], mesh.triangles[:, [2, 0]]))
@@ -83,7 +83,7 @@ def test_displacement_fades_to_nothing_where_the_region_ends(eva: Dressed) -> No
     assert (rise <= 1.55 * way / (found.region.fade * 1.70 / 1.75) + 1e-6).all()
 
 
-def test_a_dressed_avatar_looks_as_it_did(eva: Dressed) -> None:
+def test_a_dressed_avatar_looks_as_it_did(eva: ChartedAvatar) -> None:
     plain = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
     for mesh, albedo, other, its in (
         (plain.mesh, plain.albedo, eva.avatar.mesh, eva.avatar.albedo),
@@ -105,7 +105,7 @@ def _colours(uv: NDArray[np.float32], albedo: NDArray[np.uint8]) -> NDArray[np.f
     return albedo[((1.0 - middle[:, 1]) * h).astype(int), (middle[:, 0] * w).astype(int)].astype(np.float64)
 
 
-def test_on_every_level_triangles_lie_on_one_chart_or_on_none(eva: Dressed) -> None:
+def test_on_every_level_triangles_lie_on_one_chart_or_on_none(eva: ChartedAvatar) -> None:
     for level in (eva.avatar, *eva.avatar.coarser):
         for chart in eva.charts:
             inside = np.zeros(len(level.mesh.uv), np.bool_)
@@ -115,7 +115,7 @@ def test_on_every_level_triangles_lie_on_one_chart_or_on_none(eva: Dressed) -> N
             assert (corners.all(axis=1) == corners.any(axis=1)).all()
 
 
-def test_cloth_lies_still_where_its_chart_ends(worn: Worn, eva: Dressed) -> None:
+def test_cloth_lies_still_where_its_chart_ends(worn: Worn, eva: ChartedAvatar) -> None:
     mesh = eva.avatar.mesh
     moved = worn.coordinates(np.ones(len(worn.sets))) - mesh.uv
     on_a_chart = np.zeros(len(mesh.uv), np.bool_)
@@ -142,7 +142,7 @@ def test_one_set_gives_way_to_another_as_the_arm_bends(worn: Worn) -> None:
     assert (b[deep] > 0.9, b[slight] < 0.4) == (True, True)
 
 
-def test_cloth_moves_up_the_forearm_and_only_on_its_own_chart(worn: Worn, eva: Dressed) -> None:
+def test_cloth_moves_up_the_forearm_and_only_on_its_own_chart(worn: Worn, eva: ChartedAvatar) -> None:
     moved = worn.coordinates(_weights(worn, _bent(120.0))) - eva.avatar.mesh.uv
     chart = next(c for c in eva.charts if c.name == "left_sleeve")
     on = np.zeros(len(moved), bool)
@@ -234,7 +234,7 @@ def test_skin_that_nothing_wrinkles_is_left_to_the_bit(figure: Figure, worn: Wor
     assert np.array_equal(plain[given == 0.0], wrinkled[given == 0.0])
 
 
-def test_trousers_follow_knees_and_hips(eva: Dressed) -> None:
+def test_trousers_follow_knees_and_hips(eva: ChartedAvatar) -> None:
     legs = Worn(eva.avatar, wardrobe(["trousers"]), textures=False)
     dofs = standing().dofs.copy()
     assert not _weights(legs, Posture(dofs)).any()

@@ -14,7 +14,7 @@ from scipy import optimize  # type: ignore[import-untyped]
 
 from vistel.arrays import F64
 from vistel.figure.calibration.fit import Calibrated
-from vistel.figure.calibration.moves import RATE_HZ, MoveError, Track
+from vistel.figure.calibration.moves import RATE_HZ, MoveError, ReceiverTrack
 from vistel.figure.posture.arm import Bones, bones_of
 from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, solve_arm
 from vistel.figure.skeleton import JOINT_INDEX
@@ -49,7 +49,7 @@ class ArmSamples:
     interval_s: float
 
 
-def samples_of(moves: Mapping[str, Track], side: str, found: Calibrated) -> ArmSamples:
+def samples_of(moves: Mapping[str, ReceiverTrack], side: str, found: Calibrated) -> ArmSamples:
     """An arm whose forearm carries the receiver of the head. Raises MoveError where the elbow cannot be told.
 
     Where the elbow is from that receiver follows from the lengths of upper arm and forearm, which it keeps.

@@ -24,7 +24,7 @@ class CalibrationFileError(ValueError):
 
 
 @dataclass(frozen=True)
-class Body:
+class MeasuredPerson:
     """A measured person: bones, and how each arm is carried where that was learnt ("left", "right")."""
 
     height_m: float
@@ -41,7 +41,7 @@ class TrackerSetup:
     mounts: dict[str, Mount]
 
 
-def save_body(body: Body, path: Path) -> None:
+def save_body(body: MeasuredPerson, path: Path) -> None:
     """Bones are written as vectors from parent to joint in the rest pose [m], those that differ from the average."""
     average = standard_skeleton(body.height_m).offsets
     own = body.skeleton.offsets
@@ -56,7 +56,7 @@ def save_body(body: Body, path: Path) -> None:
     path.write_text(json.dumps(table, indent=1) + "\n", "utf-8")
 
 
-def load_body(path: Path) -> Body:
+def load_body(path: Path) -> MeasuredPerson:
     """Raises CalibrationFileError."""
     table = _read(path, BODY_FORMAT, "vistel calibrate body")
     try:
@@ -72,7 +72,7 @@ def load_body(path: Path) -> Body:
         comfort = {
             s: Comfort(**{k: float(v) for k, v in table.get("arms", {})[s].items()}) for s in _SIDES if s in table.get("arms", {})
         }
-        return Body(height, measured_skeleton(standard, bones, float(table["collar_shortening"])), comfort)
+        return MeasuredPerson(height, measured_skeleton(standard, bones, float(table["collar_shortening"])), comfort)
     except (KeyError, TypeError, ValueError, AttributeError) as e:
         raise CalibrationFileError(f"{path}: {_why(e)}; make it again with vistel calibrate body") from e
 

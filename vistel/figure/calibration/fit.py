@@ -12,14 +12,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.calibration.moves import MoveError, Moves, Track, mean_rotation
-from vistel.figure.calibration.pivots import Fit, fit_pivot, halfway, solve_blocks
+from vistel.figure.calibration.moves import MoveError, Moves, ReceiverTrack, mean_rotation
+from vistel.figure.calibration.pivots import PivotFit, fit_pivot, halfway, solve_blocks
 from vistel.figure.posture.posture import collar_scale, spine_chord
 from vistel.figure.posture.sensors import RECEIVERS, TRACKER_AXES, Mount, receiver_mounts
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measured_skeleton, standard_skeleton
 from vistel.geometry.rotation import rotvec_from_matrix
 
-Tracks = Mapping[str, Track]
+Tracks = Mapping[str, ReceiverTrack]
 
 SIDES = {"left": 1.0, "right": -1.0}
 SHORTENINGS = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25)
@@ -60,8 +60,8 @@ def calibrate(moves: Moves, height_m: float, body: Skeleton | None = None) -> Ca
     wrist = {s: _pivot(moves["wrists"], f"{s}_hand", turn, np.zeros(3), mounts[f"{s}_hand"].position) for s in SIDES}
     hand = {s: wrist[s].vectors[1] for s in SIDES}
     residuals["wrists"] = _rms(wrist)
-    bent: dict[str, Fit] = {}
-    swung: dict[str, Fit] = {}
+    bent: dict[str, PivotFit] = {}
+    swung: dict[str, PivotFit] = {}
     shortening = expected.collar_shortening
     length = {
         s: (expected.length(f"{s}_upper_arm", f"{s}_lower_arm"), expected.length(f"{s}_lower_arm", f"{s}_hand")) for s in SIDES
@@ -139,18 +139,20 @@ def _seen_from_chest(tracks: Tracks, name: str, turn: dict[str, F64]) -> tuple[F
     return np.einsum("nji,njk->nik", chest, joint), np.einsum("nji,nj->ni", chest, away)
 
 
-def _pivot(tracks: Tracks, name: str, turn: dict[str, F64], centre: F64, arm: F64) -> Fit:
+def _pivot(tracks: Tracks, name: str, turn: dict[str, F64], centre: F64, arm: F64) -> PivotFit:
     rotation, p = _seen_from_chest(tracks, name, turn)
     if not centre.any():
         centre = (p - np.einsum("nij,j->ni", rotation, arm)).mean(axis=0)
     return fit_pivot(rotation, p, centre, arm)
 
 
-def _with_collars(tracks: Tracks, turn: dict[str, F64], first: dict[str, Fit], expected: Skeleton) -> tuple[dict[str, Fit], float]:
+def _with_collars(
+    tracks: Tracks, turn: dict[str, F64], first: dict[str, PivotFit], expected: Skeleton
+) -> tuple[dict[str, PivotFit], float]:
     """The shoulders in the T-pose, and how much collar bones lose with raised arms: what leaves the least residual."""
     best, best_cost, chosen = first, math.inf, 0.0
     for share in SHORTENINGS:
-        fits: dict[str, Fit] = {}
+        fits: dict[str, PivotFit] = {}
         for s, sign in SIDES.items():
             rotation, p = _seen_from_chest(tracks, f"{s}_hand", turn)
             bone = expected.offsets[JOINT_INDEX[f"{s}_upper_arm"]]
@@ -162,7 +164,7 @@ def _with_collars(tracks: Tracks, turn: dict[str, F64], first: dict[str, Fit], e
     return best, chosen
 
 
-def _neck(tracks: Tracks, turn: dict[str, F64], expected: Skeleton, collar: dict[str, F64], mount: F64) -> Fit:
+def _neck(tracks: Tracks, turn: dict[str, F64], expected: Skeleton, collar: dict[str, F64], mount: F64) -> PivotFit:
     """Neck joint from the chest's receiver, bone to the head's joint, receiver from there."""
     rotation, p = _seen_from_chest(tracks, "head", turn)
     rest = expected.rest
@@ -173,7 +175,7 @@ def _neck(tracks: Tracks, turn: dict[str, F64], expected: Skeleton, collar: dict
     )
 
 
-def _spine(tracks: Tracks, turn: dict[str, F64], axes: F64, expected: Skeleton, chest: F64) -> Fit:
+def _spine(tracks: Tracks, turn: dict[str, F64], axes: F64, expected: Skeleton, chest: F64) -> PivotFit:
     """The spine's foot, its length (first number of the second vector) and the chest's receiver from its top."""
     rotation = np.einsum("ji,njk->nik", axes, tracks["chest"].rotation @ turn["chest"].T)
     p = tracks["chest"].position @ axes
@@ -239,5 +241,5 @@ def _plausible(found: float, expected: float, side: str, bone: str) -> float:
     return found
 
 
-def _rms(fits: dict[str, Fit]) -> float:
+def _rms(fits: dict[str, PivotFit]) -> float:
     return math.sqrt(sum(f.residual**2 for f in fits.values()) / len(fits))

@@ -54,14 +54,14 @@ STEPS: tuple[Step, ...] = (
 
 
 @dataclass(frozen=True)
-class Track:
+class ReceiverTrack:
     """One receiver over common times: position (n, 3) [m], rotation (n, 3, 3)."""
 
     position: F64
     rotation: F64
 
 
-Moves = Mapping[str, Mapping[str, Track]]
+Moves = Mapping[str, Mapping[str, ReceiverTrack]]
 """By step and receiver; all receivers of a step at the same times."""
 Samples = Mapping[str, tuple[F64, F64, F64]]
 """By receiver: times (n,) [s], positions (n, 3), quaternions (n, 4) x y z w."""
@@ -148,7 +148,7 @@ def find_rests(t: F64, p: F64, q: F64) -> tuple[F64, F64]:
     return np.array([r[0] for r in rests]).reshape(-1, 3), np.array([r[1] for r in rests]).reshape(-1, 4)
 
 
-def step_tracks(step: Step, samples: Samples, begin_s: float) -> dict[str, Track]:
+def step_tracks(step: Step, samples: Samples, begin_s: float) -> dict[str, ReceiverTrack]:
     """What the receivers said while a move went on, checked. Raises MoveError."""
     times = np.arange(begin_s + TRIM_S, begin_s + step.seconds - TRIM_S, 1.0 / RATE_HZ)
     heard = np.ones(len(times), bool)
@@ -161,7 +161,7 @@ def step_tracks(step: Step, samples: Samples, begin_s: float) -> dict[str, Track
         heard &= near
     if heard.mean() < 0.5:
         raise MoveError(f"{step.name}: the receivers were heard together for half of the time only; check their plugs, then repeat")
-    out = {name: Track(*_at(times[heard], *samples[name])) for name in RECEIVERS}
+    out = {name: ReceiverTrack(*_at(times[heard], *samples[name])) for name in RECEIVERS}
     for name, least in step.moves.items():
         seen = turned(out[name])
         if seen < least:
@@ -176,7 +176,7 @@ def step_tracks(step: Step, samples: Samples, begin_s: float) -> dict[str, Track
     return out
 
 
-def turned(track: Track) -> float:
+def turned(track: ReceiverTrack) -> float:
     """Largest turn away from the middle attitude, both ways together [rad]."""
     middle = track.rotation[len(track.rotation) // 2]
     away = np.empty((len(track.rotation), 3))

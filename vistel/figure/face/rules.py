@@ -29,7 +29,7 @@ class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class Pull(_Table):
+class SkinPull(_Table):
     """Skin round a mark moves."""
 
     at: str
@@ -46,7 +46,7 @@ class Unit(_Table):
     title: str
     sides: bool = False
     marks: dict[str, tuple[Finite, Finite]] = {}
-    pulls: Annotated[tuple[Pull, ...], Field(max_length=12)] = ()
+    pulls: Annotated[tuple[SkinPull, ...], Field(max_length=12)] = ()
     jaw: tuple[Finite, Finite] = (0.0, 0.0)
     lids: tuple[Annotated[float, Field(ge=-1.0, le=1.0)], Annotated[float, Field(ge=-1.0, le=1.0)]] = (0.0, 0.0)
     arkit: dict[str, Annotated[float, Field(ge=0.0, le=2.0)]] = {}

@@ -14,7 +14,7 @@ from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.lids import Lids, lids_of
 from vistel.figure.face.lips import line_of_lips, sides_of_mouth
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
-from vistel.figure.face.rules import FaceRules, OneSided, Pull, builtin_rules
+from vistel.figure.face.rules import FaceRules, OneSided, SkinPull, builtin_rules
 from vistel.figure.face.targets import half, shapes_of
 from vistel.geometry.smoothstep import smooth
 
@@ -166,7 +166,7 @@ class FaceShape:
             out += weight[:, None] * move
         return out / np.maximum(1.0, total)[:, None]
 
-    def _falloff(self, u: OneSided, pull: Pull) -> F64:
+    def _falloff(self, u: OneSided, pull: SkinPull) -> F64:
         centre = self.landmarks.marks[u.mark(pull.at)]
         offset = np.array((u.mirror * pull.offset[0], pull.offset[1], pull.offset[2]))
         away = (self._p - centre - 1e-3 * self._scale * offset) / (1e-3 * self._scale * np.array(pull.radius))

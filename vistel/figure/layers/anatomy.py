@@ -18,7 +18,7 @@ SIDES = ("left", "right")
 
 
 @dataclass(frozen=True)
-class Site:
+class AnatomicalSite:
     """A place: `depth` of the way from the bone's axis to the skin (0 axis, 1 skin), along `direction` (any length).
 
     joint: the bone it is fixed to; along: point of its axis, 0 the joint, 1 the end of the bone; at: joint whose position
@@ -41,8 +41,8 @@ class Belly:
     shortens by on one side.
     """
 
-    start: Site
-    end: Site
+    start: AnatomicalSite
+    end: AnatomicalSite
     thickness: float
     width: float
     cover: float = 0.08
@@ -56,7 +56,7 @@ class MuscleSpec:
     its field under the skin, the less the more flesh and fat lie over it."""
 
     name: str
-    path: tuple[Site, ...]
+    path: tuple[AnatomicalSite, ...]
     belly: Belly
     section: float
     weight: float = 0.4
@@ -72,8 +72,8 @@ class BoneSpec:
     """
 
     name: str
-    start: Site
-    end: Site
+    start: AnatomicalSite
+    end: AnatomicalSite
     radius: float
     rise: float
     hinge: tuple[str, str]
@@ -86,7 +86,7 @@ class VeinSpec:
     """A vein: a curve through places just below the skin. radius: [m] of the reference person."""
 
     name: str
-    path: tuple[Site, ...]
+    path: tuple[AnatomicalSite, ...]
     radius: float
 
 
@@ -97,7 +97,7 @@ def _of_side(joint: str, side: str) -> str:
     return joint if not joint or joint in _MIDDLE or joint.startswith("spine_") else f"{side}_{joint}"
 
 
-def _mirrored(site: Site, side: str) -> Site:
+def _mirrored(site: AnatomicalSite, side: str) -> AnatomicalSite:
     x, y, z = site.direction
     sign = 1.0 if side == "left" else -1.0
     return replace(site, joint=_of_side(site.joint, side), at=_of_side(site.at, side), direction=(sign * x, y, z))

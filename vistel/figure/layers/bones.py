@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.layers.anatomy import BONES, BoneSpec, Site
+from vistel.figure.layers.anatomy import BONES, AnatomicalSite, BoneSpec
 from vistel.figure.layers.places import Places, unit
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX
@@ -69,7 +69,7 @@ def _attach(places: Places, spec: BoneSpec) -> Bone:
     )
 
 
-def _below_skin(places: Places, site: Site) -> tuple[F64, float]:
+def _below_skin(places: Places, site: AnatomicalSite) -> tuple[F64, float]:
     """(3,) a bone's place at rest, model frame, and half the thickness of the limb there [m]: joints need not lie in the
     middle of their limb."""
     axis = places.anchor(replace(site, depth=0.0))

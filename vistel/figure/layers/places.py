@@ -8,7 +8,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.layers.anatomy import Site
+from vistel.figure.layers.anatomy import AnatomicalSite
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT
 
 _NEAREST = 0.15
@@ -45,7 +45,7 @@ class Places:
         """Height of the avatar / that of the person the anatomy is written for."""
         return self.avatar.skeleton.height / REFERENCE_HEIGHT
 
-    def anchor(self, site: Site) -> Anchor:
+    def anchor(self, site: AnatomicalSite) -> Anchor:
         """The place of `site`."""
         skeleton = self.avatar.skeleton
         joint, at = JOINT_INDEX[site.joint], JOINT_INDEX[site.at or site.joint]

@@ -11,7 +11,7 @@ from vistel.figure.avatar.atlas import atlas
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.making.maps import CLAMP, MIRROR, scaled, tiled
 from vistel.figure.making.pictures import LARGEST
-from vistel.figure.making.source import Material, Source
+from vistel.figure.making.source import SourceMaterial, SourceMesh
 from vistel.figure.skeleton import FINGERS, JOINTS
 
 _SWATCH = 32
@@ -32,7 +32,7 @@ _PLAIN = {  # sRGB
 
 
 @dataclass(frozen=True)
-class Dressed:
+class TexturedMesh:
     """corner_uv: (F, 3, 2) texture coordinates of each face's corners in the one picture `albedo` (H, W, 3); patches: what parts
     of that are like beside their colour."""
 
@@ -42,7 +42,7 @@ class Dressed:
     notes: tuple[str, ...]
 
 
-def dress(source: Source, bone: I32, eye: NDArray[Any], height_of: F64, height: float) -> Dressed:
+def dress(source: SourceMesh, bone: I32, eye: NDArray[Any], height_of: F64, height: float) -> TexturedMesh:
     """source: with points in the upright frame; bone: (V,) joint each vertex follows most; eye: (F,) faces of eyeballs;
     height_of: (V,) above the soles [m]."""
     notes: list[str] = []
@@ -100,7 +100,7 @@ def dress(source: Source, bone: I32, eye: NDArray[Any], height_of: F64, height: 
         uv[eye_painted] = _seen_from_front(source.points, source.triangles[eye_painted])
     box = where[slot]
     patches = tuple(look.within(where[k]) for k, look in enumerate(looks) if look is not None)
-    return Dressed(box[:, None, :2] + uv * box[:, None, 2:], albedo, patches, tuple(notes))
+    return TexturedMesh(box[:, None, :2] + uv * box[:, None, 2:], albedo, patches, tuple(notes))
 
 
 def placed(uv: F64, wrap: tuple[str, str]) -> tuple[F64, tuple[int, int], tuple[int, int]]:
@@ -118,7 +118,7 @@ def placed(uv: F64, wrap: tuple[str, str]) -> tuple[F64, tuple[int, int], tuple[
     return out, (low[0], low[1]), (high[0], high[1])
 
 
-def _over(material: Material, low: tuple[int, int], high: tuple[int, int]) -> tuple[U8, Patch | None]:
+def _over(material: SourceMaterial, low: tuple[int, int], high: tuple[int, int]) -> tuple[U8, Patch | None]:
     """A material's picture and patch over these squares of its coordinates."""
     assert material.picture is not None
     if (low, high) == ((0, 0), (1, 1)):

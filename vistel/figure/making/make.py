@@ -13,7 +13,7 @@ from vistel.figure.avatar.detail import coarser
 from vistel.figure.avatar.patch import MOST_PATCHES
 from vistel.figure.body import pose_body, standard_body
 from vistel.figure.face.targets import meant
-from vistel.figure.making.dress import Dressed, drawn, dress
+from vistel.figure.making.dress import TexturedMesh, drawn, dress
 from vistel.figure.making.joints import NEEDED, Jointed, jointed
 from vistel.figure.making.landmarks import joints_by_shape
 from vistel.figure.making.levels import with_coarser
@@ -23,7 +23,7 @@ from vistel.figure.making.places import joints_by_place
 from vistel.figure.making.primitives import WITH_FINGERS, BodyFit, fit_body
 from vistel.figure.making.repose import repose
 from vistel.figure.making.rigs import mapped
-from vistel.figure.making.source import MakingError, Source
+from vistel.figure.making.source import MakingError, SourceMesh
 from vistel.figure.making.upright import Upright, upright
 from vistel.figure.making.weights import blended_weights, limb_groups_of, strongest
 from vistel.figure.posture.posture import JointPose
@@ -53,7 +53,7 @@ class Making:
 
 
 def make_avatar(
-    source: Source,
+    source: SourceMesh,
     *,
     name: str,
     unit: float | None = None,
@@ -182,7 +182,7 @@ def make_avatar(
 
 
 def _targets(
-    source: Source, placed: Upright, row: I32, points: F64, bent: Callable[[I32, F64], F64]
+    source: SourceMesh, placed: Upright, row: I32, points: F64, bent: Callable[[I32, F64], F64]
 ) -> tuple[tuple[Target, ...], list[str]]:
     """The expressions of a file that a face knows, on the mesh as it is made. row: (V,) of each vertex of the file, -1 none;
     points: (N, 3) of the mesh, upright; bent: points of these rows in the T-pose."""
@@ -276,8 +276,8 @@ def _limb_joints(joints: Jointed, p: F64, file: NDArray[np.float32] | None, join
 
 
 def _dress(
-    source: Source, parts: Parts, skin_faces: NDArray[np.int64], index: I32, bone: I32, p: F64, upright_points: F64, to: I32
-) -> Dressed:
+    source: SourceMesh, parts: Parts, skin_faces: NDArray[np.int64], index: I32, bone: I32, p: F64, upright_points: F64, to: I32
+) -> TexturedMesh:
     """The skin's faces, then the eyeballs'."""
     faces = np.concatenate([skin_faces, np.flatnonzero(parts.eyes)])
     eye = np.arange(len(faces)) >= len(skin_faces)

@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from vistel.arrays import F64, I32
-from vistel.figure.making.source import MakingError, Source
+from vistel.figure.making.source import MakingError, SourceMesh
 
 Mask = NDArray[np.bool_]
 
@@ -31,7 +31,7 @@ class Parts:
     notes: tuple[str, ...]
 
 
-def parts_of(source: Source, gaze: Mask | None = None) -> Parts:
+def parts_of(source: SourceMesh, gaze: Mask | None = None) -> Parts:
     """By the names of groups and materials, and for eyeballs by `gaze`: (F,) faces that wholly follow the joint of an eye.
     Raises MakingError where nothing is left."""
     notes: list[str] = []

@@ -44,7 +44,7 @@ class Finish:
 
 
 @dataclass(frozen=True)
-class Material:
+class SourceMaterial:
     """Colour of some faces: (3,) sRGB 0 to 255, and a picture (H, W, 3) where there is one. finish: None where the file does not
     say; patch: the same texel by texel and more, for figures, its pictures lying as `picture`; wrap: how that goes on beyond its
     edges, along u and v: "repeat", "mirror" or "clamp"."""
@@ -80,7 +80,7 @@ class SourceTarget:
 
 
 @dataclass(frozen=True)
-class Source:
+class SourceMesh:
     """A mesh as a file holds it. points: (V, 3) in the file's frame and unit; triangles: (F, 3); uv: (T, 2) origin bottom left;
     uv_triangles: (F, 3), -1 where a face has none; group, material: (F,) indices into `groups`, `materials`. unit: metres of one
     unit and up: "Y" or "Z", where the file says so. notes: what was remarkable. targets: shapes of expressions."""
@@ -93,16 +93,16 @@ class Source:
     group: I32
     groups: tuple[str, ...]
     material: I32
-    materials: tuple[Material, ...]
+    materials: tuple[SourceMaterial, ...]
     rig: Rig | None = None
     unit: float | None = None
     up: str | None = None
     notes: tuple[str, ...] = field(default=())
     targets: tuple[SourceTarget, ...] = ()
 
-    def of_faces(self, keep: NDArray[np.bool_]) -> "Source":
+    def of_faces(self, keep: NDArray[np.bool_]) -> "SourceMesh":
         """The part with these faces only; points stay as they are."""
-        return Source(
+        return SourceMesh(
             self.name,
             self.points,
             self.triangles[keep],

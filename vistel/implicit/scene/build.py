@@ -148,24 +148,24 @@ class Builder:
             case _:
                 raise SceneError(f"{key}: nothing builds a {type(p).__name__}")
 
-    def _volume(self, volume: e.Solid | str, key: str) -> Volume:
-        if isinstance(volume, e.Solid):
+    def _volume(self, volume: e.PolyhedronEntry | str, key: str) -> Volume:
+        if isinstance(volume, e.PolyhedronEntry):
             return self._solid(volume, f"{key}.volume")
         named = self.shape(volume, f"{key}.volume")
         if not isinstance(named, Primitive):
             raise SceneError(f"{key}.volume: {volume!r} is not a bare primitive, expected one without placement or material")
         return named
 
-    def _solid(self, entry: e.Solid, key: str) -> Polyhedron:
+    def _solid(self, entry: e.PolyhedronEntry, key: str) -> Polyhedron:
         try:
             match entry:
-                case e.Solid(box=half) if half is not None:
+                case e.PolyhedronEntry(box=half) if half is not None:
                     made = box(half)
-                case e.Solid(sphere=radius) if radius is not None:
+                case e.PolyhedronEntry(sphere=radius) if radius is not None:
                     made = sphere_mesh(radius, *entry.divisions)
-                case e.Solid(torus=radii) if radii is not None:
+                case e.PolyhedronEntry(torus=radii) if radii is not None:
                     made = torus_mesh(*radii, *entry.divisions)
-                case e.Solid(prism=outline) if outline is not None:
+                case e.PolyhedronEntry(prism=outline) if outline is not None:
                     made = prism(np.array(outline), *entry.depth)
                 case _:
                     made = Polyhedron(*self._read(entry))
@@ -173,7 +173,7 @@ class Builder:
         except (ShapeError, SceneError) as error:
             raise SceneError(f"{key}: {error}") from error
 
-    def _polygons(self, entry: e.Solid, key: str) -> tuple[Any, Any]:
+    def _polygons(self, entry: e.PolyhedronEntry, key: str) -> tuple[Any, Any]:
         """Vertices and triangles; a file or a list of faces need not be closed here."""
         if entry.file is None and entry.vertices is None:
             solid = self._solid(entry, key)
@@ -185,7 +185,7 @@ class Builder:
         fans = [(f[0], f[k], f[k + 1]) for f in faces for k in range(1, len(f) - 1)]
         return _placed_points(entry, vertices), np.array(fans)
 
-    def _read(self, entry: e.Solid) -> tuple[Any, tuple[tuple[int, ...], ...]]:
+    def _read(self, entry: e.PolyhedronEntry) -> tuple[Any, tuple[tuple[int, ...], ...]]:
         if entry.file is not None:
             return read_polygons(self.folder / entry.file)
         assert entry.vertices is not None and entry.faces is not None

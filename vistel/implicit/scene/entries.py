@@ -108,7 +108,7 @@ class MaterialEntry(Entry):
     bump: BumpEntry | None = None
 
 
-class Turn(Entry):
+class TurnEntry(Entry):
     """angle in degrees about axis."""
 
     axis: Vec = (0.0, 1.0, 0.0)
@@ -119,7 +119,7 @@ class Placing(Entry):
     """Where something is put: scaled about its origin, turned, then moved."""
 
     scale: Positive | tuple[Positive, Positive, Positive] = 1.0
-    rotate: Turn | None = None
+    rotate: TurnEntry | None = None
     translate: Vec = (0.0, 0.0, 0.0)
 
     @property
@@ -140,7 +140,7 @@ class Placing(Entry):
         return self
 
 
-class Solid(Placing):
+class PolyhedronEntry(Placing):
     """A polyhedron: exactly one of file, box, sphere, torus, prism; or vertices with faces."""
 
     file: Path | None = None
@@ -158,7 +158,7 @@ class Solid(Placing):
     faces: list[list[int]] | None = None
 
     @model_validator(mode="after")
-    def _one(self) -> Solid:
+    def _one(self) -> PolyhedronEntry:
         given = [n for n in ("file", "box", "sphere", "torus", "prism", "vertices") if getattr(self, n) is not None]
         if len(given) != 1:
             raise ValueError(f"has {' and '.join(given) or 'none'}, expected one of file, box, sphere, torus, prism, vertices")
@@ -170,7 +170,7 @@ class Solid(Placing):
 class MeshEntry(Placing):
     """A polygon object: `solid`, or a square floor at height `ground` reaching `extent` metres each way."""
 
-    solid: Solid | None = None
+    solid: PolyhedronEntry | None = None
     ground: Number | None = None
     extent: Positive = 100.0
     material: str | None = None
@@ -271,7 +271,7 @@ class PointblobEntry(PrimitiveEntry):
     """volume: a solid, or the name of a primitive; its surface is that of the blob (or V where sizes = "influence")."""
 
     kind: Literal["pointblob"]
-    volume: Solid | str
+    volume: PolyhedronEntry | str
     centre: Vec = (0.0, 0.0, 0.0)
     relaxed: bool = False
 
@@ -280,7 +280,7 @@ class PointSetblobEntry(PrimitiveEntry):
     """A point-setblob."""
 
     kind: Literal["point_setblob"]
-    volume: Solid | str
+    volume: PolyhedronEntry | str
     centres: list[Vec]
     blends: list[BlendEntry] = []
     smoothing: Annotated[float, Field(ge=0)] = 0.0
@@ -292,8 +292,8 @@ class PolyblobEntry(PrimitiveEntry):
     """The core lies at T = 1, the hull at T = 0."""
 
     kind: Literal["polyblob"]
-    hull: Solid
-    core: Solid
+    hull: PolyhedronEntry
+    core: PolyhedronEntry
 
 
 class CombinationEntry(ShapeEntry):

@@ -8,7 +8,7 @@ from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.people.recipe import parse_spec
 from vistel.messages.commands import action_of, pose
 from vistel.messages.postures import posture_of
-from vistel.space.inputs import CommandInput, MotionInput, Person, PropInput
+from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, PropInput
 from vistel.v1.command_pb2 import Command
 from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.v1.world_pb2 import WorldInputs
@@ -23,13 +23,13 @@ def motion_input(participant: str, sample: MotionSample) -> MotionInput:
     return MotionInput(participant, posture_of(sample), sample.seq, sample.t_ns)
 
 
-def person(participant: str, message: Participant) -> Person:
+def person(participant: str, message: Participant) -> ParticipantBody:
     """Height and girth of somebody, or the proportions of their own avatar; what cannot be read counts as average."""
     build = 1.0
     if message.HasField("proportions"):
         try:
             own = Proportions.from_arrays(**from_message(message.proportions))
-            return Person(participant, own.skeleton.height, build, own)
+            return ParticipantBody(participant, own.skeleton.height, build, own)
         except ValueError as e:
             log.warning("proportions refused participant=%s reason=%r contacts=average", participant, str(e))
     if message.avatar.startswith("builtin"):
@@ -37,7 +37,7 @@ def person(participant: str, message: Participant) -> Person:
             build = parse_spec(message.avatar, participant).build
         except ValueError as e:
             log.warning("avatar not understood participant=%s reason=%s", participant, e)
-    return Person(participant, float(message.height_m) or 1.75, build)
+    return ParticipantBody(participant, float(message.height_m) or 1.75, build)
 
 
 def command_input(participant: str, message: Command) -> CommandInput:
@@ -53,9 +53,9 @@ def prop_input(message: Prop) -> PropInput:
     return PropInput(message.thing, *pose(message.pose), message.header.t_ns, *speeds, message.led_by, message.let_go)
 
 
-def people_of(inputs: WorldInputs) -> tuple[Person, ...]:
+def people_of(inputs: WorldInputs) -> tuple[ParticipantBody, ...]:
     """Who came in a recorded step."""
-    return tuple(Person(p.participant, p.height_m, p.build, _own(p)) for p in inputs.people)
+    return tuple(ParticipantBody(p.participant, p.height_m, p.build, _own(p)) for p in inputs.people)
 
 
 def _own(p: WorldInputs.Person) -> Proportions | None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.space.hands.claims import ClaimChange, ClaimEvent
-from vistel.space.inputs import Person
+from vistel.space.inputs import ParticipantBody
 from vistel.space.memory.bonds import Bond, Torn
 from vistel.space.memory.dents import DentRecord
 from vistel.space.things.things import Thing, ThingPrimitive
@@ -128,7 +128,7 @@ def ownership(event: ClaimEvent, step: int, t_ns: int) -> world_pb2.Ownership:
     return out
 
 
-def input_person(p: Person) -> world_pb2.WorldInputs.Person:
+def input_person(p: ParticipantBody) -> world_pb2.WorldInputs.Person:
     """Somebody, as recorded with the step they came in."""
     out = world_pb2.WorldInputs.Person(participant=p.participant, height_m=p.height, build=p.build)
     if (own := p.proportions) is not None:

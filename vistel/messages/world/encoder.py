@@ -18,7 +18,7 @@ from vistel.v1.world_pb2 import Thing as ThingMessage
 from vistel.wire.world.codec.bits import FrameError
 from vistel.wire.world.codec.frame import MOST_ENCODED, Book, ChangedLists, Moves, read_key, write_book, write_changes, write_key
 from vistel.wire.world.codec.poses import GridPose, rounded
-from vistel.wire.world.codec.touches import Pair, Touch
+from vistel.wire.world.codec.touches import Pair, TouchCode
 from vistel.wire.world.decoder import check_of, crc_of, crc_of_marks
 
 KEY_STEPS = 120
@@ -223,7 +223,7 @@ class WorldEncoder:
         self._gone.update(view.gone)
         self._hash = view.hash or self._hash
 
-    def _touches(self, view: WorldView) -> dict[Pair, Touch]:
+    def _touches(self, view: WorldView) -> dict[Pair, TouchCode]:
         bodies = {name: n for n, name in enumerate(view.participants)}
         first = len(bodies)
         for name, row in self._rows.items():

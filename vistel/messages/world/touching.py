@@ -8,7 +8,7 @@ from collections.abc import Container
 from dataclasses import dataclass, field
 
 from vistel.space.view import WorldView
-from vistel.wire.world.codec.touches import Touch, level_of
+from vistel.wire.world.codec.touches import TouchCode, level_of
 
 LINGER_STEPS = 30
 """How long a limb that no longer touches stays named."""
@@ -59,9 +59,9 @@ class Touching:
             newtons = force.get((a, b)) or force.get((b, a), 0.0)
             pair.force = max(newtons, FADING * pair.force)
 
-    def now(self, bodies: Container[str]) -> dict[_Names, Touch]:
+    def now(self, bodies: Container[str]) -> dict[_Names, TouchCode]:
         """What is told now. bodies: who and what is in the room."""
-        out: dict[_Names, Touch] = {}
+        out: dict[_Names, TouchCode] = {}
         for names, pair in list(self._pairs.items()):
             least = self._step - LINGER_STEPS
             limbs = sum([1 << i for i, step in pair.last.items() if step > least])
@@ -71,5 +71,5 @@ class Touching:
             level = level_of(pair.force)
             if pair.level < 0 or (abs(level - pair.level) > 1 and self._step - pair.told >= FORCE_STEPS):
                 pair.level, pair.told = level, self._step
-            out[names] = Touch(limbs, pair.level)
+            out[names] = TouchCode(limbs, pair.level)
         return out

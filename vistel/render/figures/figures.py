@@ -55,7 +55,7 @@ log = logging.getLogger("vistel.renderer")
 
 
 @dataclass(frozen=True)
-class Posed:
+class PosedVertices:
     """A figure at one instant, room frame: the drawn vertices of `model`, or how the GPU gets them."""
 
     model: FigureModel
@@ -82,7 +82,7 @@ class DrawableFigure(Protocol):
         planned: bool = False,
         at_ns: int | None = None,
         level_db: float | None = None,
-    ) -> Posed:
+    ) -> PosedVertices:
         """The figure in `posture`, deformed by `ghosts`; what it returns is valid until its next `pose`.
 
         pixels_per_m: size in the picture, which decides how much detail is worth its time. planned: for the GPU to
@@ -173,14 +173,14 @@ class StandIn:
         planned: bool = False,
         at_ns: int | None = None,
         level_db: float | None = None,
-    ) -> Posed:
+    ) -> PosedVertices:
         """The limbs in `posture`, each stiff, whatever touches them."""
         joints = pose_joints(self.skeleton, posture)
         r = joints.rotation[self._joint].astype(np.float32)
         positions = np.einsum("nij,nj->ni", r, self._vertices) + joints.position[self._joint]
         normals = np.einsum("nij,nj->ni", r, self._normals)
         skin = Corners(positions.astype(np.float32), normals)
-        return Posed(self._model, skin, joints, pose_body(self.body, joints))
+        return PosedVertices(self._model, skin, joints, pose_body(self.body, joints))
 
     def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
         """The bare limbs as ghosts, as soft as flesh."""
@@ -242,7 +242,7 @@ class AvatarFigure:
         planned: bool = False,
         at_ns: int | None = None,
         level_db: float | None = None,
-    ) -> Posed:
+    ) -> PosedVertices:
         """The figure in `posture`, deformed by its own limbs and by `ghosts`."""
         enough = sum(pixels_per_m <= limit for limit in COARSER_BELOW[: len(self._levels) - 1])
         level = self._levels[enough]
@@ -287,7 +287,7 @@ class _Level:
 
     def pose(
         self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None, expression: Expression | None = None
-    ) -> Posed:
+    ) -> PosedVertices:
         """The figure in `posture`, deformed by its own limbs and by `ghosts`; folds: (S,) weights of its wrinkles."""
         state = self.figure.pose(posture, ghosts, self._displacement(folds))
         if self.face is not None and expression is not None:
@@ -298,11 +298,11 @@ class _Level:
             np.take(vertices, corner, axis=0, out=self._positions[start:end])
             np.take(normals, corner, axis=0, out=self._normals[start:end])
             start = end
-        return Posed(self.model, Corners(self._positions, self._normals), state.joints, state.posed, _shader_weights(folds))
+        return PosedVertices(self.model, Corners(self._positions, self._normals), state.joints, state.posed, _shader_weights(folds))
 
     def plan(
         self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None, expression: Expression | None = None
-    ) -> Posed:
+    ) -> PosedVertices:
         """As `pose`, for the GPU to do."""
         if self._planner is None:
             planner = FigurePlanner(self.figure)
@@ -316,7 +316,7 @@ class _Level:
             offsets = self._room_offsets(self.face, planner, now.joints, expression)
         else:
             now = planner.plan(posture, ghosts, displacement)
-        return Posed(self.model, Planned(shape, now.plan, offsets), now.joints, now.posed, _shader_weights(folds))
+        return PosedVertices(self.model, Planned(shape, now.plan, offsets), now.joints, now.posed, _shader_weights(folds))
 
     def _room_offsets(self, face: FaceSkin, planner: FigurePlanner, joints: JointPose, expression: Expression) -> F32:
         """(V, 3) what the face does, in the order of the planner's places."""

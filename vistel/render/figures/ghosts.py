@@ -10,7 +10,7 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.render.figures.figures import DrawableFigure
 from vistel.render.stage.stage import Instant
-from vistel.render.stage.world_view import Ghost
+from vistel.render.stage.world_view import ActingGhost
 from vistel.space.things.things import Thing
 
 
@@ -41,7 +41,7 @@ class Ghosts:
             out.setdefault(ghost.target, []).append(source)
         return out
 
-    def _of_thing(self, instant: Instant, ghost: Ghost, target: np.ndarray | None) -> GhostSource:
+    def _of_thing(self, instant: Instant, ghost: ActingGhost, target: np.ndarray | None) -> GhostSource:
         thing = instant.things[ghost.source]
         known = self._solids.get(thing.id)
         if known is None or known[0] is not thing:

@@ -11,7 +11,7 @@ from vistel.render.things.outlines import Outline
 from vistel.render.view.camera import Camera
 from vistel.render.view.screens import Box, Sight
 from vistel.render.view.view import Choices
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 
 
 class Interaction(Protocol):
@@ -76,6 +76,6 @@ class WindowSystem(Protocol):
         """The windows, with a context that is current. Raises whatever is in the way."""
         ...
 
-    def interaction(self, painter: Painter, models: Mapping[str, Model]) -> Interaction:
+    def interaction(self, painter: Painter, models: Mapping[str, Polymesh]) -> Interaction:
         """What somebody does at the windows, which are those of the painter's surface. models: what things look like."""
         ...

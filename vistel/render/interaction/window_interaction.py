@@ -30,7 +30,7 @@ from vistel.render.view.screens import Box, Sight, fitted
 from vistel.render.view.view import Choices, Mode
 from vistel.space import actions as ask
 from vistel.space.actions import Action, Which
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.files.surfaces import pieces_of
 from vistel.space.things.things import Thing
 
@@ -80,7 +80,7 @@ class WindowInteraction:
         participant: str,
         choices: Choices,
         title: str,
-        models: Mapping[str, Model],
+        models: Mapping[str, Polymesh],
         *,
         walled: bool = False,
         stereo: bool = False,

@@ -22,7 +22,7 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
 from vistel.geometry.smoothstep import ease
 from vistel.render.stage.hand_correction import NO_OFFSET, ShownPerson, hand_offset, moved_hand, towards
-from vistel.render.stage.world_view import WorldView, quaternion, vector
+from vistel.render.stage.world_view import PlayoutWorld, quaternion, vector
 from vistel.space.people import HAND_JOINT
 from vistel.v1 import geometry_pb2, world_pb2
 
@@ -74,7 +74,7 @@ class HeldThings:
         self._last: Mapping[str, Pose] = {}
         self._shown: Mapping[str, ShownPerson] = {}
 
-    def poses(self, now_ns: int, world: WorldView, people: Mapping[str, ShownPerson]) -> WorldView:
+    def poses(self, now_ns: int, world: PlayoutWorld, people: Mapping[str, ShownPerson]) -> PlayoutWorld:
         """The world with held things where they are drawn."""
         held: dict[str, list[world_pb2.Grasp]] = {}
         for g in world.grasps:
@@ -93,7 +93,7 @@ class HeldThings:
         self._last, self._shown = poses, people
         return replace(world, poses=poses)
 
-    def fingers(self, now_ns: int, world: WorldView, people: Mapping[str, Posture]) -> dict[str, Posture]:
+    def fingers(self, now_ns: int, world: PlayoutWorld, people: Mapping[str, Posture]) -> dict[str, Posture]:
         """Postures with the hands that hold something on it, after `poses` of the same picture."""
         seconds = 1e-9 * max(0, now_ns - self._last_ns)
         share = min(1.0, seconds / FINGERS_S)

@@ -14,7 +14,7 @@ from vistel.render.stage.hand_correction import ShownPerson
 from vistel.render.stage.held import HeldThings
 from vistel.render.stage.motion import InterpolatedPosture, MotionReader, ReceivedPosture
 from vistel.render.stage.playout import Playout, Timing
-from vistel.render.stage.world_view import Ghost, WorldView, between, ghosts_from, thing_of, view_of
+from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of
 from vistel.space.things.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.parcels import is_digest
@@ -62,7 +62,7 @@ class Instant:
 
     now_ns: int
     people: tuple[PersonNow, ...] = ()
-    world: WorldView = field(default_factory=WorldView)
+    world: PlayoutWorld = field(default_factory=PlayoutWorld)
     things: Mapping[str, Thing] = field(default_factory=lambda: MappingProxyType({}))
     coming: tuple[ParticipantInfo, ...] = ()
     talking: frozenset[str] = frozenset()
@@ -87,8 +87,8 @@ class Stage:
         self._described: Mapping[str, world_pb2.Thing] = MappingProxyType({})
         self._looks: frozenset[str] = frozenset()
         self._touches: tuple[Touch, ...] = ()
-        self._ghosts: tuple[Ghost, ...] = ()
-        self._world: Playout[WorldView] = Playout(between, delay_ns)
+        self._ghosts: tuple[ActingGhost, ...] = ()
+        self._world: Playout[PlayoutWorld] = Playout(between, delay_ns)
         self._arrived: set[str] = set()
         self._held = HeldThings()
         self._talking: frozenset[str] = frozenset()
@@ -178,12 +178,12 @@ class Stage:
                 del self._people[name]
                 continue
             people.append(PersonNow(person.about, shown.posture, timing))
-        world = self._world.sample(now_ns) or WorldView()
+        world = self._world.sample(now_ns) or PlayoutWorld()
         captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
         shown = self._in_hands(now_ns, people, world)
         return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness)
 
-    def _in_hands(self, now_ns: int, people: list[PersonNow], world: WorldView) -> tuple[tuple[PersonNow, ...], WorldView]:
+    def _in_hands(self, now_ns: int, people: list[PersonNow], world: PlayoutWorld) -> tuple[tuple[PersonNow, ...], PlayoutWorld]:
         """People with their fingers on what they hold, and the world with it in their hands."""
         holders = {g.participant for g in world.grasps}
         shown = {p.about.name: _shown(p) for p in people if p.about.name in holders}

@@ -15,7 +15,7 @@ from vistel.wire.world.decoder import RoomState, Touch
 
 
 @dataclass(frozen=True)
-class Ghost:
+class ActingGhost:
     """The field of `source` deforms `target` (Singh §2.1), a participant at some of their primitives, a thing as a whole."""
 
     target: str
@@ -25,13 +25,13 @@ class Ghost:
 
 
 @dataclass(frozen=True)
-class WorldView:
+class PlayoutWorld:
     """poses: position (3,) [m] and quaternion (4,) (x, y, z, w) of each thing; ghosts and grasps that act; dents and bonds
     by number."""
 
     step: int = 0
     poses: Mapping[str, Pose] = field(default_factory=dict[str, Pose])
-    ghosts: tuple[Ghost, ...] = ()
+    ghosts: tuple[ActingGhost, ...] = ()
     grasps: tuple[world_pb2.Grasp, ...] = ()
     dents: Mapping[int, world_pb2.Dent] = field(default_factory=dict[int, world_pb2.Dent])
     bonds: Mapping[int, world_pb2.Bond] = field(default_factory=dict[int, world_pb2.Bond])
@@ -51,26 +51,26 @@ def quaternion(q: geometry_pb2.Quaternion) -> F64:
     return out / n if n > 1e-6 else np.array((0.0, 0.0, 0.0, 1.0))
 
 
-def view_of(now: RoomState, ghosts: tuple[Ghost, ...]) -> WorldView:
+def view_of(now: RoomState, ghosts: tuple[ActingGhost, ...]) -> PlayoutWorld:
     """What is shown of a step."""
-    return WorldView(
+    return PlayoutWorld(
         now.step, {thing: Pose(*pose) for thing, pose in now.poses.items()}, ghosts, now.grasps, now.dents, now.bonds, now.selected
     )
 
 
-def ghosts_from(touches: Iterable[Touch], things: Mapping[str, world_pb2.Thing]) -> tuple[Ghost, ...]:
+def ghosts_from(touches: Iterable[Touch], things: Mapping[str, world_pb2.Thing]) -> tuple[ActingGhost, ...]:
     """Who deforms whom: whoever is touched, by what touches them, and a soft thing by who touches it."""
-    out: list[Ghost] = []
+    out: list[ActingGhost] = []
     for t in touches:
         thing = things.get(t.source)
         soft = FLESH_COMPLIANCE if thing is None else thing.compliance
-        out.append(Ghost(t.target, t.source, t.limbs, soft))
+        out.append(ActingGhost(t.target, t.source, t.limbs, soft))
         if thing is not None and soft > 0.0:
-            out.append(Ghost(t.source, t.target, (), FLESH_COMPLIANCE))
+            out.append(ActingGhost(t.source, t.target, (), FLESH_COMPLIANCE))
     return tuple(out)
 
 
-def between(a: WorldView, b: WorldView, u: float) -> WorldView:
+def between(a: PlayoutWorld, b: PlayoutWorld, u: float) -> PlayoutWorld:
     """Things between their places in `a` (u = 0) and `b` (u = 1); grasps and marks are those of the nearer one.
 
     Ghosts are those of `b`: what begins to touch acts as soon as it does, and what has ceased to is named a while longer.
@@ -82,7 +82,7 @@ def between(a: WorldView, b: WorldView, u: float) -> WorldView:
     near = a if u < 0.5 else b
     if near.poses.keys() != poses.keys():
         poses = {k: v for k, v in poses.items() if k in near.poses}
-    return WorldView(near.step, poses, b.ghosts, near.grasps, near.dents, near.bonds, near.selected)
+    return PlayoutWorld(near.step, poses, b.ghosts, near.grasps, near.dents, near.bonds, near.selected)
 
 
 def thing_of(message: world_pb2.Thing) -> Thing:

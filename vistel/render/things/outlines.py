@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import moderngl
 
 from vistel.render.gl.programs import program, put, vertex_array
-from vistel.render.things.solid import Solid
+from vistel.render.things.solid import SurfaceBuffers
 
 AROUND = tuple((math.cos(k * math.pi / 4), math.sin(k * math.pi / 4)) for k in range(8))
 """Ways in which a silhouette is moved; what then looks out from behind the thing is its line."""
@@ -47,7 +47,7 @@ def colours_of(people: Iterable[str]) -> dict[str, Colour]:
     return out
 
 
-class Outlines:
+class SilhouetteDrawer:
     """Draws silhouettes, moved a little aside each way. The thing itself is drawn over them afterwards."""
 
     def __init__(self, ctx: moderngl.Context) -> None:
@@ -55,7 +55,11 @@ class Outlines:
         self._program = program(ctx, "outline")
 
     def draw(
-        self, solids: Sequence[tuple[bytes, Solid]], colours: Sequence[Colour], shared: dict[str, object], size: tuple[int, int]
+        self,
+        solids: Sequence[tuple[bytes, SurfaceBuffers]],
+        colours: Sequence[Colour],
+        shared: dict[str, object],
+        size: tuple[int, int],
     ) -> None:
         """The lines round one thing; solids: with their matrices, as OpenGL reads them; size: of the picture [pixels]."""
         width, height = size
@@ -73,7 +77,7 @@ class Outlines:
         self._ctx.fbo.depth_mask = True
         self._ctx.enable(moderngl.CULL_FACE)
 
-    def _silhouette(self, solid: Solid) -> moderngl.VertexArray:
+    def _silhouette(self, solid: SurfaceBuffers) -> moderngl.VertexArray:
         if solid.silhouette is None:
             vbo, ibo = solid.buffers
             rest = "20x" if solid.picture is not None else "28x"

@@ -26,7 +26,7 @@ from vistel.render.figures.figures import DrawableFigure
 from vistel.render.stage.stage import Instant
 from vistel.render.stage.world_view import primitive_from, vector
 from vistel.render.things.soft_skin import limbs_in, nearest_limb, skin_of
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.memory.bonds import FADE_NS
 from vistel.space.memory.dents import imprints
 from vistel.space.things.things import Thing, ThingPrimitive
@@ -98,7 +98,7 @@ def smoothly(u: float) -> float:
 class SoftThing:
     """One thing's surface and what deforms it. Not for two threads at once."""
 
-    def __init__(self, thing: Thing, models: Mapping[str, Model] = MappingProxyType({})) -> None:
+    def __init__(self, thing: Thing, models: Mapping[str, Polymesh] = MappingProxyType({})) -> None:
         """models: what its looks need; without them its primitives are drawn."""
         self.thing = thing
         self.skin = skin_of(thing, models)
@@ -156,7 +156,7 @@ class SoftThings:
     def __init__(self) -> None:
         self._things: dict[str, SoftThing] = {}
 
-    def make(self, thing: Thing, models: Mapping[str, Model]) -> SoftThing:
+    def make(self, thing: Thing, models: Mapping[str, Polymesh]) -> SoftThing:
         """The soft side of a thing for which `is_soft` holds, made anew."""
         made = self._things[thing.id] = SoftThing(thing, models)
         return made

@@ -12,8 +12,8 @@ from vistel.arrays import F64, I64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.deformation.ghost_source import MOST_PRIMITIVES
 from vistel.implicit.meshes.embedding import Limbs
-from vistel.space.files.model import Model
-from vistel.space.files.surfaces import Piece, pieces_of, rgb
+from vistel.space.files.model import Polymesh
+from vistel.space.files.surfaces import SurfacePiece, pieces_of, rgb
 from vistel.space.things.tessellate import Surface3, fine_cone_sphere, finer
 from vistel.space.things.things import Thing, ThingPrimitive
 
@@ -30,19 +30,19 @@ class SoftSkin:
     """pieces: as they are drawn; surface: all of them as one, in the thing's frame, vertices at one place made one; back: for
     every piece the vertex of `surface` that each of its own is."""
 
-    pieces: tuple[Piece, ...]
+    pieces: tuple[SurfacePiece, ...]
     surface: Surface3
     back: tuple[I64, ...]
 
 
-def skin_of(thing: Thing, models: Mapping[str, Model]) -> SoftSkin:
+def skin_of(thing: Thing, models: Mapping[str, Polymesh]) -> SoftSkin:
     """What is drawn of it. models: what its looks need; without them its primitives stand in."""
     p = thing.primitives[0]
     if len(thing.primitives) == 1 and not thing.looks and not thing.curve and p.kind in ("sphere", "cone_sphere"):
         q = (0.0,) * 6 + (p.params[0],) * 2 if p.kind == "sphere" else p.params
         spacing = max(SPACING, max(q[6:8]) / 24.0)
         one = fine_cone_sphere(q, spacing).moved(p.position, p.rotation)
-        return _welded([Piece(one, rgb(p.colour or thing.colour))])
+        return _welded([SurfacePiece(one, rgb(p.colour or thing.colour))])
     coarse = pieces_of(thing, models, 1.0)
     area = sum(_area(piece.surface) for piece in coarse)
     edge = max(SPACING, 1.5 * math.sqrt(area / (0.433 * MOST_TRIANGLES)))
@@ -116,7 +116,7 @@ def _in_polygon(corners: F64, radius: float) -> list[Row]:
     return rows + [(a, b, radius, radius) for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)]
 
 
-def _finer(piece: Piece, edge: float) -> Piece:
+def _finer(piece: SurfacePiece, edge: float) -> SurfacePiece:
     s = piece.surface
     columns = [s.vertices, s.normals, *([piece.uv] if piece.uv is not None else [])]
     most = max(MOST_TRIANGLES, len(s.triangles))
@@ -131,7 +131,7 @@ def _area(s: Surface3) -> float:
     return 0.5 * float(np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1).sum())
 
 
-def _welded(pieces: Sequence[Piece]) -> SoftSkin:
+def _welded(pieces: Sequence[SurfacePiece]) -> SoftSkin:
     """All pieces as one surface, so that nothing tears where they meet and normals are smooth where its ends close."""
     vertices = np.concatenate([p.surface.vertices for p in pieces])
     normals = np.concatenate([p.surface.normals for p in pieces]).astype(np.float64)

@@ -11,12 +11,12 @@ from vistel.figure.making.source import Finish
 from vistel.render.gl.programs import program, put, vertex_array
 from vistel.render.light.shadow import ShadowMap
 from vistel.render.light.surroundings import SMOOTHEST
-from vistel.space.files.surfaces import PLAIN, Piece
+from vistel.space.files.surfaces import PLAIN, SurfacePiece
 from vistel.space.things.tessellate import Surface3
 
 
 @dataclass
-class Solid:
+class SurfaceBuffers:
     """A surface on the graphics side; more: (n, 4) tint of its vertices, or (n, 2) their places in the picture; finish: how it
     shines where it is of a polymesh."""
 
@@ -45,14 +45,14 @@ class SolidThings:
         self._pictured = program(ctx, "solid", defines=(*light, "PICTURED"))
         self._textures: dict[int | bytes, tuple[U8, moderngl.Texture]] = {}
 
-    def plain(self, surface: Surface3, tint: F32) -> Solid:
+    def plain(self, surface: Surface3, tint: F32) -> SurfaceBuffers:
         """A surface in colours of its vertices: linear colour and the ambient light there (n, 4)."""
         data = np.hstack((surface.vertices, surface.normals, tint)).astype(np.float32)
         vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(surface.triangles.astype(np.int32).tobytes())
         vao = vertex_array(self.ctx, self._plain, [(vbo, "3f 3f 4f", "position", "normal", "tint")], ibo)
-        return Solid(vao, self._shadow.solid(vbo, "3f 28x", ibo), [vbo, ibo], tint)
+        return SurfaceBuffers(vao, self._shadow.solid(vbo, "3f 28x", ibo), [vbo, ibo], tint)
 
-    def pictured(self, piece: Piece) -> Solid:
+    def pictured(self, piece: SurfacePiece) -> SurfaceBuffers:
         """A piece of a polymesh with its picture; a plain one with a picture of one dot."""
         s = piece.surface
         picture, uv = piece.picture, piece.uv
@@ -62,9 +62,9 @@ class SolidThings:
         vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(s.triangles.astype(np.int32).tobytes())
         vao = vertex_array(self.ctx, self._pictured, [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo)
         shadow = self._shadow.solid(vbo, "3f 20x", ibo)
-        return Solid(vao, shadow, [vbo, ibo], uv, self._texture(picture), finish=piece.finish)
+        return SurfaceBuffers(vao, shadow, [vbo, ibo], uv, self._texture(picture), finish=piece.finish)
 
-    def draw(self, views: Sequence[tuple[bytes, Solid]], gloss: float, shared: dict[str, object]) -> None:
+    def draw(self, views: Sequence[tuple[bytes, SurfaceBuffers]], gloss: float, shared: dict[str, object]) -> None:
         """Draw solids at matrices (as OpenGL reads them) with what all shaders share."""
         put(self._plain, gloss=gloss, rough=1.0 - 1.7 * gloss, **shared)
         for matrix, solid in views:

@@ -43,7 +43,7 @@ class Stereo(Enum):
 
 
 @dataclass(frozen=True)
-class Screen:
+class RoomScreen:
     """lower_left, lower_right, upper_left: (3,) corners in the room frame [m]. width, height: of its picture in pixels.
 
     gain: factor of red, green and blue light. blend: the part of the picture at its left, right, bottom and top edge over
@@ -65,16 +65,16 @@ class Screen:
         return self.gain == (1.0, 1.0, 1.0) and not any(self.blend)
 
     @staticmethod
-    def placed(config: display.Screen, position: F64, heading: float) -> "Screen":
+    def placed(config: display.Screen, position: F64, heading: float) -> "RoomScreen":
         """A screen of the conference file, for a viewer whose seat stands at `position`, turned by `heading` [rad] about +Y."""
         c, s = float(np.cos(heading)), float(np.sin(heading))
         turn = np.array(((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c)))
         low_left, low_right, up_left = (
             position + turn @ np.array(corner) for corner in (config.lower_left, config.lower_right, config.upper_left)
         )
-        return Screen(config.name, low_left, low_right, up_left, config.width, config.height, config.gain, config.blend)
+        return RoomScreen(config.name, low_left, low_right, up_left, config.width, config.height, config.gain, config.blend)
 
-    def scaled(self, scale: float) -> "Screen":
+    def scaled(self, scale: float) -> "RoomScreen":
         """The same with a picture of `scale` times the width and height."""
         return replace(self, width=max(1, round(scale * self.width)), height=max(1, round(scale * self.height)))
 
@@ -104,7 +104,7 @@ class Sight:
     camera: Pinhole
     box: Box | None = None
     colours: Colours = (True, True, True)
-    screen: Screen | None = None
+    screen: RoomScreen | None = None
 
     def unsqueezed(self, width: int, height: int) -> tuple[int, int]:
         """Of a picture of so many pixels: how many it has once the display has stretched it to its shape, wider where two
@@ -114,12 +114,12 @@ class Sight:
         return round(width * max(1.0, stretch)), round(height * max(1.0, 1.0 / stretch))
 
 
-def picture_size(screens: Sequence[Screen], stereo: Stereo = Stereo.MONO) -> tuple[int, int]:
+def picture_size(screens: Sequence[RoomScreen], stereo: Stereo = Stereo.MONO) -> tuple[int, int]:
     """Width and height in pixels of the picture that holds them all, side by side in their order."""
     return stereo.widths * sum(s.width for s in screens), max(s.height for s in screens)
 
 
-def boxes(screens: Sequence[Screen], stereo: Stereo = Stereo.MONO) -> list[Box]:
+def boxes(screens: Sequence[RoomScreen], stereo: Stereo = Stereo.MONO) -> list[Box]:
     """Where each screen lies in that picture."""
     out: list[Box] = []
     for s in screens:
@@ -127,7 +127,7 @@ def boxes(screens: Sequence[Screen], stereo: Stereo = Stereo.MONO) -> list[Box]:
     return out
 
 
-def sights_of_screens(screens: Sequence[Screen], eyes: F64, stereo: Stereo, frame: int) -> list[Sight]:
+def sights_of_screens(screens: Sequence[RoomScreen], eyes: F64, stereo: Stereo, frame: int) -> list[Sight]:
     """What is drawn of `screens` for `eyes` (2, 3) left and right in the room; frame: number of the picture."""
     out: list[Sight] = []
     for screen, box in zip(screens, boxes(screens, stereo), strict=True):
@@ -149,7 +149,7 @@ def sights_of_desktop(
     def corner(x: float, y: float) -> F64:
         return camera.position + camera.rotation @ np.array((x, y, -convergence))
 
-    window = Screen("desktop", corner(left, bottom), corner(right, bottom), corner(left, top), width, height)
+    window = RoomScreen("desktop", corner(left, bottom), corner(right, bottom), corner(left, top), width, height)
     apart = 0.5 * eye_distance * camera.rotation[:, 0]
     return sights_of_screens([window], np.stack((camera.position - apart, camera.position + apart)), stereo, frame)
 
@@ -161,7 +161,7 @@ def eyes_apart(eyes: F64, distance: float) -> F64:
     return np.stack((middle - half, middle + half))
 
 
-def eyes_before(screens: Sequence[Screen], distance: float) -> F64:
+def eyes_before(screens: Sequence[RoomScreen], distance: float) -> F64:
     """(2, 3) eyes of somebody who has not been seen yet: before the middle of the screens, twice as far as they are high."""
     if not screens:
         return np.zeros((2, 3))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from enum import Enum
 
-from vistel.render.view.screens import EYE_DISTANCE, Screen, Stereo
+from vistel.render.view.screens import EYE_DISTANCE, RoomScreen, Stereo
 
 
 class Mode(Enum):
@@ -47,7 +47,7 @@ class View:
     eyes: str
     engine: str = "auto"
     layers: bool = True
-    screens: tuple[Screen, ...] = ()
+    screens: tuple[RoomScreen, ...] = ()
     stereo: Stereo = Stereo.MONO
     eye_distance: float = EYE_DISTANCE
     convergence: float = 1.0

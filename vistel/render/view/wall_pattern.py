@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 from vistel.arrays import F64, U8
 from vistel.render.view.camera import Pinhole
-from vistel.render.view.screens import Screen, Stereo, boxes, picture_size, sights_of_screens
+from vistel.render.view.screens import RoomScreen, Stereo, boxes, picture_size, sights_of_screens
 
 CELL = 0.1
 """Side of the grid's cells on the screen [m]."""
@@ -38,7 +38,7 @@ def eyes_at(position: F64, heading: float, apart: float) -> F64:
     return np.stack((middle + 0.5 * apart * left, middle - 0.5 * apart * left))
 
 
-def pattern(screens: Sequence[Screen], eyes: F64, stereo: Stereo = Stereo.MONO) -> U8:
+def pattern(screens: Sequence[RoomScreen], eyes: F64, stereo: Stereo = Stereo.MONO) -> U8:
     """The wall's picture (h, w, 3), first row at the top, for `eyes` (2, 3) left and right in the room."""
     width, height = picture_size(screens, stereo)
     wall = np.zeros((height, width, 3), np.uint8)
@@ -66,7 +66,7 @@ _EYES: dict[Stereo, tuple[str, ...]] = {
 }
 
 
-def _one(screen: Screen, camera: Pinhole, size: tuple[int, int], eye: str) -> U8:
+def _one(screen: RoomScreen, camera: Pinhole, size: tuple[int, int], eye: str) -> U8:
     """What one eye sees on one screen."""
     image = Image.new("RGB", size, _DARK)
     draw = ImageDraw.Draw(image)
@@ -91,12 +91,12 @@ def _one(screen: Screen, camera: Pinhole, size: tuple[int, int], eye: str) -> U8
     return np.asarray(image, np.uint8)
 
 
-def _metres(screen: Screen) -> tuple[float, float]:
+def _metres(screen: RoomScreen) -> tuple[float, float]:
     across, up = screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left
     return float(np.linalg.norm(across)), float(np.linalg.norm(up))
 
 
-def _grid(draw: ImageDraw.ImageDraw, screen: Screen, size: tuple[int, int], line: int) -> None:
+def _grid(draw: ImageDraw.ImageDraw, screen: RoomScreen, size: tuple[int, int], line: int) -> None:
     """Decimetres from the lower left corner, every fifth one bold."""
     width, height = _metres(screen)
     for k in range(1, math.ceil(width / CELL)):
@@ -142,7 +142,7 @@ def _steps(draw: ImageDraw.ImageDraw, size: tuple[int, int]) -> None:
             draw.rectangle(box, fill=(value * tint[0], value * tint[1], value * tint[2]))
 
 
-def _as_projected(picture: U8, screen: Screen) -> U8:
+def _as_projected(picture: U8, screen: RoomScreen) -> U8:
     """With the light as the projector's gain and blending make it; the same as shaders/correct.frag.glsl."""
     if screen.plain:
         return picture

@@ -58,7 +58,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Patch:
+class ContactPatch:
     """One contact of primitive `a` of a body with primitive `b` of another.
 
     point: centre of pressure [m]; normal: from a to b; area [m^2]; normal_force [N] along it without damping;
@@ -96,7 +96,7 @@ def contact_patches(
     motion_b: Motion = _STILL,
     surface: ContactParameters | None = None,
     angles: int = ANGLES,
-) -> list[Patch]:
+) -> list[ContactPatch]:
     """Every patch that two posed bodies share, in order of primitives; empty where they do not overlap.
 
     surface: how they push and rub; by default of pressure 1 and without friction, so that forces are in field units.
@@ -107,7 +107,7 @@ def contact_patches(
     whole_a, whole_b = np.array([0, len(a)]), np.array([0, len(b)])
     c_a, c_b = max(compliance_a, STIFFEST), max(compliance_b, STIFFEST)
     moving_a, moving_b = motion_a.flat(), motion_b.flat()
-    out: list[Patch] = []
+    out: list[ContactPatch] = []
     for k in range(len(found)):
         if not found.field_depth[k] > 0.0:
             continue
@@ -136,7 +136,7 @@ def contact_patches(
         )
         if r[AREA] > 0.0:
             out.append(
-                Patch(
+                ContactPatch(
                     i,
                     j,
                     r[CENTRE].copy(),

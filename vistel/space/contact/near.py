@@ -28,7 +28,7 @@ NONE = ContactArray(np.zeros(0, np.int32), np.zeros(0, np.int32), np.zeros((0, 3
 
 
 @dataclass(frozen=True)
-class Placed:
+class PlacedPrimitives:
     """Primitives in the room with their boxes (N, 6); of spheres and cone-spheres also their parameters there (N, 8)."""
 
     primitives: PrimitiveSet
@@ -36,10 +36,10 @@ class Placed:
     boxes: F64
 
 
-def placed(primitives: PrimitiveSet) -> Placed:
+def placed(primitives: PrimitiveSet) -> PlacedPrimitives:
     """Primitives, ready to be searched."""
     p = primitives
-    out = Placed(p, np.empty((len(p), 8)), np.empty((len(p), 6)))
+    out = PlacedPrimitives(p, np.empty((len(p), 8)), np.empty((len(p), 6)))
     place(p.kind, p.start, p.params, p.rotation, p.position, out.cones, out.boxes)
     return out
 
@@ -55,7 +55,7 @@ class Bodies:
         self._boxes, self._hull = np.empty((len(self._cones), 6)), np.empty((len(bodies), 6))
         boxes_of(self._cones, self._first, self._boxes, self._hull)
 
-    def with_things(self, things: Placed, margin: float = 0.0) -> list[ContactArray]:
+    def with_things(self, things: PlacedPrimitives, margin: float = 0.0) -> list[ContactArray]:
         """Contacts of each body with `things`, closer than `margin` metres; b is an index into `things`."""
         ends, p = np.empty(len(self._hull), np.int64), things.primitives
         room = ROOM_FOR * (1 + len(self._hull))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.space.contact.forces import ContactParameters, Patch
+from vistel.space.contact.forces import ContactParameters, ContactPatch
 
 Key = tuple[int, int, int, int]
 """Bodies a and b, then the primitives of each that touch."""
@@ -34,7 +34,7 @@ class Friction:
 
 
 def grip(
-    patch: Patch, before: Bristle | None, slide: F64, turn: F64, mass: float, h: float, surface: ContactParameters
+    patch: ContactPatch, before: Bristle | None, slide: F64, turn: F64, mass: float, h: float, surface: ContactParameters
 ) -> Friction:
     """Friction of one contact over a substep h [s].
 

@@ -27,7 +27,7 @@ from vistel.implicit.graph.combine import union
 from vistel.implicit.graph.ghost_terms import constraint_field, hold_level
 from vistel.implicit.graph.shape import Shape
 from vistel.implicit.primitives.kinds import primitive_of
-from vistel.space.contact.forces import STIFFEST, ContactParameters, Motion, Patch, contact_patches
+from vistel.space.contact.forces import STIFFEST, ContactParameters, ContactPatch, Motion, contact_patches
 from vistel.space.contact.patch_kernels import value  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.bristles import Bristle, Key, grip
 from vistel.space.dynamics.solids import Solids, solids
@@ -63,7 +63,7 @@ class SoftRoom:
     surface: ContactParameters = field(default_factory=ContactParameters)
     constraints: tuple[Constraint, ...] = ()
     memory: ContactMemory = field(default_factory=lambda: ContactMemory({}))
-    patches: tuple[tuple[int, int, Patch], ...] = ()
+    patches: tuple[tuple[int, int, ContactPatch], ...] = ()
     strayed: tuple[str, ...] = ()
     bristles: Mapping[Key, Bristle] = field(default_factory=dict[Key, Bristle])
 
@@ -182,7 +182,7 @@ class _State:
             self.angular[n] = r @ np.linalg.solve(s.inverse_inertia[n], r.T @ room.spin[n])
         self.rest = [s.part(n) for n in range(len(s.things))]
         self.index = {t.id: n for n, t in enumerate(s.things)}
-        self.patches: list[tuple[int, int, Patch]] = []
+        self.patches: list[tuple[int, int, ContactPatch]] = []
         self.bristles: dict[Key, Bristle] = dict(room.bristles)
 
     def velocity(self) -> F64:

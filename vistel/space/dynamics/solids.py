@@ -10,7 +10,7 @@ import numpy as np
 from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.contact_points import contact_points_of
-from vistel.space.contact.near import Placed, placed
+from vistel.space.contact.near import PlacedPrimitives, placed
 from vistel.space.dynamics.motion_kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.things.things import Thing, ThingPrimitive
 
@@ -77,7 +77,7 @@ class Solids:
         return _rows(pose_solids(self, rotation, position), self.fixed_rows)
 
     @cached_property
-    def fixed_placed(self) -> Placed:
+    def fixed_placed(self) -> PlacedPrimitives:
         """The same, ready to be searched."""
         return placed(self.fixed)
 

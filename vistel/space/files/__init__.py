@@ -7,7 +7,7 @@ like; `save_usd` writes one, `load_seats` is quick. An unusable file raises `Roo
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.load import ENDINGS, load_room, load_seats, load_things
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.files.usd_write import USD_ENDINGS, save_usd
 
-__all__ = ["ENDINGS", "USD_ENDINGS", "Interior", "Model", "RoomFileError", "load_room", "load_seats", "load_things", "save_usd"]
+__all__ = ["ENDINGS", "USD_ENDINGS", "Interior", "Polymesh", "RoomFileError", "load_room", "load_seats", "load_things", "save_usd"]

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.making.source import Source
+from vistel.figure.making.source import SourceMesh
 from vistel.space.files.cells import Cells
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.fit import MOST_PARTS, fitted
-from vistel.space.files.model import Bulk, Model, bulk_of_cells, bulk_of_mesh
+from vistel.space.files.model import Bulk, Polymesh, bulk_of_cells, bulk_of_mesh
 from vistel.space.files.model_of import colour_of, in_metres, model_of
 from vistel.space.things.things import Look, Thing
 
@@ -35,7 +35,7 @@ _FLAT = ("floor", "rug", "carpet")
 
 
 @dataclass(frozen=True)
-class Said:
+class PartProperties:
     """Properties of a part in a file, besides its shape; None: the file gives none."""
 
     mass: float | None = None
@@ -48,20 +48,20 @@ class Made:
     """A thing with its model. notes: remarks for the user; gap: mean distance of its surface from its primitives [m]."""
 
     thing: Thing
-    model: Model
+    model: Polymesh
     gap: float
     notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Found:
+class ForeignFile:
     """All of a file. notes: of the whole of it."""
 
     made: tuple[Made, ...]
     notes: tuple[str, ...] = field(default=())
 
 
-def found(source: Source, said: Mapping[str, Said] | None = None, *, fixed: bool | None = None) -> Found:
+def found(source: SourceMesh, said: Mapping[str, PartProperties] | None = None, *, fixed: bool | None = None) -> ForeignFile:
     """The things of a file, a thing for each name among its groups. fixed: all are, or none is; None: by what they are.
 
     Raises RoomFileError where there is nothing.
@@ -74,14 +74,14 @@ def found(source: Source, said: Mapping[str, Said] | None = None, *, fixed: bool
         numbers = [k for k, g in enumerate(source.groups) if g == name]
         faces = np.isin(source.group, numbers)
         if faces.any():
-            thing = _made(source, points, faces, name, (said or {}).get(name, Said()), fixed, ids)
+            thing = _made(source, points, faces, name, (said or {}).get(name, PartProperties()), fixed, ids)
             if thing is None:
                 notes.append(f"{name}: without extent, left out")
             else:
                 made.append(thing)
     if not made:
         raise RoomFileError(f"{source.name}: nothing in it that has a surface; export the meshes with it")
-    return Found(tuple(made), tuple(notes))
+    return ForeignFile(tuple(made), tuple(notes))
 
 
 def shape_word(name: str) -> str:
@@ -105,7 +105,7 @@ def unused(name: str, taken: set[str]) -> str:
 
 
 def _made(
-    source: Source, points: F64, faces: NDArray[np.bool_], name: str, said: Said, fixed: bool | None, ids: set[str]
+    source: SourceMesh, points: F64, faces: NDArray[np.bool_], name: str, said: PartProperties, fixed: bool | None, ids: set[str]
 ) -> Made | None:
     notes: list[str] = []
     model = model_of(source, points, faces, notes)
@@ -144,7 +144,7 @@ def _made(
     return Made(thing, moved, fit.mean, tuple(notes))
 
 
-def _bulk(model: Model, vertices: F64, cells: Cells, axes: F64, notes: list[str], weighed: bool) -> Bulk:
+def _bulk(model: Polymesh, vertices: F64, cells: Cells, axes: F64, notes: list[str], weighed: bool) -> Bulk:
     """Of a closed mesh what is inside; of an open one, or one without an inside that can be, what its cells fill."""
     if model.closed:
         try:

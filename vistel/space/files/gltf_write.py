@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vistel.colour import linear
 from vistel.figure.formats.gltf_binary import INDICES, Binary, png
 from vistel.space.files.interior import Interior
-from vistel.space.files.surfaces import Piece, pieces_of
+from vistel.space.files.surfaces import SurfacePiece, pieces_of
 from vistel.space.things.things import Thing
 from vistel.whole_file import whole_file
 
@@ -63,7 +63,7 @@ class _Writer(Binary):
             self.meshes.append({"name": t.name or t.id, "primitives": pieces})
         return node
 
-    def _primitive(self, p: Piece) -> dict[str, Any]:
+    def _primitive(self, p: SurfacePiece) -> dict[str, Any]:
         s = p.surface
         length = np.linalg.norm(s.normals, axis=1, keepdims=True)
         normals = np.where(length > 1e-6, s.normals / np.maximum(length, 1e-12), (0.0, 1.0, 0.0)).astype(np.float32)
@@ -73,7 +73,7 @@ class _Writer(Binary):
         index = self.accessor(s.triangles.reshape(-1, 1).astype(np.uint32), target=INDICES)
         return {"attributes": attributes, "indices": index, "material": self._material(p), "mode": 4}
 
-    def _material(self, p: Piece) -> int:
+    def _material(self, p: SurfacePiece) -> int:
         key = (id(p.picture), p.mesh, p.finish) if p.picture is not None else (*p.colour, p.mesh, p.finish)
         if key not in self._known:
             look: dict[str, Any] = {"metallicFactor": p.finish.metallic, "roughnessFactor": p.finish.roughness}

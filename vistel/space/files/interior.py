@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 from vistel.space.files.faults import RoomFileError
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.room import Room
 from vistel.space.things.things import Look, Thing
 
@@ -15,10 +15,10 @@ class Interior:
     """room; models: the polymeshes of its things, by digest; notes: remarks from reading the file."""
 
     room: Room
-    models: Mapping[str, Model] = field(default_factory=lambda: MappingProxyType({}))
+    models: Mapping[str, Polymesh] = field(default_factory=lambda: MappingProxyType({}))
     notes: tuple[str, ...] = ()
 
-    def with_things(self, things: tuple[Thing, ...], models: Mapping[str, Model] | None = None) -> "Interior":
+    def with_things(self, things: tuple[Thing, ...], models: Mapping[str, Polymesh] | None = None) -> "Interior":
         """The same room with other things; models: of those that are new. Those that nobody needs are left out.
 
         Raises RoomFileError where two have one id.

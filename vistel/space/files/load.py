@@ -21,7 +21,7 @@ from vistel.figure.making.files.read_obj import read_obj
 from vistel.figure.making.source import MakingError
 from vistel.figure.usd_fault import reason
 from vistel.space.files.faults import RoomFileError
-from vistel.space.files.foreign import Found, Said, found
+from vistel.space.files.foreign import ForeignFile, PartProperties, found
 from vistel.space.files.interior import Interior
 from vistel.space.files.seats import gltf_seats, seats_at_chairs, usd_seats
 from vistel.space.files.usd_read import own_room, read_room, read_seats
@@ -134,7 +134,7 @@ def _made(path: Path, fixed: bool | None, room: bool) -> Interior:
     return Interior(made, notes=(*whole.notes, *notes, *told)).with_things(things, {m.model.digest: m.model for m in whole.made})
 
 
-def _in_place(whole: Found, seats: list[Seat]) -> tuple[tuple[Thing, ...], list[Seat], list[str]]:
+def _in_place(whole: ForeignFile, seats: list[Seat]) -> tuple[tuple[Thing, ...], list[Seat], list[str]]:
     """Things and seats moved so that the floor is at 0 and the middle not far from the origin."""
     notes: list[str] = []
     lows = np.array([m.thing.position + m.model.vertices.min(axis=0) for m in whole.made])
@@ -171,11 +171,11 @@ def _component(prim: Any) -> Any:
     return parent if alone else prim
 
 
-def _said(stage: Any) -> dict[str, Said]:
+def _said(stage: Any) -> dict[str, PartProperties]:
     """Properties of things from UsdPhysics and our attributes, by the path of their prim."""
     from pxr import UsdPhysics
 
-    out: dict[str, Said] = {}
+    out: dict[str, PartProperties] = {}
     for prim in stage.Traverse():
         mass = prim.GetAttribute("physics:mass").Get() if prim.HasAPI(UsdPhysics.MassAPI) else None
         density = prim.GetAttribute("physics:density").Get() if prim.HasAPI(UsdPhysics.MassAPI) else None
@@ -183,7 +183,7 @@ def _said(stage: Any) -> dict[str, Said]:
         fixed = False if prim.HasAPI(UsdPhysics.RigidBodyAPI) else None if own is None else own == 0.0
         weight = own if own else mass if mass else None
         if weight or density or fixed is not None:
-            out[str(prim.GetPath())] = Said(weight or None, density or None, fixed)
+            out[str(prim.GetPath())] = PartProperties(weight or None, density or None, fixed)
     return out
 
 

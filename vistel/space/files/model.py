@@ -7,11 +7,11 @@ from functools import cached_property
 import numpy as np
 
 from vistel.arrays import F32, F64, I32
-from vistel.figure.making.source import Material
+from vistel.figure.making.source import SourceMaterial
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class Polymesh:
     """A polymesh in the frame of its thing. vertices: (V, 3) [m]; triangles: (F, 3), counter-clockwise from outside; uv: (T,
     2) origin bottom left; uv_triangles: (F, 3), -1 where a face has none; material: (F,) index into `materials`."""
 
@@ -20,7 +20,7 @@ class Model:
     uv: F32
     uv_triangles: I32
     material: I32
-    materials: tuple[Material, ...]
+    materials: tuple[SourceMaterial, ...]
 
     @cached_property
     def digest(self) -> str:
@@ -45,10 +45,10 @@ class Model:
         _, uses = np.unique(ends.astype(np.int64) @ np.array([len(self.vertices), 1]), return_counts=True)
         return len(uses) > 0 and bool((uses % 2 == 0).all())
 
-    def moved(self, offset: F64) -> "Model":
+    def moved(self, offset: F64) -> "Polymesh":
         """The model with `offset` (3,) [m] added to its vertices."""
         vertices = (self.vertices.astype(np.float64) + offset).astype(np.float32)
-        return Model(vertices, self.triangles, self.uv, self.uv_triangles, self.material, self.materials)
+        return Polymesh(vertices, self.triangles, self.uv, self.uv_triangles, self.material, self.materials)
 
 
 @dataclass(frozen=True)

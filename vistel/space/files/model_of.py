@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I32, I64
-from vistel.figure.making.source import Material, Source
-from vistel.space.files.model import Model
+from vistel.figure.making.source import SourceMaterial, SourceMesh
+from vistel.space.files.model import Polymesh
 
 MOST_TRIANGLES = 120_000
 """Of one thing; a finer one is made coarser."""
@@ -13,7 +13,7 @@ _SPANS = ((1.0, 30.0, "metres"), (0.01, 3000.0, "centimetres"), (0.001, 30000.0,
 """Units that are tried where a file has none: metres of one, longest extent they are believed for, name."""
 
 
-def in_metres(source: Source, notes: list[str]) -> F64:
+def in_metres(source: SourceMesh, notes: list[str]) -> F64:
     """(V, 3) the file's points in the house's frame: metres, Y up."""
     points = source.points
     if source.up == "Z":
@@ -32,7 +32,7 @@ def in_metres(source: Source, notes: list[str]) -> F64:
     return points * unit
 
 
-def model_of(source: Source, points: F64, faces: NDArray[np.bool_], notes: list[str]) -> Model:
+def model_of(source: SourceMesh, points: F64, faces: NDArray[np.bool_], notes: list[str]) -> Polymesh:
     """The part of the file with these faces; points: (V, 3) as `in_metres` says."""
     triangles, uv_triangles = source.triangles[faces], source.uv_triangles[faces]
     vertices, triangles = _welded(points, triangles)
@@ -43,8 +43,8 @@ def model_of(source: Source, points: F64, faces: NDArray[np.bool_], notes: list[
         vertices, triangles, places, uv_triangles, material = _coarser(vertices, triangles, places, uv_triangles, material)
         notes.append(f"{count:,} triangles, made {len(triangles):,}")
     numbers, number = np.unique(material, return_inverse=True)
-    materials: list[Material] = [source.materials[n] for n in numbers]
-    return Model(
+    materials: list[SourceMaterial] = [source.materials[n] for n in numbers]
+    return Polymesh(
         vertices.astype(np.float32),
         triangles.astype(np.int32),
         places.astype(np.float32),
@@ -54,7 +54,7 @@ def model_of(source: Source, points: F64, faces: NDArray[np.bool_], notes: list[
     )
 
 
-def colour_of(model: Model) -> int:
+def colour_of(model: Polymesh) -> int:
     """0xRRGGBBFF: what a model looks like from afar, its faces' colours by area."""
     corner = model.vertices[model.triangles].astype(np.float64)
     area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
@@ -68,7 +68,7 @@ def colour_of(model: Model) -> int:
     return r << 24 | g << 16 | b << 8 | 0xFF
 
 
-def _mean_colour(m: Material, model: Model, rows: NDArray[np.bool_]) -> F64:
+def _mean_colour(m: SourceMaterial, model: Polymesh, rows: NDArray[np.bool_]) -> F64:
     places = model.uv_triangles[rows]
     if m.picture is None or not len(model.uv) or (places < 0).all():
         return np.array(m.colour or (180, 180, 180), np.float64)

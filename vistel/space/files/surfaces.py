@@ -10,7 +10,7 @@ import numpy as np
 from vistel.arrays import F32, F64, U8
 from vistel.figure.making.source import Finish
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.things.tessellate import Surface3, tessellate_thing
 from vistel.space.things.things import Look, Thing
 
@@ -22,7 +22,7 @@ PLAIN = Finish(0.6, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class SurfacePiece:
     """A part of a thing's drawn surface, in the thing's frame. colour: (3,) sRGB bytes; with a picture (H, W, 3) uv: (n, 2), origin
     bottom left; mesh: it is of a polymesh, which may be open. finish: how it shines."""
 
@@ -34,7 +34,7 @@ class Piece:
     finish: Finish = PLAIN
 
 
-def pieces_of(thing: Thing, models: Mapping[str, Model], detail: float = 0.7) -> list[Piece]:
+def pieces_of(thing: Thing, models: Mapping[str, Polymesh], detail: float = 0.7) -> list[SurfacePiece]:
     """All that is drawn of it. Where a model of it is not among `models`, its primitives stand in."""
     if thing.hidden:
         return []
@@ -42,10 +42,10 @@ def pieces_of(thing: Thing, models: Mapping[str, Model], detail: float = 0.7) ->
         primitives = tuple(p if p.seen else replace(p, colour=0) for p in thing.primitives)
         thing = replace(thing, primitives=primitives, looks=())
     drawn = thing.curve.straight if thing.curve else thing
-    out: list[Piece] = []
+    out: list[SurfacePiece] = []
     if any(p.seen for p in drawn.primitives):
         surfaces = tessellate_thing(thing, detail)
-        out += [Piece(s, rgb(p.colour or thing.colour)) for s, p in zip(surfaces, drawn.primitives, strict=True) if p.seen]
+        out += [SurfacePiece(s, rgb(p.colour or thing.colour)) for s, p in zip(surfaces, drawn.primitives, strict=True) if p.seen]
     for look in thing.looks:
         out += [_bent(p, thing) for p in _look_pieces(look, models[look.model])]
     return out
@@ -56,7 +56,7 @@ def in_room(thing: Thing, surface: Surface3) -> F64:
     return surface.vertices.astype(np.float64) @ matrix_from_quaternion(thing.rotation).T + thing.position
 
 
-def height_at(things: Sequence[Thing], models: Mapping[str, Model], x: float, z: float, below: float = 1.3) -> float:
+def height_at(things: Sequence[Thing], models: Mapping[str, Polymesh], x: float, z: float, below: float = 1.3) -> float:
     """Height of fixed things at a place of the floor [m]: the highest surface under `below`, 0 where there is none."""
     best = 0.0
     for thing in (t for t in things if t.fixed):
@@ -85,13 +85,13 @@ def _over(corner: F64, x: float, z: float, below: float) -> float:
     return float(height[height < below].max(initial=0.0))
 
 
-def _look_pieces(look: Look, model: Model) -> list[Piece]:
+def _look_pieces(look: Look, model: Polymesh) -> list[SurfacePiece]:
     """A model as a look shows it, a piece for each of its materials."""
     matrix = look.matrix
     corners = _corner_normals(model)
     mirrored = np.linalg.det(matrix) < 0.0
     lean = np.linalg.inv(matrix).T
-    out: list[Piece] = []
+    out: list[SurfacePiece] = []
     for n, material in enumerate(model.materials):
         rows = model.material == n
         if not rows.any():
@@ -107,11 +107,11 @@ def _look_pieces(look: Look, model: Model) -> list[Piece]:
         surface = Surface3(vertices.astype(np.float32), normals.astype(np.float32), triangles[:, ::-1] if mirrored else triangles)
         uv = model.uv[np.maximum(places, 0).ravel()[first]] if shown is not None else None
         colour = rgb(look.colour) if look.colour else material.colour or GREY
-        out.append(Piece(surface, colour, uv, shown, True, material.finish or PLAIN))
+        out.append(SurfacePiece(surface, colour, uv, shown, True, material.finish or PLAIN))
     return out
 
 
-def _corner_normals(model: Model) -> F64:
+def _corner_normals(model: Polymesh) -> F64:
     """(F, 3, 3) unit normal at each corner of each face: that of the faces round the vertex that meet it smoothly."""
     corner = model.vertices[model.triangles].astype(np.float64)
     face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
@@ -134,7 +134,7 @@ def _corner_normals(model: Model) -> F64:
     return out.reshape(-1, 3, 3)
 
 
-def _bent(piece: Piece, thing: Thing) -> Piece:
+def _bent(piece: SurfacePiece, thing: Thing) -> SurfacePiece:
     if thing.curve is None:
         return piece
     s = piece.surface

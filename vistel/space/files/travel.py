@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from vistel.arrays import U8
-from vistel.figure.making.source import Finish, Material
+from vistel.figure.making.source import Finish, SourceMaterial
 from vistel.space.files.interior import Interior
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 
 MOST_UNPACKED = 256 << 20
 """Bytes that a polymesh may have in memory; a picture as many texels as a quarter of it."""
@@ -32,7 +32,7 @@ def picture_digest(picture: U8) -> str:
     return hashlib.sha256(f"{picture.shape}".encode() + picture.tobytes()).hexdigest()[:32]
 
 
-def pack_model(model: Model) -> bytes:
+def pack_model(model: Polymesh) -> bytes:
     """A polymesh without its pictures."""
     told = [[m.name, m.colour, "" if m.picture is None else picture_digest(m.picture), *finish_told(m)] for m in model.materials]
     out = io.BytesIO()
@@ -53,18 +53,20 @@ def pictures_in(data: bytes) -> tuple[str, ...]:
     return tuple(dict.fromkeys(digest for _, _, digest, _ in _materials(_read(data)) if digest))
 
 
-def unpack_model(data: bytes, digest: str, pictures: Mapping[str, U8]) -> Model:
+def unpack_model(data: bytes, digest: str, pictures: Mapping[str, U8]) -> Polymesh:
     """The polymesh of that digest. pictures: those it names. Raises ValueError for what is not it."""
     arrays = _read(data)
     for name, width in _SHAPES.items():
         if arrays[name].ndim != 2 or arrays[name].shape[1] != width:
             raise ValueError(f"polymesh: {name} of shape {arrays[name].shape}")
     materials = tuple(
-        Material(name, None if colour is None else (colour[0], colour[1], colour[2]), pictures[which] if which else None, finish)
+        SourceMaterial(
+            name, None if colour is None else (colour[0], colour[1], colour[2]), pictures[which] if which else None, finish
+        )
         for name, colour, which, finish in _materials(arrays)
     )
     a = {name: np.ascontiguousarray(arrays[name]) for name in _ARRAYS}
-    model = Model(a["vertices"], a["triangles"], a["uv"], a["uv_triangles"], a["material"], materials)
+    model = Polymesh(a["vertices"], a["triangles"], a["uv"], a["uv_triangles"], a["material"], materials)
     if model.digest != digest:
         raise ValueError("polymesh: it is another one than its name says")
     # Whoever made it could also have named one that no picture can be made of.
@@ -122,7 +124,7 @@ def _read(data: bytes) -> dict[str, NDArray[Any]]:
         raise ValueError(f"polymesh: damaged ({fault})") from fault
 
 
-def finish_told(m: Material) -> list[list[float]]:
+def finish_told(m: SourceMaterial) -> list[list[float]]:
     """The entries of a material's row for its finish; none when it has no finish."""
     return [] if m.finish is None else [[m.finish.roughness, m.finish.metallic]]
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64
 from vistel.figure.making.pictures import decode
-from vistel.figure.making.source import MakingError, Material
+from vistel.figure.making.source import MakingError, SourceMaterial
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.files.travel import finish_read
 from vistel.space.files.usd_write import FORMAT
 from vistel.space.room import Room, Seat
@@ -57,7 +57,7 @@ def read_seats(root: Any) -> list[Seat]:
 class _Reader:
     def __init__(self, stage: Any, path: Path) -> None:
         self.stage, self.path, self.notes = stage, path, list[str]()
-        self.models: dict[str, Model] = {}
+        self.models: dict[str, Polymesh] = {}
         self.pictures: dict[str, NDArray[np.uint8] | None] = {}
 
     def room(self, root: Any) -> Interior:
@@ -133,7 +133,7 @@ class _Reader:
         whole = np.array(UsdGeom.Xformable(prim).GetLocalTransformation(), np.float64)
         return Look(told, np.ascontiguousarray(whole[:3, :3].T), np.ascontiguousarray(whole[3, :3]), colour)
 
-    def _model(self, prim: Any) -> Model:
+    def _model(self, prim: Any) -> Polymesh:
         from pxr import UsdGeom
 
         mesh = UsdGeom.Mesh(prim)
@@ -153,12 +153,12 @@ class _Reader:
             raise RoomFileError(f"{self.path}: {prim.GetPath()}: places in the picture of other faces; save the room again")
         if material.min() < 0 or material.max() >= len(materials):
             raise RoomFileError(f"{self.path}: {prim.GetPath()}: a material that is not there; save the room again")
-        return Model(vertices, triangles, uv, uv_triangles, material, materials)
+        return Polymesh(vertices, triangles, uv, uv_triangles, material, materials)
 
-    def _material(self, text: str) -> Material:
+    def _material(self, text: str) -> SourceMaterial:
         name, colour, digest, *more = json.loads(text)
         own = None if colour is None else (int(colour[0]), int(colour[1]), int(colour[2]))
-        return Material(str(name), own, self._picture(str(digest)) if digest else None, finish_read(more))
+        return SourceMaterial(str(name), own, self._picture(str(digest)) if digest else None, finish_read(more))
 
     def _picture(self, digest: str) -> NDArray[np.uint8] | None:
         if digest not in self.pictures:

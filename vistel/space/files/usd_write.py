@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from vistel.figure.making.source import Material
+from vistel.figure.making.source import SourceMaterial
 from vistel.space.files.interior import Interior
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.files.surfaces import PLAIN, rgb
 from vistel.space.files.travel import finish_told
 from vistel.space.things.json_values import from_thing
@@ -169,7 +169,7 @@ class _Writer:
         from pxr import Gf, Sdf, UsdGeom, Vt
 
         types = Sdf.ValueTypeNames
-        m: Model = models[digest]
+        m: Polymesh = models[digest]
         mesh = self._mesh(at, m.vertices, m.triangles)
         prim = mesh.GetPrim()
         whole = np.eye(4)
@@ -187,7 +187,7 @@ class _Writer:
         keep(prim, "material", types.IntArray, Vt.IntArray.FromNumpy(np.ascontiguousarray(m.material, np.int32)))
         self._bind(mesh, m, colour)
 
-    def _bind(self, mesh: Any, m: Model, colour: int) -> None:
+    def _bind(self, mesh: Any, m: Polymesh, colour: int) -> None:
         from pxr import Sdf
 
         keep(mesh.GetPrim(), "materials", Sdf.ValueTypeNames.StringArray, [self._told(x) for x in m.materials])
@@ -210,7 +210,7 @@ class _Writer:
             )
             shown.Set([_linear(c) for c in used])
             shown.SetIndices(number.tolist())
-        self._share([self._material(Material("", rgb(c))) for c in used], mesh, number)
+        self._share([self._material(SourceMaterial("", rgb(c))) for c in used], mesh, number)
 
     def _share(self, made: list[Any], mesh: Any, of_face: NDArray[np.integer[Any]]) -> None:
         """Bind a material to each face; of_face: (F,) which of those `made`."""
@@ -225,11 +225,11 @@ class _Writer:
             subset = UsdGeom.Subset.CreateGeomSubset(mesh, f"part_{n}", UsdGeom.Tokens.face, rows, UsdShade.Tokens.materialBind)
             UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(material)
 
-    def _told(self, m: Material) -> str:
+    def _told(self, m: SourceMaterial) -> str:
         """A material as the attribute tells it."""
         return json.dumps([m.name, m.colour, _digest(m.picture), *finish_told(m)], ensure_ascii=False)
 
-    def _material(self, m: Material) -> Any:
+    def _material(self, m: SourceMaterial) -> Any:
         from pxr import Sdf, UsdShade
 
         key = self._told(m)

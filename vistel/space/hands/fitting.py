@@ -54,7 +54,7 @@ _OPEN_FINGER = np.radians([-15.0, 0.0, 0.0])
 
 
 @dataclass(frozen=True)
-class Fit:
+class GraspFit:
     """How a hand holds a thing: fingers (20,) angles [rad], shift (3,) of the thing in the hand's frame [m], depth: the
     deepest that any part of the hand still goes into it [m]."""
 
@@ -64,7 +64,7 @@ class Fit:
 
 
 @dataclass(frozen=True, eq=False)
-class Hand:
+class HandPrimitives:
     """The primitives of one hand: rows (H,) of the body, digit (H,) 0 to 5, level (H,) of each bone in its digit, joint
     (H,); palm primitives have level -1."""
 
@@ -99,15 +99,15 @@ class Hand:
         return depth, normal
 
 
-def hand_of(build: Build, right: bool) -> Hand:
+def hand_of(build: Build, right: bool) -> HandPrimitives:
     """One hand of a body."""
     rows = np.flatnonzero((build.digit >= 0) & (build.digit // DIGITS == int(right)))
     joints = [JOINT_INDEX[name] for name in finger_joints(SIDES[int(right)])]
     level = [joints.index(j) % 3 if j in joints else -1 for j in build.body.joint[rows].tolist()]
-    return Hand(build, right, rows, build.digit[rows] % DIGITS, np.array(level))
+    return HandPrimitives(build, right, rows, build.digit[rows] % DIGITS, np.array(level))
 
 
-def fit(build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thing: PrimitiveSet, *, to_palm: bool) -> Fit:
+def fit(build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thing: PrimitiveSet, *, to_palm: bool) -> GraspFit:
     """How the hand, its fingers at (20,) angles, holds a thing that lies in the hand joint's frame as `thing` does.
 
     engaged: which of the four fingers are to touch it, as the thumb is; to_palm: the palm is to touch it too. When a bone
@@ -119,7 +119,7 @@ def fit(build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thin
     shift = _out_of_palm(hand, start, thing, np.zeros(3))
     if to_palm:
         shift = _out_of_palm(hand, start, thing, shift + _to_palm(hand, start, thing, shift))
-    best: Fit | None = None
+    best: GraspFit | None = None
     for attempt in range(TRIES):
         lying = thing.moved(np.eye(3), shift)
         start[:4] = min(_OPEN_THUMBS, key=lambda t, lying=lying: _thumb_depth(hand, start, t, lying))
@@ -127,7 +127,7 @@ def fit(build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thin
         depth, normal = hand.depths(closed, lying)
         k = int(np.argmax(depth))
         if best is None or depth[k] < best.depth:
-            best = Fit(closed, shift, float(depth[k]))
+            best = GraspFit(closed, shift, float(depth[k]))
         if depth[k] <= 2.0 * PRESS:
             break
         # Some bone cannot get out of the way: the thing does; if that leads it in between others, away from the palm.
@@ -137,7 +137,7 @@ def fit(build: Build, right: bool, fingers: F64, engaged: tuple[bool, ...], thin
     return best
 
 
-def _out_of_palm(hand: Hand, opened: F64, thing: PrimitiveSet, shift: F64) -> F64:
+def _out_of_palm(hand: HandPrimitives, opened: F64, thing: PrimitiveSet, shift: F64) -> F64:
     """The shift of the thing with which palm and straight fingers are outside it."""
     for _ in range(6):
         depth, normal = hand.depths(opened, thing.moved(np.eye(3), shift))
@@ -149,7 +149,7 @@ def _out_of_palm(hand: Hand, opened: F64, thing: PrimitiveSet, shift: F64) -> F6
     return shift
 
 
-def _to_palm(hand: Hand, opened: F64, thing: PrimitiveSet, shift: F64) -> F64:
+def _to_palm(hand: HandPrimitives, opened: F64, thing: PrimitiveSet, shift: F64) -> F64:
     """(3,) shift of the thing to the palm [m]."""
     depth, normal = hand.depths(opened, thing.moved(np.eye(3), shift))
     depth = np.where(hand.digit == PALM, depth, -MARGIN)
@@ -157,12 +157,12 @@ def _to_palm(hand: Hand, opened: F64, thing: PrimitiveSet, shift: F64) -> F64:
     return normal[k] * depth[k] if -MARGIN < depth[k] < 0.0 else np.zeros(3)
 
 
-def _thumb_depth(hand: Hand, opened: F64, thumb: F64, thing: PrimitiveSet) -> float:
+def _thumb_depth(hand: HandPrimitives, opened: F64, thumb: F64, thing: PrimitiveSet) -> float:
     depth, _ = hand.depths(np.concatenate([thumb, opened[4:]]), thing)
     return max(0.0, float(depth[hand.digit == THUMB].max(initial=0.0)))
 
 
-def _closed(hand: Hand, start: F64, fingers: F64, engaged: NDArray[np.bool_], thing: PrimitiveSet) -> F64:
+def _closed(hand: HandPrimitives, start: F64, fingers: F64, engaged: NDArray[np.bool_], thing: PrimitiveSet) -> F64:
     """The fingers on their way from `start` to how they are, each bone as far as it goes; those that hold go on until
     they touch."""
     further = fingers.copy()
@@ -193,7 +193,7 @@ def _closed(hand: Hand, start: F64, fingers: F64, engaged: NDArray[np.bool_], th
     return _touching(hand, at, ahead, free, thing)
 
 
-def _touching(hand: Hand, at: F64, ahead: F64, free: NDArray[np.bool_], thing: PrimitiveSet) -> F64:
+def _touching(hand: HandPrimitives, at: F64, ahead: F64, free: NDArray[np.bool_], thing: PrimitiveSet) -> F64:
     """Every bone that was stopped goes on, from the knuckle outwards, until it or what is beyond it just touches."""
     for level in range(3):
         low, high = np.zeros(5), np.where(free[:, level], 0.0, 1.0)

@@ -32,7 +32,7 @@ PUSH_OUT = 0.05
 """Held things are kept out of the furniture by moving them this far at most [m]."""
 
 
-NOTHING: Mapping[str, Sequence[sharing.Anchor]] = MappingProxyType({})
+NOTHING: Mapping[str, Sequence[sharing.Spring]] = MappingProxyType({})
 
 
 def tracked_things(state: State) -> frozenset[str]:
@@ -126,7 +126,7 @@ def _unsure(state: State, p: Posed, g: Grasp) -> bool:
 
 
 def carry(
-    state: State, solids: Solids, posed: dict[str, Posed], dt: float, anchors: Mapping[str, Sequence[sharing.Anchor]] = NOTHING
+    state: State, solids: Solids, posed: dict[str, Posed], dt: float, anchors: Mapping[str, Sequence[sharing.Spring]] = NOTHING
 ) -> State:
     """Held things follow their hand, or the balance of several hands, unless they have a tracker. anchors: points that sticky
     things are held to."""

@@ -42,7 +42,7 @@ class Pull:
 
 
 @dataclass(frozen=True)
-class Anchor:
+class Spring:
     """A spring that holds a thing back: its point `own` (3,), in its frame, is drawn to `at` (3,) [m, room]. stiffness [N/m]."""
 
     own: F64
@@ -50,7 +50,7 @@ class Anchor:
     stiffness: float
 
 
-def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int, anchors: Sequence[Anchor] = ()) -> tuple[F64, F64]:
+def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int, anchors: Sequence[Spring] = ()) -> tuple[F64, F64]:
     """Position (3,) and rotation (4,) of a thing that hands hold and anchors hold back."""
     poses = [out_of_hand(p, g.right, g.lie(t_ns)) for g, p in holds]
     turns = [pose.matrix for pose in poses]

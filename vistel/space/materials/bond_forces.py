@@ -18,7 +18,7 @@ from vistel.space.dynamics.dynamics import ASLEEP, FREE, Motions
 from vistel.space.dynamics.motion_kernels import GRAVITY
 from vistel.space.dynamics.solids import Solids
 from vistel.space.hands.grasp import into_hand
-from vistel.space.holding.sharing import Anchor, Pull
+from vistel.space.holding.sharing import Pull, Spring
 from vistel.space.memory.bonds import Bond, Frame, Glue, ends, glue_of
 from vistel.space.people import DIGITS, Posed
 from vistel.space.state import State
@@ -80,11 +80,11 @@ def bond_forces(state: State, s: Solids, posed: Mapping[str, Posed]) -> list[Bon
     return out
 
 
-def anchors(drawn: list[BondForce], state: State, s: Solids) -> dict[str, list[Anchor]]:
+def anchors(drawn: list[BondForce], state: State, s: Solids) -> dict[str, list[Spring]]:
     """The anchors of each held thing: its bonds to things, and to people who do not hold it."""
     holders = {(g.thing, g.participant) for g in state.grasps}
     held = {g.thing for g in state.grasps}
-    out: dict[str, list[Anchor]] = {}
+    out: dict[str, list[Spring]] = {}
     for d in drawn:
         for thing, here, there, body in ((d.n, d.at_thing, d.at_body, d.bond.body), (d.other, d.at_body, d.at_thing, d.bond.thing)):
             if thing < 0 or s.things[thing].id not in held or (s.things[thing].id, body) in holders:
@@ -94,7 +94,7 @@ def anchors(drawn: list[BondForce], state: State, s: Solids) -> dict[str, list[A
             q = matrix_from_quaternion(state.motions.rotation[thing])
             own = q.T @ (here - state.motions.position[thing])
             felt = there - off * (min(gap, d.bond.rest) / max(gap, 1e-9))
-            out.setdefault(s.things[thing].id, []).append(Anchor(own, felt, d.glue.stiffness))
+            out.setdefault(s.things[thing].id, []).append(Spring(own, felt, d.glue.stiffness))
     return out
 
 

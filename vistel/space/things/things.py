@@ -82,7 +82,7 @@ class ThingPrimitive:
 class Look:
     """A polymesh that is drawn for primitives of a thing that are not seen.
 
-    model: digest of the polymesh (`vistel.space.files.model.Model`); matrix: (3, 3) and offset: (3,) [m] from its frame to that
+    model: digest of the `vistel.space.files.model.Polymesh`; matrix: (3, 3) and offset: (3,) [m] from its frame to that
     of the thing, of the straight one if it was bent; colour: 0xRRGGBBAA in place of its colours and pictures, 0 for these.
     """
 

@@ -6,7 +6,7 @@ from typing import cast
 
 from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.engine import Engine, EngineError, Maker, Transcript
-from vistel.speech.engines.segmenter import I16, Segmenter, Stage
+from vistel.speech.engines.segmenter import I16, Segmenter, SpeechStage
 from vistel.speech.grammar import Grammar, Language
 from vistel.speech.nearest import Nearest
 from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Hypothesis, Samples
@@ -41,11 +41,11 @@ class EngineRecogniser:
         """As `Recogniser`."""
         found: list[Hypotheses] = []
         for stage, sound in self._segments.feed(samples):
-            if stage is Stage.BEGIN:
+            if stage is SpeechStage.BEGIN:
                 self._engine.begin()
                 self._heard = 0
             self._feed(sound)
-            if stage is Stage.END:
+            if stage is SpeechStage.END:
                 found += self._understood()
         return found
 

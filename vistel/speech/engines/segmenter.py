@@ -1,6 +1,6 @@
 """Cuts a stream of sound into utterances: WebRTC's detector of speech, behind a filter that takes steady noise out.
 
-For recognisers that hear an utterance at a time. What a stage means is said at `Stage`.
+For recognisers that hear an utterance at a time. What a stage means is said at `SpeechStage`.
 """
 
 import math
@@ -34,7 +34,7 @@ _LEAD = 3
 """Frames before the detected beginning that belong to the utterance."""
 
 
-class Stage(Enum):
+class SpeechStage(Enum):
     """BEGIN: the first sound of an utterance, with what came shortly before; SPEECH, SILENCE: the next frame of it; PAUSE:
     as SILENCE, and it may be over: time to find out what was said; END: the last frame."""
 
@@ -64,7 +64,7 @@ class Segmenter:
         self.start_s = 0.0
         """Where the utterance began, from the first sample fed."""
 
-    def feed(self, samples: Samples) -> Iterator[tuple[Stage, I16]]:
+    def feed(self, samples: Samples) -> Iterator[tuple[SpeechStage, I16]]:
         """Any number of samples -> what they are of an utterance; nothing where nobody speaks."""
         sound = np.nan_to_num(as_float(samples), posinf=0.0, neginf=0.0)
         late = np.concatenate([self._late, sound])
@@ -85,7 +85,7 @@ class Segmenter:
         self._rest = np.zeros((2, 0), np.int16)
         return was
 
-    def _frame(self, heard: I16, frame: I16) -> tuple[Stage, I16] | None:
+    def _frame(self, heard: I16, frame: I16) -> tuple[SpeechStage, I16] | None:
         self._frames += 1
         level = float(np.sqrt(np.mean(heard.astype(np.float32) ** 2)))
         speech = bool(self._vad.is_speech(heard.tobytes())) and level >= _FAINT * self._loudest
@@ -97,16 +97,16 @@ class Segmenter:
         self._silent = 0 if speech else self._silent + 1
         if spoken <= self._count - self._needed or self._frames * FRAME_S - self.start_s >= _LONGEST_S:
             self._end()
-            return Stage.END, frame
+            return SpeechStage.END, frame
         if self._silent == _EARLY:
-            return Stage.PAUSE, frame
-        return Stage.SPEECH if speech else Stage.SILENCE, frame
+            return SpeechStage.PAUSE, frame
+        return SpeechStage.SPEECH if speech else SpeechStage.SILENCE, frame
 
-    def _begin(self) -> tuple[Stage, I16]:
+    def _begin(self) -> tuple[SpeechStage, I16]:
         self.speaking = True
         self.start_s = (self._frames - len(self._recent)) * FRAME_S
         self._silent, self._loudest = 0, 0.0
-        return Stage.BEGIN, np.concatenate([frame for _, frame in self._recent])
+        return SpeechStage.BEGIN, np.concatenate([frame for _, frame in self._recent])
 
     def _end(self) -> None:
         self.speaking = False

@@ -18,7 +18,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.v1.world_pb2 import Bond, Dent, Grasp, Thing, WorldDetail, WorldSnapshot, WorldState
 from vistel.wire.world.codec.bits import FrameError
-from vistel.wire.world.codec.frame import Book, ChangedLists, Step, is_key, read_changes, read_key
+from vistel.wire.world.codec.frame import Book, ChangedLists, RoomStep, is_key, read_changes, read_key
 from vistel.wire.world.codec.poses import place
 from vistel.wire.world.codec.touches import force_of
 from vistel.wire.world.detail import Details
@@ -186,7 +186,7 @@ class WorldDecoder:
         # Steps before the newest are told of by nobody exactly: whoever is shown more than the frame says goes without.
         return [replace(now, poses={**now.poses, **exact})] if exact else out
 
-    def _step(self, message: WorldState, step: Step, now: RoomState) -> RoomState:
+    def _step(self, message: WorldState, step: RoomStep, now: RoomState) -> RoomState:
         poses = now.poses
         if step.poses:
             poses = dict(poses)

@@ -42,7 +42,7 @@ def face(
     path = output or Path(f"{face_name(name)}.json")
     keep_existing(path, force=force)
     # Loads what only this command needs.
-    from vistel.vision.face_calibration import CalibrationError, calibrate_face, write_face
+    from vistel.vision.face_calibration import FaceCalibrationError, calibrate_face, write_face
     from vistel_sim.pictures.face import FacePicture, View, rest_face
     from vistel_sim.pictures.noise import light_at
     from vistel_sim.simulation import device_seed
@@ -55,7 +55,7 @@ def face(
     try:
         found = calibrate_face(frames[:: max(1, len(frames) // _MOST)], mirrored=person.face.mirrored)
         write_face(path, found)
-    except CalibrationError as e:
+    except FaceCalibrationError as e:
         fail(f"{clip or person.face.source}: {e}")
     except OSError as e:
         fail(f"{path}: cannot be written: {e.strerror}")

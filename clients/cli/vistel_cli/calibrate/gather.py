@@ -13,9 +13,9 @@ from vistel.conference.model import Conference, Participant
 from vistel.figure.calibration.moves import (
     MoveError,
     Moves,
+    ReceiverTrack,
     Samples,
     Step,
-    Track,
     begin_of,
     cut,
     find_beginning,
@@ -125,7 +125,7 @@ async def _live(conference: Conference, name: str, steps: Sequence[Step], asker:
 
 
 async def _ask(steps: Sequence[Step], collected: Collected, now: Now, begin_s: float, asker: Asker, tries: int) -> Moves:
-    moves: dict[str, dict[str, Track]] = {}
+    moves: dict[str, dict[str, ReceiverTrack]] = {}
     for number, step in enumerate(steps, start=1):
         for attempt in range(1, tries + 1):
             begin = begin_s + begin_of(step)

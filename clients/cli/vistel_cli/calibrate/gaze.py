@@ -53,7 +53,7 @@ def gaze(
     import numpy as np
 
     from vistel.vision.eye_reader import EyeReader
-    from vistel.vision.face_calibration import CalibrationError
+    from vistel.vision.face_calibration import FaceCalibrationError
     from vistel.vision.gaze_calibration import GAZE_TARGETS, calibrate_gaze, write_gaze
     from vistel_sim.pictures.eye import EyePicture
     from vistel_sim.simulation import device_seed
@@ -84,7 +84,7 @@ def gaze(
     try:
         found = calibrate_gaze([np.array(p).reshape(-1, 2) for p in pupils], targets, size, float(np.median(openings or [0.0])))
         write_gaze(path, found)
-    except CalibrationError as e:
+    except FaceCalibrationError as e:
         fail(f"{clip or person.eye.source}: {e}")
     except OSError as e:
         fail(f"{path}: cannot be written: {e.strerror}")

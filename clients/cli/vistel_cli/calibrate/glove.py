@@ -21,7 +21,7 @@ from vistel_cli.terminal import USAGE, fail, load_conference, out
 START_S = 20.0
 
 
-class Collected(NamedTuple):
+class GloveReadings(NamedTuple):
     """Time of a glove's reading [s], and the bytes of its sensors."""
 
     times: list[float]
@@ -50,13 +50,13 @@ def glove(
 
       vistel calibrate glove conference.toml aiko left --log out/latest/conference.mcap
     """
-    from vistel.protocol.glove_calibration import CalibrationError
+    from vistel.protocol.glove_calibration import GloveCalibrationError
 
     conference = load_conference(file)
     glove = _glove_of(conference, participant, side)
     device, target = glove.name, output or Path(f"{participant}-{side}.json")
     keep_existing(target, force=force)
-    collected = Collected([], [])
+    collected = GloveReadings([], [])
 
     def take(frame: Any) -> None:
         collected.times.append(frame.header.t_ns * 1e-9)
@@ -72,7 +72,7 @@ def glove(
     try:
         found = load(glove.kind.fit)(glove, *collected)
         found.save(target)
-    except CalibrationError as e:
+    except GloveCalibrationError as e:
         fail(f"{device}: {e}")
     except OSError as e:
         fail(f"{target}: cannot be written: {e.strerror}")

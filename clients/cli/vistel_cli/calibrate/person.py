@@ -95,7 +95,7 @@ def body(
 
       vistel calibrate body conference.toml aiko --forearm --log out/latest/conference.mcap
     """
-    from vistel.figure.calibration.files import Body, save_body
+    from vistel.figure.calibration.files import MeasuredPerson, save_body
 
     target = output or Path(f"{participant}-body.json")
     keep_existing(target, force=force)
@@ -103,7 +103,7 @@ def body(
     written = _judged(found, anyway)
     tall = height or found.skeleton.height
     if written:
-        _write(lambda: save_body(Body(tall, found.skeleton, comfort), target), target)
+        _write(lambda: save_body(MeasuredPerson(tall, found.skeleton, comfort), target), target)
     s = found.skeleton
     sides = ("left", "right")
     measures: dict[str, Any] = {

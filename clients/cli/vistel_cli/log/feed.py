@@ -5,7 +5,7 @@ import heapq
 from collections.abc import Iterator
 
 from vistel.conference.device_list import devices_of
-from vistel.conference.devices import Camera
+from vistel.conference.devices import CameraConfig
 from vistel.conference.model import Conference
 from vistel.v1.device_pb2 import RawBytes
 from vistel.v1.world_pb2 import WorldState
@@ -104,7 +104,7 @@ class Feeder:
     def _has_raw(self, name: str) -> bool:
         """Whether the log holds the raw bytes of this device. Cameras' pictures are recorded only on request."""
         device = self._devices.get(name)
-        return device is None or "camera" not in device.kind.connections or device.config_as(Camera).keep_pictures
+        return device is None or "camera" not in device.kind.connections or device.config_as(CameraConfig).keep_pictures
 
     def _driver(self, name: str) -> Driver | None:
         """The driver whose decoder reads the recorded bytes of a device; None for one that the conference does not have."""

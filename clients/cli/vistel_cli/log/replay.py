@@ -45,7 +45,7 @@ WORLD_EARLY_NS = 200_000_000
 """The world's messages are published this much earlier than the rest, so that the room is known before the first posture [ns]."""
 
 
-class Source(StrEnum):
+class PublishedKind(StrEnum):
     """Kind of messages that are published from the log; the rest is computed again."""
 
     DEVICES = "devices"
@@ -60,7 +60,7 @@ class View(StrEnum):
     ROOM = "room"
 
 
-class Light(StrEnum):
+class PictureLight(StrEnum):
     """Lighting of a picture."""
 
     FINE = "fine"
@@ -73,8 +73,8 @@ def replay(
     begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
     source: Annotated[
-        Source, typer.Option(help="devices: their bytes; motion: postures; recorded: postures and the world as it was.")
-    ] = Source.MOTION,
+        PublishedKind, typer.Option(help="devices: their bytes; motion: postures; recorded: postures and the world as it was.")
+    ] = PublishedKind.MOTION,
     site: Annotated[list[str] | None, typer.Option(help="Only this site's picture; may be given again.")] = None,
     output: OutFolder = None,
     force: Force = False,
@@ -86,7 +86,7 @@ def replay(
     size: Annotated[str | None, typer.Option(help="With --render: pixels, such as 1920x1080.")] = None,
     supersample: Annotated[int, typer.Option(min=1, max=4, help="With --render: samples per pixel in each direction.")] = 1,
     view: Annotated[View | None, typer.Option(help="With --render: viewpoint instead of the site's own.")] = None,
-    light: Annotated[Light, typer.Option(help="With --render: soft shadows and mirrors, or as live.")] = Light.FINE,
+    light: Annotated[PictureLight, typer.Option(help="With --render: soft shadows and mirrors, or as live.")] = PictureLight.FINE,
     png: Annotated[bool, typer.Option("--png", help="With --render: one file for each picture instead of films.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
@@ -148,7 +148,7 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
 
 
 async def _play(
-    reader: LogReader, conference: Conference, source: Source, speed: float, begin: float, end: float, output: Path
+    reader: LogReader, conference: Conference, source: PublishedKind, speed: float, begin: float, end: float, output: Path
 ) -> int:
     stop = asyncio.Event()
     for signum in (signal.SIGINT, signal.SIGTERM):

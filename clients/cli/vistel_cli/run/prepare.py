@@ -37,7 +37,7 @@ from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.render.figures.people import load_figure
 from vistel.render.preparation import compile_filter
 from vistel.render.stage.stage import ParticipantInfo
-from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.wire import motion as motion_codec
@@ -96,7 +96,7 @@ def _compile_world(conference: Conference) -> None:
         room = meeting_room(keys.seats, extras_of(keys))
     world = World(room)
     people = [p for s in conference.sites for p in s.participants]
-    persons = tuple(Person(p.name, p.height) for p in people)
+    persons = tuple(ParticipantBody(p.name, p.height) for p in people)
     for step in (1, 2):
         motions = tuple(MotionInput(p.name, motion.posture(p.name, 0.0), step, step) for p in people)
         world.step(StepInputs(step, step, persons if step == 1 else (), motions))

@@ -14,7 +14,7 @@ from vistel.render.interaction.window_interaction import WindowInteraction
 from vistel.render.painter import Painter
 from vistel.render.view.screens import Box, Stereo, fitted
 from vistel.render.view.view import View, choices_of
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel_services.renderer.window.window import Pane, Window
 
 _SHOWN_AGAIN_S = 0.05
@@ -63,7 +63,7 @@ class DesktopWindows:
         self._window = Window(self._panes, self._view.stereo is Stereo.QUAD_BUFFER)
         return Presenter(self._window)
 
-    def interaction(self, painter: Painter, models: Mapping[str, Model]) -> WindowInteraction:
+    def interaction(self, painter: Painter, models: Mapping[str, Polymesh]) -> WindowInteraction:
         """What somebody does at them."""
         assert self._window is not None, "opened before"
         view = self._view

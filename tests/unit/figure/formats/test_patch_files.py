@@ -28,7 +28,7 @@ from vistel.figure.making.files.gltf_materials import GltfMaterials
 from vistel.figure.making.files.read import read_source
 from vistel.figure.making.make import make_avatar
 from vistel.figure.making.maps import CLAMP, MIRROR, REPEAT, Lying, laid, steeper, tiled
-from vistel.figure.making.source import Material
+from vistel.figure.making.source import SourceMaterial
 
 RNG = np.random.default_rng(4)
 FIELDS = ("box", "roughness", "metallic", "glow", "cutoff", "blend", "both_sides")
@@ -165,7 +165,7 @@ class _Pictures(Document):
         return out.getvalue()
 
 
-def read(row: dict[str, Any], *pictures: np.ndarray, tree: dict[str, Any] | None = None) -> tuple[Material, list[str]]:
+def read(row: dict[str, Any], *pictures: np.ndarray, tree: dict[str, Any] | None = None) -> tuple[SourceMaterial, list[str]]:
     notes: list[str] = []
     return GltfMaterials(_Pictures(tree or {}, *pictures), notes, patches=True).material(row), notes
 

@@ -12,7 +12,7 @@ from PIL import Image
 from vistel.arrays import F64
 from vistel.figure.making.assembly.assemble import Assembled, assemble
 from vistel.figure.making.assembly.colour import colour_at
-from vistel.figure.making.assembly.piece import Piece, cut, loops
+from vistel.figure.making.assembly.piece import MeshPiece, cut, loops
 from vistel.figure.making.parts import soundness
 from vistel.figure.making.source import MakingError
 
@@ -109,7 +109,7 @@ def test_polygons_away_from_the_joint_are_those_of_the_scans(elbow: Assembled) -
 
 def test_colour_passes_from_one_limb_to_the_other_without_a_step(elbow: Assembled) -> None:
     s = elbow.source
-    piece = Piece(
+    piece = MeshPiece(
         s.points, s.triangles.astype(np.int64), s.uv[s.uv_triangles], s.material.astype(np.int64), s.group.astype(np.int64)
     )
     x = np.linspace(-0.06, 0.06, 121)
@@ -163,12 +163,12 @@ def test_a_cut_goes_through_every_face_once_and_keeps_the_area() -> None:
     rng = np.random.default_rng(4)
     points = rng.uniform(-1, 1, (12, 3))
     triangles = rng.permuted(np.tile(np.arange(12), (20, 1)), axis=1)[:, :3]
-    piece = Piece(points, triangles, rng.uniform(0, 1, (20, 3, 2)), np.zeros(20, np.int64), np.arange(20))
+    piece = MeshPiece(points, triangles, rng.uniform(0, 1, (20, 3, 2)), np.zeros(20, np.int64), np.arange(20))
     whole, level = cut(piece, points[:, 0] - 0.1)
     sign = np.sign(level)[whole.triangles]
     assert not ((sign > 0).any(axis=1) & (sign < 0).any(axis=1)).any()
 
-    def area(p: Piece) -> float:
+    def area(p: MeshPiece) -> float:
         c = p.points[p.triangles]
         return float(np.linalg.norm(np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]), axis=1).sum())
 

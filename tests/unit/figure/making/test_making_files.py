@@ -20,7 +20,7 @@ from vistel.figure.making.files.read import read_source
 from vistel.figure.making.make import make_avatar
 from vistel.figure.making.places import joints_by_place
 from vistel.figure.making.rigs import mapped
-from vistel.figure.making.source import MakingError, Source
+from vistel.figure.making.source import MakingError, SourceMesh
 from vistel.figure.making.upright import Upright, upright
 from vistel.figure.rigid.weights import joints_only
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
@@ -30,12 +30,12 @@ _Z_UP = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0
 """From Y up to Z up."""
 
 
-def _placed(source: Source) -> Upright:
+def _placed(source: SourceMesh) -> Upright:
     known = mapped(source.rig)
     return upright(source.points, left=known.left(), head=known.head(), told=(source.unit, source.up))
 
 
-def _stands(source: Source) -> None:
+def _stands(source: SourceMesh) -> None:
     """Upright, in metres, facing +Z, with the joints where hers are."""
     placed, known = _placed(source), mapped(source.rig)
     p = placed(source.points)

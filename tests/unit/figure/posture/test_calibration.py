@@ -21,8 +21,8 @@ from vistel.figure.calibration.distortion import (
     save_distortion,
 )
 from vistel.figure.calibration.files import (
-    Body,
     CalibrationFileError,
+    MeasuredPerson,
     TrackerSetup,
     load_body,
     load_tracker,
@@ -222,7 +222,7 @@ def test_moves_in_the_wrong_order_are_told() -> None:
 
 def test_files_hold_what_was_found(tmp_path: Path) -> None:
     c = found(0)
-    save_body(Body(HEIGHT, c.skeleton, {"left": Comfort(0.4)}), tmp_path / "body.json")
+    save_body(MeasuredPerson(HEIGHT, c.skeleton, {"left": Comfort(0.4)}), tmp_path / "body.json")
     save_tracker(TrackerSetup(c.position, c.heading, c.mounts), tmp_path / "tracker.json")
     body, setup = load_body(tmp_path / "body.json"), load_tracker(tmp_path / "tracker.json")
     assert np.abs(body.skeleton.rest - c.skeleton.rest).max() < 1e-4

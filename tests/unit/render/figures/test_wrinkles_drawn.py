@@ -21,7 +21,7 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.render.config import render_config
 from vistel.render.figures.drawn import Corners, FigureView, Planned
-from vistel.render.figures.figures import AvatarFigure, Posed, limb_rows
+from vistel.render.figures.figures import AvatarFigure, PosedVertices, limb_rows
 from vistel.render.figures.gpu_deform import GpuDeformer, GpuSkin
 from vistel.render.gl.context import NoOpenGlError, open_surface
 from vistel.render.painter import Frame, Painter
@@ -50,7 +50,7 @@ class Drawing:
         self.painter = Painter(self.surface, SIZE, SIZE, self.deformer)
         self.painter.saves_shadows = False
 
-    def picture(self, person: AvatarFigure, posed: Posed, camera: Camera, *, creased: bool = True) -> U8:
+    def picture(self, person: AvatarFigure, posed: PosedVertices, camera: Camera, *, creased: bool = True) -> U8:
         folds = posed.folds if creased else None
         view = FigureView("eva", posed.model, posed.skin, limb_rows(posed.posed, person.casters), folds=folds)
         self.painter.draw(Frame([Sight(camera)], [view]))

@@ -12,7 +12,7 @@ from vistel.render.gl.context import NoOpenGlError, open_surface
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.playout import Timing
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
-from vistel.render.stage.world_view import Ghost, WorldView
+from vistel.render.stage.world_view import ActingGhost, PlayoutWorld
 
 pytestmark = pytest.mark.gl
 
@@ -34,8 +34,8 @@ def test_people_look_the_same_whoever_deforms_them() -> None:
         PersonNow(ParticipantInfo(name, name), embracing(away, turned), Timing(0, 0, 0, False))
         for name, away, turned in (("ada", 0.0, 0.0), ("grace", 0.36, np.pi))
     )
-    ghosts = tuple(Ghost(b, a, (), 1.0) for a, b in (("ada", "grace"), ("grace", "ada")))
-    now = Instant(0, people, WorldView(ghosts=ghosts))
+    ghosts = tuple(ActingGhost(b, a, (), 1.0) for a, b in (("ada", "grace"), ("grace", "ada")))
+    now = Instant(0, people, PlayoutWorld(ghosts=ghosts))
     pictures: list[np.ndarray] = []
     for drawn_by in ("cpu", "gpu"):
         studio = SceneRenderer(View(320, 180, "room", "", engine=drawn_by), 3, load=lambda _: AvatarFigure(tube_person()))

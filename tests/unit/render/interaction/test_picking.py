@@ -14,7 +14,7 @@ from vistel.render.interaction.dragging import Dragging
 from vistel.render.interaction.picking import Hit, Ray, Targets, on_plane, ray_through
 from vistel.render.interaction.requests import Drop
 from vistel.render.view.camera import look_at
-from vistel.render.view.screens import Screen, Sight, Stereo, fitted, sights_of_screens
+from vistel.render.view.screens import RoomScreen, Sight, Stereo, fitted, sights_of_screens
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate, tessellate_thing
 from vistel.space.things.things import ThingPrimitive
@@ -41,7 +41,7 @@ def test_the_ray_of_the_pixel_where_a_place_is_drawn_goes_through_it(x: float, y
 
 
 def test_on_a_wall_of_screens_a_mouse_points_through_the_screen_and_the_eye_it_is_over() -> None:
-    flat = Screen("s", np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 1.5, 1.0)), WIDTH, HEIGHT)
+    flat = RoomScreen("s", np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 1.5, 1.0)), WIDTH, HEIGHT)
     eyes = np.array(((0.03, 1.2, 0.0), (-0.03, 1.2, 0.0)))
     for stereo in (Stereo.SIDE_BY_SIDE, Stereo.QUAD_BUFFER, Stereo.TOP_BOTTOM):
         size = WIDTH * stereo.widths, HEIGHT

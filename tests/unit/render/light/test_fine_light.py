@@ -10,7 +10,7 @@ import pytest
 
 from vistel.render.gl.context import GlContext
 from vistel.render.light.shadow import KEY_DIRECTION
-from vistel.render.painter import Frame, Painter, ThingView
+from vistel.render.painter import DrawnThing, Frame, Painter
 from vistel.render.room.room import build_room
 from vistel.render.view.camera import Camera, look_at
 from vistel.render.view.screens import Sight
@@ -43,7 +43,7 @@ def at(x: float, y: float, z: float) -> np.ndarray:
     return matrix
 
 
-def light(painter: Painter, camera: Camera, *things: ThingView) -> np.ndarray:
+def light(painter: Painter, camera: Camera, *things: DrawnThing) -> np.ndarray:
     """(HEIGHT, WIDTH) brightness, 0 to 1."""
     painter.draw(Frame([Sight(camera)], things=list(things)))
     return painter.image().mean(axis=2) / 255.0
@@ -59,7 +59,7 @@ def penumbra(painter: Painter, height: float) -> float:
     put(painter, "ball", ThingPrimitive("sphere", (0.09,)))
     above = at(*(height / KEY[1] * KEY))  # its shadow lies about the origin
     camera = look_at(-0.9 * ALONG + np.array((0.0, 0.6, 0.0)), np.zeros(3), math.radians(40.0))
-    with_ball, without = light(painter, camera, ThingView("ball", above)), light(painter, camera)
+    with_ball, without = light(painter, camera, DrawnThing("ball", above)), light(painter, camera)
     line = np.linspace(-0.3, 0.3, 300)[:, None] * np.array((ALONG[2], 0.0, -ALONG[0]))
     pixels = camera.project(line, WIDTH, HEIGHT)
     column, row = pixels[:, 0].astype(int), pixels[:, 1].astype(int)
@@ -79,7 +79,7 @@ def test_a_shadow_grows_soft_with_the_distance_of_what_throws_it(painter: Painte
 def test_the_floor_is_darker_close_to_what_stands_on_it_and_not_elsewhere(painter: Painter) -> None:
     put(painter, "ball", ThingPrimitive("sphere", (0.15,)))
     camera = look_at(1.0 * ALONG + np.array((0.0, 0.5, 0.0)), np.zeros(3), math.radians(60.0))
-    empty, with_ball = light(painter, camera), light(painter, camera, ThingView("ball", at(0.0, 0.15, 0.0)))
+    empty, with_ball = light(painter, camera), light(painter, camera, DrawnThing("ball", at(0.0, 0.15, 0.0)))
 
     def change(away: float) -> float:
         """On the lit side, so many metres from where the ball stands."""
@@ -94,7 +94,7 @@ def test_the_floor_is_darker_close_to_what_stands_on_it_and_not_elsewhere(painte
 def test_a_smooth_ball_mirrors_the_lamp_as_a_small_bright_spot(painter: Painter) -> None:
     put(painter, "ball", ThingPrimitive("sphere", (0.15,)), grey=0.1)
     camera = look_at(np.array((0.0, 1.0, 1.0)), np.array((0.0, 0.6, 0.0)), math.radians(30.0))
-    picture = light(painter, camera, ThingView("ball", at(0.0, 0.6, 0.0)))
+    picture = light(painter, camera, DrawnThing("ball", at(0.0, 0.6, 0.0)))
     v = camera.position - np.array((0.0, 0.6, 0.0))
     half = KEY + v / np.linalg.norm(v)
     spot = np.array((0.0, 0.6, 0.0)) + 0.15 * half / np.linalg.norm(half)

@@ -9,11 +9,11 @@ import pytest
 
 from vistel.figure.making.source import Finish
 from vistel.render.gl.context import GlContext
-from vistel.render.painter import Frame, Painter, ThingView
+from vistel.render.painter import DrawnThing, Frame, Painter
 from vistel.render.room.room import build_room
 from vistel.render.view.camera import look_at
 from vistel.render.view.screens import Sight
-from vistel.space.files.surfaces import Piece
+from vistel.space.files.surfaces import SurfacePiece
 from vistel.space.room import meeting_room
 from vistel.space.things.tessellate import tessellate
 from vistel.space.things.things import ThingPrimitive
@@ -30,12 +30,12 @@ def balls(surface: GlContext, fine: bool) -> tuple[np.ndarray, np.ndarray]:
     painter.set_room(build_room(meeting_room(0))[0], None)
     shape = tessellate(ThingPrimitive("sphere", (0.1,)), 1.5)
     camera = look_at(np.array([0.0, 1.25, 0.75]), np.array([0.0, 1.0, 0.0]), math.radians(32.0))
-    views: list[ThingView] = []
+    views: list[DrawnThing] = []
     for name, x, finish in (("metal", -0.13, FINISHES[0]), ("rough", 0.13, FINISHES[1])):
-        painter.set_thing(name, None, np.zeros((0, 3), np.float32), [Piece(shape, GOLD, mesh=True, finish=finish)])
+        painter.set_thing(name, None, np.zeros((0, 3), np.float32), [SurfacePiece(shape, GOLD, mesh=True, finish=finish)])
         matrix = np.eye(4, dtype=np.float32)
         matrix[:3, 3] = x, 1.0, 0.0
-        views.append(ThingView(name, matrix))
+        views.append(DrawnThing(name, matrix))
     painter.draw(Frame([Sight(camera)], things=views))
     image = painter.image().astype(float) / 255.0
     assert painter.error() == "GL_NO_ERROR"

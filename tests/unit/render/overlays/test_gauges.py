@@ -9,14 +9,14 @@ from vistel.figure.posture.posture import standing
 from vistel.render.overlays.gauges import Rate, paint, rows_of
 from vistel.render.stage.playout import Timing
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 
 MS = 1_000_000
 
 
 def instant(*people: tuple[str, Timing]) -> Instant:
     shown = tuple(PersonNow(ParticipantInfo(name.lower(), name), standing(), timing) for name, timing in people)
-    return Instant(0, shown, WorldView(), {})
+    return Instant(0, shown, PlayoutWorld(), {})
 
 
 def test_the_rate_is_counted_over_half_a_second() -> None:

@@ -16,7 +16,7 @@ from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.captions import Caption
 from vistel.render.stage.playout import Timing
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.camera import look_at
 from vistel.space.room import meeting_room
 
@@ -49,7 +49,7 @@ def studio() -> Iterator[SceneRenderer]:
 
 
 def instant(**more: object) -> Instant:
-    view = WorldView(1, {t.id: Pose(t.position, t.rotation) for t in THINGS.values()})
+    view = PlayoutWorld(1, {t.id: Pose(t.position, t.rotation) for t in THINGS.values()})
     return Instant(1, (BEN,), view, MappingProxyType(THINGS), **more)  # type: ignore[arg-type]
 
 

@@ -12,7 +12,7 @@ from vistel.figure.skeleton import standard_skeleton
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.render.stage.held import AGREES, BLEND_NS, HeldThings, ShownPerson
-from vistel.render.stage.world_view import WorldView
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.space.people import HAND_JOINT
 from vistel.v1 import geometry_pb2
 from vistel.v1.geometry_pb2 import Quaternion, Vec3
@@ -50,11 +50,11 @@ def in_hand(k: int, right: bool = True) -> np.ndarray:
 TURN = quaternion_from_matrix(pose_joints(SKELETON, walking(0)).rotation[HAND_JOINT[1]])
 
 
-def world(at: np.ndarray, *grasps: Grasp) -> WorldView:
-    return WorldView(1, {"baton": Pose(at, TURN)}, grasps=grasps)
+def world(at: np.ndarray, *grasps: Grasp) -> PlayoutWorld:
+    return PlayoutWorld(1, {"baton": Pose(at, TURN)}, grasps=grasps)
 
 
-def play(held: HeldThings, views: list[WorldView], first: int = 0) -> np.ndarray:
+def play(held: HeldThings, views: list[PlayoutWorld], first: int = 0) -> np.ndarray:
     """(n, 3) where the baton is drawn, frame by frame."""
     out = []
     for i, view in enumerate(views):

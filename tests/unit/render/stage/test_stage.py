@@ -9,7 +9,7 @@ import pytest
 
 from vistel.geometry.pose import Pose
 from vistel.render.stage.stage import GONE_NS, Stage
-from vistel.render.stage.world_view import WorldView, between, view_of
+from vistel.render.stage.world_view import PlayoutWorld, between, view_of
 from vistel.v1 import motion_pb2, world_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.world.decoder import WorldDecoder
@@ -132,6 +132,6 @@ def test_the_world_between_two_steps_lerps_places_and_slerps_turns() -> None:
     messages = state(1, key=True, ball=0.0), state(2, key=True, ball=1.0)
     a, b = (view_of(WorldDecoder().read(m)[0], ()) for m in messages)
     quarter = Pose(b.poses["ball"][0], np.array((0.0, math.sin(math.pi / 4), 0.0, math.cos(math.pi / 4))))
-    middle = between(a, WorldView(2, {"ball": quarter}), 0.5)
+    middle = between(a, PlayoutWorld(2, {"ball": quarter}), 0.5)
     assert middle.poses["ball"][0][0] == pytest.approx(0.5)
     assert middle.poses["ball"][1] == pytest.approx((0, math.sin(math.pi / 8), 0, math.cos(math.pi / 8)))

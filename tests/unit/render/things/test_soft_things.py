@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vistel.figure.making.source import Material
+from vistel.figure.making.source import SourceMaterial
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.render.things.soft import SoftThing, bond_pulls, is_soft
-from vistel.space.files.model import Model
+from vistel.space.files.model import Polymesh
 from vistel.space.room import Extra
 from vistel.space.things.things import Look, PhysicsMaterial, Thing, ThingPrimitive
 from vistel.v1 import geometry_pb2, world_pb2
@@ -155,7 +155,7 @@ def test_a_polymesh_is_dented_with_its_picture_and_its_edges_stay_sharp() -> Non
     picture = np.zeros((4, 4, 3), np.uint8)
     places = np.tile(np.array((0, 1, 2), np.int32), (12, 1))
     uv = np.array(((0, 0), (1, 0), (1, 1)), np.float32)
-    model = Model(corners.astype(np.float32), faces, uv, places, np.zeros(12, np.int32), (Material("m", None, picture),))
+    model = Polymesh(corners.astype(np.float32), faces, uv, places, np.zeros(12, np.int32), (SourceMaterial("m", None, picture),))
     felt = ThingPrimitive("superellipsoid", (0.15, 0.05, 0.12, 0.2, 0.2), colour=0x80808000)
     soft = SoftThing(replace(solid(felt), looks=(Look(model.digest),)), {model.digest: model})
     (piece,) = soft.skin.pieces

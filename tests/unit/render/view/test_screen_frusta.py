@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 
 from vistel.render.gl.context import GlContext
 from vistel.render.interaction.picking import ray_through
-from vistel.render.painter import Frame, Painter, ThingView
+from vistel.render.painter import DrawnThing, Frame, Painter
 from vistel.render.view.camera import FAR, NEAR
-from vistel.render.view.screens import EYE_DISTANCE, Screen, Stereo, boxes, eyes_apart, sights_of_screens
+from vistel.render.view.screens import EYE_DISTANCE, RoomScreen, Stereo, boxes, eyes_apart, sights_of_screens
 from vistel.render.view.wall_pattern import eyes_at
 from vistel.space.things.tessellate import tessellate
 from vistel.space.things.things import ThingPrimitive
@@ -25,18 +25,18 @@ share = st.floats(0.0, 1.0, width=32)
 
 
 @st.composite
-def screens(draw: st.DrawFn) -> Screen:
+def screens(draw: st.DrawFn) -> RoomScreen:
     """Three corners that do not lie in a line; the screen need not be upright, nor its corners' angle be right."""
     low_left, low_right, up_left = draw(place), draw(place), draw(place)
     across, up = low_right - low_left, up_left - low_left
     w, h = float(np.linalg.norm(across)), float(np.linalg.norm(up))
     assume(w > 0.1 and h > 0.1)
     assume(float(np.linalg.norm(np.cross(across, up))) > 0.2 * w * h)
-    return Screen("s", low_left, low_right, up_left, draw(st.integers(16, 4096)), draw(st.integers(16, 4096)))
+    return RoomScreen("s", low_left, low_right, up_left, draw(st.integers(16, 4096)), draw(st.integers(16, 4096)))
 
 
 @st.composite
-def viewed(draw: st.DrawFn) -> tuple[Screen, np.ndarray]:
+def viewed(draw: st.DrawFn) -> tuple[RoomScreen, np.ndarray]:
     """A screen, and (2, 3) eyes before it: somewhere up to 3 m from its plane, a head turned any way."""
     screen = draw(screens())
     across, up = screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left
@@ -48,7 +48,7 @@ def viewed(draw: st.DrawFn) -> tuple[Screen, np.ndarray]:
     return screen, eyes_apart(np.stack((middle - way, middle + way)), EYE_DISTANCE)
 
 
-def crossed(screen: Screen, eye: np.ndarray, point: np.ndarray) -> np.ndarray:
+def crossed(screen: RoomScreen, eye: np.ndarray, point: np.ndarray) -> np.ndarray:
     """The pixel, from the upper left, where the line from an eye to a point crosses the screen: of three equations for how far
     along the line and along two edges that is, which know of no camera."""
     across, up = screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left
@@ -59,7 +59,7 @@ def crossed(screen: Screen, eye: np.ndarray, point: np.ndarray) -> np.ndarray:
 @given(viewed(), share, share, st.floats(0.3, 4.0))
 @settings(max_examples=300)
 def test_a_place_is_drawn_where_the_line_from_either_eye_to_it_crosses_the_screen(
-    seen: tuple[Screen, np.ndarray], u: float, v: float, beyond: float
+    seen: tuple[RoomScreen, np.ndarray], u: float, v: float, beyond: float
 ) -> None:
     screen, eyes = seen
     across, up = screen.lower_right - screen.lower_left, screen.upper_left - screen.lower_left
@@ -80,7 +80,7 @@ def test_a_place_is_drawn_where_the_line_from_either_eye_to_it_crosses_the_scree
 
 
 @given(viewed(), share, share)
-def test_a_mouse_points_where_the_picture_is(seen: tuple[Screen, np.ndarray], u: float, v: float) -> None:
+def test_a_mouse_points_where_the_picture_is(seen: tuple[RoomScreen, np.ndarray], u: float, v: float) -> None:
     screen, eyes = seen
     sights = sights_of_screens([screen], eyes, Stereo.MONO, 0)
     ray = ray_through(sights, u * screen.width, v * screen.height, (screen.width, screen.height))
@@ -91,7 +91,7 @@ def test_a_mouse_points_where_the_picture_is(seen: tuple[Screen, np.ndarray], u:
 
 
 @given(viewed(), st.sampled_from([s for s in Stereo if s is not Stereo.SEQUENTIAL]))
-def test_however_eyes_share_a_screen_each_picture_shows_all_of_it(seen: tuple[Screen, np.ndarray], stereo: Stereo) -> None:
+def test_however_eyes_share_a_screen_each_picture_shows_all_of_it(seen: tuple[RoomScreen, np.ndarray], stereo: Stereo) -> None:
     screen, eyes = seen
     (whole,) = boxes([screen], stereo)
     for sight in sights_of_screens([screen], eyes, stereo, 0):
@@ -107,7 +107,7 @@ def test_on_a_leaning_screen_what_is_drawn_is_there_as_well(surface: GlContext) 
     """Measured corners a good degree off the right angle, drawn by OpenGL."""
     eyes = eyes_at(np.zeros(3), 0.0, EYE_DISTANCE)
     low, right, up = np.array((0.5, 0.9, 1.0)), np.array((-0.5, 0.9, 1.0)), np.array((0.38, 1.6, 1.0))
-    screen = Screen("s", low, right, up, 500, 350)
+    screen = RoomScreen("s", low, right, up, 500, 350)
     painter = Painter(surface, 500, 350)
     ball = tessellate(ThingPrimitive("sphere", (0.012,)), 1.0)
     painter.set_thing("dot", ball, np.ones((len(ball.vertices), 3), np.float32))
@@ -117,7 +117,7 @@ def test_on_a_leaning_screen_what_is_drawn_is_there_as_well(surface: GlContext) 
         empty = painter.image().astype(int)
         matrix = np.eye(4, dtype=np.float32)
         matrix[:3, 3] = place
-        painter.draw(Frame([sight], things=[ThingView("dot", matrix)]))
+        painter.draw(Frame([sight], things=[DrawnThing("dot", matrix)]))
         rows, columns = np.nonzero(np.abs(painter.image().astype(int) - empty).max(axis=2) > 8)
         expected = crossed(screen, eyes.mean(axis=0), np.array(place))
         near = np.hypot(columns - expected[0], rows - expected[1]) < 16

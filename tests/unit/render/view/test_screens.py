@@ -16,10 +16,10 @@ from vistel.conference.display import Display
 from vistel.conference.files import load
 from vistel.render.config import render_config
 from vistel.render.gl.context import GlContext
-from vistel.render.painter import Frame, Painter, ThingView
+from vistel.render.painter import DrawnThing, Frame, Painter
 from vistel.render.view.camera import look_at
 from vistel.render.view.screens import (
-    Screen,
+    RoomScreen,
     Sight,
     Stereo,
     boxes,
@@ -35,14 +35,14 @@ from vistel.space.things.things import ThingPrimitive
 WIDTH, HEIGHT = 320, 240
 
 
-def wall(name: str, towards: float, width: int = WIDTH) -> Screen:
+def wall(name: str, towards: float, width: int = WIDTH) -> RoomScreen:
     """1.2 m wide, 0.9 m high, one of its edges 1 m before the origin, turned by `towards` degrees about that edge."""
     side = 1.0 if towards > 0 else -1.0
     angle = math.radians(abs(towards))
     far = np.array((side * 1.2 * math.sin(angle), 0.7, 1.0 - 1.2 * math.cos(angle)))
     seam = np.array((0.0, 0.7, 1.0))
     left, right = (far, seam) if side > 0 else (seam, far)
-    return Screen(name, left, right, left + np.array((0.0, 0.9, 0.0)), width, HEIGHT)
+    return RoomScreen(name, left, right, left + np.array((0.0, 0.9, 0.0)), width, HEIGHT)
 
 
 V = (wall("left", 70.0), wall("right", -70.0))
@@ -77,13 +77,13 @@ def test_a_window_straight_ahead_is_an_ordinary_camera() -> None:
 
 @pytest.mark.parametrize("way", [-0.01, 0.0, 0.01])
 def test_an_eye_behind_a_screen_or_as_good_as_in_its_plane_sees_nothing_on_it(way: float) -> None:
-    flat = Screen("s", np.array((1.0, 0, 1.0)), np.array((-1.0, 0, 1.0)), np.array((1.0, 1.0, 1.0)), 64, 64)
+    flat = RoomScreen("s", np.array((1.0, 0, 1.0)), np.array((-1.0, 0, 1.0)), np.array((1.0, 1.0, 1.0)), 64, 64)
     assert flat.seen_from(np.array((0.0, 0.5, 1.0 + way))) is None
     assert flat.seen_from(np.array((0.0, 0.5, 0.9))) is not None
 
 
 def test_to_two_eyes_things_on_the_screen_are_one_those_behind_it_uncrossed_those_before_it_crossed() -> None:
-    flat = Screen("s", np.array((0.8, 0.7, 1.0)), np.array((-0.8, 0.7, 1.0)), np.array((0.8, 1.6, 1.0)), 640, 360)
+    flat = RoomScreen("s", np.array((0.8, 0.7, 1.0)), np.array((-0.8, 0.7, 1.0)), np.array((0.8, 1.6, 1.0)), 640, 360)
     left, right = (flat.seen_from(eye) for eye in EYES)
     assert left is not None
     assert right is not None
@@ -122,7 +122,7 @@ def test_eyes_are_put_as_far_apart_as_the_viewer_says() -> None:
 
 def test_a_screen_of_the_file_stands_where_its_viewers_seat_does() -> None:
     config = display.Screen(name="s", lower_left=(0.5, 0.8, 1.0), lower_right=(-0.5, 0.8, 1.0), upper_left=(0.5, 1.4, 1.0))
-    placed = Screen.placed(config, np.array((2.0, 0.0, 0.0)), -math.pi / 2)  # faces -X, so left is +Z
+    placed = RoomScreen.placed(config, np.array((2.0, 0.0, 0.0)), -math.pi / 2)  # faces -X, so left is +Z
     assert placed.lower_left == pytest.approx((1.0, 0.8, 0.5))
     assert placed.lower_right == pytest.approx((1.0, 0.8, -0.5))
 
@@ -155,14 +155,14 @@ def test_the_wall_in_the_examples_is_a_v_whose_screens_share_an_edge() -> None:
     assert config.view.stereo is Stereo.SIDE_BY_SIDE
 
 
-def _dots(painter: Painter, *places: tuple[float, float, float], grey: float = 1.0) -> list[ThingView]:
-    out: list[ThingView] = []
+def _dots(painter: Painter, *places: tuple[float, float, float], grey: float = 1.0) -> list[DrawnThing]:
+    out: list[DrawnThing] = []
     for n, place in enumerate(places):
         ball = tessellate(ThingPrimitive("sphere", (0.02,)), 1.0)
         painter.set_thing(f"dot{n}", ball, np.full((len(ball.vertices), 3), grey, np.float32))
         matrix = np.eye(4, dtype=np.float32)
         matrix[:3, 3] = place
-        out.append(ThingView(f"dot{n}", matrix))
+        out.append(DrawnThing(f"dot{n}", matrix))
     return out
 
 
@@ -199,7 +199,7 @@ def test_on_a_v_of_two_screens_points_are_drawn_where_the_eyes_rays_meet_them(su
 
 
 def test_an_anaglyph_shows_each_eye_its_colours(surface: GlContext) -> None:
-    flat = Screen("s", np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 1.5, 1.0)), WIDTH, HEIGHT)
+    flat = RoomScreen("s", np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 1.5, 1.0)), WIDTH, HEIGHT)
     painter = Painter(surface, WIDTH, HEIGHT)
     place = (0.0, 1.2, 2.5)
     sights = sights_of_screens((flat,), EYES, Stereo.ANAGLYPH, 0)
@@ -213,7 +213,7 @@ def test_an_anaglyph_shows_each_eye_its_colours(surface: GlContext) -> None:
 
 
 def test_where_two_projectors_overlap_their_light_adds_up_to_one(surface: GlContext) -> None:
-    flat = Screen("s", np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 1.5, 1.0)), WIDTH, HEIGHT)
+    flat = RoomScreen("s", np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 1.5, 1.0)), WIDTH, HEIGHT)
     light = []
     for blend in ((0.0, 0.0, 0.0, 0.0), (0.0, 0.25, 0.0, 0.0), (0.25, 0.0, 0.0, 0.0)):
         screen = replace(flat, blend=blend)

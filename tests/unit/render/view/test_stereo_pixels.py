@@ -12,9 +12,9 @@ from vistel.conference.display import Display
 from vistel.render.gl.context import GlContext
 from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
-from vistel.render.painter import Frame, Painter, ThingView
+from vistel.render.painter import DrawnThing, Frame, Painter
 from vistel.render.view.camera import look_at
-from vistel.render.view.screens import Screen, Sight, Stereo, boxes, picture_size, sights_of_desktop, sights_of_screens
+from vistel.render.view.screens import RoomScreen, Sight, Stereo, boxes, picture_size, sights_of_desktop, sights_of_screens
 from vistel.render.view.wall_pattern import pattern
 from vistel.space.things.tessellate import tessellate
 from vistel.space.things.things import ThingPrimitive
@@ -26,8 +26,8 @@ CORNERS = np.array((0.4, 0.9, 1.0)), np.array((-0.4, 0.9, 1.0)), np.array((0.4, 
 PLACES = [(0.15, 1.3, 1.4), (-0.2, 1.1, 1.0), (0.02, 1.22, 0.7)]
 
 
-def flat(gain: tuple[float, float, float] = (1.0, 1.0, 1.0), blend: tuple[float, float, float, float] = (0.0,) * 4) -> Screen:
-    return Screen("s", *CORNERS, WIDTH, HEIGHT, gain, blend)
+def flat(gain: tuple[float, float, float] = (1.0, 1.0, 1.0), blend: tuple[float, float, float, float] = (0.0,) * 4) -> RoomScreen:
+    return RoomScreen("s", *CORNERS, WIDTH, HEIGHT, gain, blend)
 
 
 @pytest.fixture
@@ -37,12 +37,12 @@ def painter(surface: GlContext) -> Iterator[Painter]:
     assert painter.error() == "GL_NO_ERROR"
 
 
-def dot(painter: Painter, place: tuple[float, float, float], radius: float = 0.02, grey: float = 1.0) -> ThingView:
+def dot(painter: Painter, place: tuple[float, float, float], radius: float = 0.02, grey: float = 1.0) -> DrawnThing:
     ball = tessellate(ThingPrimitive("sphere", (radius,)), 1.0)
     painter.set_thing("dot", ball, np.full((len(ball.vertices), 3), grey, np.float32))
     matrix = np.eye(4, dtype=np.float32)
     matrix[:3, 3] = place
-    return ThingView("dot", matrix)
+    return DrawnThing("dot", matrix)
 
 
 def drawn(painter: Painter, sights: list[Sight], place: tuple[float, float, float]) -> np.ndarray:

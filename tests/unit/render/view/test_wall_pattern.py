@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from vistel.render.view.screens import Screen, Stereo
+from vistel.render.view.screens import RoomScreen, Stereo
 from vistel.render.view.wall_pattern import EYES_OVER_SEAT, eyes_at, pattern
 
 EYES = eyes_at(np.zeros(3), 0.0, 0.06)
-FLAT = Screen("flat", np.array((0.5, 0.8, 1.0)), np.array((-0.5, 0.8, 1.0)), np.array((0.5, 1.6, 1.0)), 500, 400)
+FLAT = RoomScreen("flat", np.array((0.5, 0.8, 1.0)), np.array((-0.5, 0.8, 1.0)), np.array((0.5, 1.6, 1.0)), 500, 400)
 V = (
-    Screen("left", np.array((1.163, 0.55, 0.286)), np.array((0.0, 0.55, 1.1)), np.array((1.163, 1.617, 0.286)), 640, 480),
-    Screen("right", np.array((0.0, 0.55, 1.1)), np.array((-1.163, 0.55, 0.286)), np.array((0.0, 1.617, 1.1)), 640, 480),
+    RoomScreen("left", np.array((1.163, 0.55, 0.286)), np.array((0.0, 0.55, 1.1)), np.array((1.163, 1.617, 0.286)), 640, 480),
+    RoomScreen("right", np.array((0.0, 0.55, 1.1)), np.array((-1.163, 0.55, 0.286)), np.array((0.0, 1.617, 1.1)), 640, 480),
 )
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from vistel.figure.posture.posture import standing
 from vistel.space.actions import Action, Delete, Move, Scale, Which
-from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
+from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.view import Outcome
 from vistel.space.world import World
@@ -18,7 +18,7 @@ from vistel.space.world import World
 class _Room:
     def __init__(self) -> None:
         self.world = World(meeting_room(2))
-        people = (Person("ann"), Person("ben"))
+        people = (ParticipantBody("ann"), ParticipantBody("ben"))
         motions = tuple(MotionInput(p.participant, standing(), 1, 1) for p in people)
         self.world.step(StepInputs(1, 1, people, motions))
 

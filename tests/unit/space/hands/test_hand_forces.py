@@ -17,7 +17,7 @@ from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.forces import STIFFEST, contact_patches
 from vistel.space.contact.touch_kernels import FELT, feel
-from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.people import DIGITS, PALM
 from vistel.space.room import TABLE_HEIGHT, meeting_room
 from vistel.space.view import HandForce, WorldView
@@ -81,7 +81,7 @@ def played(begin: float, end: float) -> tuple[WorldView, ...]:
     world, out = World(meeting_room(3)), []
     for n, k in enumerate(range(round(begin * 60), round(end * 60)), 1):
         motions = tuple(MotionInput(p, source.posture(p, k / 60), n, n * STEP_NS) for p in people)
-        out.append(world.step(StepInputs(n, n * STEP_NS, tuple(map(Person, people)) if n == 1 else (), motions)))
+        out.append(world.step(StepInputs(n, n * STEP_NS, tuple(map(ParticipantBody, people)) if n == 1 else (), motions)))
     return tuple(out)
 
 

@@ -9,7 +9,7 @@ from avatar_fixture import THICKER, long_armed
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body import pose_body
 from vistel.figure.posture.posture import Posture, Stance, pose_joints
-from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.people import DIGITS, PALM, build_like, build_of
 from vistel.space.room import TABLE_HEIGHT, meeting_room
 from vistel.space.view import WorldView
@@ -30,7 +30,7 @@ def over_the_table(depth: float) -> Posture:
     return Posture(np.zeros(25), stance=Stance(edge, 0.0))
 
 
-def touching(person: Person, posture: Posture) -> tuple[World, WorldView]:
+def touching(person: ParticipantBody, posture: Posture) -> tuple[World, WorldView]:
     world = World(meeting_room(3))
     view = world.step(StepInputs(1, STEP_NS, (person,), (MotionInput("ann", posture, 1, STEP_NS),)))
     return world, view
@@ -44,14 +44,14 @@ def pressed(view: WorldView) -> list[float]:
 def test_a_thick_forearm_presses_on_the_table_where_an_average_one_does_not_reach() -> None:
     assert THICKER > 1.0
     posture = over_the_table(0.003)
-    _, own = touching(Person("ann", proportions=LIMBS), posture)
-    _, average = touching(Person("ann", 1.75), posture)
+    _, own = touching(ParticipantBody("ann", proportions=LIMBS), posture)
+    _, average = touching(ParticipantBody("ann", 1.75), posture)
     assert max(pressed(own)) == pytest.approx(0.003, abs=1e-5)
     assert not pressed(average)
 
 
 def test_a_snapshot_keeps_them() -> None:
-    world, _ = touching(Person("ann", proportions=LIMBS), over_the_table(0.003))
+    world, _ = touching(ParticipantBody("ann", proportions=LIMBS), over_the_table(0.003))
     again = World.restore(world.snapshot())
     assert again.snapshot() == world.snapshot()
     motion = (MotionInput("ann", over_the_table(0.004), 2, 2 * STEP_NS),)

@@ -10,7 +10,7 @@ from test_world_steps import SKELETON, STEP_NS
 from vistel.figure.posture.hands import FLAT, RELAXED
 from vistel.figure.posture.posture import Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.space.inputs import MotionInput, Person, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.view import HandForce, WorldView
 from vistel.space.world import World
@@ -24,7 +24,7 @@ class Meeting:
 
     def step(self, postures: dict[str, Posture]) -> WorldView:
         self.k += 1
-        people = tuple(Person(p) for p in ("ann", "bob")) if self.k == 1 else ()
+        people = tuple(ParticipantBody(p) for p in ("ann", "bob")) if self.k == 1 else ()
         motions = tuple(MotionInput(who, p, self.k, self.k * STEP_NS) for who, p in sorted(postures.items()))
         return self.world.step(StepInputs(self.k, self.k * STEP_NS, people, motions))
 

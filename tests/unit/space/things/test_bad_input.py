@@ -12,7 +12,7 @@ from test_world_steps import START, Play, reaching
 from vistel.figure.posture.posture import Posture
 from vistel.messages.world.encode import hand_force, world_state
 from vistel.space.actions import Move, Which
-from vistel.space.inputs import CommandInput, MotionInput, Person, StepInputs
+from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things.things import PhysicsMaterial
 from vistel.space.view import WorldView
@@ -56,7 +56,9 @@ def test_fifty_soft_things_in_one_spot_part_and_dent_each_other(material: Physic
     # At rest they sleep; one is moved a little, and all are awake.
     wake = CommandInput("w", "ann", Move(Which("x0"), np.array([0.0, TABLE_HEIGHT + 0.031, -0.3]), np.array([0, 0, 0, 1.0])))
     for k in range(1, 40):
-        view = world.step(StepInputs(k, k * SECOND // 60, (Person("ann"),) if k == 1 else (), (), (), (wake,) if k == 2 else ()))
+        view = world.step(
+            StepInputs(k, k * SECOND // 60, (ParticipantBody("ann"),) if k == 1 else (), (), (), (wake,) if k == 2 else ())
+        )
         sound(view)
     at = np.array([s.position for s in view.states if s.id.startswith("x")])
     assert np.ptp(at, axis=0).max() > 0.05
@@ -68,7 +70,7 @@ def test_three_people_in_one_place_round_a_lump_smaller_than_a_finger() -> None:
     world = World(meeting_room(3, [tiny]))
     for k in range(1, 60):
         motions = tuple(MotionInput(p, reaching(START, min(1.0, k / 30)), k, k * SECOND // 60) for p in people)
-        sound(world.step(StepInputs(k, k * SECOND // 60, tuple(map(Person, people)) if k == 1 else (), motions)))
+        sound(world.step(StepInputs(k, k * SECOND // 60, tuple(map(ParticipantBody, people)) if k == 1 else (), motions)))
     assert World.restore(world.snapshot()).snapshot() == world.snapshot()
 
 

@@ -13,8 +13,8 @@ from trimesh.visual.material import PBRMaterial
 
 from vistel.figure.making.files.read_gltf import read_gltf
 from vistel.figure.making.files.read_usd import read_usd
-from vistel.figure.making.source import Finish, Material
-from vistel.space.files import Interior, Model, load_room, save_usd
+from vistel.figure.making.source import Finish, SourceMaterial
+from vistel.space.files import Interior, Polymesh, load_room, save_usd
 from vistel.space.files.gltf_write import save_glb
 from vistel.space.files.surfaces import PLAIN, pieces_of
 from vistel.space.files.travel import pack_model, unpack_model
@@ -32,14 +32,14 @@ def glb(path: Path, material: PBRMaterial) -> Path:
     return path
 
 
-def model(*materials: Material) -> Model:
+def model(*materials: SourceMaterial) -> Polymesh:
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], np.float32) * 0.1
     faces = np.array([(0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3)], np.int32)
     numbers = np.arange(4, dtype=np.int32) % len(materials)
-    return Model(corners, faces, np.zeros((0, 2), np.float32), np.full((4, 3), -1, np.int32), numbers, materials)
+    return Polymesh(corners, faces, np.zeros((0, 2), np.float32), np.full((4, 3), -1, np.int32), numbers, materials)
 
 
-def finishes(materials: tuple[Material, ...]) -> set[Finish | None]:
+def finishes(materials: tuple[SourceMaterial, ...]) -> set[Finish | None]:
     return {m.finish for m in materials if m.name}
 
 
@@ -102,7 +102,7 @@ def test_inputs_of_usd_preview_surface(said: str, found: Finish | None, tmp_path
 
 
 def test_it_travels_and_is_part_of_what_a_polymesh_is() -> None:
-    plain, steel = model(Material("a", (9, 9, 9))), model(Material("a", (9, 9, 9), None, STEEL))
+    plain, steel = model(SourceMaterial("a", (9, 9, 9))), model(SourceMaterial("a", (9, 9, 9), None, STEEL))
     assert plain.digest != steel.digest
     back = unpack_model(pack_model(steel), steel.digest, {})
     assert back.materials[0].finish == STEEL
@@ -110,7 +110,7 @@ def test_it_travels_and_is_part_of_what_a_polymesh_is() -> None:
 
 
 def test_a_room_keeps_it_and_tells_other_programs(tmp_path: Path) -> None:
-    shape = model(Material("steel", (200, 200, 210), None, STEEL), Material("chalk", (250, 250, 250)))
+    shape = model(SourceMaterial("steel", (200, 200, 210), None, STEEL), SourceMaterial("chalk", (250, 250, 250)))
     room = meeting_room(2)
     hidden = tuple(replace(p, colour=0x80808000) for p in room.thing("box").primitives)
     box = replace(room.thing("box"), primitives=hidden, looks=(Look(shape.digest),))

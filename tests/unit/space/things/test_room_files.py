@@ -11,14 +11,14 @@ import pytest
 from pxr import Gf, Usd, UsdGeom, UsdPhysics, UsdShade
 
 from vistel.colour import linear
-from vistel.figure.making.source import Material
+from vistel.figure.making.source import SourceMaterial
 from vistel.space.commands.reshape import curved, joined, painted, scaled, stretched
-from vistel.space.files import Interior, Model, RoomFileError, load_room, load_seats, load_things, save_usd
+from vistel.space.files import Interior, Polymesh, RoomFileError, load_room, load_seats, load_things, save_usd
 from vistel.space.files.edit import edited
 from vistel.space.files.gltf_write import save_glb
 from vistel.space.files.model import bulk_of_mesh
 from vistel.space.files.surfaces import height_at, pieces_of
-from vistel.space.inputs import Person, StepInputs
+from vistel.space.inputs import ParticipantBody, StepInputs
 from vistel.space.room import Room, Seat, meeting_room
 from vistel.space.things.json_values import from_thing, to_thing
 from vistel.space.things.things import Look, Thing
@@ -46,18 +46,18 @@ def _own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
 
 
-def block(half: tuple[float, float, float] = (0.1, 0.05, 0.03)) -> Model:
+def block(half: tuple[float, float, float] = (0.1, 0.05, 0.03)) -> Polymesh:
     """A box in two materials, one with a picture, two of its faces without a place in it."""
     picture = np.random.default_rng(1).integers(0, 256, (8, 16, 3)).astype(np.uint8)
     uv = np.array(((0, 0), (1, 0), (1, 1)), np.float32)
     places = np.tile(np.array((0, 1, 2), np.int32), (12, 1))
     places[:2] = -1
     material = np.array([0] * 6 + [1] * 6, np.int32)
-    materials = (Material("wood", (10, 20, 30), picture), Material("metal ö", (200, 200, 210)))
-    return Model((CORNERS * half).astype(np.float32), TRIANGLES, uv, places, material, materials)
+    materials = (SourceMaterial("wood", (10, 20, 30), picture), SourceMaterial("metal ö", (200, 200, 210)))
+    return Polymesh((CORNERS * half).astype(np.float32), TRIANGLES, uv, places, material, materials)
 
 
-def looking(thing: Thing, model: Model) -> Thing:
+def looking(thing: Thing, model: Polymesh) -> Thing:
     hidden = tuple(replace(p, colour=0x80808000) for p in thing.primitives)
     return replace(thing, primitives=hidden, looks=(Look(model.digest),), inertia=np.diag([1.0, 2.0, 2.5]) * 1e-3 / 3.0)
 
@@ -337,5 +337,5 @@ def test_real_files_of_others_become_things_that_stand(shared_data: Path) -> Non
 
 def test_a_room_with_seats_alone_can_be_stepped_and_restored() -> None:
     world = World(Room(meeting_room(2).seats, (), shell=False))
-    world.step(StepInputs(1, 16_666_667, (Person("ann"),)))
+    world.step(StepInputs(1, 16_666_667, (ParticipantBody("ann"),)))
     assert World.restore(world.snapshot()).step(StepInputs(2, 33_333_334)).things == ()

@@ -11,10 +11,10 @@ from vistel.arrays import F64
 from vistel.figure.making.assembly.colour import coloured
 from vistel.figure.making.assembly.file import Assembly, read_assembly
 from vistel.figure.making.assembly.joint import ZONES, End, JointFrame, blended, frame_of
-from vistel.figure.making.assembly.piece import Piece, closed, joined, loops
+from vistel.figure.making.assembly.piece import MeshPiece, closed, joined, loops
 from vistel.figure.making.files.read import Extras, read_source
 from vistel.figure.making.parts import soundness, weld
-from vistel.figure.making.source import MakingError, Material, Source
+from vistel.figure.making.source import MakingError, SourceMaterial, SourceMesh
 
 WELD = 1e-6
 """Vertices of cuts that are one lie no further apart [m]."""
@@ -42,7 +42,7 @@ class JointMade:
 class Assembled:
     """The whole surface as a source for `make_avatar`, and what was done at each joint."""
 
-    source: Source
+    source: SourceMesh
     joints: tuple[JointMade, ...]
     height: float | None
     name: str
@@ -52,8 +52,8 @@ def assemble(path: Path, step: Callable[[str], None] = lambda _: None) -> Assemb
     """The person that the file `path` describes. step: told what is being done. Raises MakingError, OSError."""
     assembly = read_assembly(path)
     names = [p.part for p in assembly.parts]
-    pieces: list[Piece] = []
-    materials: list[Material] = []
+    pieces: list[MeshPiece] = []
+    materials: list[SourceMaterial] = []
     groups: list[str] = []
     part_of: list[int] = []
     notes: list[str] = []
@@ -75,7 +75,7 @@ def assemble(path: Path, step: Callable[[str], None] = lambda _: None) -> Assemb
         for a, b, zone in pairs
     ]
     whole = list(pieces)
-    out: list[Piece] = []
+    out: list[MeshPiece] = []
     made: list[JointMade] = []
     for (a, b, zone), frame in zip(pairs, frames, strict=True):
         label = f"{names[a.part]} and {names[b.part]}"
@@ -99,7 +99,7 @@ def assemble(path: Path, step: Callable[[str], None] = lambda _: None) -> Assemb
             raise reason
         whole[a.part], whole[b.part] = joint.first, joint.second
         skin = replace(skin, material=np.full(len(skin.triangles), len(materials)), part=np.full(len(skin.triangles), len(groups)))
-        materials.append(Material(f"seam of {label}", None, picture))
+        materials.append(SourceMaterial(f"seam of {label}", None, picture))
         groups.append(f"seam of {label}")
         part_of.append(-1)
         out += [joint.kept, skin]
@@ -117,7 +117,7 @@ def assemble(path: Path, step: Callable[[str], None] = lambda _: None) -> Assemb
     )
 
 
-def _piece(source: Source, points: F64, first_group: int, first_material: int, name: str) -> Piece:
+def _piece(source: SourceMesh, points: F64, first_group: int, first_material: int, name: str) -> MeshPiece:
     if not np.isfinite(points).all():
         raise MakingError(f"part {name}: vertices that are not finite; repair the scan")
     _, triangles, _ = weld(points, source.triangles)
@@ -126,7 +126,7 @@ def _piece(source: Source, points: F64, first_group: int, first_material: int, n
     if len(source.uv):
         uv[has] = source.uv[source.uv_triangles[has]]
     keep = (triangles != np.roll(triangles, -1, axis=1)).all(axis=1)
-    piece = Piece(
+    piece = MeshPiece(
         points,
         triangles.astype(np.int64),
         uv,
@@ -138,7 +138,7 @@ def _piece(source: Source, points: F64, first_group: int, first_material: int, n
     return _outwards(piece)
 
 
-def _outwards(piece: Piece) -> Piece:
+def _outwards(piece: MeshPiece) -> MeshPiece:
     """Faces turned over where they look inwards."""
     corner = piece.points[piece.triangles]
     corner = corner - corner.mean(axis=(0, 1))
@@ -147,7 +147,7 @@ def _outwards(piece: Piece) -> Piece:
     return replace(piece, triangles=piece.triangles[:, ::-1].copy(), uv=piece.uv[:, ::-1].copy())
 
 
-def _smaller(material: Material) -> Material:
+def _smaller(material: SourceMaterial) -> SourceMaterial:
     if material.picture is None or max(material.picture.shape) <= LARGEST:
         return material
     image = Image.fromarray(material.picture)
@@ -155,12 +155,12 @@ def _smaller(material: Material) -> Material:
     return replace(material, picture=np.asarray(image, np.uint8))
 
 
-def _ends(pieces: list[Piece]) -> list[End]:
+def _ends(pieces: list[MeshPiece]) -> list[End]:
     """All borders of all parts, small holes too."""
     return [End(k, loop) for k, piece in enumerate(pieces) for loop in loops(piece.triangles) if len(loop) >= 6]
 
 
-def _pairs(assembly: Assembly, pieces: list[Piece], ends: list[End], path: Path) -> list[tuple[End, End, float | None]]:
+def _pairs(assembly: Assembly, pieces: list[MeshPiece], ends: list[End], path: Path) -> list[tuple[End, End, float | None]]:
     """Ends that belong together: the nearest first, each once. Raises MakingError when a part is joined to nothing."""
     names = [p.part for p in assembly.parts]
     wanted = {frozenset(s.between): s.zone for s in assembly.joints}
@@ -207,31 +207,33 @@ def _others(frame: JointFrame, frames: list[JointFrame], pairs: list[tuple[End, 
     return [f.centre for f, (a, b, _) in zip(frames, pairs, strict=True) if f is not frame and part in (a.part, b.part)]
 
 
-def _again(piece: Piece, end: End, now: Piece) -> End:
+def _again(piece: MeshPiece, end: End, now: MeshPiece) -> End:
     ring = piece.points[end.loop]
     best = min(loops(now.triangles), key=lambda b: float(np.abs(now.points[b].mean(axis=0) - ring.mean(axis=0)).max()))
     return End(end.part, best)
 
 
-def _without_short_edges(piece: Piece) -> Piece:
+def _without_short_edges(piece: MeshPiece) -> MeshPiece:
     """Vertices of hardly any edge between them made one, as long as the surface stays closed as it was."""
     merged = joined([piece], SHORT)
     before, after = (soundness(p.triangles.astype(np.int32), len(p.points)) for p in (piece, merged))
     return merged if (after.border, after.branching) == (before.border, before.branching) else piece
 
 
-def _check(body: Piece, names: list[str], path: Path) -> None:
+def _check(body: MeshPiece, names: list[str], path: Path) -> None:
     found = soundness(body.triangles.astype(np.int32), len(body.points))
     if found.border or found.branching:
         raise MakingError(f"{path}: the surface is not closed ({found.border} open edges, {found.branching} with three faces)")
 
 
-def _source(body: Piece, groups: list[str], materials: list[Material], assembly: Assembly, notes: list[str], path: Path) -> Source:
+def _source(
+    body: MeshPiece, groups: list[str], materials: list[SourceMaterial], assembly: Assembly, notes: list[str], path: Path
+) -> SourceMesh:
     flat = body.uv.reshape(-1, 2)
     bare = ~np.isfinite(body.uv).all(axis=(1, 2))
     index = np.arange(len(flat), dtype=np.int32).reshape(-1, 3)
     index[bare] = -1
-    return Source(
+    return SourceMesh(
         path.stem,
         body.points,
         body.triangles.astype(np.int32),

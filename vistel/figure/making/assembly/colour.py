@@ -10,8 +10,8 @@ from scipy.sparse.linalg import splu
 from scipy.spatial import KDTree
 
 from vistel.arrays import F64, I64, U8
-from vistel.figure.making.assembly.piece import Piece, closest, loops
-from vistel.figure.making.source import MakingError, Material
+from vistel.figure.making.assembly.piece import MeshPiece, closest, loops
+from vistel.figure.making.source import MakingError, SourceMaterial
 from vistel.geometry.smoothstep import smooth
 
 TEXELS = 320
@@ -24,8 +24,8 @@ PLAIN = (214, 168, 138)
 
 
 def coloured(
-    made: Piece, sides: Sequence[Piece], limbs: Sequence[Piece], materials: Sequence[Material], names: str
-) -> tuple[Piece, U8]:
+    made: MeshPiece, sides: Sequence[MeshPiece], limbs: Sequence[MeshPiece], materials: Sequence[SourceMaterial], names: str
+) -> tuple[MeshPiece, U8]:
     """The new polygons of a joint with texture coordinates in a picture of their own, and that picture.
 
     sides: the kept polygons on either side; limbs: the two whole parts with the materials that their faces name.
@@ -43,7 +43,7 @@ def coloured(
     at_first, at_second = borders[first], borders[1 - first]
     place, share = _ring(made, at_first, at_second)
     uv = 0.5 + place
-    made = Piece(made.points, made.triangles, uv[made.triangles], made.material, made.part)
+    made = MeshPiece(made.points, made.triangles, uv[made.triangles], made.material, made.part)
     return made, _painted(made, share, limbs, materials)
 
 
@@ -51,7 +51,7 @@ def _away(points: F64, others: F64) -> float:
     return float(KDTree(others).query(points)[0].mean())
 
 
-def _ring(made: Piece, inner: I64, outer: I64) -> tuple[F64, F64]:
+def _ring(made: MeshPiece, inner: I64, outer: I64) -> tuple[F64, F64]:
     """(V, 2) places of vertices in a flat ring, each the mean of its neighbours' (Tutte); (V,) 0 at the inner border to
     1 at the outer one, in the same way."""
     count = len(made.points)
@@ -100,7 +100,7 @@ def _even(angle: F64, points: F64) -> F64:
     return best[1]
 
 
-def _painted(made: Piece, share: F64, limbs: Sequence[Piece], materials: Sequence[Material]) -> U8:
+def _painted(made: MeshPiece, share: F64, limbs: Sequence[MeshPiece], materials: Sequence[SourceMaterial]) -> U8:
     """The picture: at every texel the place on the surface, and there the colours of both limbs."""
     row, bary = _texels(made)
     inside = row >= 0
@@ -115,7 +115,7 @@ def _painted(made: Piece, share: F64, limbs: Sequence[Piece], materials: Sequenc
     return np.clip(np.round(out[nearest[0], nearest[1]]), 0, 255).astype(np.uint8)
 
 
-def _texels(made: Piece) -> tuple[I64, F64]:
+def _texels(made: MeshPiece) -> tuple[I64, F64]:
     """(N, N) the triangle at the middle of each texel, -1 for none, first row at the top; (N, N, 3) where in it."""
     row, bary = np.full((TEXELS, TEXELS), -1), np.zeros((TEXELS, TEXELS, 3))
     corners = made.uv * TEXELS - 0.5
@@ -135,7 +135,7 @@ def _texels(made: Piece) -> tuple[I64, F64]:
     return row, bary
 
 
-def colour_at(limb: Piece, points: F64, materials: Sequence[Material]) -> F64:
+def colour_at(limb: MeshPiece, points: F64, materials: Sequence[SourceMaterial]) -> F64:
     """(N, 3) sRGB of a part's texture at the place of its surface nearest to each point."""
     row, share, _ = closest(points, limb.points[limb.triangles], 8)
     uv = np.einsum("nk,nkc->nc", share, limb.uv[row])

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from vistel.arrays import F64, I64
-from vistel.figure.making.assembly.piece import Piece, at_vertices, closed, closest, connected, cut, loops
+from vistel.figure.making.assembly.piece import MeshPiece, at_vertices, closed, closest, connected, cut, loops
 from vistel.figure.making.source import MakingError
 from vistel.geometry.smoothstep import smooth
 from vistel.implicit.blend import QUARTIC
@@ -87,14 +87,14 @@ class Blended:
     """first, second: what is left of the two pieces; kept: (their polygons in the neighbourhood of the joint) and made:
     the new polygons, without texture coordinates. centre_error: |F - T| at the worst vertex."""
 
-    first: Piece
-    second: Piece
-    kept: Piece
-    made: Piece
+    first: MeshPiece
+    second: MeshPiece
+    kept: MeshPiece
+    made: MeshPiece
     residual: float
 
 
-def frame_of(pieces: tuple[Piece, Piece], ends: tuple[End, End], zone: float | None, names: str) -> JointFrame:
+def frame_of(pieces: tuple[MeshPiece, MeshPiece], ends: tuple[End, End], zone: float | None, names: str) -> JointFrame:
     """Where two ends meet. Raises MakingError when they are too far apart or do not face each other."""
     ring = [p.points[e.loop] for p, e in zip(pieces, ends, strict=True)]
     area = [0.5 * np.cross(r - r.mean(axis=0), np.roll(r, -1, axis=0) - r.mean(axis=0)).sum(axis=0) for r in ring]
@@ -129,13 +129,13 @@ def frame_of(pieces: tuple[Piece, Piece], ends: tuple[End, End], zone: float | N
 
 
 def blended(
-    pieces: tuple[Piece, Piece], ends: tuple[End, End], frame: JointFrame, others: tuple[list[F64], list[F64]], names: str
+    pieces: tuple[MeshPiece, MeshPiece], ends: tuple[End, End], frame: JointFrame, others: tuple[list[F64], list[F64]], names: str
 ) -> Blended:
     """The joint. others: centres (3,) of the further joints of either piece, which are left to them. Raises MakingError."""
     local = [replace(p, points=frame.local(p.points)) for p in pieces]
     # The second one is looked at from the other side, so that both come from below.
     turned = [local[0], _flipped(local[1])]
-    rests: list[Piece] = []
+    rests: list[MeshPiece] = []
     collars: list[_Collar] = []
     for piece, end, far, way in zip(turned, ends, others, (1.0, -1.0), strict=True):
         further = [frame.local(c) * (1.0, way, way) for c in far]
@@ -164,15 +164,17 @@ def blended(
     corners = [c.piece.points[c.piece.triangles] for c in (first, second)]
     found = [closest(middle[outside], corner) for corner in corners]
     of_first = found[0][2] <= found[1][2]
-    kept: list[Piece] = []
+    kept: list[MeshPiece] = []
     for collar, corner, (source, _, away), mine in zip((first, second), corners, found, (of_first, ~of_first), strict=True):
         real = mine & (collar.piece.part[source] != NOWHERE)
         if not real.any() or away[mine].max() > 0.01 * frame.radius:
             raise MakingError(f"{names}: the blend reaches beyond what there is of a limb; set a smaller zone at this joint")
         kept.append(_textured(mesh.vertices, triangles[outside[real]], source[real], collar.piece, corner))
     new = triangles[boxed]
-    blank = Piece(mesh.vertices, new, np.full((len(new), 3, 2), np.nan), np.zeros(len(new), np.int64), np.full(len(new), -1))
-    both = Piece(mesh.vertices, *(np.concatenate([getattr(k, n) for k in kept]) for n in ("triangles", "uv", "material", "part")))
+    blank = MeshPiece(mesh.vertices, new, np.full((len(new), 3, 2), np.nan), np.zeros(len(new), np.int64), np.full(len(new), -1))
+    both = MeshPiece(
+        mesh.vertices, *(np.concatenate([getattr(k, n) for k in kept]) for n in ("triangles", "uv", "material", "part"))
+    )
     back = [rests[0], _flipped(rests[1])]
     points = _as_scanned(mesh.vertices, (first, second), frame)
     both, blank = replace(both, points=points), replace(blank, points=points)
@@ -200,7 +202,7 @@ class _Collar:
     """A limb's end as a closed solid in the joint's frame; what closes it where the limb goes on has part NOWHERE. margin:
     from where it begins to the zone [m]; scan: where its first vertices were before it was smoothed."""
 
-    piece: Piece
+    piece: MeshPiece
     centre: F64
     margin: float
     scan: F64
@@ -210,12 +212,12 @@ class _Collar:
         return _Collar(_flipped(self.piece), self.centre * turn, self.margin, self.scan * turn)
 
 
-def _flipped(piece: Piece) -> Piece:
+def _flipped(piece: MeshPiece) -> MeshPiece:
     """Turned by half a turn about x."""
     return replace(piece, points=piece.points * (1.0, -1.0, -1.0))
 
 
-def _collar(piece: Piece, end: End, frame: JointFrame, others: list[F64], names: str) -> tuple[Piece, _Collar]:
+def _collar(piece: MeshPiece, end: End, frame: JointFrame, others: list[F64], names: str) -> tuple[MeshPiece, _Collar]:
     """The piece without its end, and the end, drawn in where it hands over to what lies above it."""
     hidden, borders = 0, 0
     wide = 1.05 * float(np.linalg.norm(piece.points[end.loop, :2], axis=1).max())
@@ -257,7 +259,7 @@ class _NotSimpleError(Exception):
         self.borders = borders
 
 
-def _solid(near: Piece, end: End, frame: JointFrame) -> tuple[Piece, I64, int]:
+def _solid(near: MeshPiece, end: End, frame: JointFrame) -> tuple[MeshPiece, I64, int]:
     """Cut straight, drawn out to the zone's end, in rings, and closed at both ends; the vertices of the far end, and how many
     of the vertices, the first ones, are the scan's."""
     top = min(frame.zone, float(near.points[end.loop, 2].min()))
@@ -289,7 +291,7 @@ def _solid(near: Piece, end: End, frame: JointFrame) -> tuple[Piece, I64, int]:
     return closed(near, ring), lower, scanned
 
 
-def _drawn_out(piece: Piece, ring: I64, z: float) -> tuple[Piece, I64]:
+def _drawn_out(piece: MeshPiece, ring: I64, z: float) -> tuple[MeshPiece, I64]:
     """A tube from a border up to z, in the colours of the border."""
     uv_of, material_of, part_of = at_vertices(piece)
     count = len(piece.points)
@@ -299,7 +301,7 @@ def _drawn_out(piece: Piece, ring: I64, z: float) -> tuple[Piece, I64]:
     after, new_after = np.roll(ring, -1), np.roll(new, -1)
     faces = np.concatenate([np.stack([ring, after, new_after], axis=1), np.stack([ring, new_after, new], axis=1)])
     uv = np.tile(np.stack([uv_of[ring]] * 3, axis=1), (2, 1, 1))
-    return Piece(
+    return MeshPiece(
         np.concatenate([piece.points, above]),
         np.concatenate([piece.triangles, faces]),
         np.concatenate([piece.uv, uv]),
@@ -308,12 +310,12 @@ def _drawn_out(piece: Piece, ring: I64, z: float) -> tuple[Piece, I64]:
     ), new
 
 
-def _compact(piece: Piece) -> Piece:
+def _compact(piece: MeshPiece) -> MeshPiece:
     used, index = np.unique(piece.triangles, return_inverse=True)
     return replace(piece, points=piece.points[used], triangles=index.reshape(-1, 3))
 
 
-def _centre(solid: Piece, frame: JointFrame) -> tuple[F64, int]:
+def _centre(solid: MeshPiece, frame: JointFrame) -> tuple[F64, int]:
     """The point that sees the faces of a solid best, of those along its middle and round it; how many it does not see."""
     p, tri = solid.points, solid.triangles
     corner = p[tri]
@@ -339,7 +341,7 @@ def _centre(solid: Piece, frame: JointFrame) -> tuple[F64, int]:
     return best[2], best[0]
 
 
-def _smoothed(solid: Piece, scanned: int, centre: F64, frame: JointFrame) -> tuple[Piece, int]:
+def _smoothed(solid: MeshPiece, scanned: int, centre: F64, frame: JointFrame) -> tuple[MeshPiece, int]:
     """The solid with the faces that a centre does not see smoothed until it does, and how many it still does not see. Of its
     first `scanned` vertices none may go far."""
     tri, p = solid.triangles, solid.points.copy()
@@ -368,20 +370,20 @@ def _hidden(p: F64, tri: I64, centre: F64, frame: JointFrame) -> NDArray[np.bool
     return depth <= SEEN * frame.radius * np.linalg.norm(normal, axis=1)
 
 
-def _drawn_in(solid: Piece, centre: F64, frame: JointFrame) -> Piece:
+def _drawn_in(solid: MeshPiece, centre: F64, frame: JointFrame) -> MeshPiece:
     """The solid whose field at what was its surface falls from the threshold to nothing through the zone."""
     share = 1.0 - smooth((solid.points[:, 2] + frame.zone) / (2.0 * frame.zone))
     scale = REACH / BLEND.inverse(THRESHOLD * share)
     return replace(solid, points=centre + scale[:, None] * (solid.points - centre))
 
 
-def _textured(points: F64, triangles: I64, source: I64, of: Piece, corner: F64) -> Piece:
+def _textured(points: F64, triangles: I64, source: I64, of: MeshPiece, corner: F64) -> MeshPiece:
     """Triangles with the texture coordinates of those of `of` that they lie in, rows `source`."""
     uv = np.empty((len(triangles), 3, 2))
     for k in range(3):
         share = _inside(points[triangles[:, k]], corner[source])
         uv[:, k] = np.einsum("nk,nkc->nc", share, of.uv[source])
-    return Piece(points, triangles, uv, of.material[source], of.part[source])
+    return MeshPiece(points, triangles, uv, of.material[source], of.part[source])
 
 
 def _inside(p: F64, corner: F64) -> F64:

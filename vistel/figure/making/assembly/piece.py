@@ -20,7 +20,7 @@ NEAREST = 40
 
 
 @dataclass(frozen=True)
-class Piece:
+class MeshPiece:
     """points: (V, 3) [m]; triangles: (F, 3), counter-clockwise seen from outside; uv: (F, 3, 2) texture coordinates at the
     corners, NaN where a face has none; material: (F,); part: (F,) what a face came from, -1 for what was made."""
 
@@ -30,16 +30,16 @@ class Piece:
     material: I64
     part: I64
 
-    def of_faces(self, keep: Mask) -> "Piece":
+    def of_faces(self, keep: Mask) -> "MeshPiece":
         """These faces only; points stay."""
         return replace(self, triangles=self.triangles[keep], uv=self.uv[keep], material=self.material[keep], part=self.part[keep])
 
-    def moved(self, matrix: F64) -> "Piece":
+    def moved(self, matrix: F64) -> "MeshPiece":
         """Under an affine map (3, 4)."""
         return replace(self, points=self.points @ matrix[:, :3].T + matrix[:, 3])
 
 
-def joined(pieces: Sequence[Piece], within: float) -> Piece:
+def joined(pieces: Sequence[MeshPiece], within: float) -> MeshPiece:
     """One piece; vertices no further than `within` metres apart become one. Faces that vanish are dropped."""
     first = np.cumsum([0, *(len(p.points) for p in pieces)])
     points = np.concatenate([p.points for p in pieces])
@@ -53,7 +53,7 @@ def joined(pieces: Sequence[Piece], within: float) -> Piece:
     to[used] = label
     triangles = to[triangles]
     keep = (triangles != np.roll(triangles, -1, axis=1)).all(axis=1)
-    whole = Piece(
+    whole = MeshPiece(
         points[used[one]],
         triangles,
         np.concatenate([p.uv for p in pieces]),
@@ -89,7 +89,7 @@ def loops(triangles: I64) -> list[I64]:
     return found
 
 
-def cut(piece: Piece, level: F64) -> tuple[Piece, F64]:
+def cut(piece: MeshPiece, level: F64) -> tuple[MeshPiece, F64]:
     """The piece with new vertices where `level` (V,) is zero along its edges, so that no face has both signs; and the
     level of all vertices, exactly zero on the cut."""
     tri = piece.triangles
@@ -132,7 +132,7 @@ def cut(piece: Piece, level: F64) -> tuple[Piece, F64]:
                 uvs.append([u for _, u in corner])
                 source.append(f)
     keep = ~mixed
-    whole = Piece(
+    whole = MeshPiece(
         np.concatenate([piece.points, np.array(points).reshape(-1, 3)]),
         np.concatenate([tri[keep], np.array(faces, np.int64).reshape(-1, 3)]),
         np.concatenate([piece.uv[keep], np.array(uvs).reshape(-1, 3, 2)]),
@@ -142,7 +142,7 @@ def cut(piece: Piece, level: F64) -> tuple[Piece, F64]:
     return whole, np.concatenate([level, levels])
 
 
-def _snapped(piece: Piece, level: F64) -> F64:
+def _snapped(piece: MeshPiece, level: F64) -> F64:
     """Levels near zero, compared with those across the edges, made zero."""
     a, b = piece.triangles.reshape(-1), np.roll(piece.triangles, -1, axis=1).reshape(-1)
     least = np.full(len(level), np.inf)
@@ -162,7 +162,7 @@ def connected(triangles: I64, seeds: I64) -> Mask:
     return np.isin(label[triangles[:, 0]], label[seeds])
 
 
-def closed(piece: Piece, loop: I64, part: int | None = None) -> Piece:
+def closed(piece: MeshPiece, loop: I64, part: int | None = None) -> MeshPiece:
     """With a fan over a border; its colour is that of the border, its part too where none is given."""
     centre = len(piece.points)
     ring, after = loop, np.roll(loop, -1)
@@ -172,7 +172,7 @@ def closed(piece: Piece, loop: I64, part: int | None = None) -> Piece:
     uv = np.stack([uv_of[ring], uv_of[after], np.broadcast_to(middle, (len(ring), 2))], axis=1)
     jumps = np.abs(uv - middle).max(axis=(1, 2)) > 0.25  # over a seam of the texture: one place of it
     uv[jumps] = uv[jumps, :1]
-    return Piece(
+    return MeshPiece(
         np.concatenate([piece.points, piece.points[loop].mean(axis=0)[None]]),
         np.concatenate([piece.triangles, new]),
         np.concatenate([piece.uv, uv]),
@@ -181,7 +181,7 @@ def closed(piece: Piece, loop: I64, part: int | None = None) -> Piece:
     )
 
 
-def at_vertices(piece: Piece) -> tuple[F64, I64, I64]:
+def at_vertices(piece: MeshPiece) -> tuple[F64, I64, I64]:
     """Texture coordinates, material and part at each vertex, of one of the faces there."""
     uv, material = np.full((len(piece.points), 2), np.nan), np.zeros(len(piece.points), np.int64)
     part = np.zeros(len(piece.points), np.int64)

@@ -10,7 +10,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.making.files.gltf import Document
 from vistel.figure.making.files.makehuman import read_target
-from vistel.figure.making.source import MakingError, Source, SourceTarget
+from vistel.figure.making.source import MakingError, SourceMesh, SourceTarget
 
 Bind = tuple[tuple[str, int], int, float]
 
@@ -64,7 +64,7 @@ def joined(parts: Iterable[tuple[int, Sequence[SourceTarget]]]) -> tuple[SourceT
     )
 
 
-def makehuman_expressions(source: Source, folder: Path) -> Source:
+def makehuman_expressions(source: SourceMesh, folder: Path) -> SourceMesh:
     """The mesh with every .target and .target.gz of a folder as an expression under the file's name. Raises MakingError."""
     files = sorted(f for f in folder.iterdir() if f.name.endswith(_ENDINGS)) if folder.is_dir() else [folder]
     if not files:

@@ -11,7 +11,7 @@ from vistel.figure.avatar.patch import Patch
 from vistel.figure.making.files.gltf import Document, as_object
 from vistel.figure.making.maps import CLAMP, MIRROR, REPEAT, Lying, laid, occluded, scaled, steeper, times, tinted, together
 from vistel.figure.making.pictures import LARGEST, alpha_of, decoded
-from vistel.figure.making.source import Finish, MakingError, Material
+from vistel.figure.making.source import Finish, MakingError, SourceMaterial
 
 _WRAPS = {33071: CLAMP, 33648: MIRROR}
 _PLAIN = 64
@@ -25,7 +25,7 @@ class GltfMaterials:
         self._document, self._notes, self._patches = document, notes, patches
         self._pictures: dict[int, U8 | None] = {}
 
-    def material(self, row: dict[str, Any]) -> Material:
+    def material(self, row: dict[str, Any]) -> SourceMaterial:
         """One entry of the file's `materials`. Raises MakingError."""
         name = str(row.get("name", ""))
         colour = row.get("pbrMetallicRoughness", {}).get("baseColorFactor", (1.0, 1.0, 1.0, 1.0))
@@ -37,7 +37,7 @@ class GltfMaterials:
             picture = self._picture(info, name)
             if picture is not None and (factor < 1.0).any():
                 picture = tinted(picture, factor)
-        out = Material(name, (r, g, b), picture, self._finish(row))
+        out = SourceMaterial(name, (r, g, b), picture, self._finish(row))
         if not self._patches:
             return out
         patch = self._patch(row, name, float(colour[3]) if len(colour) > 3 else 1.0)

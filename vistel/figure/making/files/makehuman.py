@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.making.source import MakingError, Rig, Source
+from vistel.figure.making.source import MakingError, Rig, SourceMesh
 
 _CUBES = {
     "pelvis": "hips", "neck": "neck", "head": "head", "jaw": "jaw",
@@ -26,7 +26,7 @@ _CUBES = {
 }  # fmt: skip
 
 
-def cubes_rig(source: Source) -> Rig | None:
+def cubes_rig(source: SourceMesh) -> Rig | None:
     """The joints that MakeHuman's base mesh marks by small cubes (groups joint-...), without weights."""
     centre = _cube_centres(source)
     names: list[str] = []
@@ -43,7 +43,7 @@ def cubes_rig(source: Source) -> Rig | None:
     return Rig(tuple(names), np.full(len(names), -1, np.int32), np.array(at))
 
 
-def read_rig(path: Path, weights: Path | None, source: Source) -> Rig:
+def read_rig(path: Path, weights: Path | None, source: SourceMesh) -> Rig:
     """A rig of MPFB (rig.*.json) and its weights (weights.*.json, .gz), over the vertices of the mesh it was made for.
     Raises MakingError."""
     data = _json(path)
@@ -85,7 +85,7 @@ def _weights(path: Path, names: tuple[str, ...], count: int) -> NDArray[np.float
     return out
 
 
-def apply_target(source: Source, path: Path, share: float) -> Source:
+def apply_target(source: SourceMesh, path: Path, share: float) -> SourceMesh:
     """The mesh with a morph target (lines "vertex dx dy dz") added. Raises MakingError."""
     vertex, offset = read_target(path, len(source.points))
     points = source.points.copy()
@@ -113,7 +113,7 @@ def read_target(path: Path, count: int) -> tuple[NDArray[np.int32], F64]:
     return np.array(vertex, np.int32), np.array(offset, np.float64).reshape(-1, 3)
 
 
-def _cube_centres(source: Source) -> dict[str, F64]:
+def _cube_centres(source: SourceMesh) -> dict[str, F64]:
     out: dict[str, F64] = {}
     for g, name in enumerate(source.groups):
         if name.startswith("joint-"):
@@ -154,7 +154,7 @@ class Clothes:
     share: F64
 
 
-def read_clothes(path: Path, body: Source) -> Clothes:
+def read_clothes(path: Path, body: SourceMesh) -> Clothes:
     """MakeHuman's clothes (.mhclo) on the body of its base mesh. Raises MakingError."""
     mesh: Path | None = None
     picture: Path | None = None

@@ -15,7 +15,7 @@ from vistel.figure.making.files.read_obj import read_obj
 from vistel.figure.making.files.read_ply import read_ply
 from vistel.figure.making.parts import WORN, is_eye, parts_of
 from vistel.figure.making.pictures import decode, read_picture
-from vistel.figure.making.source import USD_ENDINGS, MakingError, Material, Source
+from vistel.figure.making.source import USD_ENDINGS, MakingError, SourceMaterial, SourceMesh
 
 GLTF_ENDINGS = (".glb", ".gltf", ".vrm")
 ENDINGS = (".obj", ".ply", *GLTF_ENDINGS, *USD_ENDINGS)
@@ -35,7 +35,7 @@ class Extras:
     expressions: Path | None = None
 
 
-def read_source(path: Path, extras: Extras | None = None) -> Source:
+def read_source(path: Path, extras: Extras | None = None) -> SourceMesh:
     """The mesh of `path`. Raises MakingError, OSError."""
     extras = extras or Extras()
     source = read_mesh(path)
@@ -50,9 +50,9 @@ def read_source(path: Path, extras: Extras | None = None) -> Source:
         source = replace(source, rig=cubes_rig(source))
     of_eye = np.array([is_eye(g.lower()) for g in source.groups])[source.group]
     if extras.texture is not None:
-        source = _with_material(source, ~of_eye, Material("skin", None, _picture(extras.texture)))
+        source = _with_material(source, ~of_eye, SourceMaterial("skin", None, _picture(extras.texture)))
         # Skins show no iris where eyeballs have their texture coordinates: those get painted ones.
-        source = _with_material(source, of_eye, Material(EYES))
+        source = _with_material(source, of_eye, SourceMaterial(EYES))
     body = source
     for cloth in extras.clothes:
         if cloth.suffix.lower() != ".mhclo":
@@ -66,14 +66,14 @@ def read_source(path: Path, extras: Extras | None = None) -> Source:
             )
         if clothes.picture is not None:
             notes: list[str] = []
-            cloth_material = Material(cloth.stem, None, read_picture(clothes.picture, notes))
+            cloth_material = SourceMaterial(cloth.stem, None, read_picture(clothes.picture, notes))
             worn = _with_material(replace(worn, notes=(*worn.notes, *notes)), worn.group >= 0, cloth_material)
         bound = clothes.corner, clothes.share
         source = _joined(_without(source, clothes.hidden), replace(worn, points=clothes.places), bound)
     return source
 
 
-def read_mesh(path: Path) -> Source:
+def read_mesh(path: Path) -> SourceMesh:
     """The mesh of one file alone. Raises MakingError, OSError."""
     ending = path.suffix.lower()
     if ending == ".obj":
@@ -106,7 +106,7 @@ def _picture(path: Path) -> NDArray[np.uint8]:
         raise MakingError(f"{path}: {fault}") from fault
 
 
-def _with_material(source: Source, faces: NDArray[np.bool_], material: Material) -> Source:
+def _with_material(source: SourceMesh, faces: NDArray[np.bool_], material: SourceMaterial) -> SourceMesh:
     """These faces in another material; those that have a picture of their own keep it."""
     bare = np.array([m.picture is None for m in source.materials])[source.material]
     which = source.material.copy()
@@ -114,14 +114,14 @@ def _with_material(source: Source, faces: NDArray[np.bool_], material: Material)
     return replace(source, material=which, materials=(*source.materials, material))
 
 
-def _without(source: Source, vertices: NDArray[np.int64]) -> Source:
+def _without(source: SourceMesh, vertices: NDArray[np.int64]) -> SourceMesh:
     """The mesh without the faces whose corners are all among these vertices."""
     gone = np.zeros(len(source.points), np.bool_)
     gone[vertices] = True
     return source.of_faces(~np.asarray(gone[source.triangles].all(axis=1), np.bool_))
 
 
-def _joined(source: Source, worn: Source, bound: tuple[NDArray[np.int64], NDArray[np.float64]] | None = None) -> Source:
+def _joined(source: SourceMesh, worn: SourceMesh, bound: tuple[NDArray[np.int64], NDArray[np.float64]] | None = None) -> SourceMesh:
     """Both meshes as one; what is worn takes no part in finding unit and joints. bound: the vertices of `source` that each
     of the worn ones follows, and how much; otherwise the skin next to it."""
     points, uvs = len(source.points), len(source.uv)
@@ -145,7 +145,7 @@ def _joined(source: Source, worn: Source, bound: tuple[NDArray[np.int64], NDArra
     )
 
 
-def _nearest_skin(source: Source, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def _nearest_skin(source: SourceMesh, points: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """(N, 4) vertices of the skin next to each point, and shares by nearness."""
     skin = np.unique(source.triangles[parts_of(source).skin])
     distance, nearest = KDTree(source.points[skin]).query(points, k=4)

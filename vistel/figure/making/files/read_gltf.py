@@ -14,7 +14,7 @@ from vistel.figure.making.files.gltf import Document, read_document
 from vistel.figure.making.files.gltf_materials import GltfMaterials, layout
 from vistel.figure.making.files.gltf_nodes import Nodes, influences, parents_within
 from vistel.figure.making.files.vrm import humanoid, version
-from vistel.figure.making.source import MakingError, Material, Rig, Source, SourceTarget
+from vistel.figure.making.source import MakingError, Rig, SourceMaterial, SourceMesh, SourceTarget
 
 _MOST_WEIGHTS = 300_000_000
 _TRIANGLES = 4
@@ -27,7 +27,7 @@ _ANY = 0.03
 _PLACES = np.array([(i, j, 4 - i - j) for i in range(5) for j in range(5 - i)], np.float64) / 4.0
 
 
-def read_gltf(path: Path, *, apart: bool = False) -> Source:
+def read_gltf(path: Path, *, apart: bool = False) -> SourceMesh:
     """The mesh of a glTF file. apart: nodes of one name are groups of their own. Raises MakingError, OSError."""
     document = read_document(path)
     try:
@@ -62,10 +62,10 @@ class _Reader:
         self.groups: dict[str, int] = {}
         self._read = GltfMaterials(document, self.notes, patches=not apart)
         self.materials = [self._read.material(m) for m in document.rows("materials")]
-        self.materials.append(Material("", None, None))
+        self.materials.append(SourceMaterial("", None, None))
         self.expressions = vrm_expressions(document)
 
-    def source(self) -> Source:
+    def source(self) -> SourceMesh:
         parts = [p for node in self.nodes.drawn() for p in self._node(node)]
         parts = [p for p in parts if len(p.triangles)]
         path = self.document.path
@@ -85,7 +85,7 @@ class _Reader:
         uv = np.vstack([np.zeros((len(p.points), 2)) if p.uv is None else p.uv for p in parts])
         bare = np.concatenate([np.full(len(p.triangles), p.uv is None) for p in parts])
         counts = [len(p.triangles) for p in parts]
-        return Source(
+        return SourceMesh(
             path.stem,
             points,
             triangles,

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from vistel.figure.making.pictures import read_picture
-from vistel.figure.making.source import MakingError, Material, Source, beside
+from vistel.figure.making.source import MakingError, SourceMaterial, SourceMesh, beside
 
 _LARGEST = 512 * 1024 * 1024
 
 
-def read_obj(path: Path) -> Source:
+def read_obj(path: Path) -> SourceMesh:
     """The mesh of an OBJ file; polygons become fans of triangles. Raises MakingError, OSError."""
     if path.stat().st_size > _LARGEST:
         raise MakingError(f"{path}: larger than 512 MB; reduce the mesh to at most some 100,000 vertices first")
@@ -26,7 +26,7 @@ def read_obj(path: Path) -> Source:
     group: list[int] = []
     material: list[int] = []
     groups: dict[str, int] = {}
-    materials: dict[str, Material] = {}
+    materials: dict[str, SourceMaterial] = {}
     order: dict[str, int] = {}
     notes: list[str] = []
     g = groups.setdefault("", 0)
@@ -68,7 +68,7 @@ def read_obj(path: Path) -> Source:
         raise MakingError(f"{path}: no faces; expected an OBJ file with the surface of a person")
     if any(len(p) != 3 for p in points) or any(len(t) != 2 for t in uv):
         raise MakingError(f"{path}: a vertex with fewer numbers than it needs; the file seems cut short, export it again")
-    return Source(
+    return SourceMesh(
         path.stem,
         np.array(points, np.float64),
         np.array(faces, np.int32),
@@ -77,7 +77,7 @@ def read_obj(path: Path) -> Source:
         np.array(group, np.int32),
         tuple(groups),
         np.array(material, np.int32),
-        tuple(materials.get(name, Material(name)) for name in order),
+        tuple(materials.get(name, SourceMaterial(name)) for name in order),
         notes=tuple(notes),
     )
 
@@ -98,8 +98,8 @@ def _corner(word: str, points: int, uvs: int) -> tuple[int, int]:
     return v, t
 
 
-def _read_mtl(file: str, mesh: Path, notes: list[str]) -> dict[str, Material]:
-    out: dict[str, Material] = {}
+def _read_mtl(file: str, mesh: Path, notes: list[str]) -> dict[str, SourceMaterial]:
+    out: dict[str, SourceMaterial] = {}
     try:
         path = beside(file, mesh)
         lines = path.read_text("utf-8", errors="replace").splitlines()
@@ -116,19 +116,19 @@ def _read_mtl(file: str, mesh: Path, notes: list[str]) -> dict[str, Material]:
             continue
         if words[0] == "newmtl":
             name = " ".join(words[1:])
-            out[name] = Material(name)
+            out[name] = SourceMaterial(name)
         elif words[0] == "Kd" and name:
             try:
                 rgb = [round(255 * min(1.0, max(0.0, float(w)))) for w in words[1:4]]
             except ValueError:
                 continue
             if len(rgb) == 3:
-                out[name] = Material(name, (rgb[0], rgb[1], rgb[2]), out[name].picture)
+                out[name] = SourceMaterial(name, (rgb[0], rgb[1], rgb[2]), out[name].picture)
         elif words[0] == "map_Kd" and name:
             try:
                 picture = read_picture(beside(words[-1].replace("\\", "/"), path), notes)
             except MakingError as fault:
                 notes.append(f"{fault}; a plain colour instead")
                 continue
-            out[name] = Material(name, out[name].colour, picture)
+            out[name] = SourceMaterial(name, out[name].colour, picture)
     return out

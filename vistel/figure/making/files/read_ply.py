@@ -14,7 +14,7 @@ from scipy.ndimage import distance_transform_edt
 
 from vistel.arrays import F64
 from vistel.figure.making.pictures import read_picture
-from vistel.figure.making.source import MakingError, Material, Source
+from vistel.figure.making.source import MakingError, SourceMaterial, SourceMesh
 
 TEXELS = 1024
 """Along a side of the picture made of colours at vertices."""
@@ -35,7 +35,7 @@ class _Element:
     properties: list[tuple[str, str, str]]
 
 
-def read_ply(path: Path) -> Source:
+def read_ply(path: Path) -> SourceMesh:
     """The mesh of a PLY file; polygons become fans. Raises MakingError, OSError."""
     if path.stat().st_size > _LARGEST:
         raise MakingError(f"{path}: larger than 512 MB; reduce the mesh to at most some 100,000 vertices first")
@@ -70,7 +70,7 @@ def read_ply(path: Path) -> Source:
         uv, index, picture = _painted(points, triangles, colours * (255.0 if colours.max() <= 1.0 else 1.0))
         notes.append("colours at vertices painted round the longest axis; where two places coincide the outer counts")
     count = len(triangles)
-    return Source(
+    return SourceMesh(
         path.stem,
         points,
         triangles.astype(np.int32),
@@ -79,7 +79,7 @@ def read_ply(path: Path) -> Source:
         np.zeros(count, np.int32),
         ("",),
         np.zeros(count, np.int32),
-        (Material(path.stem, None, picture),),
+        (SourceMaterial(path.stem, None, picture),),
         notes=tuple(notes),
     )
 

@@ -12,7 +12,7 @@ from pxr import Gf, Tf, Usd, UsdGeom, UsdSkel, Vt
 from vistel.arrays import F64, I32
 from vistel.figure.making.files.usd_inside import opened
 from vistel.figure.making.files.usd_materials import Materials
-from vistel.figure.making.source import MakingError, Rig, Source
+from vistel.figure.making.source import MakingError, Rig, SourceMesh
 from vistel.figure.usd_fault import reason
 
 
@@ -30,7 +30,7 @@ class _Part:
     weight: NDArray[np.float32] | None = None
 
 
-def read_usd(path: Path, named: Callable[[Any], str] | None = None) -> Source:
+def read_usd(path: Path, named: Callable[[Any], str] | None = None) -> SourceMesh:
     """The mesh of a USD file. named: what the group of a mesh prim is called, by default as the prim. Raises MakingError,
     OSError."""
     if not path.is_file():
@@ -58,7 +58,7 @@ class _Stage:
         self.rigs: dict[str, Any] = {}
         self.morphs = 0
 
-    def source(self) -> Source:
+    def source(self) -> SourceMesh:
         everything = Usd.PrimRange(self.stage.GetPseudoRoot(), Usd.TraverseInstanceProxies())
         parts: list[_Part] = []
         for prim in everything:
@@ -85,7 +85,7 @@ class _Stage:
         uv = [np.where(p.uv_triangles >= 0, p.uv_triangles + s, -1) for p, s in zip(parts, uv_starts, strict=False)]
         unit = UsdGeom.GetStageMetersPerUnit(self.stage) if UsdGeom.StageHasAuthoredMetersPerUnit(self.stage) else None
         up = str(UsdGeom.GetStageUpAxis(self.stage)).upper() if self.stage.HasAuthoredMetadata("upAxis") else None
-        return Source(
+        return SourceMesh(
             self.path.stem,
             points,
             np.vstack([p.triangles + s for p, s in zip(parts, starts, strict=False)]).astype(np.int32),

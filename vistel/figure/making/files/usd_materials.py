@@ -13,7 +13,7 @@ from vistel.figure.making.files.usd_inside import asset_bytes
 from vistel.figure.making.files.usd_patches import Inputs, channel_of, connections, lying_of, patch_read, texture_reader
 from vistel.figure.making.maps import Lying
 from vistel.figure.making.pictures import alpha_of, decoded
-from vistel.figure.making.source import Finish, MakingError, Material
+from vistel.figure.making.source import Finish, MakingError, SourceMaterial
 
 _PLAIN = 64
 """Texels along a side of the colour of a material that has other pictures only."""
@@ -28,10 +28,10 @@ class Materials:
     def __init__(self, stage: Any, path: Path, notes: list[str], *, patches: bool) -> None:
         self._stage, self._path, self._notes, self._patches = stage, path, notes, patches
         self._index: dict[str, int] = {"": 0}
-        self._list = [Material("")]
+        self._list = [SourceMaterial("")]
         self._pictures: dict[str, NDArray[np.uint8] | None] = {}
 
-    def all(self) -> tuple[Material, ...]:
+    def all(self) -> tuple[SourceMaterial, ...]:
         """Every material met so far; the first is that of faces without one."""
         return tuple(self._list)
 
@@ -54,7 +54,7 @@ class Materials:
         if not material:
             if shown is None:
                 return 0
-            return self._kept(f"displayColor {shown}", Material("displayColor", shown))
+            return self._kept(f"displayColor {shown}", SourceMaterial("displayColor", shown))
         key = str(material.GetPath())
         own = self._index[key] if key in self._index else self._kept(key, self._read(material))
         patch = self._list[own].patch
@@ -62,18 +62,18 @@ class Materials:
             return own
         return self._kept(f"{key} both sides", replace(self._list[own], patch=replace(patch, both_sides=True)))
 
-    def _kept(self, key: str, material: Material) -> int:
+    def _kept(self, key: str, material: SourceMaterial) -> int:
         if key not in self._index:
             self._index[key] = len(self._list)
             self._list.append(material)
         return self._index[key]
 
-    def _read(self, material: Any) -> Material:
+    def _read(self, material: Any) -> SourceMaterial:
         name = str(material.GetPrim().GetName())
         surface: Any = material.ComputeSurfaceSource()
         shader = cast(tuple[Any, ...], surface)[0] if isinstance(surface, tuple) else surface
         if not shader:
-            return Material(name)
+            return SourceMaterial(name)
         for wanted in ("diffuseColor", "base_color", "baseColor", "diffuse_color_constant", "diffuse_texture"):
             source = shader.GetInput(wanted)
             if not source:
@@ -84,7 +84,7 @@ class Materials:
             picture = None if asset is None else self._picture(asset, name)
             if asset is None and colour is None:
                 continue
-            out = Material(name, colour, picture, self._finish(shader, name))
+            out = SourceMaterial(name, colour, picture, self._finish(shader, name))
             if not self._patches or str(shader.GetIdAttr().Get()) != "UsdPreviewSurface":
                 return out
             like = self._lying(source)
@@ -92,7 +92,7 @@ class Materials:
             if patch is not None and patch.pictures and picture is None:
                 out = replace(out, picture=np.full((_PLAIN, _PLAIN, 3), colour or (46, 46, 46), np.uint8))
             return replace(out, patch=patch, wrap=like.wrap)
-        return Material(name)
+        return SourceMaterial(name)
 
     def _inputs(self, material: str) -> Inputs:
         def picture(source: Any) -> tuple[NDArray[np.uint8], Lying, str] | None:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from vistel.wire.world.codec.bits import BitReader, BitWriter, FrameError
 from vistel.wire.world.codec.poses import GridPose, Track
-from vistel.wire.world.codec.touches import Pair, Touch, read_touches, write_touches
+from vistel.wire.world.codec.touches import Pair, TouchCode, read_touches, write_touches
 
 MOST_THINGS = 1 << 16
 MOST_STEPS = 16
@@ -37,7 +37,7 @@ class Book:
     step: int = 0
     tracks: list[Track] = field(default_factory=list[Track])
     moving: tuple[int, ...] = ()
-    touches: dict[Pair, Touch] = field(default_factory=dict[Pair, Touch])
+    touches: dict[Pair, TouchCode] = field(default_factory=dict[Pair, TouchCode])
     touches_changed: bool = True
     crowded: bool = False
 
@@ -49,14 +49,14 @@ class Moves(NamedTuple):
     poses: Mapping[int, GridPose]
 
 
-class Step(NamedTuple):
+class RoomStep(NamedTuple):
     """step; poses of everything that moves, by number of the thing."""
 
     step: int
     poses: Mapping[int, GridPose]
 
 
-def write_key(book: Book, step: int, poses: Sequence[GridPose], moving: Sequence[int], touches: Mapping[Pair, Touch]) -> bytes:
+def write_key(book: Book, step: int, poses: Sequence[GridPose], moving: Sequence[int], touches: Mapping[Pair, TouchCode]) -> bytes:
     """A frame that refers to nothing: everything at one step."""
     out = BitWriter()
     out.flag(True)
@@ -73,7 +73,7 @@ def write_key(book: Book, step: int, poses: Sequence[GridPose], moving: Sequence
     return out.to_bytes()
 
 
-def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, Touch], said: ChangedLists) -> bytes:
+def write_changes(book: Book, steps: Sequence[Moves], touches: Mapping[Pair, TouchCode], said: ChangedLists) -> bytes:
     """A frame of one or more steps that refers to the frame before. When people are said, touches begin anew."""
     out = BitWriter()
     out.flag(False)
@@ -186,7 +186,7 @@ def read_key(data: bytes, step: int) -> tuple[Book, ChangedLists]:
     return book, ChangedLists(True, True)
 
 
-def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], ChangedLists]:
+def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[RoomStep], ChangedLists]:
     """The steps, up to step `newest`, of a frame that goes on from `book`, which it changes. Raises FrameError: before any
     change where it goes on from another step, else with the book half changed."""
     bits = BitReader(data)
@@ -197,7 +197,7 @@ def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], Chan
         raise FrameError(f"a frame goes on from step {newest - sum(gaps)}, known is {book.step}")
     book.crowded = some
     _read_toggles(bits, book)
-    steps: list[Step] = []
+    steps: list[RoomStep] = []
     for gap in gaps:
         book.step += gap
         if some:
@@ -205,7 +205,7 @@ def read_changes(data: bytes, book: Book, newest: int) -> tuple[list[Step], Chan
         else:
             for n in book.moving:
                 book.tracks[n].read(bits)
-        steps.append(Step(book.step, {n: book.tracks[n].pose for n in book.moving}))
+        steps.append(RoomStep(book.step, {n: book.tracks[n].pose for n in book.moving}))
     if said.people:
         book.touches = {}
     book.touches_changed = read_touches(bits, book.touches) or said.people

@@ -19,7 +19,7 @@ _SOURCE = 3  # of the number of the body that deforms it
 _GAP = 1  # of how many primitives are left out before the next
 
 
-class Touch(NamedTuple):
+class TouchCode(NamedTuple):
     """limbs: bit i is set when primitive i of the deformed body takes part; level: of the force, see `level_of`."""
 
     limbs: int
@@ -40,7 +40,7 @@ def force_of(level: int) -> float:
     return (1.25 * low - 1.0) * FORCE_STEP if level else 0.0
 
 
-def write_touches(out: BitWriter, before: dict[Pair, Touch], now: Mapping[Pair, Touch], most: int = MOST_PAIRS) -> bool:
+def write_touches(out: BitWriter, before: dict[Pair, TouchCode], now: Mapping[Pair, TouchCode], most: int = MOST_PAIRS) -> bool:
     """What has changed; `before` becomes `now`, but for what goes beyond `most` pairs and has to wait: those that begin or end
     go first. Returns whether anything has changed."""
     changed = sorted(pair for pair in before.keys() | now.keys() if before.get(pair) != now.get(pair))
@@ -48,7 +48,7 @@ def write_touches(out: BitWriter, before: dict[Pair, Touch], now: Mapping[Pair, 
         changed = sorted(sorted(changed, key=lambda pair: (pair in before and pair in now, pair))[:most])
     out.count(len(changed))
     for pair in changed:
-        old, new = before.get(pair, Touch(0, 0)), now.get(pair)
+        old, new = before.get(pair, TouchCode(0, 0)), now.get(pair)
         out.count(pair[0], _TARGET)
         out.count(pair[1], _SOURCE)
         limbs = new.limbs if new is not None else 0
@@ -63,17 +63,17 @@ def write_touches(out: BitWriter, before: dict[Pair, Touch], now: Mapping[Pair, 
     return bool(changed)
 
 
-def read_touches(data: BitReader, known: dict[Pair, Touch]) -> bool:
+def read_touches(data: BitReader, known: dict[Pair, TouchCode]) -> bool:
     """The other end of `write_touches`; whether anything has changed."""
     count = data.count()
     for _ in range(count):
         pair = data.count(_TARGET), data.count(_SOURCE)
-        old = known.get(pair, Touch(0, 0))
+        old = known.get(pair, TouchCode(0, 0))
         limbs = old.limbs ^ _read_set(data)
         if not limbs:
             known.pop(pair, None)
             continue
-        known[pair] = Touch(limbs, data.plain(5) if data.flag() else old.level)
+        known[pair] = TouchCode(limbs, data.plain(5) if data.flag() else old.level)
     return count > 0
 
 

@@ -31,7 +31,7 @@ _DRIVEN = {"AU25": "AU26"}
 
 
 @dataclass(frozen=True)
-class Bend:
+class Slider:
     """A slider. unit: degrees, or "" from 0 to 1; joints: the joints that it turns; action: its action unit."""
 
     name: str
@@ -46,21 +46,21 @@ class Bend:
 
 
 BENDS = (
-    Bend("left_elbow", "Left elbow", "Arms", 0, 148, 8, joints=("left_lower_arm",)),
-    Bend("right_elbow", "Right elbow", "Arms", 0, 148, 8, joints=("right_lower_arm",)),
-    Bend("left_arm", "Left arm up", "Arms", 0, 160, 25, joints=("left_upper_arm",)),
-    Bend("right_arm", "Right arm up", "Arms", 0, 160, 25, joints=("right_upper_arm",)),
-    Bend("reach", "Arms forward", "Arms", 0, 90, 0),
-    Bend("fist", "Fists", "Arms", 0, 1, 0, "", tuple(
+    Slider("left_elbow", "Left elbow", "Arms", 0, 148, 8, joints=("left_lower_arm",)),
+    Slider("right_elbow", "Right elbow", "Arms", 0, 148, 8, joints=("right_lower_arm",)),
+    Slider("left_arm", "Left arm up", "Arms", 0, 160, 25, joints=("left_upper_arm",)),
+    Slider("right_arm", "Right arm up", "Arms", 0, 160, 25, joints=("right_upper_arm",)),
+    Slider("reach", "Arms forward", "Arms", 0, 90, 0),
+    Slider("fist", "Fists", "Arms", 0, 1, 0, "", tuple(
         f"{side}_{finger}_{part}" for side in ("left", "right") for finger in ("thumb", "index", "middle", "ring", "little")
         for part in ("metacarpal", "proximal", "intermediate", "distal")
     )),
-    Bend("knees", "Knees and hips", "Body", 0, 110, 0, joints=(
+    Slider("knees", "Knees and hips", "Body", 0, 110, 0, joints=(
         "left_lower_leg", "right_lower_leg", "left_upper_leg", "right_upper_leg",
     )),
-    Bend("spine", "Back bent", "Body", -15, 60, 0, joints=("hips", *(f"spine_{k}" for k in range(1, 9)))),
-    Bend("neck", "Head bowed", "Body", -25, 35, 0, joints=("neck", "head")),
-    *(Bend(name, label, "Face", 0, 1, 0, "", action=name) for name, label in _ACTIONS.items()),
+    Slider("spine", "Back bent", "Body", -15, 60, 0, joints=("hips", *(f"spine_{k}" for k in range(1, 9)))),
+    Slider("neck", "Head bowed", "Body", -25, 35, 0, joints=("neck", "head")),
+    *(Slider(name, label, "Face", 0, 1, 0, "", action=name) for name, label in _ACTIONS.items()),
 )  # fmt: skip
 _BY_NAME = {bend.name: bend for bend in BENDS}
 
@@ -131,7 +131,7 @@ def strongest(drive: Drive, side: str, skeleton: Skeleton, values: Mapping[str, 
     return found
 
 
-def _drivers(drive: Drive, side: str) -> Iterable[Bend]:
+def _drivers(drive: Drive, side: str) -> Iterable[Slider]:
     if drive.action is not None:
         bare = drive.action.rpartition("_")[2]
         return [_BY_NAME[name] for name in (_DRIVEN.get(bare, bare),) if name in _BY_NAME]

@@ -16,7 +16,7 @@ MOST_SETS = 64
 
 
 @dataclass(frozen=True)
-class Fault:
+class SetFault:
     """A part that cannot be used. set: number of its set, None outside of a set; shape: name of one of the page's own shapes."""
 
     text: str
@@ -25,11 +25,11 @@ class Fault:
 
 
 @dataclass(frozen=True, eq=False)
-class Checked:
+class CheckedSets:
     """sets: the usable sets by their number; faults: the faults of the others."""
 
     sets: dict[int, WrinkleSet]
-    faults: tuple[Fault, ...]
+    faults: tuple[SetFault, ...]
 
     @property
     def whole(self) -> list[WrinkleSet]:
@@ -45,23 +45,23 @@ def page_form(sets: Sequence[WrinkleSet]) -> dict[str, Any]:
     return file.model_dump(mode="json")
 
 
-def check(form: Any, before: Checked | None = None) -> Checked:
+def check(form: Any, before: CheckedSets | None = None) -> CheckedSets:
     """Checks a page's form. before: result for the previous form; unchanged sets stay the same objects."""
     if not isinstance(form, dict) or not isinstance(form.get("sets"), list) or not isinstance(form.get("shapes", []), list):
-        return Checked({}, (Fault("expected shapes and sets"),))
+        return CheckedSets({}, (SetFault("expected shapes and sets"),))
     if len(form["sets"]) > MOST_SETS:
-        return Checked({}, (Fault(f"{len(form['sets'])} sets, expected at most {MOST_SETS}"),))
-    faults: list[Fault] = []
+        return CheckedSets({}, (SetFault(f"{len(form['sets'])} sets, expected at most {MOST_SETS}"),))
+    faults: list[SetFault] = []
     own: dict[str, WrinkleShape] = {}
     for data in form.get("shapes", []):
         name = str(data.get("name", "")) if isinstance(data, dict) else ""
         try:
             shape = TomlFile(f"shape {name}", data).checked(WrinkleShape, WrinkleError)
         except WrinkleError as fault:
-            faults += [Fault(line, None, name) for line in str(fault).splitlines()]
+            faults += [SetFault(line, None, name) for line in str(fault).splitlines()]
             continue
         if shape.name in own or shape.name in builtin_shapes():
-            faults.append(Fault(f"shape {shape.name}: there is another of that name; rename it", None, shape.name))
+            faults.append(SetFault(f"shape {shape.name}: there is another of that name; rename it", None, shape.name))
         own[shape.name] = shape
     bad = {str(fault.shape): fault.text for fault in faults}
 
@@ -87,13 +87,13 @@ def check(form: Any, before: Checked | None = None) -> Checked:
             for line in str(fault).splitlines():
                 # A shape's fault is reported once, and stands for the set's too.
                 of_shape = next((text for text in bad.values() if line.endswith(text)), None)
-                faults.append(Fault(of_shape or line.replace(": sets[0].", ": "), k))
+                faults.append(SetFault(of_shape or line.replace(": sets[0].", ": "), k))
             continue
         sets[k] = _same(made, before) or made
-    return Checked(sets, tuple(faults))
+    return CheckedSets(sets, tuple(faults))
 
 
-def _same(made: WrinkleSet, before: Checked | None) -> WrinkleSet | None:
+def _same(made: WrinkleSet, before: CheckedSets | None) -> WrinkleSet | None:
     if before is None:
         return None
     known = (old for old in before.sets.values() if old.entry == made.entry and dict(old.shapes) == dict(made.shapes))

@@ -31,7 +31,7 @@ BLEED = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Seen:
+class DrawnFigure:
     """A figure as drawn, room frame: positions and normals (R, 3) of the drawn vertices; uv (R, 2), with moved cloth;
     weights (S,); driven (S,): value that drives each set, in degrees or as an action unit's intensity."""
 
@@ -76,7 +76,7 @@ class FigureScene:
         """(H, W, 3) the texture that `uv` are of."""
         return self._made.avatar.albedo
 
-    def seen(self, worn: Worn, values: Mapping[str, float], held: frozenset[str]) -> Seen:
+    def seen(self, worn: Worn, values: Mapping[str, float], held: frozenset[str]) -> DrawnFigure:
         """The figure with the sliders at `values`; held: names of sets that are shown at full weight."""
         posture, actions = posture_of(values), actions_of(values)
         joints = pose_joints(self._made.avatar.skeleton, posture)
@@ -93,7 +93,7 @@ class FigureScene:
         )
         uv = self.uv.copy()
         uv[: len(self._corners[0])] = worn.coordinates(weights)
-        return Seen(positions.astype(np.float32), normals.astype(np.float32), uv, weights, driven)
+        return DrawnFigure(positions.astype(np.float32), normals.astype(np.float32), uv, weights, driven)
 
     def undressed(self, values: Mapping[str, float]) -> dict[str, NDArray[Any]]:
         """Triangles, positions and normals of the avatar's own drawn vertices, eyes included, without wrinkles."""
@@ -127,7 +127,7 @@ class FigureScene:
         out[..., :3] = encoded(lit)
         return out
 
-    def focus(self, worn: Worn, of: WornSet, seen: Seen) -> dict[str, Any]:
+    def focus(self, worn: Worn, of: WornSet, seen: DrawnFigure) -> dict[str, Any]:
         """Position of a set on the drawn figure: middle, facing direction, and radius [m]."""
         count, corner = len(self._corners[0]), self._corners[0]
         share = np.zeros(len(self._made.avatar.mesh.vertices))

@@ -24,7 +24,7 @@ from vistel_cli.wrinkle.studio.envelope import packed
 from vistel_cli.wrinkle.studio.figure_scene import FigureScene
 from vistel_cli.wrinkle.studio.opened import ConflictError, Opened
 from vistel_cli.wrinkle.studio.photograph import PictureError, texture_of
-from vistel_cli.wrinkle.studio.session import Session
+from vistel_cli.wrinkle.studio.session import PageSession
 
 log = logging.getLogger("vistel.studio")
 T = TypeVar("T")
@@ -44,7 +44,7 @@ _SAFE = {
 }
 
 
-class RefusedError(Exception):
+class RequestError(Exception):
     """A request that cannot be fulfilled; one line for the page."""
 
     def __init__(self, text: str, status: int = 400) -> None:
@@ -57,9 +57,9 @@ class Studio:
 
     def __init__(self, opened: Opened) -> None:
         self._opened = opened
-        self._sessions: OrderedDict[str, Session] = OrderedDict()
+        self._sessions: OrderedDict[str, PageSession] = OrderedDict()
         self._scene: FigureScene | None = None
-        self._laid: tuple[FigureScene, list[WrinkleSet], Session] | None = None
+        self._laid: tuple[FigureScene, list[WrinkleSet], PageSession] | None = None
         self._doing: dict[str, str] = {}
         self._maths = ThreadPoolExecutor(1, thread_name_prefix="studio")
         self._hosts: Set[str] = frozenset()
@@ -94,7 +94,7 @@ class Studio:
             return _said("expected JSON", 415)
         try:
             response = await handler(request)
-        except RefusedError as fault:
+        except RequestError as fault:
             return _said(str(fault), fault.status)
         except web.HTTPException as fault:
             return _said(fault.reason, fault.status)
@@ -122,11 +122,11 @@ class Studio:
             scene, revision = self._scene, self._opened.revision()
             form = page_form(self._opened.sets)
             if self._laid is None or self._laid[0] is not scene or self._laid[1] is not self._opened.sets:
-                first = Session(scene, check(form), scene.bare, say)
+                first = PageSession(scene, check(form), scene.bare, say)
                 first.lay()
                 self._laid = scene, self._opened.sets, first
             first = self._laid[2]
-            session = Session(scene, first.checked, first.worn, say, left_out=first.left_out)
+            session = PageSession(scene, first.checked, first.worn, say, left_out=first.left_out)
             key = secrets.token_urlsafe(12)
             self._sessions[key] = session
             while len(self._sessions) > MOST_PAGES:
@@ -170,7 +170,7 @@ class Studio:
         try:
             island = int(request.query.get("island", ""))
         except ValueError as fault:
-            raise RefusedError("island: expected a number") from fault
+            raise RequestError("island: expected a number") from fault
         return web.json_response(await self._do(request.query.get("page", ""), lambda: session.bring(island, data)))
 
     async def _save(self, request: web.Request) -> web.StreamResponse:
@@ -185,7 +185,7 @@ class Studio:
             session.retexture(form)
             faults = session.wear(form) or session.left_out
             if faults:
-                raise RefusedError(faults[0].text)
+                raise RequestError(faults[0].text)
             revision = self._opened.save(session.scene.avatar, session.checked.whole, str(asked.get("revision", "")))
             self._scene = session.scene
             return revision
@@ -193,7 +193,7 @@ class Studio:
         try:
             revision = await self._do(str(asked.get("page", "")), saved)
         except ConflictError as fault:
-            raise RefusedError(str(fault), 409) from fault
+            raise RequestError(str(fault), 409) from fault
         log.info("event=saved path=%s", self._opened.path)
         return web.json_response({"revision": revision, "files": [self._opened.path.name, self._opened.readable.name]})
 
@@ -225,10 +225,10 @@ class Studio:
         finally:
             self._doing.pop(page, None)
 
-    def _session(self, asked: Any) -> Session:
+    def _session(self, asked: Any) -> PageSession:
         key = str(asked.get("session", ""))
         if key not in self._sessions:
-            raise RefusedError("this page's session has ended; open it again", 410)
+            raise RequestError("this page's session has ended; open it again", 410)
         self._sessions.move_to_end(key)
         return self._sessions[key]
 
@@ -237,9 +237,9 @@ async def _asked(request: web.Request) -> dict[str, Any]:
     try:
         data = json.loads(await request.text())
     except (ValueError, UnicodeDecodeError, RecursionError) as fault:
-        raise RefusedError(f"not JSON: {fault}") from fault
+        raise RequestError(f"not JSON: {fault}") from fault
     if not isinstance(data, dict):
-        raise RefusedError("expected a JSON object")
+        raise RequestError("expected a JSON object")
     return data
 
 

@@ -15,8 +15,8 @@ from vistel.wrinkle.region import builtin_regions, sides_of, tube
 from vistel.wrinkle.wardrobe import WrinkleSet
 from vistel.wrinkle.worn import REFERENCE_HEIGHT, Worn, WornSet
 from vistel_cli.wrinkle.studio.bends import strongest, values_of
-from vistel_cli.wrinkle.studio.document import Checked, Fault, check
-from vistel_cli.wrinkle.studio.figure_scene import FigureScene, Seen
+from vistel_cli.wrinkle.studio.document import CheckedSets, SetFault, check
+from vistel_cli.wrinkle.studio.figure_scene import DrawnFigure, FigureScene
 from vistel_cli.wrinkle.studio.photograph import PictureError, laid_out, lying, photographed, texture_of
 
 BATCH = 4
@@ -26,17 +26,17 @@ Answer = tuple[dict[str, Any], dict[str, NDArray[Any]]]
 
 
 @dataclass
-class Session:
+class PageSession:
     """scene: the avatar with the page's registrations; checked, worn: from the last form; version: number of the light that
     the page has, from 1."""
 
     scene: FigureScene
-    checked: Checked
+    checked: CheckedSets
     worn: Worn
     say: Callable[[str], None]
     version: int = 0
     light: U8 | None = None
-    left_out: list[Fault] = field(default_factory=list[Fault])
+    left_out: list[SetFault] = field(default_factory=list[SetFault])
     bases: list[Avatar] = field(default_factory=list[Avatar])
     """The avatar as it was opened, then with each photograph that the page brought."""
     base: int = 0
@@ -58,7 +58,7 @@ class Session:
         kept = {id(s) for s in usable}
         self.worn = self.worn.wearing([s for s in whole if id(s) in kept])
 
-    def wear(self, form: Mapping[str, Any]) -> list[Fault]:
+    def wear(self, form: Mapping[str, Any]) -> list[SetFault]:
         """Wears the sets of a form, or changes nothing and returns its faults."""
         before = self.checked, self.worn, self.left_out
         known = {fault.set for fault in self.left_out}
@@ -78,7 +78,7 @@ class Session:
         except WrinkleError as fault:
             if len(new) == 1:
                 number = next(k for k, s in self.checked.sets.items() if s is new[0])
-                self.left_out += [Fault(line, number) for line in str(fault).splitlines()]
+                self.left_out += [SetFault(line, number) for line in str(fault).splitlines()]
                 return usable
             for each in new:
                 usable = self._with(usable, [each])
@@ -88,7 +88,7 @@ class Session:
     def update(self, asked: Mapping[str, Any]) -> Answer:
         """The page's changes after a request: `form` (or none: as before), `bends`, `held`, `plane`, `seek`, `have`. A form with
         faults changes nothing."""
-        anew, faults = bool(asked.get("whole")), list[Fault]()
+        anew, faults = bool(asked.get("whole")), list[SetFault]()
         if asked.get("form") is not None:
             form = _table(asked["form"])
             anew = self.retexture(form) or anew
@@ -170,7 +170,7 @@ class Session:
         self.lay()
         return True
 
-    def _lit(self, seen: Seen, have: int, head: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> None:
+    def _lit(self, seen: DrawnFigure, have: int, head: dict[str, Any], arrays: dict[str, NDArray[Any]]) -> None:
         """Adds the changed part of the light, or all of it if the page does not have the previous one."""
         light = self.scene.light(self.worn, seen.weights)
         row, column, rows, columns = 0, 0, *light.shape
@@ -201,8 +201,8 @@ class Session:
         of = self._worn_set(_table(asked))
         return {} if of is None else strongest(of.what.entry.drive, of.side, self.scene.avatar.skeleton, values)
 
-    def _unfit(self) -> list[Fault]:
-        return [Fault(f"{name}: {reason}") for name, reason in self.worn.left_out.items()]
+    def _unfit(self) -> list[SetFault]:
+        return [SetFault(f"{name}: {reason}") for name, reason in self.worn.left_out.items()]
 
     def _jitters(self) -> list[dict[str, Any]]:
         """Control points moved by wrinkledness, in the shape's unit, for each wrinkle with wrinkledness."""
