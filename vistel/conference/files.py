@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from vistel.conference.devices import CameraConfig
-from vistel.conference.model import Conference, Participant, RoomSettings
+from vistel.conference.model import Conference, Participant, RoomConfig
 from vistel.conference.speech import Speech
 from vistel.toml import file as toml
 from vistel.toml.faults import faults_of
@@ -73,7 +73,7 @@ def _with_files(conference: Conference, folder: Path) -> Conference:
     return conference.model_copy(update={"sites": sites, "room": _room_with_files(conference.room, folder)})
 
 
-def _room_with_files(room: RoomSettings, folder: Path) -> RoomSettings:
+def _room_with_files(room: RoomConfig, folder: Path) -> RoomConfig:
     things = [t.model_copy(update={"file": _beside(t.file, folder)}) for t in room.things]
     return room.model_copy(update={"file": _beside(room.file, folder), "things": things})
 

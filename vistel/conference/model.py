@@ -155,7 +155,7 @@ class RoomThing(Checked):
     """The force at which a place of it that sticks tears [N]."""
 
 
-class RoomSettings(Checked):
+class RoomConfig(Checked):
     """The virtual room."""
 
     kind: Literal["meeting"] = "meeting"
@@ -214,7 +214,7 @@ class Conference(Checked):
     name: Name = "demo"
     seed: int = 1
     bus: BusConfig = BusConfig()
-    room: RoomSettings = RoomSettings()
+    room: RoomConfig = RoomConfig()
     world: WorldPlaces = WorldPlaces()
     playout: PlayoutConfig = PlayoutConfig()
     motion: MotionStream = MotionStream()

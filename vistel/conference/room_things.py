@@ -1,6 +1,6 @@
 """What a conference file puts on the table of its room, and whether the props of its sites are in the room."""
 
-from vistel.conference.model import Conference, RoomSettings, RoomThing
+from vistel.conference.model import Conference, RoomConfig, RoomThing
 from vistel.space.room import Extra, meeting_room
 from vistel.space.things.things import PhysicsMaterial
 
@@ -22,7 +22,7 @@ def extra_of(thing: RoomThing) -> Extra:
     )
 
 
-def extras_of(room: RoomSettings) -> tuple[Extra, ...]:
+def extras_of(room: RoomConfig) -> tuple[Extra, ...]:
     """Those of the room's things that are simple shapes. Raises ValueError for things that cannot be together."""
     simple = [extra_of(t) for t in room.things if t.file is None]
     return meeting_room(room.seats, simple).extras if simple else ()

@@ -5,7 +5,7 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-from vistel.conference.model import RoomSettings as RoomKeys
+from vistel.conference.model import RoomConfig as RoomKeys
 from vistel.conference.model import RoomThing
 from vistel.conference.room_things import extras_of
 from vistel.conference.seats import seats_of

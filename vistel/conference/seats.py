@@ -4,11 +4,11 @@ from functools import lru_cache
 from pathlib import Path
 
 from vistel.arrays import F64
-from vistel.conference.model import RoomSettings
+from vistel.conference.model import RoomConfig
 from vistel.space.room import Seat, seat_pose
 
 
-def seats_of(room: RoomSettings) -> tuple[Seat, ...]:
+def seats_of(room: RoomConfig) -> tuple[Seat, ...]:
     """The seats: those of the room's file; where it has none, or there is no file, those round the built-in table. Raises
     RoomFileError (one line)."""
     if room.file is not None and (own := _seats_in(room.file, _stamp(room.file))):
@@ -16,7 +16,7 @@ def seats_of(room: RoomSettings) -> tuple[Seat, ...]:
     return tuple(Seat(*seat_pose(room.seats, i)) for i in range(room.seats))
 
 
-def seat_place(room: RoomSettings, index: int) -> tuple[F64, float]:
+def seat_place(room: RoomConfig, index: int) -> tuple[F64, float]:
     """Position (3,) on the floor under a seat [m] and heading [rad]. Raises ValueError for no such seat, RoomFileError."""
     seats = seats_of(room) if room.file is not None else ()
     if not seats:

@@ -6,7 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from vistel.conference.model import Conference, Site
-from vistel.conference.model import RoomSettings as RoomKeys
+from vistel.conference.model import RoomConfig as RoomKeys
 from vistel.conference.seats import seat_place
 from vistel.render.figures.people import files_of
 from vistel.render.view.screens import RoomScreen, Stereo, picture_size

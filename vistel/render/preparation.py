@@ -11,7 +11,7 @@ import numpy as np
 from vistel.conference.avatar_files import avatar_file
 from vistel.conference.files import public_avatar
 from vistel.conference.model import Conference
-from vistel.conference.model import RoomSettings as RoomKeys
+from vistel.conference.model import RoomConfig as RoomKeys
 from vistel.figure.face.gaze import converged
 from vistel.figure.formats.load import read_parcel
 from vistel.figure.posture.posture import standing

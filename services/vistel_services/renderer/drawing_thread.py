@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from prometheus_client import Gauge
 
-from vistel.conference.model import RoomSettings as RoomKeys
+from vistel.conference.model import RoomConfig as RoomKeys
 from vistel.render.figures.figures import DrawableFigure
 from vistel.render.gl.context import NoOpenGlError
 from vistel.render.interaction.navigation import Deflection

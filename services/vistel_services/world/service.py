@@ -13,7 +13,7 @@ import numpy as np
 from prometheus_client import Counter, Gauge
 
 from vistel.conference.model import HUB_PLACE, Conference, Site
-from vistel.conference.model import RoomSettings as RoomKeys
+from vistel.conference.model import RoomConfig as RoomKeys
 from vistel.conference.paths import RunPaths
 from vistel.conference.room_things import extras_of
 from vistel.figure.posture.posture import standing

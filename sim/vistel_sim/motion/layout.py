@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from vistel.arrays import F64
-from vistel.conference.model import RoomSettings as RoomKeys
+from vistel.conference.model import RoomConfig as RoomKeys
 from vistel.conference.room_things import extras_of
 from vistel.conference.seats import seat_place
 from vistel.space.files.faults import RoomFileError

@@ -19,7 +19,7 @@ from pathlib import Path
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 import vistel
-from vistel.conference.model import Conference, RoomSettings
+from vistel.conference.model import Conference, RoomConfig
 from vistel.figure.avatar.cache_folder import default_cache
 from vistel.wire import background
 from vistel_cli.terminal import err, fail
@@ -102,7 +102,7 @@ def _fingerprint(conference: Conference) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def _newest(room: RoomSettings) -> list[int]:
+def _newest(room: RoomConfig) -> list[int]:
     """When the files of a room were last changed; 0 for those that are not there."""
     files = [f for f in (room.file, *(t.file for t in room.things)) if f is not None]
     return [f.stat().st_mtime_ns if f.is_file() else 0 for f in files]
