@@ -1,7 +1,5 @@
 """Types of NumPy arrays, named by kind and bits: `F64` holds float64. Shapes, units and frames stand where an array is used."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -1,7 +1,5 @@
 """sRGB and linear light (IEC 61966-2-1)."""
 
-from __future__ import annotations
-
 from typing import Any, TypeVar
 
 import numpy as np

@@ -5,8 +5,6 @@ peer is NumPy in the same process, alternating: on the lattice every primitive i
 scattered points every primitive at every point. Times are processor time of the one thread, medians.
 """
 
-from __future__ import annotations
-
 import math
 import os
 import subprocess

@@ -1,7 +1,5 @@
 """The usual ways to move a skin, for the same mesh, bones and weights as ours: linear blends and dual quaternions."""
 
-from __future__ import annotations
-
 import numba as nb
 import numpy as np
 

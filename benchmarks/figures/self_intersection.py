@@ -1,7 +1,5 @@
 """Triangles of a mesh that pass through others of it."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -4,8 +4,6 @@ The same list carries the figure's implicit skin, its contacts with others and t
 23 primitives for a figure; the hands' own capsules come after them so that fingers can touch and grasp).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

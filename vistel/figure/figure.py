@@ -1,7 +1,5 @@
 """A figure: an avatar in a posture. Joints, rigid component, then the implicit deformation."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -64,7 +62,7 @@ class Figure:
     same_body: a figure of another level of detail of the same avatar, so that both have the same primitives.
     """
 
-    def __init__(self, avatar: Avatar, *, same_body: Figure | None = None) -> None:
+    def __init__(self, avatar: Avatar, *, same_body: "Figure | None" = None) -> None:
         self.avatar = avatar
         mesh = avatar.mesh
         normals = vertex_normals(mesh)

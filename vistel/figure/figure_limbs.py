@@ -1,7 +1,5 @@
 """A person's primitives as limbs of the implicit model: which act as one body, which joints fold."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import I32

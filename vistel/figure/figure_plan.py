@@ -3,8 +3,6 @@
 Only the vertices that tell who touches whom are posed here.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

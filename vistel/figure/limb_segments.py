@@ -4,8 +4,6 @@ A cross-section is cut once, at rest, across a bone; its points stay where they 
 mesh edge), so that a segment is the same piece of skin in every posture.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -142,11 +140,11 @@ class _Piece:
     triangles: I32
 
     @staticmethod
-    def whole(p: F64, triangles: I32) -> _Piece:
+    def whole(p: F64, triangles: I32) -> "_Piece":
         index = np.arange(len(p), dtype=np.int32)
         return _Piece(np.stack([index, index], axis=1), np.zeros(len(p)), p, triangles)
 
-    def beyond(self, height: Callable[[F64], F64]) -> _Piece:
+    def beyond(self, height: Callable[[F64], F64]) -> "_Piece":
         """What lies beyond the plane where `height` is 0. Points that an earlier cut made keep their place, so two cuts
         must not share an edge."""
         h = height(self.at)
@@ -183,7 +181,7 @@ class _Piece:
         """The mesh vertex of a point; of one that a cut made, the nearer end of its edge."""
         return int(self.points[point, int(self.share[point] > 0.5)])
 
-    def nearest(self, centre: F64) -> _Piece:
+    def nearest(self, centre: F64) -> "_Piece":
         """The connected part whose middle is nearest to a place."""
         label = _components(len(self.at), self.triangles)
         of = label[self.triangles[:, 0]]

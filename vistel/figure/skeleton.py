@@ -5,8 +5,6 @@ y = 0, faces +Z, its left arm points along +X, and *every joint frame is paralle
 (the convention of VRM 1.0). A pose is one rotation per joint relative to its parent; identity is the rest pose.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Rotations as 3x3 matrices, rotation vectors and unit quaternions (x, y, z, w). Radians, right-handed."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

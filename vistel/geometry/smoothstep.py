@@ -1,7 +1,5 @@
 """Smooth passages from 0 to 1."""
 
-from __future__ import annotations
-
 from typing import Any, TypeVar
 
 import numpy as np

@@ -1,7 +1,5 @@
 """`ease` for Numba kernels."""
 
-from __future__ import annotations
-
 from numba.extending import register_jitable
 
 from vistel.geometry import smoothstep

@@ -3,8 +3,6 @@
 Every f has f(0) = 1, f(1) = 0, f'(0) = f'(1) = 0 and falls monotonically; beyond 1 it is 0.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import ClassVar
@@ -117,7 +115,7 @@ class Blend:
         y = _INVERSE[self.family](t)
         return self.warp * y / (1 - y + self.warp * y)
 
-    def actuated(self, surface_ratio: float, threshold: float = THRESHOLD) -> Blend:
+    def actuated(self, surface_ratio: float, threshold: float = THRESHOLD) -> "Blend":
         """This family warped so that its surface at `threshold` lies at the distance ratio `surface_ratio`.
 
         Singh §4.2 in the closed form b = x*(1 - t) / (t (1 - x*)) with t the rest position of the surface.

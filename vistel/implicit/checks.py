@@ -1,7 +1,5 @@
 """Checks on what a caller hands in: one clear line that names the shape, the argument and what was expected."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 

@@ -1,7 +1,5 @@
 """Numbers that NumPy code, Numba kernels and shaders share. Fields have no unit; mathematics M3 uses T, alpha and beta."""
 
-from __future__ import annotations
-
 import math
 
 THRESHOLD = 0.5

@@ -6,8 +6,6 @@ plain pointers of its entries (see `vistel.jit.pointers` for why pointers). Whoe
 arrays alive and C-contiguous.
 """
 
-from __future__ import annotations
-
 from typing import Any
 
 from numba import types

@@ -5,8 +5,6 @@ constants of the files it calls. Here a kernel is stamped with the contents of i
 project that it imports, and those import: two machines with the same files run the same code.
 """
 
-from __future__ import annotations
-
 import hashlib
 import pickle
 import re

@@ -14,8 +14,6 @@ Sixteen fill a 512-bit register; with thirty-two, one register is worked on whil
 LLVM takes several narrower registers where there are no wide ones.
 """
 
-from __future__ import annotations
-
 import operator
 from collections.abc import Callable
 from importlib import import_module

@@ -1,7 +1,5 @@
 """Float32 numbers for kernels: beside a plain 2.0, which is float64, everything would become float64."""
 
-from __future__ import annotations
-
 import numpy as np
 
 ZERO = np.float32(0.0)

@@ -4,8 +4,6 @@ A Numba array is a record of seven words with a reference count; passing a dozen
 the kernel. A pointer is one register, is indexed like an array, and owns nothing: the caller keeps the array alive.
 """
 
-from __future__ import annotations
-
 from importlib import import_module
 from typing import Any
 

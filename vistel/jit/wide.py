@@ -1,7 +1,5 @@
 """Leave for a leaf to use the widest registers, and estimates in place of divisions and roots."""
 
-from __future__ import annotations
-
 from typing import Any
 
 from numba import types

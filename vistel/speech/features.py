@@ -1,8 +1,6 @@
 """Sound as the acoustic model sees it: every 10 ms the logarithm of the energy in 40 mel bands, the voice's and the
 room's own colour taken off. What is fed in pieces comes out as if fed at once."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

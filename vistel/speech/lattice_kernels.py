@@ -4,8 +4,6 @@ Positions are the states of all words, word after word. A token carries its scor
 came before is found through the links kept for every junction and time (`decoder.py`).
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F32, I32

@@ -1,7 +1,5 @@
 """What a recogniser is and what it says: words with a confidence, best first."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

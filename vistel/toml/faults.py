@@ -1,7 +1,5 @@
 """What a model says of tables that do not fit, in words of the person who wrote them."""
 
-from __future__ import annotations
-
 import types
 from collections.abc import Mapping
 from dataclasses import dataclass

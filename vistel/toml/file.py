@@ -1,7 +1,5 @@
 """Reading a TOML file and checking it by a model."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Iterable

@@ -1,7 +1,5 @@
 """Where each key of a TOML text stands."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any, cast

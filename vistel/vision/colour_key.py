@@ -1,7 +1,5 @@
 """A chroma key for the marks' colour: how much of each pixel is mark, in any light."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import cv2
@@ -52,7 +50,7 @@ class ColourKey:
         w = self.weights
         return float(1.0 / max(w @ self.background @ w, 1e-9))
 
-    def adapted(self, mark: F64, background: F64, share: float) -> ColourKey:
+    def adapted(self, mark: F64, background: F64, share: float) -> "ColourKey":
         """Moved by `share` towards the present colours."""
         return ColourKey(self.mark + share * (mark - self.mark), self.background + share * (background - self.background))
 

@@ -1,7 +1,5 @@
 """Curves through control points, and where they cross."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -9,8 +9,6 @@ Of the branches of one wrinkle the highest counts, and the deepest.
 
 # pyright: basic
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

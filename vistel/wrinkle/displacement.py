@@ -1,7 +1,5 @@
 """Displacement maps: the summed densities of wrinkles on a flat piece of cloth or skin (Singh §5.2.2, Figure 47)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass

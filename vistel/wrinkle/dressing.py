@@ -5,8 +5,6 @@ other islands. So the colour of each charted region is copied to a plane, once r
 on that.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

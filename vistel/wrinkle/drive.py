@@ -1,7 +1,5 @@
 """What drives wrinkles: a joint's angle or an action unit, through a curve that is data (Singh §5.3.1; mathematics M9.5)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from itertools import pairwise
@@ -29,7 +27,7 @@ class DriveCurve(Entry):
     """Between knots: straight, or the Hermite blend, which is level at each."""
 
     @model_validator(mode="after")
-    def _rises(self) -> DriveCurve:
+    def _rises(self) -> "DriveCurve":
         values = [v for v, _ in self.knots]
         if any(b <= a for a, b in pairwise(values)):
             raise ValueError(f"the knots' values are {', '.join(f'{v:g}' for v in values)}; expected each above the one before")
@@ -60,7 +58,7 @@ class Drive(Entry):
     curve: DriveCurve
 
     @model_validator(mode="after")
-    def _one_driver(self) -> Drive:
+    def _one_driver(self) -> "Drive":
         if (self.joint is None) == (self.action is None):
             raise ValueError("give a joint or an action, one of the two")
         if self.axis is not None and not any(self.axis):

@@ -1,7 +1,5 @@
 """What drives many sets of wrinkles at once: the curves of `vistel.wrinkle.drive` as arrays, for each picture."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -35,7 +33,7 @@ class Drives:
     smooth: NDArray[np.bool_]
 
     @staticmethod
-    def of(drives: Sequence[tuple[Drive, str]]) -> Drives:
+    def of(drives: Sequence[tuple[Drive, str]]) -> "Drives":
         """drives: each with its side, "left_", "right_" or ""."""
         joint, axis = np.full(len(drives), -1, np.int32), np.zeros((len(drives), 3))
         actions: list[tuple[str, ...]] = []

@@ -1,7 +1,5 @@
 """What is said of wrinkle files that cannot be used."""
 
-from __future__ import annotations
-
 from pydantic import BaseModel, ConfigDict
 
 

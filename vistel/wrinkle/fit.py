@@ -1,7 +1,5 @@
 """Whether a region of an avatar can wear wrinkles: whether it is there, and has a place of its own on the texture."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

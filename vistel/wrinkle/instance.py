@@ -1,7 +1,5 @@
 """Wrinkles: instances of characteristic shapes in a common plane (Singh §5.2.1), as segments to be rasterised."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

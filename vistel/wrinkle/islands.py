@@ -1,8 +1,6 @@
 """The islands of a texture: what shows, and colour beyond their edges, so that no smaller copy of the texture mixes in what is
 between them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

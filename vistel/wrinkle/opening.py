@@ -1,8 +1,6 @@
 """The dark between parted lips, for heads whose mouth is painted on closed skin: where the skin between the lips is stretched, it
 shows what is behind it."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -5,8 +5,6 @@ long; u = 0..1 goes once round, v = 0..1 along, whatever the avatar's own textur
 seams of a texture unbroken, and one description serves every avatar.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path

@@ -4,8 +4,6 @@ A shape is normalised: its curves lie in [-1, 1] x [-1, 1], x right and y up, an
 (`vistel.wrinkle.instance`) gives it a place, a size, a thickness and an intensity.
 """
 
-from __future__ import annotations
-
 from typing import Annotated, Literal
 
 import numpy as np
@@ -60,7 +58,7 @@ class Branch(Entry):
     """Length of tapering ends, in radii."""
 
     @model_validator(mode="after")
-    def _is_a_curve(self) -> Branch:
+    def _is_a_curve(self) -> "Branch":
         at = self.places
         for k, length in enumerate(np.linalg.norm(np.diff(at, axis=0), axis=1)):
             if length < 1e-3:
@@ -98,7 +96,7 @@ class WrinkleShape(Entry):
     branches: Annotated[list[Branch], Field(min_length=1, max_length=64)]
 
     @model_validator(mode="after")
-    def _hangs_together(self) -> WrinkleShape:
+    def _hangs_together(self) -> "WrinkleShape":
         lopsided = any(layer.offset or layer.lean for layer in self.profile)
         lines = [sampled(b.places, 8)[0] for b in self.branches]
         for k, branch in enumerate(self.branches):

@@ -1,7 +1,5 @@
 """Wrinkle shapes as files: TOML, one shape each. The built-in ones lie in `shapes/` beside this file."""
 
-from __future__ import annotations
-
 from functools import cache
 from pathlib import Path
 

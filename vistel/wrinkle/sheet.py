@@ -1,7 +1,5 @@
 """Sheets: wrinkles on a flat piece of cloth or skin, as a readable file."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path

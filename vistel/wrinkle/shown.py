@@ -5,8 +5,6 @@ drawn vertex knows which set of each channel is near it, so that a picture needs
 shader multiplies the albedo by 1 + weight * light of each channel, and moves the texture coordinate by weight * pull.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass

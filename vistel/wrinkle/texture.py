@@ -5,8 +5,6 @@ The wrinkled texture shows at P the cloth of P + d(P), where div d = |grad h|^2 
 That motion is what a wrinkled texture loses of its correspondence with the flat one; it is kept within a limit and told.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Sets of wrinkles that figures wear, as readable files; those of the built-in figures lie in `sets/` beside this file."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -44,7 +42,7 @@ class SetEntry(Entry):
     """What is seen between the lips, where they are painted on closed skin."""
 
     @model_validator(mode="after")
-    def _is_complete(self) -> SetEntry:
+    def _is_complete(self) -> "SetEntry":
         if not self.wrinkles and not self.pull and not self.mouth:
             raise ValueError("has neither wrinkles nor pull")
         at = [v for v, _ in self.pull]

@@ -5,8 +5,6 @@ For each frame a posture gives weights; weights give a displacement of the skin 
 §6.5); texture coordinates that move; and how much of each set's light is on the texture.
 """
 
-from __future__ import annotations
-
 import logging
 from collections.abc import Mapping, Sequence
 from copy import copy
@@ -79,7 +77,7 @@ class Worn:
         charts: Sequence[Chart] = (),
         *,
         textures: bool = True,
-        finest: Worn | None = None,
+        finest: "Worn | None" = None,
     ) -> None:
         self.avatar = avatar
         self._finest = finest
@@ -139,7 +137,7 @@ class Worn:
             raise ValueError("worn without textures")
         return self._texels.covered
 
-    def wearing(self, sets: Sequence[WrinkleSet]) -> Worn:
+    def wearing(self, sets: Sequence[WrinkleSet]) -> "Worn":
         """The same avatar in other sets, for who edits them: only those that are new objects are laid anew."""
         out = copy(self)
         out._maps, out.left_out = dict(self._maps), dict(self.left_out)

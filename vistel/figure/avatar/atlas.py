@@ -1,7 +1,5 @@
 """Several pictures side by side in one texture."""
 
-from __future__ import annotations
-
 import numpy as np
 from PIL import Image
 

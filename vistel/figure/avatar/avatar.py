@@ -3,8 +3,6 @@
 Every mesh lies in the model frame of `vistel.figure.skeleton` (metres, Y up, facing +Z, left arm along +X, T-pose).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +23,7 @@ class Target:
     vertex: I32
     offset: F32
 
-    def of(self, place: NDArray[np.integer]) -> Target:
+    def of(self, place: NDArray[np.integer]) -> "Target":
         """Of the part of the mesh in which vertex v has become place[v], those at -1 gone."""
         to = place[self.vertex]
         return Target(self.name, to[to >= 0].astype(np.int32), self.offset[to >= 0])
@@ -88,7 +86,7 @@ class Avatar:
     mesh: Mesh
     eyeballs: tuple[Mesh, ...]
     albedo: U8
-    coarser: tuple[Avatar, ...] = ()
+    coarser: "tuple[Avatar, ...]" = ()
     registration: tuple[Registration, ...] = ()
     wrinkles: str = ""
     patches: tuple[Patch, ...] = ()

@@ -1,7 +1,5 @@
 """The folder in which made people are cached on this machine, and the lock under which processes write there."""
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Generator

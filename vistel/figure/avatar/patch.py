@@ -1,7 +1,5 @@
 """Patches: what parts of an avatar's texture are like beside their colour, as UsdPreviewSurface and glTF have it."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
@@ -53,19 +51,19 @@ class Patch:
         names = [f.name for f in fields(self) if f.name != "box"]
         return tuple(id(shown[name]) if name in shown else getattr(self, name) for name in names)
 
-    def within(self, box: F64) -> Patch:
+    def within(self, box: F64) -> "Patch":
         """On a texture of which the one it was on has become a part; box: left, bottom, width, height of that."""
         low, high = box[:2] + np.array(self.box[:2]) * box[2:], box[:2] + np.array(self.box[2:]) * box[2:]
         return replace(self, box=(float(low[0]), float(low[1]), float(high[0]), float(high[1])))
 
-    def evenly(self) -> Patch:
+    def evenly(self) -> "Patch":
         """The same without pictures: as rough and metallic as they are on the whole, all of it there."""
         finish = None if self.finish is None else self.finish.reshape(-1, 3).mean(axis=0) / 255.0
         rough, metal = (self.roughness, self.metallic) if finish is None else (float(finish[1]), float(finish[2]))
         glow = (0.0, 0.0, 0.0) if self.glow_picture is not None else self.glow
         return Patch(self.box, rough, metal, glow=glow, both_sides=self.both_sides)
 
-    def reduced(self, largest: int) -> Patch:
+    def reduced(self, largest: int) -> "Patch":
         """With pictures of at most `largest` texels along a side."""
         return replace(self, **{name: _reduced(picture, largest) for name, picture in self.pictures.items()})  # type: ignore[arg-type]
 

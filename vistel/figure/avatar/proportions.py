@@ -4,8 +4,6 @@ It fits into one small message, so that the world's contacts and stand-ins are r
 Numbers are kept as float32: who sends, who re-runs a log and who draws compute with the same ones.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -45,7 +43,7 @@ class Proportions:
     numbers: bytes
 
     @staticmethod
-    def of(skeleton: Skeleton, body: Body) -> Proportions:
+    def of(skeleton: Skeleton, body: Body) -> "Proportions":
         """Those of an avatar. Raises ValueError when nobody can be like that."""
         return Proportions.from_arrays(
             body.names, body.joint.tolist(), skeleton.rest, skeleton.tip, body.a, body.b, body.radius_a, body.radius_b
@@ -61,7 +59,7 @@ class Proportions:
         b: ArrayLike,
         radius_a: ArrayLike,
         radius_b: ArrayLike,
-    ) -> Proportions:
+    ) -> "Proportions":
         """Checked: they may have come over a network. Raises ValueError, one line."""
         count = len(names)
         if not 1 <= count <= MOST_PRIMITIVES or len(joint) != count:

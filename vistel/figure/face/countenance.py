@@ -1,7 +1,5 @@
 """One person's face from picture to picture: marks where they are seen, loudness where only the voice is known, else rest."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

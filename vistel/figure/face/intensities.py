@@ -1,7 +1,5 @@
 """How strong each action unit is: from the 13 marks, or from how loud somebody speaks."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Where on a head the rules of the face act: its eyes, its hinge, and the 13 places that marks are stuck to."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -51,7 +49,7 @@ class Landmarks:
         return self.eyes.mean(axis=0)
 
     @staticmethod
-    def of_marks(marks: F64, eyes: F64, between: F64 | None = None) -> Landmarks:
+    def of_marks(marks: F64, eyes: F64, between: F64 | None = None) -> "Landmarks":
         """From known places; the hinge is where it is on the usual head, and the lips meet midway between their marks unless
         it is said."""
         apart = float(np.linalg.norm(eyes[0] - eyes[1])) / EYES_APART

@@ -1,7 +1,5 @@
 """The lids of an eye: where they open on one head, and how far each vertex of them turns when the eye closes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

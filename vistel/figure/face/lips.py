@@ -4,8 +4,6 @@ On skin that is cut along the lips both edges lie in one place at rest: only alo
 of.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_matrix

@@ -4,8 +4,6 @@ Frame: that of the head joint: +X the person's left, +Y up, metres, for a head o
 a muscle of expression acts, so that marks alone can drive the face.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 

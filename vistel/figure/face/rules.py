@@ -1,7 +1,5 @@
 """The rules of the face as checked data: `action_units.toml` beside this file, or another of its kind."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -53,7 +51,7 @@ class Unit(_Table):
     most: Annotated[float, Field(gt=0.0, le=2.0)] = 1.0
 
     @model_validator(mode="after")
-    def _marks_are_there(self) -> Unit:
+    def _marks_are_there(self) -> "Unit":
         for mark in (*self.marks, *(p.at for p in self.pulls)):
             if not any(name in MARK_INDEX for name in ((mark, f"left_{mark}") if self.sides else (mark,))):
                 raise ValueError(f"there is no mark {mark!r}; there are {', '.join(MARK_INDEX)}")

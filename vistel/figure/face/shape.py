@@ -1,7 +1,5 @@
 """A face that moves: what every action unit does to the vertices of one head at rest."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -41,7 +39,7 @@ class Expression:
     pitch: float = 0.0
 
     @staticmethod
-    def none(rules: FaceRules) -> Expression:
+    def none(rules: FaceRules) -> "Expression":
         """A face at rest."""
         return Expression(np.zeros(len(rules.units)))
 

@@ -1,7 +1,5 @@
 """A face on the mesh of a figure."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F32, F64

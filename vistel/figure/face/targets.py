@@ -1,7 +1,5 @@
 """What a file's own shapes of expressions mean to a face: their names as action units."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 from collections.abc import Iterable, Sequence

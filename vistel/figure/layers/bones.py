@@ -1,7 +1,5 @@
 """Bones that show at elbow, knee, collar and knuckles, attached to a person (Singh §4.1)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 
@@ -32,7 +30,7 @@ class Bone:
     full: float
     weight: float
 
-    def shown(self, value: float) -> Bone:
+    def shown(self, value: float) -> "Bone":
         """The bone where it is when it shows to a part `value`."""
         return replace(self, a=self.a + value * self.rise, b=self.b + value * self.rise)
 

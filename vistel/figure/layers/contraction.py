@@ -1,7 +1,5 @@
 """How a belly answers to the length of its muscle: activation from posture, and a shape that keeps its volume (Singh §4.1)."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

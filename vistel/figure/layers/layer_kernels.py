@@ -2,8 +2,6 @@
 
 # pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Muscles attached to a person, and how long they are in a posture (Singh §4.1: rest length, origin, insertion)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -31,7 +29,7 @@ class BellyShape:
         """[m^3]"""
         return float(4.0 / 3.0 * np.pi * np.prod(self.half))
 
-    def at_length(self, ratio: float) -> BellyShape:
+    def at_length(self, ratio: float) -> "BellyShape":
         """The belly at `ratio` of its length: as much thicker and wider as keeps its volume, resting on the bone."""
         m = ratio**-0.5
         half = self.half * (m, m, ratio)
@@ -71,7 +69,7 @@ class Muscles:
     muscles: tuple[Muscle, ...]
 
     @staticmethod
-    def of(places: Places, specs: tuple[MuscleSpec, ...] = MUSCLES) -> Muscles:
+    def of(places: Places, specs: tuple[MuscleSpec, ...] = MUSCLES) -> "Muscles":
         """`specs` attached to an avatar."""
         return Muscles(places.avatar.skeleton, tuple(_attach(places, spec) for spec in specs))
 

@@ -1,7 +1,5 @@
 """Where on an avatar a place of the anatomy lies: skin depths measured on its mesh at rest."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -4,8 +4,6 @@ The skin's own field is T on it; a layer adds its field as it is now less what i
 with and thus deform the surface that envelops them). A vertex goes along its normal to where the sum is T again.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -62,7 +60,7 @@ def bone_field(bone: Bone, rotation: F64, position: F64) -> Field:
     return field
 
 
-def muscle_profile(muscle: Muscle, skeleton_rest: F64, skin: Skin, share: F64) -> Profile:
+def muscle_profile(muscle: Muscle, skeleton_rest: F64, skin: "Skin", share: F64) -> Profile:
     """A muscle fully contracted by posture. share: (V,) how far each vertex blends with it at all."""
     position = skeleton_rest[muscle.belly.joint]
     rest = belly_field(muscle.belly, np.eye(3), position)
@@ -82,7 +80,7 @@ def muscle_profile(muscle: Muscle, skeleton_rest: F64, skin: Skin, share: F64) -
     return _kept(vertex, moved)
 
 
-def bone_profile(bone: Bone, skeleton_rest: F64, skin: Skin, share: F64) -> Profile:
+def bone_profile(bone: Bone, skeleton_rest: F64, skin: "Skin", share: F64) -> Profile:
     """A bone that shows whole: it lifts the skin, and never draws it in."""
     position, up = skeleton_rest[bone.joint], bone.shown(1.0)
     before, now = (bone_field(b, np.eye(3), position) for b in (bone, up))

@@ -1,7 +1,5 @@
 """The layers of one figure's skin: what it costs in a frame is two small kernels (see `layer_kernels`)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -53,7 +51,7 @@ class Anatomy:
     bones: tuple[Bone, ...]
 
     @staticmethod
-    def of(places: Places) -> Anatomy:
+    def of(places: Places) -> "Anatomy":
         """The muscles and bones of the person whose body `places` describes."""
         return Anatomy(Muscles.of(places), bones_of(places))
 
@@ -70,7 +68,7 @@ class LayerTerms:
     fall: F32
 
     @staticmethod
-    def none(vertices: int) -> LayerTerms:
+    def none(vertices: int) -> "LayerTerms":
         """Of a skin without layers."""
         start, no = np.zeros(vertices + 1, np.int32), np.zeros(0, np.int32)
         return LayerTerms(start, no, np.zeros((0, 4), np.float32), np.zeros(vertices, np.float32))

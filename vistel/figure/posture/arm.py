@@ -5,8 +5,6 @@ for the right. The swivel is found by energy minimisation (mathematics M8.7) rel
 no direction is singular, and the collar bone's length by a fixed point (mathematics M8.5).
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

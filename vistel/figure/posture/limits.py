@@ -7,8 +7,6 @@ Surgeons), the couplings simple curves through them. The posture solver keeps to
 begins: `vistel.figure.arm_clearance`.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

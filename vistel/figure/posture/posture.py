@@ -21,8 +21,6 @@ index, middle, ring and little finger: base flexion, abduction, middle flexion, 
 Rotation vectors are for the wire; interpolate between postures with `interpolate`, which goes by quaternions.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field

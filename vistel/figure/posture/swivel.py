@@ -5,8 +5,6 @@ not turn", in every posture, so that no reference direction can become singular.
 collar joint [m, rad].
 """
 
-from __future__ import annotations
-
 import math
 from typing import NamedTuple
 

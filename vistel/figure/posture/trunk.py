@@ -1,7 +1,5 @@
 """Legs and spine from the chest, feet fixed on the floor (mathematics M8.2 and M8.3)."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -7,8 +7,6 @@ sides; how much of it a bend needs is fitted once, so that the limb keeps its vo
 lies in a table over the bend.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """How much a folded elbow or knee must bulge for the limbs beside it to keep their volume."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

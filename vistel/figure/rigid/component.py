@@ -10,8 +10,6 @@ the upper arm without its own twist; vertices in between take their share, so th
 the limb. Before all that the rest pose bulges beside folded elbows and knees (`vistel.figure.rigid.bulge`).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -51,7 +49,7 @@ class Rows:
     rest: F32
 
     @staticmethod
-    def of(influences: Influences, vertices: F32, normals: F32) -> Rows:
+    def of(influences: Influences, vertices: F32, normals: F32) -> "Rows":
         """The rows of a mesh: vertices and normals (V, 3) at rest."""
         groups: dict[tuple[int, ...], list[int]] = {}
         for v, (bones, weights) in enumerate(zip(influences.bone.tolist(), influences.weight.tolist(), strict=True)):
@@ -185,7 +183,7 @@ class RigidSkin:
                 LANES,
             )
 
-    def parts(self, index: I32) -> SkinParts:
+    def parts(self, index: I32) -> "SkinParts":
         """Parts of the skin, of vertices index (P, n), to be posed one by one with the bones as last posed."""
         return SkinParts(
             index,

@@ -1,7 +1,5 @@
 """Influences of joints on vertices, from the joint chain and the limb each vertex belongs to."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -2,8 +2,6 @@
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

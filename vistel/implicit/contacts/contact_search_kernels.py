@@ -3,8 +3,6 @@ float64."""
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.implicit.contacts.contact_kernels import by_probes, cone_against, cone_pair

@@ -2,8 +2,6 @@
 
 # pyright: basic
 
-from __future__ import annotations
-
 import math
 
 from vistel.implicit.constants import SURFACE_RATIO

@@ -1,8 +1,6 @@
 """The deformable component of a mesh: every vertex to F = T along its normal (Singh §2.3.2, §2.4;
 mathematics M6.5)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """Vertices in blocks of 64 lanes: which stand together, and the calibration the kernels read."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -40,7 +38,7 @@ class Blocks:
     group_blocks: I32
 
     @staticmethod
-    def of(embedding: Embedding) -> Blocks:
+    def of(embedding: Embedding) -> "Blocks":
         """Blocks of one group and one side of one hinge each, compact patches of the skin."""
         limbs = embedding.limbs
         order = np.lexsort((embedding.other, embedding.hinge, embedding.group))

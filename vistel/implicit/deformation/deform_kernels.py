@@ -2,8 +2,6 @@
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.implicit.constants import BETA, LONGEST_ZONE

@@ -1,7 +1,5 @@
 """Vertex normals made again where vertices moved, and only there."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.arrays import F32, I32

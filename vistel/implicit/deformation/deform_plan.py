@@ -16,8 +16,6 @@ here, from the few vertices it takes. A table is an array of *texels*, four 32-b
 | parameters | 1/4 | of effects |
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Shapes: NB blocks, G own groups, P own primitives, H hinges; N ghost primitives 
 NP pairs of a block and a group.
 """
 
-from __future__ import annotations
-
 (
     # Blocks: what never changes.
     INDEX,  # (NB, LANES) int32 vertices, the last repeated

@@ -7,8 +7,6 @@ and what nothing touches keeps them).
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.implicit.deformation import deform_table as table

@@ -13,8 +13,6 @@ of the vertices. p points to the parameters of the group.
 
 # pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

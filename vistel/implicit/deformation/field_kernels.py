@@ -12,8 +12,6 @@ weight last.
 
 # pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -10,8 +10,6 @@ its own surface. The propagation p(y; ye) = y (1 - y/ye)^2 raises the skin round
 grows with the penetration delta, ye = beta delta, so that nothing pops at first touch (mathematics M3.4).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -8,8 +8,6 @@ which tells the penetrations delta.
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SUPERELLIPSOID

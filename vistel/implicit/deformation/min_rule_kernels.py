@@ -2,8 +2,6 @@
 
 # pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.implicit.constants import GHOST_CAP, THRESHOLD

@@ -3,8 +3,6 @@ that as lists of integers."""
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.implicit.deformation import deform_table as table

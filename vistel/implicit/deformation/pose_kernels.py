@@ -2,8 +2,6 @@
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.implicit.deformation import deform_table as table

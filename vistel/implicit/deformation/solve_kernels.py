@@ -2,8 +2,6 @@
 
 # pyright: basic, reportCallIssue=false, reportOperatorIssue=false
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

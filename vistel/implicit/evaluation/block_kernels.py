@@ -2,8 +2,6 @@
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 from vistel.implicit.graph.combine_kernels import combine
 from vistel.implicit.primitives.kinds import dispatcher
 from vistel.implicit.rows.layout import (

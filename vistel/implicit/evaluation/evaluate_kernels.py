@@ -7,8 +7,6 @@ LANES: the field, three of gradient where asked, then attribute channels.
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 from typing import Any, NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A bounding hierarchy of boxes in depth-first order, walked without a stack by skip links."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -7,8 +7,6 @@ program.grid(low, high, 128)     # (128, 128, 128) float32
 
 # Numba is only loaded when something is evaluated
 
-from __future__ import annotations
-
 import os
 import sys
 from collections.abc import Callable, Sequence

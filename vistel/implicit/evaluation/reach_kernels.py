@@ -2,8 +2,6 @@
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 from vistel.implicit.rows.row_kernels import row

@@ -1,7 +1,5 @@
 """Where the attributes of a shape are in its FieldProgram's channels."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -26,7 +24,7 @@ class AttributeLayout:
     channels: int
 
     @classmethod
-    def of(cls, leaves: Sequence[Leaf]) -> AttributeLayout:
+    def of(cls, leaves: Sequence[Leaf]) -> "AttributeLayout":
         """The layout for these leaves; ShapeError where one name has attributes of different lengths."""
         sizes: dict[str, int] = {}
         textured: list[tuple[str, Texture, Leaf]] = []

@@ -7,8 +7,6 @@ with w_i the attribute's own weight on primitive i. Sums add both sums; max and 
 An attribute that nothing in reach carries is zero.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -42,7 +40,7 @@ class Attributed(Shape):
     weights: Mapping[str, float]
 
     @classmethod
-    def of(cls, shape: Shape, values: Mapping[str, object], weights: Mapping[str, float]) -> Attributed:
+    def of(cls, shape: Shape, values: Mapping[str, object], weights: Mapping[str, float]) -> "Attributed":
         """`shape` with checked attributes."""
         checked: dict[str, object] = {}
         for name, value in values.items():

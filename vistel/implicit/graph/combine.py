@@ -5,8 +5,6 @@ Every node knows its value and, by the chain rule, its exact gradient. Nodes tha
 
 # pyright: reportUnnecessaryIsInstance=false
 
-from __future__ import annotations
-
 import math
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
@@ -226,7 +224,7 @@ class Placed(Shape):
     """(3, 4) map from the shape's frame to the outer one, for column vectors."""
 
     @classmethod
-    def affine(cls, shape: Shape, matrix: ArrayLike) -> Placed:
+    def affine(cls, shape: Shape, matrix: ArrayLike) -> "Placed":
         """`shape` under a (3, 4) or (4, 4) matrix; raises ShapeError where the matrix cannot be inverted."""
         m = np.array(matrix, np.float64)
         if m.shape == (4, 4) and np.allclose(m[3], (0, 0, 0, 1)):
@@ -240,7 +238,7 @@ class Placed(Shape):
         return cls(shape, m)
 
     @classmethod
-    def rigid(cls, shape: Shape, translation: ArrayLike, rotation: ArrayLike | None) -> Placed:
+    def rigid(cls, shape: Shape, translation: ArrayLike, rotation: ArrayLike | None) -> "Placed":
         """`shape` rotated by a quaternion (x, y, z, w), then translated."""
         m = np.zeros((3, 4))
         m[:, 3] = vector("Placed", "translation", np.asarray(translation, np.float64).ravel())
@@ -248,7 +246,7 @@ class Placed(Shape):
         return cls.affine(shape, m)
 
     @classmethod
-    def scale(cls, shape: Shape, factor: ArrayLike, about: ArrayLike) -> Placed:
+    def scale(cls, shape: Shape, factor: ArrayLike, about: ArrayLike) -> "Placed":
         """`shape` scaled by one factor or three, about a point."""
         factors = np.broadcast_to(np.asarray(factor, np.float64), (3,))
         for i, f in enumerate(factors):

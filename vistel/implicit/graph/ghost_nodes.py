@@ -4,8 +4,6 @@ A body a under ghosts is `Ghosted(F_a, G, cuts...)` with G the smaller of the ra
 `vistel.implicit.ghosts.deformable` builds these graphs, and a FieldProgram evaluates them like any other.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -171,7 +169,7 @@ class Ramp(Primitive):
         object.__setattr__(self, "offset", finite("Ramp", "offset", self.offset))
 
     @classmethod
-    def over(cls, shape: Shape, slope: Vec3, offset: float) -> Ramp:
+    def over(cls, shape: Shape, slope: Vec3, offset: float) -> "Ramp":
         """The ramp over all of a shape's realm."""
         low, high = shape.bounds
         return cls(slope, offset, vector("Ramp", "low", low), vector("Ramp", "high", high))

@@ -4,8 +4,6 @@
 of y hold for every blend and every combination of primitives, functions of x for single primitives alone.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

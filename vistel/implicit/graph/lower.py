@@ -4,8 +4,6 @@ Placements are pushed down to the leaves, sums of sums become one, and every lea
 leaves of a sum are neighbours, so that a block's rising list of live leaves is split among the sums by one pointer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -45,7 +43,7 @@ class Node:
     """A combination: `shape` says which (None for a plain sum), with weighted children."""
 
     shape: Combination | None
-    children: list[tuple[float, Node | Leaf]]
+    children: "list[tuple[float, Node | Leaf]]"
     uses: int = 0
     order: int = -1
     leaves: list[Leaf] = field(default_factory=list[Leaf])

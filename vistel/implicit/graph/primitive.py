@@ -2,8 +2,6 @@
 
 # pyright: reportUnnecessaryIsInstance=false
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, cast
@@ -64,7 +62,7 @@ class Primitive(Shape):
         middle = (low + high) / 2
         return np.array([*middle, *middle, np.linalg.norm(high - low) / 2], np.float64)
 
-    def placed(self, matrix: F64, scale: float) -> Primitive | None:
+    def placed(self, matrix: F64, scale: float) -> "Primitive | None":
         """This primitive under a similarity (rotation, one scale, translation), or None: then the points move."""
         return None
 

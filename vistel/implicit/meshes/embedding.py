@@ -14,8 +14,6 @@ joint. DIFF(a, b) = |a^2 - b^2|^(1/2) is
 w_v = T / DF_v(P_rest) within bounds and o_v = T - w_v DF_v(P_rest) make F_v = w_v DF_v + o_v = T at rest.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

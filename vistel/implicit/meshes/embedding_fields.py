@@ -1,8 +1,6 @@
 """Fields of cone-spheres and their combinations in plain numpy, double precision: the reference of the
 kernels."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

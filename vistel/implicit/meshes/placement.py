@@ -7,8 +7,6 @@ the middle of the part that fits worst, pieces that hang together only through o
 then vertices go to the primitive whose surface is nearest, and primitives are fitted anew, as long as that helps.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -40,7 +38,7 @@ class _Skin:
     n: F64
     area: F64
 
-    def __getitem__(self, rows: NDArray[Any]) -> _Skin:
+    def __getitem__(self, rows: NDArray[Any]) -> "_Skin":
         return _Skin(self.p[rows], self.n[rows], self.area[rows])
 
 

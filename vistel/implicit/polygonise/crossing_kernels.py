@@ -5,8 +5,6 @@ Crossings are refined in blocks with exact gradients, which then are the normals
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -9,8 +9,6 @@ are the normals. A ring of two slabs is all that is held: memory grows with the 
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import numba as nb
 import numpy as np
 

@@ -7,8 +7,6 @@ record: centre (3); blend family, warp; reach; 1 for vertex blends; form of the 
     analytic: kind; start of its parameters; farthest distance; frame, nine of the map into it, and origin
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Protocol
 

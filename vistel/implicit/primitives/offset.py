@@ -3,8 +3,6 @@
 Radii are radii of influence (V), as in <V, S, f>; `of_surface` takes those of the surface F = T instead.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -76,7 +74,7 @@ class Sphere(Primitive):
         return np.array([*self.centre, *self.centre, self.radius])
 
     @override
-    def placed(self, matrix: F64, scale: float) -> Sphere:
+    def placed(self, matrix: F64, scale: float) -> "Sphere":
         return replace(self, centre=mapped(matrix, self.centre), radius=self.radius * scale)
 
 
@@ -137,7 +135,7 @@ class Sphylinder(Primitive):
         return np.array([*self.start, *self.end, self.radius])
 
     @override
-    def placed(self, matrix: F64, scale: float) -> Sphylinder:
+    def placed(self, matrix: F64, scale: float) -> "Sphylinder":
         ends = {"start": mapped(matrix, self.start), "end": mapped(matrix, self.end)}
         return replace(self, **ends, radius=self.radius * scale)
 
@@ -260,7 +258,7 @@ class ConeSphere(Primitive):
         return np.array([*self.start, *self.end, max(self.radius_start, self.radius_end)])
 
     @override
-    def placed(self, matrix: F64, scale: float) -> ConeSphere:
+    def placed(self, matrix: F64, scale: float) -> "ConeSphere":
         ends = {"start": mapped(matrix, self.start), "end": mapped(matrix, self.end)}
         radii = {"radius_start": self.radius_start * scale, "radius_end": self.radius_end * scale}
         return replace(self, **ends, **radii)

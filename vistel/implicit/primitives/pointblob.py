@@ -1,7 +1,5 @@
 """Pointblob and point-setblob: any star-shaped volume as an implicit primitive (Singh §3.2; mathematics M1.9 to M1.11)."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -79,7 +77,7 @@ class Pointblob(Primitive):
         blends = tuple(vertex_blends)
         return cls(surface, centre, reach, blends, tuple(float(b.inverse(value)) for b in blends), **options)
 
-    def actuated(self, blends: Blend | Sequence[Blend]) -> Pointblob:
+    def actuated(self, blends: Blend | Sequence[Blend]) -> "Pointblob":
         """This blob with other blends but its reach as at rest, so that its surface moves (Singh §4.2, Figure 41)."""
         if isinstance(blends, Blend):
             return replace(self, blend=blends)

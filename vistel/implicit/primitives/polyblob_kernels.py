@@ -6,8 +6,6 @@ m rows of 13 (normal 3, level, corners 9).
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 from vistel.implicit.rows.row_kernels import F32, row
 from vistel.jit.numbers import ONE, TWO, ZERO
 from vistel.jit.pointers import at

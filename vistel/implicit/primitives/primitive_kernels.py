@@ -7,8 +7,6 @@ if `slope`.
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 from vistel.implicit.rows.row_kernels import F32, axis_slope, offset_slope, row

@@ -2,8 +2,6 @@
 
 # pyright: reportUnnecessaryIsInstance=false
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -20,8 +20,6 @@ All lengths are relative to the program's origin.
 | registers | int | registers that the nodes need |
 """
 
-from __future__ import annotations
-
 KIND = 0
 VALUE = 1
 START = 2

@@ -7,8 +7,6 @@ square root and no slope is singular on the skeleton.
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 import numba as nb

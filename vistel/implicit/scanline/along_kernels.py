@@ -22,8 +22,6 @@ Polygon corners are pairs of float32 in the own frame, anticlockwise.
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

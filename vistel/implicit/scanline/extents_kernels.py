@@ -10,8 +10,6 @@ for each metre: a sphere has l = 0, a sphylinder k = 0. All functions are compil
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from typing import Any

@@ -11,8 +11,6 @@ Three ways, each for the lanes the one before leaves over:
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 from vistel.implicit.scanline.along_kernels import (
     CONE,
     HIGH_Q,

@@ -7,8 +7,6 @@ other than it was, gives what a new picture would, bit for bit.
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any
 

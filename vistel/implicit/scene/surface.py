@@ -1,7 +1,5 @@
 """What a surface looks like: materials, textures and bumps, looked up at the surface point P' (Singh §3.3.2)."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

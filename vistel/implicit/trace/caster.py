@@ -1,7 +1,5 @@
 """RayCaster: where rays meet the surface F = T of a FieldProgram."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -68,7 +66,7 @@ class RayCaster:
         hits[np.arange(most) >= count[:, None]] = np.inf
         return hits[:, : max(int(count.max(initial=0)), 1)]
 
-    def prepare(self) -> RayCaster:
+    def prepare(self) -> "RayCaster":
         """Load the kernels and arrange the arrays, so that threads share them."""
         _ = self.ball
         self.first(np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]]))

@@ -6,8 +6,6 @@ polygons whose cones reach into one are candidates for defining polygons there. 
 than each of their primitives, so W never hides what lies behind the surface: a ray need not be solved beyond it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -44,7 +42,7 @@ class Exact:
     pairs: int
 
     @classmethod
-    def of(cls, program: FieldProgram, threshold: float) -> Exact | None:
+    def of(cls, program: FieldProgram, threshold: float) -> "Exact | None":
         """The polygons and boxes of a program; None where it is not a union of sums with weights above 0, or no
         primitive's polygons are its surface."""
         member = sums(program)
@@ -94,7 +92,7 @@ class _Placed:
     capsule: F64
 
     @classmethod
-    def of(cls, leaf: Leaf, threshold: float) -> _Placed:
+    def of(cls, leaf: Leaf, threshold: float) -> "_Placed":
         primitive, world = leaf.primitive, leaf.world
         corners = np.array(np.meshgrid(*primitive.bounds.T)).reshape(3, -1)
         corners = world[:, :3] @ corners + world[:, 3:]

@@ -1,7 +1,5 @@
 """The light that comes back along rays: first hits, lamps and their shadows, mirrored rays."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -85,7 +83,7 @@ class Tracer:
         """The triangles of the polygon objects and of the surface."""
         return MeshTree.of(self._meshes.corners)
 
-    def prepare(self) -> Tracer:
+    def prepare(self) -> "Tracer":
         """Compile and build all that rays need, so that threads share it."""
         _ = self.tree, self.exact and self._boxes
         if self.caster is not None:

@@ -1,7 +1,5 @@
 """What a surface looks like where a ray meets it: normal, colour and finish, of the implicit surface and of polygons."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -28,7 +26,7 @@ class SurfacePoints:
     finish: F64
     lift: F64
 
-    def rows(self, which: Any) -> SurfacePoints:
+    def rows(self, which: Any) -> "SurfacePoints":
         """Some of the points."""
         one = slice(None)
         colour = self.colour[which if len(self.colour) > 1 else one]

@@ -9,8 +9,6 @@ most rays that nothing can happen there (Singh §3.3.2: bounds along the ray, th
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Triangles of polygon objects in one tree, for rays to be cast at."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,7 +20,7 @@ class MeshTree:
     arrays: tuple[NDArray[np.generic], ...]
 
     @classmethod
-    def of(cls, corners: F64) -> MeshTree:
+    def of(cls, corners: F64) -> "MeshTree":
         """The tree over triangles (m, 3, 3)."""
         order, nodes = _tree(np.ascontiguousarray(corners.min(axis=1)), np.ascontiguousarray(corners.max(axis=1)))
         a, b, c = (np.ascontiguousarray(corners[order, k]) for k in range(3))
@@ -49,7 +47,7 @@ class BoxTree:
     arrays: tuple[NDArray[np.generic], ...]
 
     @classmethod
-    def of(cls, boxes: F64) -> BoxTree:
+    def of(cls, boxes: F64) -> "BoxTree":
         """The tree over boxes (k, 2, 3)."""
         return cls(_tree(np.ascontiguousarray(boxes[:, 0]), np.ascontiguousarray(boxes[:, 1]))[1])
 

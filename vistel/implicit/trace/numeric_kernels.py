@@ -8,8 +8,6 @@ these do not halve the bracket (mathematics M6.5).
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -8,8 +8,6 @@ middle of the scene, so that float32 carries the size of the scene and not the c
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

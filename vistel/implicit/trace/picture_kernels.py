@@ -6,8 +6,6 @@ stay in the rows of one packet. What is drawn is the same.
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What the analytic way knows of a program beforehand: which sums it is the union of, and each pointblob's neighbours."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -30,7 +28,7 @@ class Pieces:
     leaves: tuple[Leaf, ...]
 
     @classmethod
-    def of(cls, program: FieldProgram) -> Pieces | None:
+    def of(cls, program: FieldProgram) -> "Pieces | None":
         """The pieces of a program; None where the field along a ray is not made of quartics that can be followed."""
         member = sums(program)
         if member is None:

@@ -9,8 +9,6 @@ halved until one remains, which Newton's method finds inside its bracket. All in
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures of scenes: tiles of rays in parallel, then more rays where neighbouring pixels differ (adaptive antialiasing)."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor, as_completed

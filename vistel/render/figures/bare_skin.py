@@ -1,8 +1,6 @@
 """Where a figure is bare skin, which light goes into: on head, neck and hands, as far as its picture has the colour of its face
 there. Hair, a collar and a cuff lie on the same limbs."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

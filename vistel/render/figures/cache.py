@@ -4,8 +4,6 @@ They lie in the user's own cache folder, as compiled kernels do, under a name th
 makes a figure of it; what is there, and nobody else may write, is believed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import inspect
 import logging

@@ -1,7 +1,5 @@
 """Figures on the graphics side: textures, and buffers for each level of detail."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any

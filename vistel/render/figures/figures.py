@@ -1,7 +1,5 @@
 """Figures as the renderer needs them: an avatar that deforms, or a stand-in of bare limbs while there is none."""
 
-from __future__ import annotations
-
 import logging
 import math
 from collections.abc import Callable, Sequence

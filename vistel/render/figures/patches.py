@@ -1,7 +1,5 @@
 """Patches of figures on the graphics side (`vistel.figure.avatar.patch`): a program, pictures and triangles for each."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any

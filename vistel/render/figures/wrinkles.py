@@ -1,7 +1,5 @@
 """What of its wrinkles a figure shows at an instant: what drives them, and what cloth remembers."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

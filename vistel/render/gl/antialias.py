@@ -4,8 +4,6 @@ FXAA's direction and four taps (Lottes 2009), on the bytes that were read back: 
 multisampling, costs in software GL.
 """
 
-from __future__ import annotations
-
 import cv2
 import numpy as np
 

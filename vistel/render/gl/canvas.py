@@ -1,7 +1,5 @@
 """What is drawn on: colour and depth of a picture, smoothed by many samples where that is cheap."""
 
-from __future__ import annotations
-
 import moderngl
 import numpy as np
 

@@ -3,8 +3,6 @@
 A context is current in the thread that opened it; everything here is called from that one thread.
 """
 
-from __future__ import annotations
-
 import contextlib
 import ctypes
 import logging

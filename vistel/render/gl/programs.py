@@ -1,7 +1,5 @@
 """Shader programs, compiled from the files of `vistel/render/shaders`. `#include "name"` is resolved here."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from importlib import resources

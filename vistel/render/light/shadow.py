@@ -1,8 +1,6 @@
 """The shadow map of the roof's key light. Figures cast the shadows of their skin, hair and clothes as they are deformed; those of
 whom no vertices were put on the graphics side (out of the picture, stand-ins), of their limbs, which lie inside their skin."""
 
-from __future__ import annotations
-
 import math
 import operator
 from collections.abc import Sequence

@@ -4,8 +4,6 @@ Diffuse light is kept as nine spherical harmonics (Ramamoorthi and Hanrahan 2001
 roughness (Karis 2013).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable
 from dataclasses import dataclass

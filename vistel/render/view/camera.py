@@ -1,7 +1,5 @@
 """Where the picture is taken from: matrices of a pinhole camera and the smoothed eyes of a participant."""
 
-from __future__ import annotations
-
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Contact points of things: small spheres that together reach the surface from inside."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from functools import lru_cache

@@ -6,8 +6,6 @@ The narrow phase is that of `vistel.implicit.contacts.contact_kernels`, and cont
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import numpy as np
 
 from vistel.implicit.contacts.contact_kernels import cone_against, cone_pair

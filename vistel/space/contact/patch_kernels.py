@@ -7,8 +7,6 @@ every ray ends where the pressure does, so smooth patches are integrated to many
 
 # pyright: basic
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

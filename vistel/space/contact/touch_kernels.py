@@ -13,8 +13,6 @@ primitive is (kind, number of its parameters, and pointers to them, to its rotat
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -10,8 +10,6 @@ Rows of `contacts`: point, normal (out of b into a), two tangents, arms of a and
 # pyright: basic
 # ruff: noqa: SIM102
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

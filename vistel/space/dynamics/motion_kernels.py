@@ -5,8 +5,6 @@ Rows of `contacts` are those of `collide_kernels`.
 
 # pyright: basic, reportCallIssue=false
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A polymesh as the cells of a regular grid that it fills."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

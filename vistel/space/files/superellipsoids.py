@@ -1,7 +1,5 @@
 """The superellipsoid that fills some cells of a polymesh best."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from itertools import product

@@ -1,7 +1,5 @@
 """How a straight thing is bent and twisted: each cross-section moves as a whole with the bent axis."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -30,7 +28,7 @@ class Arc:
         """(3, 3), columns along, side, and across both."""
         return np.stack([self.along, self.side, np.cross(self.along, self.side)], axis=1)
 
-    def scaled(self, factor: float) -> Arc:
+    def scaled(self, factor: float) -> "Arc":
         """The same of a thing `factor` times as large."""
         return replace(self, low=factor * self.low, high=factor * self.high, centre=factor * self.centre)
 

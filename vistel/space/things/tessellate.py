@@ -3,8 +3,6 @@
 Kinds and parameters are those of `vistel.space.things.things.ThingPrimitive` (surface sizes in metres).
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -26,7 +24,7 @@ class Surface3:
     normals: F32
     triangles: I32
 
-    def moved(self, position: F64, quaternion: F64) -> Surface3:
+    def moved(self, position: F64, quaternion: F64) -> "Surface3":
         """The surface turned by `quaternion` (x, y, z, w), then moved by `position`."""
         r = matrix_from_quaternion(np.ascontiguousarray(quaternion, np.float64))
         return Surface3(

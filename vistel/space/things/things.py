@@ -1,7 +1,5 @@
 """Things: everything in the room besides people. A thing is a rigid group of implicit primitives."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass, field
 
@@ -91,7 +89,7 @@ class Look:
     offset: F64 = field(default_factory=lambda: np.zeros(3))
     colour: int = 0
 
-    def placed(self, matrix: F64, offset: F64) -> Look:
+    def placed(self, matrix: F64, offset: F64) -> "Look":
         """The look carried along by the linear map `matrix` (3, 3), then moved by `offset` (3,) [m]."""
         return Look(self.model, matrix @ self.matrix, matrix @ self.offset + offset, self.colour)
 
@@ -147,7 +145,7 @@ class PhysicsMaterial:
 class Part:
     """A thing that is part of another one: position (3,) and rotation (4,) in the frame of the whole."""
 
-    thing: Thing
+    thing: "Thing"
     position: F64
     rotation: F64
 
@@ -156,7 +154,7 @@ class Part:
 class Curve:
     """The straight thing that a bent thing was made from, and its arc."""
 
-    straight: Thing
+    straight: "Thing"
     arc: Arc
 
 
