@@ -7,6 +7,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from vistel.arrays import F64
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/reference/python.md"
 MODULES = ("vistel", "vistel.log", "vistel.figure", "vistel.render", "vistel.session")
@@ -66,6 +68,7 @@ def _signature(value: Any) -> str:
     except (TypeError, ValueError):
         return ""
     text = re.sub(r"ForwardRef\((.*?)\)(?=[,)])", r"\1", text) if "ForwardRef" in text else text
+    text = re.sub(r"\b(?:[a-z_]\w*\.)+(?=[A-Z])", "", text.replace(str(F64), "F64"))
     text = text.removesuffix(" -> None") if inspect.isclass(value) else text
     return re.sub(r"\((self|cls)(, )?", "(", text).replace("'", "").replace(" = <factory>", " = ...")
 
