@@ -68,9 +68,10 @@ def _signature(value: Any) -> str:
     except (TypeError, ValueError):
         return ""
     text = re.sub(r"ForwardRef\((.*?)\)(?=[,)])", r"\1", text) if "ForwardRef" in text else text
+    text = re.sub(r"(: |-> )'(.*?)'(?=[,) ]|$)", r"\1\2", text)
     text = re.sub(r"\b(?:[a-z_]\w*\.)+(?=[A-Z])", "", text.replace(str(F64), "F64"))
     text = text.removesuffix(" -> None") if inspect.isclass(value) else text
-    return re.sub(r"\((self|cls)(, )?", "(", text).replace("'", "").replace(" = <factory>", " = ...")
+    return re.sub(r"\((self|cls)(, )?", "(", text).replace(" = <factory>", " = ...")
 
 
 def _text(value: Any, joint: str = "\n\n") -> str:
