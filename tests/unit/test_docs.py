@@ -19,7 +19,7 @@ from vistel.conference.model import Conference
 from vistel_cli.main import app
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md")])
+PAGES = sorted([*ROOT.glob("README*.md"), *ROOT.glob("docs/**/*.md")])
 
 
 def _commands() -> list[tuple[str, str]]:
