@@ -89,7 +89,7 @@ def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Conference]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
         assert process.stdout is not None
-        hub = next(found[1] for line in process.stdout if (found := re.search(r"bus (tcp/\S+)", line)))
+        hub = next(found[1] for line in process.stdout if (found := re.search(r"bus +(tcp/\S+)", line)))
         running = Conference(file, out, hub, process)
         log = out / "logs" / "here-renderer.log"
         running.wait_until(lambda: log.exists() and "event=picture people=1 stand_ins=0" in log.read_text(), 300)
