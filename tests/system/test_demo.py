@@ -73,6 +73,8 @@ def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
             _process(node, parent).send_signal(signal.SIGKILL)
             killed[node] = time.time_ns()
     time.sleep(2 * CATCH_UP_S)  # what comes after the last kill is looked at, too
+    while not _changed_hands(out) and process.poll() is None and time.monotonic() < deadline:
+        time.sleep(0.25)  # the world may have been killed while it did; it does so again in the meeting's next cycle
     if process.poll() is None:
         processes = parent.children(recursive=True)
     process.send_signal(signal.SIGINT)
@@ -84,6 +86,11 @@ def _sees_all(out: Path, site: str) -> bool:
     """Whether a picture of `site` has shown everybody as they are."""
     log = out / "logs" / f"{site}-renderer.log"
     return log.exists() and f"event=picture people={len(PEOPLE)} stand_ins=0" in log.read_text()
+
+
+def _changed_hands(out: Path) -> bool:
+    """Whether the world has seen the baton in the hands of two people."""
+    return len(set(re.findall(r"thing=baton held_by=(?!nobody)(\w+)", (out / "logs" / "hub-world.log").read_text()))) >= 2
 
 
 def test_the_command_ends_well_and_names_what_it_left(conference: Run) -> None:
