@@ -60,6 +60,13 @@ def test_links_between_pages_lead_somewhere(page: Path) -> None:
             assert (page.parent / target).exists(), f"{page.name} links to {target}"
 
 
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_links_to_part_of_a_page_lead_to_a_heading_there(page: Path) -> None:
+    for target, part in re.findall(r"\]\(([^)#:]*)#([^)]+)\)", page.read_text("utf-8")):
+        headings = re.findall(r"^#+ (.*)$", (page.parent / target if target else page).read_text("utf-8"), re.MULTILINE)
+        assert part in {re.sub(r"[^\w\- ]", "", heading).lower().replace(" ", "-") for heading in headings}, f"{target}#{part}"
+
+
 def test_the_conference_file_reference_shows_a_valid_file_with_every_default() -> None:
     text = (ROOT / "docs/reference/conference-file.md").read_text("utf-8")
     shown = tomllib.loads(re.findall(r"```toml\n(.*?)```", text, re.DOTALL)[0])
