@@ -26,7 +26,7 @@ from vistel.space.view import WorldView
 from vistel.space.world import World
 from vistel_services.world.service import warm_up
 from vistel_sim.motion.meeting import Meeting
-from vistel_sim.motion.source import places
+from vistel_sim.motion.source import simulated_people
 
 STEP_NS = 16_666_667
 LOOP = 600
@@ -219,7 +219,7 @@ def _postures(names: list[str], seats: int) -> dict[str, list[Posture]]:
 def _played() -> list[list[Posture]]:
     three = [{"name": f"m{i}", "seat": i} for i in range(3)]
     conference = Conference.model_validate({"sites": [{"name": "one", "participants": three}]})
-    meeting = Meeting(list(places(conference).values()), 3, 1)
+    meeting = Meeting(list(simulated_people(conference).values()), 3, 1)
     return [[meeting.posture(f"m{i}", k / 60) for k in range(LOOP)] for i in range(3)]
 
 

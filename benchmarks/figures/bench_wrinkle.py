@@ -23,8 +23,8 @@ from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.shape_file import builtin_shapes
 from vistel.wrinkle.texture import drawn_in, wrinkled_texture
-from vistel.wrinkle.wardrobe import wardrobe
 from vistel.wrinkle.worn import Worn
+from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 SIZE = (0.7, 0.7)
 TEXELS, WRINKLES = 2048, 100
@@ -106,7 +106,7 @@ def run() -> Iterator[Row]:
 def _figures() -> Iterator[Row]:
     people = [dressed(builtin_avatar(f"builtin:{spec}", name=spec, height=1.75)) for spec in PEOPLE]
     figures = [Figure(p.avatar) for p in people]
-    worn = [Worn(p.avatar, wardrobe(), p.charts, textures=False) for p in people]
+    worn = [Worn(p.avatar, wrinkle_sets(), p.charts, textures=False) for p in people]
     every = postures()
 
     def plain() -> None:

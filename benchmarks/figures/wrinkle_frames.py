@@ -21,7 +21,7 @@ from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.space.room import seat_pose
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import shown
-from vistel.wrinkle.wardrobe import wardrobe
+from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 WIDTH, HEIGHT = 640, 360
 PICTURES, ROUNDS = 24, 9
@@ -74,7 +74,7 @@ def _making(spec: str) -> Iterator[Row]:
     avatar = builtin_avatar(f"builtin:{spec}", name=spec, height=1.75)
     began = time.process_time()
     made = dressed(avatar)
-    whole = shown(made, wardrobe())
+    whole = shown(made, wrinkle_sets())
     took = time.process_time() - began
     case = "dressing a built-in figure, once"
     yield Row("wrinkle", case, "processor time", "s", took)

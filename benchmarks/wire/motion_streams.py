@@ -27,7 +27,7 @@ from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel.wire.motion_codec.layout import NUMBERS, PLACES
 from vistel_sim.motion import open_motion
 from vistel_sim.motion.bvh import parse_bvh
-from vistel_sim.motion.source import MotionSource, Place, places
+from vistel_sim.motion.source import MotionSource, SimulatedPerson, simulated_people
 from vistel_sim.phone import talking
 
 DATA = Path(__file__).resolve().parents[2].parent / "shared" / "data"
@@ -70,13 +70,13 @@ def streams(recorded: StreamSource) -> Iterator[tuple[str, F64]]:
     """As recorded; and as the posture service would say it, from a FASTRAK and two CyberGloves."""
     file, who, seconds = BODIES[recorded.body]
     conference = _conference(str(DATA / "body" / file), 0)
-    source, place = open_motion(conference), list(places(conference).values())[who]
+    source, simulated = open_motion(conference), list(simulated_people(conference).values())[who]
     times = np.arange(int(seconds * RATE_HZ)) / RATE_HZ
     hands = [_to_and_fro(finger_angles(DATA / "hand/leap" / f"{n}.json.lz", RATE_HZ), len(times)) for n in recorded.hands]
     more = _more(len(times))
-    bare = _put(np.array([_body(source.posture(place.name, t)) for t in times]), np.stack(hands, 1), recorded, more)
+    bare = _put(np.array([_body(source.posture(simulated.name, t)) for t in times]), np.stack(hands, 1), recorded, more)
     yield f"{recorded.body}, as recorded", bare
-    sensed, at = through_devices(source, place, seconds, recorded.seed)
+    sensed, at = through_devices(source, simulated, seconds, recorded.seed)
     rows = np.minimum((at * RATE_HZ).astype(int), len(times) - 1)
     gloves = np.stack([_glove(h[rows], recorded.seed + i) for i, h in enumerate(hands)], 1)
     yield f"{recorded.body}, from devices", _put(sensed, gloves, recorded, more)
@@ -85,38 +85,38 @@ def streams(recorded: StreamSource) -> Iterator[tuple[str, F64]]:
 def seated(seed: int, seconds: float, face: str = "recorded") -> Iterator[tuple[str, F64]]:
     """A person of the built-in meeting: sits, speaks, gestures; bare and through devices."""
     conference = _conference("meeting", seed)
-    source, place = open_motion(conference), places(conference)["b"]
+    source, simulated = open_motion(conference), simulated_people(conference)["b"]
     recorded = StreamSource("meeting", ("", ""), face, seed)
-    postures = [source.posture(place.name, k / RATE_HZ) for k in range(int(seconds * RATE_HZ))]
+    postures = [source.posture(simulated.name, k / RATE_HZ) for k in range(int(seconds * RATE_HZ))]
     hands = np.array([p.hands for p in postures])
     yield "seated speaker, as made", _put(np.array([_body(p) for p in postures]), hands, recorded, None)
-    sensed, at = through_devices(source, place, seconds, seed)
-    angles = np.array([source.hand_angles(place.name, t) for t in at])
+    sensed, at = through_devices(source, simulated, seconds, seed)
+    angles = np.array([source.hand_angles(simulated.name, t) for t in at])
     gloves = np.stack([_glove(angles[:, i], seed + i) for i in range(2)], 1)
     yield "seated speaker, from devices", _put(sensed, gloves, recorded, None)
 
 
-def through_devices(source: MotionSource, place: Place, seconds: float, seed: int) -> tuple[F64, F64]:
+def through_devices(source: MotionSource, simulated: SimulatedPerson, seconds: float, seed: int) -> tuple[F64, F64]:
     """(n, 29) body and stance as solved from four noisy receivers, one station every 1/120 s; (n,) their times [s]."""
     rng = np.random.default_rng(seed)
     person = Person(
-        name=place.name,
+        name=simulated.name,
         display_name="",
         avatar="",
-        height_m=place.skeleton.height,
-        seat=Stance(place.seat_position, place.seat_heading),
+        height_m=simulated.skeleton.height,
+        seat=Stance(simulated.seat_position, simulated.seat_heading),
         tracker="t",
         stations=STATIONS,
-        transmitter=place.transmitter,
+        transmitter=simulated.transmitter,
         gloves={},
     )
-    capture = BodyCapture(person, place.skeleton)
+    capture = BodyCapture(person, simulated.skeleton)
     newest: dict[int, TrackerReceiver] = {}
     rows: list[F64] = []
     times: list[float] = []
     for k in range(int(seconds * 120)):
         station = 1 + k % len(STATIONS)
-        p, q = source.receivers(place.name, k / 120)[STATIONS[station]]
+        p, q = source.receivers(simulated.name, k / 120)[STATIONS[station]]
         r = TrackerReceiver(station=station, t_ns=10**9 + k * 10**9 // 120, health=TrackerReceiver.HEALTH_GOOD)
         r.position.x, r.position.y, r.position.z = p + NOISE_M * rng.standard_normal(3)
         turned = matrix_from_rotvec(NOISE_RAD * rng.standard_normal(3)) @ matrix_from_quaternion(q)

@@ -34,9 +34,9 @@ from vistel.wire.motion import Losses, MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, run
 from vistel_services.renderer.service import Reporter
-from vistel_sim.microphone import SimulatedMicrophone, Voice, clap, run_microphones
+from vistel_sim.microphone import SimulatedMicrophone, SimulatedVoice, clap, run_microphones
 from vistel_sim.motion.clap import EVERY_S, FIRST_S, SWING_S, Clapping
-from vistel_sim.motion.source import places
+from vistel_sim.motion.source import simulated_people
 
 START_NS = 1_000_000_000_000
 STEP_NS = 5_000_000
@@ -114,9 +114,9 @@ async def _conference(link: NetworkLink, policy: Policy, claps: int, seed: int, 
     motion.warm_up()
     clock = SimulatedClock(START_NS)
     there, here = MemoryNetwork(), MemoryNetwork()
-    source = Clapping([p for p in places(TWO).values() if p.name == "aiko"])
+    source = Clapping([p for p in simulated_people(TWO).values() if p.name == "aiko"])
     pipe, heard = folder / "aiko-microphone", folder / "heard.wav"
-    microphone = SimulatedMicrophone("aiko-microphone", Voice(lambda t: 0.0, partial(source.claps, "aiko"), seed), pipe)
+    microphone = SimulatedMicrophone("aiko-microphone", SimulatedVoice(lambda t: 0.0, partial(source.claps, "aiko"), seed), pipe)
     microphone.put(-1)  # so that the pipe is there when the service looks for it
     seen = _Seen()
     studio = _studio()
@@ -153,7 +153,7 @@ async def _conference(link: NetworkLink, policy: Policy, claps: int, seed: int, 
 def _studio() -> SceneRenderer:
     """Where the watcher's pictures are made, with everybody's figure in it."""
     studio = SceneRenderer(View(WIDTH, HEIGHT, "seat", "ben"), 2)
-    people = Clapping(list(places(TWO).values()))
+    people = Clapping(list(simulated_people(TWO).values()))
     there = Instant(
         START_NS,
         tuple(PersonNow(_known(about), people.posture(about.participant, 0.0), Timing(0, 0, 0, False)) for about in PEOPLE),
@@ -225,7 +225,7 @@ async def _draw(bus: MemoryBus, clock: SimulatedClock, studio: SceneRenderer, se
     """The renderer of the other site; its own participant sits still."""
     stage = Stage(100_000_000)
     stage.receive_participant(PEOPLE[1])
-    watcher = Clapping([p for p in places(TWO).values() if p.name == "ben"]).posture("ben", FIRST_S + SWING_S)
+    watcher = Clapping([p for p in simulated_people(TWO).values() if p.name == "ben"]).posture("ben", FIRST_S + SWING_S)
     stance = np.append(watcher.stance.position, watcher.stance.heading)
     still, number = MotionEncoder(), 0
     about = bus.subscribe(BY_NAME["participant"])

@@ -80,7 +80,7 @@ def clap() -> F32:
     return np.asarray(0.8 * out / np.max(np.abs(out)), np.float32)
 
 
-class Voice:
+class SimulatedVoice:
     """The sound at a participant's microphone, block after block."""
 
     def __init__(self, loudness: Loudness, claps: Claps, seed: int, sentences: Sentences | None = None) -> None:
@@ -118,7 +118,7 @@ class SimulatedMicrophone:
     Faults: stall (no samples), unplug (the pipe is gone), saturation (over-driven), garbage (noise), black (silence).
     """
 
-    def __init__(self, name: str, voice: Voice, path: Path, faults: Iterable[Fault] = (), *, seed: int = 0) -> None:
+    def __init__(self, name: str, voice: SimulatedVoice, path: Path, faults: Iterable[Fault] = (), *, seed: int = 0) -> None:
         self.name = name
         self._voice, self._path = voice, path
         self._rng = np.random.default_rng(seed)

@@ -12,7 +12,7 @@ from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire.clock import Clock
 from vistel_sim.faults import Fault
-from vistel_sim.microphone import SimulatedMicrophone, Voice
+from vistel_sim.microphone import SimulatedMicrophone, SimulatedVoice
 from vistel_sim.motion.source import Clapper
 from vistel_sim.sentences import Sentences
 from vistel_sim.simulation import BodyMotion, device_seed
@@ -31,7 +31,7 @@ def simulated_microphones(
         name = microphone_name(person.name)
         seed = device_seed(conference.seed, name)
         sentences = Sentences(person.says) if person.says else None
-        voice = Voice(partial(motion.speaking, person.name), partial(_claps_of, motion, person.name), seed, sentences)
+        voice = SimulatedVoice(partial(motion.speaking, person.name), partial(_claps_of, motion, person.name), seed, sentences)
         out.append(SimulatedMicrophone(name, voice, paths.device(name), faults, seed=seed))
     return out
 

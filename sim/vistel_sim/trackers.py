@@ -10,7 +10,7 @@ from vistel_sim import suite
 from vistel_sim.device import SimulatedDevice
 from vistel_sim.fastrak import Fastrak, PoseSource
 from vistel_sim.liberty import Liberty, Model
-from vistel_sim.motion.source import places, prop_transmitter, receiver_on_prop
+from vistel_sim.motion.source import prop_transmitter, receiver_on_prop, simulated_people
 from vistel_sim.phone import SimulatedSender, sender
 from vistel_sim.simulation import RESTART_S, Simulation
 from vistel_sim.vrpn_server import SimulatedVrpn, Tracker
@@ -48,10 +48,10 @@ def vrpn(device: Device, simulation: Simulation) -> SimulatedVrpn:
 def vmc(device: Device, simulation: Simulation) -> SimulatedSender:
     """A suite that sends the participant's body."""
     assert device.participant is not None
-    place = places(simulation.conference)[device.participant.name]
+    person = simulated_people(simulation.conference)[device.participant.name]
 
     def packet(frame: int, t_s: float) -> bytes:
-        return suite.packet(pose_joints(place.skeleton, simulation.motion.posture(place.name, t_s)), place.transmitter)
+        return suite.packet(pose_joints(person.skeleton, simulation.motion.posture(person.name, t_s)), person.transmitter)
 
     return sender(device.name, packet, simulation)
 

@@ -167,7 +167,7 @@ def test_invented_names_that_the_file_does_not_give_are_bounded_for_each_site() 
     assert admission.names(BY_NAME["prop"], f"vistel/demo/site/tokyo/prop/{long}/pose", 1) is None
 
 
-def test_presence_of_sites_that_the_file_does_not_know_is_not_told() -> None:
+def test_presence_of_sites_that_the_file_does_not_know_is_dropped() -> None:
     async def run() -> None:
         network, clock = MemoryNetwork(), SimulatedClock(1)
         seen: list[str] = []

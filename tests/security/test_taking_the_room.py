@@ -117,7 +117,7 @@ def test_a_room_is_given_only_to_a_world_that_waits_and_under_the_next_term(
     assert refused in caplog.text
 
 
-def test_the_last_term_is_told_in_a_line_and_gives_the_room_to_nobody(caplog: pytest.LogCaptureFixture) -> None:
+def test_the_last_term_is_reported_in_a_line_and_gives_the_room_to_nobody(caplog: pytest.LogCaptureFixture) -> None:
     async def run() -> bool:
         network, clock = MemoryNetwork(), SimulatedClock(1)
         authority = leading(network.bus("demo", "hub", clock), clock, MOST_TERM)

@@ -23,7 +23,7 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world.decoder import RoomState, WorldDecoder
 from vistel_services import world
 from vistel_sim.motion.meeting import Meeting
-from vistel_sim.motion.source import places
+from vistel_sim.motion.source import simulated_people
 
 START_NS = 1_700_000_000_000_000_000
 TICK_NS = 16_666_667
@@ -59,7 +59,7 @@ class WorldSite:
         self.clock = SimulatedClock(START_NS)
         self.network = MemoryNetwork()
         self.config = world.configure(CONFERENCE, None, RunPaths(folder / "run", folder / "out"))
-        self.meeting = Meeting(list(places(CONFERENCE).values()), 3, 1)
+        self.meeting = Meeting(list(simulated_people(CONFERENCE).values()), 3, 1)
         self.buses: dict[str, MemoryBus] = {}
         self.encoders: dict[str, MotionEncoder] = {}
         self.log: list[tuple[str, dict[str, str], Any, int]] = []

@@ -183,7 +183,7 @@ def test_what_the_mouse_lifts_in_the_window_is_lifted_in_the_other_sites_picture
 
 
 @pytest.mark.parametrize("site", ["tokyo", "columbus"])
-def test_it_is_told_what_the_first_picture_took(conference: Seen, site: str) -> None:
+def test_it_is_reported_what_the_first_picture_took(conference: Seen, site: str) -> None:
     (line,) = re.findall("event=first_picture (.*)", conference.log(site))
     assert re.match(r"seconds=[\d.]+ processor_s=[\d.]+ loading_s=[\d.]+ opening_s=[\d.]+ setting_up_s=[\d.]+ drawing_s=", line)
 

@@ -118,13 +118,13 @@ def test_a_fault_is_one_line_with_file_line_key_and_what_was_expected(text: str,
     assert str(error.value) == said
 
 
-def test_all_faults_are_told_at_once() -> None:
+def test_all_faults_are_reported_at_once() -> None:
     with pytest.raises(ValueError) as error:
         parsed("people = 1\nthings = 2\nmore = 3", Path("f.toml"), ValueError).checked(File, ValueError)
     assert [line.partition(": ")[0] for line in str(error.value).splitlines()] == ["f.toml:1", "f.toml:2", "f.toml:3"]
 
 
-def test_a_file_that_is_no_text_or_not_there_is_told_in_one_line(tmp_path: Path) -> None:
+def test_a_file_that_is_no_text_or_not_there_is_reported_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "x").write_bytes(b"a = '\xff'")
     with pytest.raises(ValueError, match=r"x: not valid TOML: byte 5 is no UTF-8 text$"):
         read(tmp_path / "x", ValueError)

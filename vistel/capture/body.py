@@ -10,9 +10,9 @@ from vistel.capture.config import Person
 from vistel.capture.one_euro import AngleFilter, PoseFilter
 from vistel.capture.peaks import PeakHold
 from vistel.capture.whole_body import WholeBody, whole_body
-from vistel.figure.posture.carry_over import CarryOver
 from vistel.figure.posture.limits import SIDES
 from vistel.figure.posture.posture import HAND_DOF_COUNT, pose_joints, standing
+from vistel.figure.posture.retarget import Retargeter
 from vistel.figure.posture.sensors import Placement, out_of_frame, receiver_poses
 from vistel.figure.posture.solve import PostureSolver, Solved
 from vistel.figure.posture.swivel import Comfort
@@ -49,7 +49,7 @@ class BodyCapture:
         self._solver = PostureSolver(
             shown if body is None else body.skeleton, person.seat, person.mounts, comfort=comfort or learnt
         )
-        self._carry_over = None if body is None else CarryOver(body.skeleton, shown, person.seat)
+        self._retargeter = None if body is None else Retargeter(body.skeleton, shown, person.seat)
         self._filters = {receiver: PoseFilter() for receiver in person.stations.values()}
         self._gloves: dict[str, float] = {}
         self._angle_filters = {side: AngleFilter() for side in SIDES}
@@ -118,7 +118,7 @@ class BodyCapture:
         fresh = whole is not None and t - whole_t < SILENT_S
         elbows = whole.elbows() if whole is not None and fresh else None
         solved = self._solver.solve(t, receivers, (self._hand("left", t), self._hand("right", t)), elbows)
-        posture = solved.posture if self._carry_over is None else self._carry_over.carry(t, solved.posture)
+        posture = solved.posture if self._retargeter is None else self._retargeter.retarget(t, solved.posture)
         stale = solved.stale if whole is None or fresh else solved.stale | {"legs"}
         return Solved(posture if whole is None else whole.add_legs(posture), stale)
 

@@ -17,8 +17,8 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.people.bake_kernels import rasterise, spread
 from vistel.wrinkle.dressing import ChartedAvatar
 from vistel.wrinkle.drives import Drives
-from vistel.wrinkle.wardrobe import WrinkleSet
 from vistel.wrinkle.worn import Worn
+from vistel.wrinkle.wrinkle_sets import WrinkleSet
 
 Flags = NDArray[np.bool_]
 

@@ -26,7 +26,7 @@ from vistel.wrinkle.opening import between_the_lips
 from vistel.wrinkle.region import Tube, sides_of, tube
 from vistel.wrinkle.sheet import instances
 from vistel.wrinkle.texture import Lighting, encoded, linear, shading, smoothed
-from vistel.wrinkle.wardrobe import SetEntry, WrinkleSet
+from vistel.wrinkle.wrinkle_sets import SetEntry, WrinkleSet
 
 log = logging.getLogger("vistel.wrinkle")
 

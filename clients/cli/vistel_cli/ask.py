@@ -9,7 +9,7 @@ import typer
 
 from vistel.wire.bus import Bus
 from vistel.wire.clock import SystemClock
-from vistel_cli.running import Hub, endpoint_of, newest, on_bus
+from vistel_cli.conference_choice import Hub, endpoint_of, newest, on_bus
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 

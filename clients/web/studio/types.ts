@@ -1,4 +1,4 @@
-// What the page edits, as the server sends it (vistel.wrinkle.wardrobe, every key said).
+// What the page edits, as the server sends it (vistel.wrinkle.wrinkle_sets, every key said).
 
 export type Vec = [number, number];
 export type End = "round" | "taper" | "vanish";

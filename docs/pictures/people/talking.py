@@ -29,7 +29,7 @@ from vistel.conference.model import Conference
 from vistel.figure.posture.posture import JointPose, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.wire.log import LogReader
-from vistel_sim.motion.source import Place, places
+from vistel_sim.motion.source import SimulatedPerson, simulated_people
 from vistel_sim.phone import face_packets
 from vistel_sim.suite import packet
 
@@ -93,7 +93,7 @@ port = "{VIEWER_PORT}"
 """
 
 
-def window(talker: F64, viewer: Place, eyes: F64) -> str:
+def window(talker: F64, viewer: SimulatedPerson, eyes: F64) -> str:
     """The corners of the screen through which the viewer sees the talker's point; talker, eyes: (3,) in the room."""
     c, s = np.cos(viewer.seat_heading), np.sin(viewer.seat_heading)
     seat_of_room = np.array(((c, 0.0, s), (0.0, 1.0, 0.0), (-s, 0.0, c))).T
@@ -126,7 +126,9 @@ def _people() -> Conference:
 class Devices:
     """Tracking suite, phone and microphone of the talker, and the suite of a viewer who sits still, until told to end."""
 
-    def __init__(self, performer: Performer, talker: Place, viewer: tuple[Place, JointPose], microphone: Path) -> None:
+    def __init__(
+        self, performer: Performer, talker: SimulatedPerson, viewer: tuple[SimulatedPerson, JointPose], microphone: Path
+    ) -> None:
         self._performer, self._place = performer, talker
         self._still = packet(viewer[1], viewer[0].transmitter)
         self._face = face_packets("aiko-face", performer.channels)
@@ -185,7 +187,7 @@ def record(folder: Path) -> tuple[Path, float]:
     """The conference's log, and when the performance begins in it [s]."""
     microphone = folder / "microphone"
     os.mkfifo(microphone)
-    seats = places(_people())
+    seats = simulated_people(_people())
     talker, viewer = seats["aiko"], seats["ben"]
     sits = pose_joints(viewer.skeleton, still(viewer, talker.seat_position + np.array((0.0, 1.2, 0.0))))
     eyes = sits.position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]].mean(axis=0)

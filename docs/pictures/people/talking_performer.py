@@ -16,7 +16,7 @@ from vistel.figure.posture.posture import Posture
 from vistel.geometry.rotation import quaternion_from_matrix
 from vistel.protocol.live_link_face import CHANNELS
 from vistel_sim.motion.sitter import Sitter
-from vistel_sim.motion.source import Place
+from vistel_sim.motion.source import SimulatedPerson
 from vistel_sim.motion.tracks import HandKey, HandState, HandTrack, bump
 from vistel_sim.sentences import RATE, synthesised_sentence
 
@@ -79,9 +79,9 @@ _RIGHT: tuple[Key, ...] = (
 class Performer:
     """What they do `t` seconds after they began. sound: (n,) of their voice at RATE."""
 
-    def __init__(self, place: Place, look: Sequence[float]) -> None:
+    def __init__(self, person: SimulatedPerson, look: Sequence[float]) -> None:
         """look: (3,) where they look, room frame."""
-        self._sitter = Sitter(place)
+        self._sitter = Sitter(person)
         self._look = np.array(look, np.float64)
         self._hands = [HandTrack([_hand(self._sitter, side, k) for k in keys]) for side, keys in ((1.0, _LEFT), (-1.0, _RIGHT))]
         self.sound = np.zeros(round(SECONDS * RATE), np.float32)
@@ -127,9 +127,9 @@ class Performer:
         return float(np.interp(t, np.arange(len(track)) * _FRAME_S, track, 0.0, 0.0))
 
 
-def still(place: Place, look: F64) -> Posture:
+def still(person: SimulatedPerson, look: F64) -> Posture:
     """Of somebody who sits with their hands on the table and looks at a point of the room, (3,)."""
-    sitter = Sitter(place)
+    sitter = Sitter(person)
     left, right = (HandTrack([_hand(sitter, side, (0.0, *_REST))]).at(0.0) for side in (1.0, -1.0))
     return sitter.posture(left, right, look, np.zeros(3), np.zeros(2))
 

@@ -9,7 +9,7 @@ import cv2
 from aiohttp import web
 
 from vistel.figure.people.builtin import builtin_avatar
-from vistel.wrinkle.wardrobe import wardrobe
+from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 from vistel_cli.wrinkle.studio.opened import Opened
 from vistel_cli.wrinkle.studio.server import Studio
 
@@ -26,7 +26,7 @@ async def main() -> None:
     """Serves the built-in person, selects a point of the star at the elbow, and looks at the page."""
     avatar = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
     with tempfile.TemporaryDirectory() as folder:
-        opened = Opened(avatar, Path(folder) / "eva.usda", "builtin:seed=3", wardrobe())
+        opened = Opened(avatar, Path(folder) / "eva.usda", "builtin:seed=3", wrinkle_sets())
         hosts: set[str] = set()
         runner = web.AppRunner(Studio(opened).app(hosts))
         await runner.setup()

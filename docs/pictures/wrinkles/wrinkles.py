@@ -30,8 +30,8 @@ from vistel.wrinkle.picture import drawing, relief
 from vistel.wrinkle.shape import Branch, Point, WrinkleShape
 from vistel.wrinkle.shape_file import builtin_shapes
 from vistel.wrinkle.texture import Lighting, wrinkled_texture
-from vistel.wrinkle.wardrobe import wardrobe
 from vistel.wrinkle.worn import Worn
+from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 
 def sheet(rows: list[list[tuple[str, U8 | Image.Image]]]) -> Image.Image:
@@ -140,7 +140,7 @@ class Dressing:
 
     def __init__(self, spec: str) -> None:
         made = dressed(builtin_avatar(f"builtin:{spec}", name=spec, height=1.75))
-        self.figure, self.worn = Figure(made.avatar), Worn(made.avatar, wardrobe(), made.charts)
+        self.figure, self.worn = Figure(made.avatar), Worn(made.avatar, wrinkle_sets(), made.charts)
 
 
 def arm(elbow: float, hang: float = 60.0, forward: float = 20.0, knee: float = 0.0) -> Posture:

@@ -14,7 +14,7 @@ from vistel.figure.posture.posture import Posture, Stance, interpolate, standing
 from vistel.figure.posture.sensors import TRACKER_AXES, Mount, Placement
 from vistel.geometry.rotation import rotation_x, rotation_y, rotation_z, rotvec_from_matrix
 from vistel.protocol.glove_fit import HANDS, HOLD_S
-from vistel_sim.motion.source import Place, receivers_of
+from vistel_sim.motion.source import SimulatedPerson, receivers_of
 from vistel_sim.motion.tracks import minimum_jerk
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -29,16 +29,16 @@ SWAY = 0.004
 class CalibrationMoves:
     """Motion source: everyone goes through the moves, once, beginning at time 0; afterwards they stand."""
 
-    def __init__(self, people: Sequence[Place]) -> None:
-        self._places = {p.name: p for p in people}
+    def __init__(self, people: Sequence[SimulatedPerson]) -> None:
+        self._people = {p.name: p for p in people}
 
     @property
     def participants(self) -> tuple[str, ...]:
-        return tuple(self._places)
+        return tuple(self._people)
 
     def posture(self, participant: str, t_s: float) -> Posture:
-        place = self._places[participant]
-        stance = Stance(place.seat_position, place.seat_heading)
+        person = self._people[participant]
+        stance = Stance(person.seat_position, person.seat_heading)
         before = standing().dofs
         for step in ALL_STEPS:
             begin = begin_of(step)
@@ -52,13 +52,13 @@ class CalibrationMoves:
         return self._swaying(Posture(before, stance=stance), t_s)
 
     def receivers(self, participant: str, t_s: float) -> dict[str, Placement]:
-        place, posture = self._places[participant], self.posture(participant, t_s)
+        person, posture = self._people[participant], self.posture(participant, t_s)
         for step in FOREARM_STEPS:
             if begin_of(step) - 0.5 * pause_of(step) <= t_s < begin_of(step) + step.seconds:
                 joint = step.name.removesuffix("_forearm") + "_lower_arm"
                 worn = Mount(joint, FOREARM_MOUNT * (1.0 if step is FOREARM_STEPS[0] else -1.0, 1.0, 1.0), TRACKER_AXES)
-                return receivers_of(replace(place, mounts={**place.mounts, "head": worn}), posture)
-        return receivers_of(place, posture)
+                return receivers_of(replace(person, mounts={**person.mounts, "head": worn}), posture)
+        return receivers_of(person, posture)
 
     def hand_angles(self, participant: str, t_s: float) -> F64:
         return np.stack((hand_at(t_s),) * 2)

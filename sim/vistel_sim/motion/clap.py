@@ -12,7 +12,7 @@ from vistel.figure.posture.sensors import Placement
 from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel.geometry.rotation import quaternion_from_matrix
 from vistel_sim.motion.sitter import Sitter
-from vistel_sim.motion.source import Place, receivers_of
+from vistel_sim.motion.source import SimulatedPerson, receivers_of
 from vistel_sim.motion.tracks import HandState
 
 FIRST_S = 1.1
@@ -30,7 +30,7 @@ MEET = 0.024
 class Clapping:
     """Motion source: everyone claps, all at the same times."""
 
-    def __init__(self, people: Sequence[Place]) -> None:
+    def __init__(self, people: Sequence[SimulatedPerson]) -> None:
         self._sitters = {p.name: Sitter(p) for p in people}
 
     @property
@@ -51,7 +51,7 @@ class Clapping:
 
     def posture(self, participant: str, t_s: float) -> Posture:
         sitter = self._sitters[participant]
-        scale = sitter.place.skeleton.height / REFERENCE_HEIGHT
+        scale = sitter.person.skeleton.height / REFERENCE_HEIGHT
         hands: list[HandState] = []
         for side in (1.0, -1.0):
             fingers, palm = np.array([0.0, 0.75, 0.66]), np.array([-side, 0.0, 0.0])
@@ -61,7 +61,7 @@ class Clapping:
         return sitter.posture(hands[0], hands[1], np.array([0.0, 1.1, 0.0]), np.zeros(3), np.zeros(2))
 
     def receivers(self, participant: str, t_s: float) -> dict[str, Placement]:
-        return receivers_of(self._sitters[participant].place, self.posture(participant, t_s))
+        return receivers_of(self._sitters[participant].person, self.posture(participant, t_s))
 
     def hand_angles(self, participant: str, t_s: float) -> F64:
         return np.stack((FLAT, FLAT))

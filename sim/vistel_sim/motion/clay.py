@@ -31,8 +31,8 @@ def write_clay(sitters: Mapping[str, Sitter], layout: Layout, thing: Extra) -> S
     lies = layout.thing(thing.id)
     place = lies.position if lies is not None else thing.thing().position
     desk = {(name, side): Hand(s, side, layout) for name, s in sitters.items() for side in SIDES}
-    worker = min(sitters.values(), key=lambda s: (float(np.linalg.norm(s.place.seat_position - place * (1, 0, 1))), s.place.name))
-    left, right = desk[worker.place.name, "left"], desk[worker.place.name, "right"]
+    worker = min(sitters.values(), key=lambda s: (float(np.linalg.norm(s.person.seat_position - place * (1, 0, 1))), s.person.name))
+    left, right = desk[worker.person.name, "left"], desk[worker.person.name, "right"]
     ahead = worker.direction_in_room(np.array([0.0, 0.0, 1.0]))
 
     across = np.array([1.0, 0.0, 0.0])
@@ -52,7 +52,7 @@ def write_clay(sitters: Mapping[str, Sitter], layout: Layout, thing: Extra) -> S
     right.hold(4.2, lain + 0.10 * UP, down, OPEN)
 
     steep = hand_rotation(SIDES["right"], 0.35 * ahead - UP, -ahead - 0.35 * UP)
-    tip = fingertip(worker.place.skeleton)
+    tip = fingertip(worker.person.skeleton)
     for t, aside in ((5.6, -0.6), (7.6, 0.5)):
         target = top + aside * thing.size * np.cross(UP, ahead)
         poke = target - steep @ tip
@@ -73,7 +73,7 @@ def write_clay(sitters: Mapping[str, Sitter], layout: Layout, thing: Extra) -> S
         hand.rest(13.9)
 
     looks = {name: [(1.0, 13.0, "point:clay")] for name in sitters}
-    scale = {name: s.place.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
+    scale = {name: s.person.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
     tracks = {key: HandTrack(hand.keys) for key, hand in desk.items()}
     return Script(tracks, (), (place, identity()), scale, {"clay": top}, looks)
 

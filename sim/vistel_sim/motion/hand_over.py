@@ -21,7 +21,7 @@ from vistel.space.room import BATON, meeting_room, table_radius
 from vistel_sim.motion.played import RATE_HZ, Joints, Played, PlayedFile, joints_at
 from vistel_sim.motion.recording import SIDES, Recording, resampled
 from vistel_sim.motion.six_dof import ROLES, HandOver
-from vistel_sim.motion.source import Place
+from vistel_sim.motion.source import SimulatedPerson
 from vistel_sim.motion.tracks import minimum_jerk
 
 CLEAR_OF_TABLE = 0.35
@@ -58,7 +58,7 @@ class Line:
     held: Mapping[str, tuple[int, int]]
 
 
-def play_hand_over(people: dict[str, Place], take: HandOver, seats: int) -> PlayedFile:
+def play_hand_over(people: dict[str, SimulatedPerson], take: HandOver, seats: int) -> PlayedFile:
     """The take's giver and taker beside the table; played back and forth, so the baton goes back."""
     recorded = {role: resampled(take.people[role], RATE_HZ) for role in ROLES}
     line = follow_thing(take, recorded)
@@ -68,8 +68,8 @@ def play_hand_over(people: dict[str, Place], take: HandOver, seats: int) -> Play
     scale = float(
         np.mean(
             [
-                place.skeleton.height / take.people[role].measured().height
-                for role, place in zip(ROLES, people.values(), strict=True)
+                person.skeleton.height / take.people[role].measured().height
+                for role, person in zip(ROLES, people.values(), strict=True)
             ]
         )
     )
@@ -79,14 +79,14 @@ def play_hand_over(people: dict[str, Place], take: HandOver, seats: int) -> Play
 
     line = replace(line, middle=moved(line.middle), rotation=turn @ line.rotation)
     played: dict[str, Played] = {}
-    for role, place in zip(ROLES, people.values(), strict=True):
+    for role, person in zip(ROLES, people.values(), strict=True):
         r = recorded[role]
-        hand = _Hand(place, role, line)
+        hand = _Hand(person, role, line)
         # The shorter thing brings them nearer to each other.
         nearer = hand.toward * (scale * line.reach - GRIP) * ahead
         at = Recording(r.name, RATE_HZ, moved(r.position) + nearer, turn @ r.rotation)
         frames = [hand.led(joints_at(at, k), k) for k in range(len(line.middle))]
-        played[place.name] = Played(place, frames, hand.fingers(), back_and_forth=True)
+        played[person.name] = Played(person, frames, hand.fingers(), back_and_forth=True)
     return PlayedFile(played, (line.middle, line.rotation))
 
 
@@ -131,7 +131,7 @@ def _longest(holds: NDArray[np.bool_]) -> tuple[int, int]:
     return max(runs, key=lambda run: run[1] - run[0])
 
 
-def _beside_the_table(people: dict[str, Place], recorded: Mapping[str, Recording], seats: int) -> tuple[F64, F64, F64]:
+def _beside_the_table(people: dict[str, SimulatedPerson], recorded: Mapping[str, Recording], seats: int) -> tuple[F64, F64, F64]:
     """Where the middle between the two comes to stand (3,), the way from giver to taker (3,), and how the take is turned
     (3, 3): each on their own
     seat's side, on a line clear of the table."""
@@ -152,18 +152,18 @@ def _beside_the_table(people: dict[str, Place], recorded: Mapping[str, Recording
 class _Hand:
     """The hand with which one of the two holds the baton."""
 
-    def __init__(self, place: Place, role: str, line: Line) -> None:
+    def __init__(self, person: SimulatedPerson, role: str, line: Line) -> None:
         self._line = line
         self._name = line.side[role]
         sign = 1.0 if self._name == "left" else -1.0
         self.toward = 1.0 if role == "giver" else -1.0
         self._first, self._last = line.held[role]
         baton = meeting_room().thing(BATON).axes[0]
-        scale = place.skeleton.height / REFERENCE_HEIGHT
+        scale = person.skeleton.height / REFERENCE_HEIGHT
         self._point = PALM * (sign, 1.0, 1.0) * scale - (0.0, baton.radius, 0.0)
         self._slant = np.array([sign * math.sin(SLANT), 0.0, math.cos(SLANT)])
-        body = standard_body(place.skeleton)
-        self._closed = closed_on(place.skeleton, body, self._name, self._point, self._slant, baton.radius)
+        body = standard_body(person.skeleton)
+        self._closed = closed_on(person.skeleton, body, self._name, self._point, self._slant, baton.radius)
 
     def led(self, joints: Joints, k: int) -> Joints:
         """Frame `k` with this hand moved to its grip on the baton, while it holds."""

@@ -17,7 +17,7 @@ from vistel.geometry.rotation import quaternion_from_matrix, slerp
 from vistel_sim.motion.layout import Layout, built_in
 from vistel_sim.motion.script import CYCLE_S, Script, write_script
 from vistel_sim.motion.sitter import Sitter
-from vistel_sim.motion.source import Place, receivers_of
+from vistel_sim.motion.source import SimulatedPerson, receivers_of
 from vistel_sim.motion.speech import Conversation
 from vistel_sim.motion.tracks import Attention, HandState
 
@@ -34,7 +34,7 @@ class Meeting:
 
     def __init__(
         self,
-        people: Sequence[Place],
+        people: Sequence[SimulatedPerson],
         seats: int,
         seed: int,
         watch: Callable[[float], F64] | None = None,
@@ -143,7 +143,7 @@ class Meeting:
         if kind == "head":
             if name in self._sitters:
                 sitter = self._sitters[name]
-                return sitter.out_of_seat(np.array([0.0, 0.68 * sitter.place.skeleton.height, 0.05]))
+                return sitter.out_of_seat(np.array([0.0, 0.68 * sitter.person.skeleton.height, 0.05]))
             return np.array([0.0, 1.1, 0.0])
         if kind == "thing":
             return self._script.things(t_s % CYCLE_S)[name][0]

@@ -22,7 +22,7 @@ from vistel_sim.motion.layout import layout_of
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.played import PlayedFile, play_alone
 from vistel_sim.motion.six_dof import ROLES, is_hand_over, load_hand_over
-from vistel_sim.motion.source import Clapper, MotionError, MotionSource, Place, places
+from vistel_sim.motion.source import Clapper, MotionError, MotionSource, SimulatedPerson, simulated_people
 
 log = logging.getLogger("vistel.motion")
 
@@ -44,8 +44,8 @@ def open_motion(conference: Conference) -> MotionSource:
     `motion` of a participant: "meeting" (or nothing), "clay", "clap", "calibration", a .bvh file, or the folder of a two-person
     hand-over, whose giver and taker are its first two participants; further ones watch them from their seats.
     """
-    everyone = places(conference)
-    wanted: dict[str, list[Place]] = {}
+    everyone = simulated_people(conference)
+    wanted: dict[str, list[SimulatedPerson]] = {}
     for site in conference.sites:
         for person in site.participants:
             wanted.setdefault(person.motion or MEETING, []).append(everyone[person.name])

@@ -17,7 +17,7 @@ from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y, rotvec_from_matrix, slerp
 from vistel.space.room import BATON
 from vistel_sim.motion.recording import SIDES, Recording, resampled
-from vistel_sim.motion.source import Place, receivers_of
+from vistel_sim.motion.source import SimulatedPerson, receivers_of
 from vistel_sim.motion.tracks import minimum_jerk
 
 RATE_HZ = 60.0
@@ -43,11 +43,11 @@ class Joints:
 class Played:
     """One person's take, solved once and played in a loop."""
 
-    def __init__(self, place: Place, frames: Sequence[Joints], hands: F64, back_and_forth: bool) -> None:
+    def __init__(self, person: SimulatedPerson, frames: Sequence[Joints], hands: F64, back_and_forth: bool) -> None:
         """hands: (n, 2, 20) finger angles of each frame [rad]."""
-        self.place = place
-        self._postures = _solve(place, frames, hands)
-        self._receivers = [receivers_of(place, p) for p in self._postures]
+        self.person = person
+        self._postures = _solve(person, frames, hands)
+        self._receivers = [receivers_of(person, p) for p in self._postures]
         self._back_and_forth = back_and_forth
 
     def posture(self, t_s: float) -> Posture:
@@ -58,7 +58,7 @@ class Played:
     def receivers(self, t_s: float) -> dict[str, Placement]:
         i, j, share, fade, _ = self._where(t_s)
         if fade > 0.0:
-            return receivers_of(self.place, self.posture(t_s))
+            return receivers_of(self.person, self.posture(t_s))
         return {
             name: (p + share * (self._receivers[j][name][0] - p), slerp(q, self._receivers[j][name][1], share))
             for name, (p, q) in self._receivers[i].items()
@@ -116,18 +116,18 @@ class PlayedFile:
         return {BATON: (self._baton[0][k], quaternion_from_matrix(np.ascontiguousarray(self._baton[1][k])))}
 
 
-def play_alone(place: Place, recording: Recording) -> Played:
-    """A take of one person, turned to the table, walking on the spot; carried over by its angles."""
+def play_alone(person: SimulatedPerson, recording: Recording) -> Played:
+    """A take of one person, turned to the table, walking on the spot; retargeted by its angles."""
     take = resampled(recording, RATE_HZ)
-    skeleton = place.skeleton
+    skeleton = person.skeleton
     hips, pelvis = take.joint("hips")
     heading = _mean_yaw(pelvis)
-    turn = rotation_y(place.seat_heading - heading)
+    turn = rotation_y(person.seat_heading - heading)
     scale = skeleton.rest[0, 1] / float(np.percentile(hips[:, 1], 90))
     ground = np.linspace(hips[0], hips[-1], len(hips)) * (1.0, 0.0, 1.0)
-    stand = place.seat_position - STAND_BACK * rotation_y(place.seat_heading)[:, 2]
-    frames = [_carried_over(place, take, k, turn, stand + scale * (turn @ (hips[k] - ground[k]))) for k in range(len(hips))]
-    return Played(place, frames, np.tile(RELAXED, (len(frames), 2, 1)), back_and_forth=False)
+    stand = person.seat_position - STAND_BACK * rotation_y(person.seat_heading)[:, 2]
+    frames = [_retargeted(person, take, k, turn, stand + scale * (turn @ (hips[k] - ground[k]))) for k in range(len(hips))]
+    return Played(person, frames, np.tile(RELAXED, (len(frames), 2, 1)), back_and_forth=False)
 
 
 def _mean_yaw(rotation: F64) -> float:
@@ -147,9 +147,9 @@ def joints_at(take: Recording, k: int) -> Joints:
     )
 
 
-def _carried_over(place: Place, take: Recording, k: int, turn: F64, hips: F64) -> Joints:
-    """Frame `k` on the place's own body: the recording's rotations, the body's lengths; hips at `hips` (3,)."""
-    skeleton = place.skeleton
+def _retargeted(person: SimulatedPerson, take: Recording, k: int, turn: F64, hips: F64) -> Joints:
+    """Frame `k` on the person's own body: the recording's rotations, the body's lengths; hips at `hips` (3,)."""
+    skeleton = person.skeleton
     rest, offsets = skeleton.rest, skeleton.offsets
     spine = JOINT_INDEX["spine_1"]
     top_rest = rest[spine] + np.array([0.0, skeleton.spine, 0.0])
@@ -181,24 +181,24 @@ def _carried_over(place: Place, take: Recording, k: int, turn: F64, hips: F64) -
     return Joints((top + chest @ middle, chest), (neck + half @ offsets[JOINT_INDEX["head"]], head), hands, elbows)
 
 
-def _solve(place: Place, frames: Sequence[Joints], fingers: F64) -> list[Posture]:
-    """Postures of the place's body that meet chest, head and hands; elbows as near the recorded ones as they can be."""
-    skeleton = place.skeleton
+def _solve(person: SimulatedPerson, frames: Sequence[Joints], fingers: F64) -> list[Posture]:
+    """Postures of the person's body that meet chest, head and hands; elbows as near the recorded ones as they can be."""
+    skeleton = person.skeleton
     rest = skeleton.rest
     half_width = 0.5 * (rest[JOINT_INDEX["left_shoulder"]] - rest[JOINT_INDEX["right_shoulder"]])
-    solver = PostureSolver(skeleton, Stance(place.seat_position, place.seat_heading))
+    solver = PostureSolver(skeleton, Stance(person.seat_position, person.seat_heading))
     out: list[Posture] = []
     for k, frame in enumerate(frames):
         placed = {"head": frame.head, "left_hand": frame.hands["left"], "right_hand": frame.hands["right"]}
         receivers = {
             name: (
-                p + r @ place.mounts[name].position,
-                quaternion_from_matrix(np.ascontiguousarray(r @ place.mounts[name].rotation)),
+                p + r @ person.mounts[name].position,
+                quaternion_from_matrix(np.ascontiguousarray(r @ person.mounts[name].rotation)),
             )
             for name, (p, r) in placed.items()
         }
         p, chest = frame.chest
-        mount = place.mounts["chest"]
+        mount = person.mounts["chest"]
         receivers["chest"] = (
             p + chest @ (half_width + mount.position),
             quaternion_from_matrix(np.ascontiguousarray(chest @ mount.rotation)),

@@ -72,34 +72,34 @@ class Script:
 def write_script(sitters: Mapping[str, Sitter], layout: Layout) -> Script:
     """The script for the people present; parts without a baton, or for people out of each other's reach, are left out."""
     seats = layout.seats
-    by_seat = {s.place.seat: s for s in sitters.values()}
+    by_seat = {s.person.seat: s for s in sitters.values()}
     desk = {(name, side): Hand(s, side, layout) for name, s in sitters.items() for side in SIDES}
     first, second, last = by_seat.get(0), by_seat.get(1), by_seat.get(seats - 1) if seats > 2 else None
     looks: dict[str, list[tuple[float, float, str]]] = {name: [] for name in sitters}
     points: dict[str, F64] = {}
     holds: list[tuple[float, str | None, str, float]] = []
-    baton = layout.baton_for(first.place.seat_position) if first is not None else None
+    baton = layout.baton_for(first.person.seat_position) if first is not None else None
     if first is not None and second is not None and baton is not None and _reach(layout, first, second):
         holds = _hand_over(desk, first, second, baton.position)
-        looks[first.place.name] += [(1.2, 7.0, f"thing:{BATON}"), (9.8, 14.6, f"thing:{BATON}")]
-        looks[second.place.name] += [(a, b, f"thing:{BATON}") for a, b in ((2.6, 4.2), (4.8, 8.6), (9.6, 12.2))]
+        looks[first.person.name] += [(1.2, 7.0, f"thing:{BATON}"), (9.8, 14.6, f"thing:{BATON}")]
+        looks[second.person.name] += [(a, b, f"thing:{BATON}") for a, b in ((2.6, 4.2), (4.8, 8.6), (9.6, 12.2))]
         if last is not None:
-            looks[last.place.name] += [(2.4, 4.0, f"thing:{BATON}"), (5.0, 6.6, f"thing:{BATON}")]
+            looks[last.person.name] += [(2.4, 4.0, f"thing:{BATON}"), (5.0, 6.6, f"thing:{BATON}")]
     if first is not None and last is not None and _reach(layout, first, last):
         points["comfort"] = _hand_on_hand(desk, first, last)
-        looks[last.place.name] += [(8.6, 10.2, "point:comfort"), (10.2, 11.6, "head:" + first.place.name)]
+        looks[last.person.name] += [(8.6, 10.2, "point:comfort"), (10.2, 11.6, "head:" + first.person.name)]
     if second is not None and last is not None and second is not last and seats == 3 and _reach(layout, second, last):
         points["palms"] = _palm_to_palm(desk, second, last)
-        looks[second.place.name] += [(14.4, 16.4, "point:palms")]
-        looks[last.place.name] += [(14.3, 16.4, "point:palms")]
-    scale = {name: s.place.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
+        looks[second.person.name] += [(14.4, 16.4, "point:palms")]
+        looks[last.person.name] += [(14.3, 16.4, "point:palms")]
+    scale = {name: s.person.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
     tracks = {key: HandTrack(hand.keys) for key, hand in desk.items()}
     rest = (baton.position, baton.rotation) if baton is not None else (np.zeros(3), identity())
     return Script(tracks, tuple(holds), rest, scale, points, looks)
 
 
 def _reach(layout: Layout, a: Sitter, b: Sitter) -> bool:
-    return layout.seats <= CLOSE_COMPANY and layout.meet(a.place.seat_position, b.place.seat_position)
+    return layout.seats <= CLOSE_COMPANY and layout.meet(a.person.seat_position, b.person.seat_position)
 
 
 class Hand:
@@ -107,8 +107,8 @@ class Hand:
 
     def __init__(self, sitter: Sitter, side: str, layout: Layout) -> None:
         self.sitter, self.side, self.sign, self.layout = sitter, side, SIDES[side], layout
-        place = sitter.place
-        self.scale = place.skeleton.height / REFERENCE_HEIGHT
+        person = sitter.person
+        self.scale = person.skeleton.height / REFERENCE_HEIGHT
         position = sitter.out_of_seat(np.array([self.sign * 0.175, 0.0, 0.385]))
         position[1] += layout.table(position) + 0.062
         fingers = sitter.direction_in_room(np.array([-self.sign * 0.42, 0.05, 0.9]))
@@ -118,7 +118,7 @@ class Hand:
 
     def shoulder(self) -> F64:
         """(3,) approximate position of the shoulder, upright, room frame."""
-        height = self.sitter.place.skeleton.height
+        height = self.sitter.person.skeleton.height
         return self.sitter.out_of_seat(np.array([self.sign * 0.18 * self.scale, 0.57 * height, 0.0]))
 
     def rest_at(self, wrist: F64) -> None:
@@ -143,7 +143,7 @@ class Hand:
 
     def closed(self, radius: float) -> F64:
         """(20,) fingers closed round a bar of `radius`."""
-        skeleton = self.sitter.place.skeleton
+        skeleton = self.sitter.person.skeleton
         return closed_round(skeleton, standard_body(skeleton), self.side, _grip(self.side, self.scale), radius)
 
 
@@ -158,12 +158,12 @@ def _level(d: F64) -> F64:
 
 def _between(a: Sitter, b: Sitter, towards_centre: float) -> F64:
     """(3,) on the floor, half-way between two seats, moved towards the table's centre by a share."""
-    return 0.5 * (a.place.seat_position + b.place.seat_position) * (1.0 - towards_centre)
+    return 0.5 * (a.person.seat_position + b.person.seat_position) * (1.0 - towards_centre)
 
 
 def _hand_over(desk: dict[tuple[str, str], Hand], a: Sitter, b: Sitter, baton: F64) -> list[tuple[float, str | None, str, float]]:
     """`a` takes the baton with the right hand and gives it to `b`'s left; `b` gives it back; `a` puts it down."""
-    giver, taker = desk[a.place.name, "right"], desk[b.place.name, "left"]
+    giver, taker = desk[a.person.name, "right"], desk[b.person.name, "left"]
     radius = 0.012
     fist_a, fist_b = giver.closed(radius), taker.closed(radius)
 
@@ -227,16 +227,16 @@ def _hand_over(desk: dict[tuple[str, str], Hand], a: Sitter, b: Sitter, baton: F
     giver.rest(15.9)
     return [
         (0.0, None, "", 0.0),
-        (3.25, a.place.name, "right", GIVER_BELOW),
-        (5.85, b.place.name, "left", -TAKER_ABOVE),
-        (11.45, a.place.name, "right", GIVER_BELOW),
+        (3.25, a.person.name, "right", GIVER_BELOW),
+        (5.85, b.person.name, "left", -TAKER_ABOVE),
+        (11.45, a.person.name, "right", GIVER_BELOW),
         (13.75, None, "", 0.0),
     ]
 
 
 def _hand_on_hand(desk: dict[tuple[str, str], Hand], a: Sitter, c: Sitter) -> F64:
     """`a` rests the left hand on the table, `c` lays the right hand on it. Returns where (3,)."""
-    under, over = desk[a.place.name, "left"], desk[c.place.name, "right"]
+    under, over = desk[a.person.name, "left"], desk[c.person.name, "right"]
     spot = _between(a, c, 0.05)
     spot = spot + under.layout.table(spot) * UP
     fa, fc = _level(spot - under.shoulder()), _level(spot - over.shoulder())
@@ -261,10 +261,10 @@ def _hand_on_hand(desk: dict[tuple[str, str], Hand], a: Sitter, c: Sitter) -> F6
 
 def _palm_to_palm(desk: dict[tuple[str, str], Hand], b: Sitter, c: Sitter) -> F64:
     """`b`'s right and `c`'s left palm meet over the table. Returns where (3,)."""
-    one, two = desk[b.place.name, "right"], desk[c.place.name, "left"]
+    one, two = desk[b.person.name, "right"], desk[c.person.name, "left"]
     spot = _between(b, c, 0.0)
     spot = spot + (one.layout.table(spot) + 0.30) * UP
-    across = _level(c.place.seat_position - b.place.seat_position)
+    across = _level(c.person.seat_position - b.person.seat_position)
     for hand, palm in ((one, across), (two, -across)):
         # The fingers lean towards each other, so that the wrists stay apart.
         fingers = 0.8 * UP - 0.6 * _level(spot) + 0.17 * palm

@@ -11,7 +11,7 @@ from vistel.figure.posture.posture import Posture, Stance, spine_chord, spine_ro
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, SPINE_SEGMENTS
 from vistel.geometry.rotation import matrix_from_quaternion, rotation_x, rotation_y, rotvec_from_matrix
 from vistel.space.room import CHAIR_HEIGHT
-from vistel_sim.motion.source import Place
+from vistel_sim.motion.source import SimulatedPerson
 from vistel_sim.motion.tracks import HandState
 
 COMFORTABLE_REACH = 0.86
@@ -23,16 +23,16 @@ HIPS_BACK = -0.02
 class Sitter:
     """One person on a chair. The posture is a smooth function of the targets."""
 
-    def __init__(self, place: Place) -> None:
-        self.place = place
-        skeleton = place.skeleton
+    def __init__(self, person: SimulatedPerson) -> None:
+        self.person = person
+        skeleton = person.skeleton
         scale = skeleton.height / REFERENCE_HEIGHT
         hips_height = CHAIR_HEIGHT + 0.097 * scale
-        self._room_of_seat = rotation_y(place.seat_heading)
-        self._ankle, self._knee, hips = _legs(place, hips_height)
+        self._room_of_seat = rotation_y(person.seat_heading)
+        self._ankle, self._knee, hips = _legs(person, hips_height)
         forward = skeleton.rest[JOINT_INDEX["left_foot"], 2] + hips
         ankles = np.array([0.0, 0.0, HIPS_BACK - forward])
-        self._stance = Stance(place.seat_position + self._room_of_seat @ ankles, place.seat_heading)
+        self._stance = Stance(person.seat_position + self._room_of_seat @ ankles, person.seat_heading)
         self._spine_base = np.array([0.0, hips_height, HIPS_BACK]) + skeleton.offsets[JOINT_INDEX["spine_1"]]
         self._segment = skeleton.spine / SPINE_SEGMENTS
         top = skeleton.rest[JOINT_INDEX["spine_1"]] + np.array([0.0, skeleton.spine, 0.0])
@@ -46,11 +46,11 @@ class Sitter:
 
     def into_seat(self, p_room: F64) -> F64:
         """A point of the room in the seat's frame."""
-        return self._room_of_seat.T @ (p_room - self.place.seat_position)
+        return self._room_of_seat.T @ (p_room - self.person.seat_position)
 
     def out_of_seat(self, p_seat: F64) -> F64:
         """A point of the seat's frame in the room."""
-        return self.place.seat_position + self._room_of_seat @ np.asarray(p_seat, np.float64)
+        return self.person.seat_position + self._room_of_seat @ np.asarray(p_seat, np.float64)
 
     def direction_in_room(self, d_seat: F64) -> F64:
         """A direction of the seat's frame in the room."""
@@ -100,9 +100,9 @@ def _soft(x: float, most: float) -> float:
     return most * math.tanh(x / most)
 
 
-def _legs(place: Place, hips_height: float) -> tuple[float, float, float]:
+def _legs(person: SimulatedPerson, hips_height: float) -> tuple[float, float, float]:
     """Ankle, knee with the hips at `hips_height` and upright shanks; how far the hips are ahead of the ankles."""
-    skeleton = place.skeleton
+    skeleton = person.skeleton
     rest = skeleton.rest
     up = hips_height - (rest[0, 1] - rest[JOINT_INDEX["left_upper_leg"], 1]) - rest[JOINT_INDEX["left_foot"], 1]
     rise = up - skeleton.lower_leg

@@ -61,7 +61,7 @@ class Clapper(Protocol):
 
 
 @dataclass(frozen=True)
-class Place:
+class SimulatedPerson:
     """A participant's body, seat and transmitter. Seat: position (3,) in the room [m], heading about +Y [rad]."""
 
     name: str
@@ -73,9 +73,9 @@ class Place:
     mounts: dict[str, Mount]
 
 
-def places(conference: Conference) -> dict[str, Place]:
+def simulated_people(conference: Conference) -> dict[str, SimulatedPerson]:
     """Every participant of the conference at their seat."""
-    out: dict[str, Place] = {}
+    out: dict[str, SimulatedPerson] = {}
     for site in conference.sites:
         for person in site.participants:
             seat = conference.seat_of(person.name)
@@ -84,7 +84,7 @@ def places(conference: Conference) -> dict[str, Place]:
             transmitter = transmitter_in_room(position, heading, tracker.transmitter_position, tracker.transmitter_heading)
             skeleton = standard_skeleton(person.height)
             mounts = receiver_mounts(skeleton)
-            out[person.name] = Place(person.name, seat, skeleton, position, heading, transmitter, mounts)
+            out[person.name] = SimulatedPerson(person.name, seat, skeleton, position, heading, transmitter, mounts)
     return out
 
 
@@ -102,7 +102,7 @@ def receiver_on_prop(transmitter: Placement, tracker: PropTracker, pose: Placeme
     return into_frame(transmitter, at, quaternion_from_matrix(np.ascontiguousarray(turn)))
 
 
-def receivers_of(place: Place, posture: Posture) -> dict[str, Placement]:
+def receivers_of(person: SimulatedPerson, posture: Posture) -> dict[str, Placement]:
     """Poses of the receivers on a person in `posture`, in their transmitter's frame."""
-    poses = receiver_poses(place.skeleton, pose_joints(place.skeleton, posture), place.mounts)
-    return {name: into_frame(place.transmitter, *pose) for name, pose in poses.items()}
+    poses = receiver_poses(person.skeleton, pose_joints(person.skeleton, posture), person.mounts)
+    return {name: into_frame(person.transmitter, *pose) for name, pose in poses.items()}

@@ -197,7 +197,7 @@ def test_a_server_whose_supervisor_is_gone_ends(tmp_path: Path) -> None:
     assert "not needed any more" in lines[-1]
 
 
-def test_an_order_that_is_none_is_told_and_the_server_goes_on(tmp_path: Path) -> None:
+def test_an_order_that_is_none_is_reported_and_the_server_goes_on(tmp_path: Path) -> None:
     code, answers, lines = _talk(_server_spec(tmp_path), b"\xff{\n", b"{}\n", b'["a"]\n', b"17\n")
     assert (code, answers) == (0, [READY] + 4 * [b"0\n"])
     assert sum("not forked" in line for line in lines) == 4

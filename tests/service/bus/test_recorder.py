@@ -79,7 +79,9 @@ def test_what_crosses_the_bus_is_in_the_log_in_order_with_the_conference_file(tm
     assert times == sorted(times)
 
 
-def test_a_folder_that_cannot_be_written_is_told_and_the_recorder_lives(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_folder_that_cannot_be_written_is_reported_and_the_recorder_lives(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     (tmp_path / "out").write_text("a file where the folder should be")
     asyncio.run(record(Config(tmp_path / "out" / "conference.mcap"), messages=3))
     assert any("log_failed" in r.message and "retry" in r.message for r in caplog.records)

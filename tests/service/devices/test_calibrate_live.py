@@ -95,7 +95,7 @@ def test_a_data_glove_is_fitted_to_hands_that_are_asked_for(calibrate, tmp_path:
     assert found.fist["index_far"] == pytest.approx(fivedt_calibration.default_calibration().fist["index_far"], rel=0.02)
 
 
-def test_nothing_on_the_port_is_told_with_what_to_do(calibrate, tmp_path: Path) -> None:
+def test_nothing_on_the_port_is_reported_with_what_to_do(calibrate, tmp_path: Path) -> None:
     (tmp_path / "absent.toml").write_text(FILE.replace('kind = "KIND"', 'port = "/dev/no-such-port"'))
     for words in (("tracker", "absent.toml", "ada"), ("body", "absent.toml", "ada")):
         done = CliRunner().invoke(app, ["calibrate", *words])

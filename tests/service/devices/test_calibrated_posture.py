@@ -19,7 +19,7 @@ from vistel.figure.skeleton import JOINT_INDEX, Skeleton, measured_skeleton, sta
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.v1.device_pb2 import TrackerFrame, TrackerReceiver
 from vistel_sim.motion import open_motion
-from vistel_sim.motion.source import places, receivers_of
+from vistel_sim.motion.source import receivers_of, simulated_people
 
 CONFERENCE = Conference(sites=[Site(name="a", participants=[Participant(name="ann", height=1.7)])])
 STATIONS = {1: "chest", 2: "head", 3: "left_hand", 4: "right_hand"}
@@ -34,7 +34,7 @@ def long_armed() -> Skeleton:
 
 def solved(body: MeasuredPerson | None, distortion: Distortion | None, error: np.ndarray) -> dict[str, float]:
     """Largest error [m] of the hands that others see, of a long-armed person whose receivers read `error` too much."""
-    place = places(CONFERENCE)["ann"]
+    place = simulated_people(CONFERENCE)["ann"]
     own, shown = long_armed(), standard_skeleton(1.7)
     mounts = receiver_mounts(own)
     motion = open_motion(CONFERENCE)

@@ -75,7 +75,7 @@ def test_a_phone_is_heard_missed_and_heard_again(tmp_path: Path) -> None:
     run(scenario())
 
 
-def test_another_program_on_the_port_is_told(tmp_path: Path) -> None:
+def test_another_program_on_the_port_is_reported(tmp_path: Path) -> None:
     async def scenario() -> None:
         hall = Hall(tmp_path, phone=False)
         try:

@@ -93,7 +93,7 @@ def test_marks_of_a_simulated_camera_arrive_as_they_are(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("kind", "told"), [("freeze", "does not change"), ("black", "black"), ("unplug", "no simulated camera"), ("stall", "gone")]
 )
-def test_a_camera_that_fails_is_told_and_picked_up_again(tmp_path: Path, kind: Any, told: str) -> None:
+def test_a_camera_that_fails_is_reported_and_picked_up_again(tmp_path: Path, kind: Any, told: str) -> None:
     async def scenario() -> None:
         helmet = Helmet(tmp_path, {"face": {"kind": "camera", "calibration": calibrated(tmp_path)}})
         try:

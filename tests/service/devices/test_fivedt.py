@@ -128,7 +128,7 @@ def test_an_ultra_on_usb_is_read_and_missed_and_found_again(tmp_path: Path, monk
     asyncio.run(scenario())  # hidapi reads on a thread, which knows nothing of virtual time
 
 
-def test_a_glove_that_is_not_on_usb_is_told(tmp_path: Path) -> None:
+def test_a_glove_that_is_not_on_usb_is_reported(tmp_path: Path) -> None:
     pytest.importorskip("hid")
 
     async def scenario() -> None:

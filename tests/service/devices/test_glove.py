@@ -91,7 +91,7 @@ def test_a_users_calibration_is_applied(tmp_path: Path) -> None:
     run(scenario())
 
 
-def test_swapped_gloves_are_told(tmp_path: Path) -> None:
+def test_swapped_gloves_are_reported(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)
         async with site.running({L: quiet_glove(right=True)}, person=LEFT_ONLY):
@@ -122,7 +122,7 @@ def test_a_glove_set_to_another_speed_is_found(tmp_path: Path) -> None:
     run(scenario())
 
 
-def test_a_glove_unplugged_from_its_interface_is_told(tmp_path: Path) -> None:
+def test_a_glove_unplugged_from_its_interface_is_reported(tmp_path: Path) -> None:
     async def scenario() -> None:
         site, unit = DeviceSite(tmp_path), quiet_glove()
         async with site.running({L: unit}, person=LEFT_ONLY):

@@ -148,7 +148,7 @@ def test_recorded_bytes_decode_to_the_same_frames(tmp_path: Path) -> None:
     run(scenario())
 
 
-def test_a_station_the_unit_cannot_have_is_told_by_the_conference_file(tmp_path: Path) -> None:
+def test_a_station_the_unit_cannot_have_is_reported_by_the_conference_file(tmp_path: Path) -> None:
     file = tmp_path / "c.toml"
     file.write_text('[[sites]]\nname = "a"\n[[sites.participants]]\nname = "ann"\n[sites.participants.tracker]\nkind = "patriot"\n')
     with pytest.raises(ConferenceError, match=r"a patriot has stations 1\.\.2"):

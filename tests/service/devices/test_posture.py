@@ -198,7 +198,7 @@ def test_a_motion_carries_the_time_of_its_newest_measurement(tmp_path: Path) -> 
     assert all(b > a for a, b in pairwise(times))
 
 
-def test_who_is_there_is_said_once_and_their_presence_declared(tmp_path: Path) -> None:
+def test_who_is_there_is_published_once_and_their_presence_declared(tmp_path: Path) -> None:
     stage = perform(lambda s: s.play(0.1), tmp_path)
     (about,) = stage.bus.sent["participant"]
     assert (about.participant, about.site, about.avatar) == ("ann", "a", "builtin")

@@ -54,7 +54,7 @@ def test_each_device_is_named_with_firmware_and_rate(tmp_path: Path, unit, name:
     run(scenario())
 
 
-def test_a_port_that_is_not_there_is_told() -> None:
+def test_a_port_that_is_not_there_is_reported() -> None:
     async def scenario() -> None:
         assert "is not there" in (await _answer("/dev/no-such-port"))["description"]
 

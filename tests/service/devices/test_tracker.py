@@ -129,7 +129,7 @@ def test_an_unplugged_unit_is_missed_and_its_return_noticed(tmp_path: Path) -> N
     run(scenario())
 
 
-def test_a_stalled_unit_is_told_and_started_again(tmp_path: Path) -> None:
+def test_a_stalled_unit_is_reported_and_started_again(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)
         async with site.running({T: quiet_fastrak()}, [Fault(T, "stall", 0.6, 1.2)], NO_GLOVES):
@@ -190,7 +190,7 @@ def test_a_unit_whose_speed_changes_is_found_again_and_again(tmp_path: Path) -> 
     run(scenario())
 
 
-def test_a_port_in_use_is_told(tmp_path: Path) -> None:
+def test_a_port_in_use_is_reported(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)
         async with site.running({T: quiet_fastrak()}, person=NO_GLOVES):
@@ -203,7 +203,7 @@ def test_a_port_in_use_is_told(tmp_path: Path) -> None:
     run(scenario())
 
 
-def test_a_configuration_the_unit_refuses_is_told(tmp_path: Path) -> None:
+def test_a_configuration_the_unit_refuses_is_reported(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)
         person = NO_GLOVES | {"tracker": {"hemisphere": (1e6, 0.0, 0.0)}}

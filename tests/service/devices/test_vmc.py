@@ -28,7 +28,7 @@ from vistel_services.posture import configure
 from vistel_sim import suite
 from vistel_sim.faults import Fault
 from vistel_sim.motion import open_motion
-from vistel_sim.motion.source import places
+from vistel_sim.motion.source import simulated_people
 from vistel_sim.process import simulators
 
 T = "ann-tracker"
@@ -38,8 +38,8 @@ T = "ann-tracker"
 def test_receivers_are_where_the_body_has_them(t_s: float) -> None:
     person = Participant(name="ann", height=1.64, tracker=TrackerConfig(kind="vmc"))
     conference = Conference(sites=[Site(name="a", participants=[person])])
-    motion, place = open_motion(conference), places(conference)["ann"]
-    data = suite.packet(pose_joints(place.skeleton, motion.posture("ann", t_s)), place.transmitter)
+    motion, simulated = open_motion(conference), simulated_people(conference)["ann"]
+    data = suite.packet(pose_joints(simulated.skeleton, motion.posture("ann", t_s)), simulated.transmitter)
     (frame,) = VmcDecoder("ann-tracker", 1.64).feed(data, 10**9)
     want = motion.receivers("ann", t_s)
     for r, role in zip(frame.receivers, ("chest", "head", "left_hand", "right_hand"), strict=True):
@@ -51,7 +51,7 @@ def test_receivers_are_where_the_body_has_them(t_s: float) -> None:
 def test_elbows_fingers_and_legs_are_those_of_the_body(tmp_path: Path) -> None:
     person = Participant(name="ann", height=1.64, tracker=TrackerConfig(kind="vmc"))
     conference = Conference(sites=[Site(name="a", participants=[person])])
-    motion, place = open_motion(conference), places(conference)["ann"]
+    motion, simulated = open_motion(conference), simulated_people(conference)["ann"]
     decoder = VmcDecoder("ann-tracker", 1.64)
     (who,) = configure(conference, conference.sites[0], RunPaths(tmp_path, tmp_path)).people
     capture = BodyCapture(who)
@@ -60,12 +60,12 @@ def test_elbows_fingers_and_legs_are_those_of_the_body(tmp_path: Path) -> None:
         truth = motion.posture("ann", 3.0 + k / 60)
         # One foot forward and up, as no seat would have it.
         truth = replace(truth, joints={"left_upper_leg": np.array([-1.9, 0.0, 0.2]), "left_foot": np.array([0.4, 0.0, 0.0])})
-        pose = pose_joints(place.skeleton, truth)
-        for frame in decoder.feed(suite.packet(pose, place.transmitter), 10**9 + k * 10**9 // 60):
+        pose = pose_joints(simulated.skeleton, truth)
+        for frame in decoder.feed(suite.packet(pose, simulated.transmitter), 10**9 + k * 10**9 // 60):
             if capture.tracker(frame):
                 solved = capture.solve(capture.newest_ns)
     assert solved is not None and "legs" not in solved.stale
-    back = pose_joints(place.skeleton, solved.posture)
+    back = pose_joints(simulated.skeleton, solved.posture)
     assert solved.posture.hands == pytest.approx(truth.hands, abs=1e-4)
     for joint in ("left_lower_arm", "right_lower_arm"):
         assert back.position[JOINT_INDEX[joint]] == pytest.approx(pose.position[JOINT_INDEX[joint]], abs=0.02)

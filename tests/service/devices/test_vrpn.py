@@ -113,7 +113,7 @@ def test_a_server_that_goes_and_comes_back_is_joined_again(kind: Any, tmp_path: 
     run(scenario())
 
 
-def test_a_tracker_that_the_server_does_not_have_is_told_with_those_it_has(tmp_path: Path) -> None:
+def test_a_tracker_that_the_server_does_not_have_is_reported_with_those_it_has(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)
         async with joined(site, tracker="Head0"):
@@ -123,7 +123,7 @@ def test_a_tracker_that_the_server_does_not_have_is_told_with_those_it_has(tmp_p
     run(scenario())
 
 
-def test_a_server_of_another_version_is_told(tmp_path: Path) -> None:
+def test_a_server_of_another_version_is_reported(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)
         async with joined(site, version="06.04"):
@@ -192,7 +192,7 @@ def test_contacts_of_a_pinch_glove_close_the_fingers_that_touch(tmp_path: Path) 
     run(scenario())
 
 
-def test_what_is_no_vrpn_server_is_told(tmp_path: Path) -> None:
+def test_what_is_no_vrpn_server_is_reported(tmp_path: Path) -> None:
     async def greet(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.write(b"SSH-2.0-OpenSSH_9.2\r\n")
 

@@ -158,7 +158,7 @@ def test_a_damaged_one_is_refused_in_one_line_and_nobody_waits_for_it(
 
 
 @pytest.mark.parametrize(("content", "reason"), [(None, "no file 'me.usda' beside"), ("#usda 1.0\n", "no avatar of VISTEL")])
-def test_a_file_that_is_none_is_told_at_its_own_site(
+def test_a_file_that_is_none_is_reported_at_its_own_site(
     tmp_path: Path, machine: Callable[[str], Path], caplog: pytest.LogCaptureFixture, content: str | None, reason: str
 ) -> None:
     machine("owner")

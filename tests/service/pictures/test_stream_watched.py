@@ -160,7 +160,7 @@ def test_pages_of_others_and_too_many_are_refused() -> None:
 
 
 @pytest.mark.parametrize("said", ["", "{", "[]", "3", '{"ping": "x"}', '{"ping": null}', '{"lost": 1}', "x" * 4000])
-def test_what_a_page_says_breaks_nothing(said: str) -> None:
+def test_what_a_page_sends_breaks_nothing(said: str) -> None:
     async def tell() -> None:
         async with streaming() as stream, aiohttp.ClientSession() as session:
             async with session.ws_connect(f"http://{stream.address}/stream") as ws, asyncio.timeout(20.0):

@@ -132,7 +132,7 @@ def test_who_and_what_goes_while_another_light_is_on_is_gone_in_this_one_too(han
     played(play)
 
 
-def test_light_that_cannot_be_set_up_is_told_in_one_line_and_the_picture_goes_on(
+def test_light_that_cannot_be_set_up_is_reported_in_one_line_and_the_picture_goes_on(
     hands: Hands, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def none(*_: Any) -> Painter:

@@ -17,7 +17,7 @@ from browser import Page, page
 
 from vistel.figure.avatar.texture import island_of
 from vistel.figure.formats.usd import load_usd, save_usd
-from vistel.wrinkle.wardrobe import load_sets, sets_in, wardrobe
+from vistel.wrinkle.wrinkle_sets import load_sets, sets_in, wrinkle_sets
 from vistel_cli.wrinkle.studio.opened import Opened
 from vistel_cli.wrinkle.studio.server import Studio
 
@@ -85,7 +85,7 @@ async def studio(folder: Path) -> AsyncIterator[Tab]:
     path = folder / "somebody.usda"
     save_usd(long_armed(), path)
     hosts: set[str] = set()
-    runner = web.AppRunner(Studio(Opened(load_usd(path), path, path.name, wardrobe(["shirt", "face"]))).app(hosts))
+    runner = web.AppRunner(Studio(Opened(load_usd(path), path, path.name, wrinkle_sets(["shirt", "face"]))).app(hosts))
     await runner.setup()
     try:
         await web.TCPSite(runner, "127.0.0.1", 0).start()

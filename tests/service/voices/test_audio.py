@@ -22,7 +22,7 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, run
 from vistel_services.audio.inputs import InputOpener
 from vistel_sim.faults import Fault
-from vistel_sim.microphone import SimulatedMicrophone, Voice, clap, run_microphones
+from vistel_sim.microphone import SimulatedMicrophone, SimulatedVoice, clap, run_microphones
 
 START_NS = 1_000_000_000_000
 
@@ -50,7 +50,9 @@ class Conference:
     ) -> None:
         self.clock = SimulatedClock(START_NS)
         self.network = MemoryNetwork()
-        self.microphone = SimulatedMicrophone("ann-microphone", Voice(loudness, lambda a, b: (), 5), folder / "ann-microphone")
+        self.microphone = SimulatedMicrophone(
+            "ann-microphone", SimulatedVoice(loudness, lambda a, b: (), 5), folder / "ann-microphone"
+        )
         self._simulated = not source
         self.heard = folder / "heard.wav"
         mine = Microphone("ann", source or str(folder / "ann-microphone"), push_to_talk)
@@ -281,7 +283,7 @@ def test_a_delay_unit_is_asked_for_less_when_the_picture_comes_sooner(tmp_path: 
     play(Conference(tmp_path, loudness=always, delay_unit="unit"), script)
 
 
-def test_an_over_driven_microphone_is_told(tmp_path: Path) -> None:
+def test_an_over_driven_microphone_is_reported(tmp_path: Path) -> None:
     async def script(c: Conference) -> None:
         await c.go_on(1.0)
         assert not c.mouth.clipped
@@ -390,7 +392,7 @@ def test_a_simulated_microphones_sound_is_stamped_when_it_was_made_however_its_b
 
     async def main() -> None:
         clock = SimulatedClock(START_NS)
-        voice = Voice(lambda t: 0.0, lambda a, b: [n for n in (2, 3, 4) if a < n <= b], 5)
+        voice = SimulatedVoice(lambda t: 0.0, lambda a, b: [n for n in (2, 3, 4) if a < n <= b], 5)
         microphone = SimulatedMicrophone("ann-microphone", voice, tmp_path / "ann")
         tasks = [asyncio.create_task(run_microphones([microphone], clock, first_ns))]
         capture = MicrophoneCapture("ann", InputOpener(str(tmp_path / "ann"), clock))

@@ -153,7 +153,7 @@ def test_exceptions_are_a_fault_with_their_meaning_and_end_when_the_unit_does_we
     with_room(tmp_path, play, baud=baud)
 
 
-def test_requests_that_make_no_sense_are_told_and_left_out(tmp_path: Path) -> None:
+def test_requests_that_make_no_sense_are_reported_and_left_out(tmp_path: Path) -> None:
     async def play(room: Room) -> None:
         room.ask(delay=3.0, actual_1=0.1, nonsense=1.0)
         told = await room.until(lambda s: bool(s.detail) and s.state == S.STATE_OBSERVED)

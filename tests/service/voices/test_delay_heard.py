@@ -24,7 +24,7 @@ from vistel_services.delay import Config as RoomConfig
 from vistel_services.delay import Device
 from vistel_services.delay import run as run_room
 from vistel_sim.equipment.delay_unit import SimulatedDelayUnit
-from vistel_sim.microphone import SimulatedMicrophone, Voice, clap, run_microphones
+from vistel_sim.microphone import SimulatedMicrophone, SimulatedVoice, clap, run_microphones
 
 EVERY_S = 0.7
 IMAGE_S, SECONDS = 0.26, 14.0
@@ -46,7 +46,7 @@ def test_a_clap_leaves_the_delay_unit_with_its_picture(tmp_path: Path, baud: int
         start_ns = clock.now_ns() + round(PHASE_S * 1e9)
         network = MemoryNetwork()
         tokyo, oslo = (network.bus("c", site, clock) for site in ("tokyo", "oslo"))
-        microphone = SimulatedMicrophone("mic", Voice(lambda t: 0.0, claps, 1), tmp_path / "mic")
+        microphone = SimulatedMicrophone("mic", SimulatedVoice(lambda t: 0.0, claps, 1), tmp_path / "mic")
         microphone.put(-1)
         unit = SimulatedDelayUnit("unit", tmp_path / "unit", clock, start_ns, baud=baud)
         device = Device("unit", "sim", tmp_path / "unit", 1, DELAY_UNIT, baud or 19200, delay_channel=1)

@@ -9,7 +9,7 @@ from vistel.capture.peaks import PeakHold
 from vistel.v1.device_pb2 import FaceFrame
 
 
-def test_a_peak_between_two_motions_is_said_and_the_newest_follows() -> None:
+def test_a_peak_between_two_motions_is_published_and_the_newest_follows() -> None:
     hold = PeakHold(0.1)
     said: list[float] = []
     for values in ([1.0], [1.0, 0.0, 0.9], [0.95], [0.9, 1.6, 1.0]):

@@ -22,7 +22,7 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.audio import Config, Microphone, cards, run
 from vistel_services.audio.inputs import CardInput, InputOpener
 from vistel_services.audio.outputs import CardOutput, Loudspeaker
-from vistel_sim.microphone import SimulatedMicrophone, Voice, run_microphones
+from vistel_sim.microphone import SimulatedMicrophone, SimulatedVoice, run_microphones
 
 SECOND_NS = 1_000_000_000
 
@@ -202,7 +202,7 @@ def test_a_microphone_that_is_unplugged_is_named_and_found_again_while_the_louds
     assert loudspeaker.detail == ""
 
 
-def test_without_portaudio_it_is_said_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_portaudio_the_error_says_how_to_get_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "sounddevice", None)
     monkeypatch.setattr(cards, "thread", AtOnce())
     loudspeaker = Loudspeaker("auto", SimulatedClock(SECOND_NS))
@@ -225,7 +225,7 @@ def test_a_card_that_is_looked_for_for_seconds_delays_no_voice(monkeypatch: pyte
     module.query_devices = slow_query
     monkeypatch.setitem(sys.modules, "sounddevice", module)
     pipe = tmp_path / "ann-microphone"
-    microphone = SimulatedMicrophone("ann-microphone", Voice(lambda _: 0.8, lambda a, b: (), 5), pipe)
+    microphone = SimulatedMicrophone("ann-microphone", SimulatedVoice(lambda _: 0.8, lambda a, b: (), 5), pipe)
     config = Config(
         "tokyo", "ann", (Microphone("ann", str(pipe)),), "speakers", spatial="off", stream=False, memory=tmp_path / "muted.json"
     )

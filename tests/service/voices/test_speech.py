@@ -20,7 +20,7 @@ from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.topics import BY_NAME
 from vistel_services import audio, speech
 from vistel_services.speech import replies
-from vistel_sim.microphone import SimulatedMicrophone, Voice, run_microphones
+from vistel_sim.microphone import SimulatedMicrophone, SimulatedVoice, run_microphones
 from vistel_sim.sentences import Sentences
 
 needs_a_voice = pytest.mark.skipif("espeak-ng" not in voices(), reason="espeak-ng is not installed")
@@ -53,7 +53,7 @@ class Talk:
         here = self.conference.sites[0]
         self._audio = audio.configure(self.conference, here, paths)
         self._speech = speech.configure(self.conference, here, paths)
-        voice = Voice(lambda t: 0.0, lambda a, b: (), 5, Sentences(sentences))
+        voice = SimulatedVoice(lambda t: 0.0, lambda a, b: (), 5, Sentences(sentences))
         self._microphone = SimulatedMicrophone("aiko-microphone", voice, paths.device("aiko-microphone"))
         self.utterances: list[Utterance] = []
 
@@ -96,7 +96,7 @@ class Talk:
 
 
 @needs_a_voice
-def test_a_spoken_command_moves_the_box_and_everybody_is_told(tmp_path: Path) -> None:
+def test_a_spoken_command_moves_the_box_and_everybody_sees_it(tmp_path: Path) -> None:
     talk = Talk(tmp_path, ["move the blue box to the right"]).run(8.0)
     assert talk.states == ["SENT", "DONE"]
     done = talk.utterances[-1]
@@ -109,7 +109,7 @@ def test_a_spoken_command_moves_the_box_and_everybody_is_told(tmp_path: Path) ->
 
 
 @needs_a_voice
-def test_what_the_world_refuses_is_told_to_who_spoke(tmp_path: Path) -> None:
+def test_what_the_world_refuses_is_answered_to_who_spoke(tmp_path: Path) -> None:
     talk = Talk(tmp_path, ["make the red ring larger"]).run(7.6)
     assert talk.states == ["SENT", "REFUSED"]
     assert "there is no red ring" in talk.utterances[-1].reply

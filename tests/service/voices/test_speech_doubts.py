@@ -219,7 +219,7 @@ def test_an_hour_in_which_nobody_listened_is_not_caught_up_with() -> None:
 
 
 @in_a_loop
-def test_time_is_told_from_when_the_button_was_pressed() -> None:
+def test_time_is_counted_from_when_the_button_was_pressed() -> None:
     person = Person(listen="push")
     person.hears(2.0)
     person.listener.set_control(VoiceControl(talk=True), (), person.now_ns)

@@ -30,7 +30,7 @@ async def until_lifted(site: WorldSite, by: str) -> None:
     raise AssertionError(f"{by} never lifted the baton")
 
 
-def test_what_a_killed_capture_held_falls_free_after_the_lease_and_that_is_told(tmp_path: Path) -> None:
+def test_what_a_killed_capture_held_falls_free_after_the_lease_and_that_is_reported(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = WorldSite(tmp_path)
         async with site.open():
@@ -56,7 +56,7 @@ def test_what_a_killed_capture_held_falls_free_after_the_lease_and_that_is_told(
     asyncio.run(scenario())
 
 
-def test_at_a_hand_over_the_taker_is_told_whose_it_is_and_then_that_it_is_theirs(tmp_path: Path) -> None:
+def test_at_a_hand_over_the_taker_learns_whose_it_is_and_then_that_it_is_theirs(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = WorldSite(tmp_path)
         async with site.open():

@@ -147,7 +147,7 @@ def test_another_station_and_old_frames_say_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("bad", ["untrusted", "not finite", "far away"])
-def test_a_reading_that_cannot_be_trusted_is_told_and_moves_nothing(tmp_path: Path, bad: str) -> None:
+def test_a_reading_that_cannot_be_trusted_is_reported_and_moves_nothing(tmp_path: Path, bad: str) -> None:
     follower, place = capture(tmp_path), np.array([0.2, 0.9, -0.1])
     follower.tracker(frame(START_NS, place))
     wrong = frame(START_NS + 20_000_000, place + 0.5)

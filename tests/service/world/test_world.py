@@ -41,7 +41,7 @@ def holders(site: WorldSite) -> list[list[str]]:
     return out
 
 
-def test_people_come_and_the_room_is_told_sixty_times_a_second(tmp_path: Path) -> None:
+def test_people_come_and_the_room_is_published_sixty_times_a_second(tmp_path: Path) -> None:
     site = scenario(tmp_path, lambda s: s.play(1.5))
     rooms = site.rooms()
     assert 88 <= len(rooms) <= 91
@@ -61,7 +61,7 @@ def test_a_key_is_whole_and_can_be_read_by_itself(tmp_path: Path) -> None:
     assert WorldDecoder().read(key)[0].poses.keys() == {t.id for t in key.things}
 
 
-def test_where_nothing_moves_and_nobody_new_touches_little_is_said(tmp_path: Path) -> None:
+def test_where_nothing_moves_and_nobody_new_touches_little_is_published(tmp_path: Path) -> None:
     site = scenario(tmp_path, lambda s: s.play(1.0))
     changes = [m for topic, _, m, _ in site.log if topic == "world_state" and not m.key]
     assert not any(m.things or m.states or m.contacts for m in changes)
@@ -202,7 +202,7 @@ def test_corrupt_payloads_on_every_topic_do_not_stop_the_world(tmp_path: Path) -
     assert "aiko" in site.rooms()[-1].participants
 
 
-def test_a_snapshot_that_cannot_be_written_is_told_and_nothing_else(tmp_path: Path) -> None:
+def test_a_snapshot_that_cannot_be_written_is_reported_and_nothing_else(tmp_path: Path) -> None:
     (tmp_path / "run").write_text("a file where the folder should be")
     site = scenario(tmp_path, lambda s: s.play(2.2))
     assert len(site.rooms()) > 120

@@ -58,7 +58,7 @@ def steps(site: WorldSite) -> list[tuple[int, int]]:
     return [(m.step, m.header.term) for topic, _, m, _ in site.log if topic == "world_inputs"]
 
 
-def test_a_room_goes_to_another_world_without_a_step_missed_or_said_twice_and_no_command_lost(tmp_path: Path) -> None:
+def test_a_room_goes_to_another_world_without_a_step_missed_or_published_twice_and_no_command_lost(tmp_path: Path) -> None:
     async def play(site: WorldSite) -> None:
         await site.play(0.5)
         for n in range(5):
@@ -122,7 +122,7 @@ def test_who_takes_a_room_and_is_never_heard_of_loses_it_again(tmp_path: Path) -
     scenario(tmp_path, play)
 
 
-def test_a_room_goes_back_to_who_waits_when_its_world_is_told_to_stop(tmp_path: Path) -> None:
+def test_a_room_goes_back_to_who_waits_when_its_world_is_asked_to_stop(tmp_path: Path) -> None:
     async def play(site: WorldSite) -> None:
         await site.play(0.3)
         async with another_world(site, tmp_path / "elsewhere") as task:
@@ -141,7 +141,7 @@ def test_a_room_goes_back_to_who_waits_when_its_world_is_told_to_stop(tmp_path: 
     assert site.rooms()[-1].poses["tile"][0][0] == pytest.approx(0.2, abs=0.03)
 
 
-def test_what_a_world_says_that_no_longer_leads_is_dropped(tmp_path: Path) -> None:
+def test_what_a_world_publishes_that_no_longer_leads_is_dropped(tmp_path: Path) -> None:
     async def play() -> None:
         clock = SimulatedClock(START_NS)
         network = MemoryNetwork()

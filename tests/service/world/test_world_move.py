@@ -32,7 +32,7 @@ from vistel.wire.world.presence import WorldAt, WorldToken, world_token, worlds_
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services import world
 from vistel_sim.motion.meeting import Meeting
-from vistel_sim.motion.source import places
+from vistel_sim.motion.source import simulated_people
 
 
 @dataclass
@@ -129,7 +129,7 @@ def test_a_world_that_waits_leads_when_asked_to_and_gives_the_room_back_when_tha
     assert numbers == sorted(set(numbers))
 
 
-def test_a_world_that_waits_does_not_go_on_from_old_steps_and_nothing_told_is_lost_when_the_newest_come_back(
+def test_a_world_that_waits_does_not_go_on_from_old_steps_and_nothing_published_is_lost_when_the_newest_come_back(
     tmp_path: Path,
 ) -> None:
     async def play(site: WorldSite) -> None:
@@ -256,7 +256,7 @@ class People:
 
     def __init__(self, buses: dict[str, Bus], clock: SystemClock, watching: Bus) -> None:
         self._buses, self._clock = buses, clock
-        self._meeting = Meeting(list(places(CONFERENCE).values()), 3, 1)
+        self._meeting = Meeting(list(simulated_people(CONFERENCE).values()), 3, 1)
         self._encoders = {who: MotionEncoder() for _, who in PEOPLE}
         self._results = watching.subscribe(BY_NAME["command_result"], polled=True)
         self.worlds = watching
@@ -292,7 +292,7 @@ class People:
             (self._tokens.add if alive else self._tokens.discard)(token)
 
 
-def test_under_load_a_room_moves_between_processes_with_disks_of_their_own_and_nothing_anybody_was_told_is_lost(
+def test_under_load_a_room_moves_between_processes_with_disks_of_their_own_and_nothing_anybody_received_is_lost(
     worlds: tuple[str, Any], tmp_path: Path
 ) -> None:
     endpoint, start = worlds

@@ -59,7 +59,7 @@ def test_a_place_that_is_none_or_stands_twice_is_refused(placed: dict[str, Any],
         conference(**placed)
 
 
-def test_a_site_whose_machine_runs_a_world_may_say_what_worlds_say_and_no_other_site_may(tmp_path: Path) -> None:
+def test_a_site_whose_machine_runs_a_world_may_publish_what_worlds_publish_and_no_other_site_may(tmp_path: Path) -> None:
     authority = Authority(tmp_path)
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))

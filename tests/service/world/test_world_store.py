@@ -34,7 +34,7 @@ def load(folder: Path, now_ns: int) -> Found | None:
     return Store(folder).load(meeting_room(3), now_ns)
 
 
-def test_a_world_killed_at_any_moment_has_done_whatever_anybody_was_told_it_had(tmp_path: Path) -> None:
+def test_a_world_killed_at_any_moment_has_done_whatever_it_had_confirmed(tmp_path: Path) -> None:
     rng = random.Random(8)
     victim = subprocess.Popen(
         [sys.executable, str(Path(__file__).with_name("world_victim.py")), str(tmp_path)],
@@ -118,7 +118,7 @@ def test_a_journal_that_was_cut_off_is_read_as_far_as_it_is_whole(tmp_path: Path
         assert len(list(journal.read(path))) <= at * 3 // len(whole)
 
 
-def test_a_snapshot_of_a_newer_version_is_kept_told_in_one_line_and_never_written_over(
+def test_a_snapshot_of_a_newer_version_is_kept_reported_in_one_line_and_never_written_over(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     newer = tmp_path / "run" / "world" / "000000-00000000000090.snapshot"
@@ -151,7 +151,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
         subprocess.run(["umount", "-l", str(place)], check=False)
 
 
-def test_a_full_disk_is_told_once_costs_no_step_and_is_used_again_when_there_is_room(
+def test_a_full_disk_is_reported_once_costs_no_step_and_is_used_again_when_there_is_room(
     small_disk: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     caplog.set_level(logging.INFO)

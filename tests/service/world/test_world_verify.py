@@ -63,7 +63,7 @@ def test_a_hand_force_that_was_changed_is_found(log: list[Record]) -> None:
     assert f"{message.participant}'s" in report.difference and "feels" in report.difference
 
 
-def test_a_hand_that_stops_to_touch_says_so_once(log: list[Record]) -> None:
+def test_a_hand_that_stops_touching_publishes_that_once(log: list[Record]) -> None:
     by_hand: dict[str, list[HandForce]] = {}
     for topic, names, message, _ in log:
         if topic == "hand_force":

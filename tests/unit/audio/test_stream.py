@@ -120,7 +120,7 @@ def test_in_silence_the_delay_jumps_at_once() -> None:
 
 
 @pytest.mark.parametrize("ppm", [-300.0, 80.0, 300.0])
-def test_the_drift_of_a_senders_sound_card_is_taken_up_and_told(ppm: float) -> None:
+def test_the_drift_of_a_senders_sound_card_is_taken_up_and_reported(ppm: float) -> None:
     sent = [(round(START_NS + (t_ns - START_NS) * (1.0 - 1e-6 * ppm)), packet) for t_ns, packet in packets(vowel(20.0))]
     stream = VoiceStream()
     _, delays = heard(stream, on_time(sent), 980, lambda b: 120e6)

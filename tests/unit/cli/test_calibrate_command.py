@@ -21,7 +21,7 @@ from vistel.wire.log import LogWriter
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
 from vistel_cli.main import app
 from vistel_sim.motion.calibration import CalibrationMoves, hand_at
-from vistel_sim.motion.source import places
+from vistel_sim.motion.source import simulated_people
 
 RUNNER = CliRunner()
 CONFERENCE = Conference(sites=[Site(name="lab", participants=[Participant(name="ada", height=1.68)])])
@@ -34,7 +34,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A conference file and a log in which Ada goes through the moves and shows her left glove its hands."""
     folder = tmp_path_factory.mktemp("calibrate")
     (folder / "conference.toml").write_text(FILE)
-    motion = CalibrationMoves([places(CONFERENCE)["ada"]])
+    motion = CalibrationMoves([simulated_people(CONFERENCE)["ada"]])
     rng = np.random.default_rng(0)
     topic, glove = BY_NAME["tracker"], BY_NAME["glove"]
     with LogWriter(folder / "moves.mcap") as log:
@@ -103,7 +103,7 @@ def test_a_glove_is_calibrated_from_a_recording(folder: Path, tmp_path: Path) ->
         (("distortion", "{}/none.csv"), 2, "no such file"),
     ],
 )
-def test_what_cannot_be_used_is_told_in_one_line(
+def test_what_cannot_be_used_is_reported_in_one_line(
     words: tuple[str, ...], code: int, told: str, folder: Path, tmp_path: Path
 ) -> None:
     out = ("--out", str(tmp_path / "x.json"))

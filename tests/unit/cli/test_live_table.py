@@ -82,7 +82,7 @@ def test_a_row_for_each_site_fits_any_terminal(columns: int) -> None:
     during(check)
 
 
-def test_a_device_that_fails_and_comes_back_is_told_once_each_time() -> None:
+def test_a_device_that_fails_and_comes_back_is_reported_once_each_time() -> None:
     def check(meeting: Meeting) -> None:
         events = Events(meeting.observer)
         assert list(events.new()) == []
@@ -98,7 +98,7 @@ def test_a_device_that_fails_and_comes_back_is_told_once_each_time() -> None:
     during(check)
 
 
-def test_who_joins_and_who_leaves_is_told() -> None:
+def test_who_joins_and_who_leaves_is_reported() -> None:
     def check(meeting: Meeting) -> None:
         events = Events(meeting.observer)
         meeting.image("tokyo", *PEOPLE, "dora")

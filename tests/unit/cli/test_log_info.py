@@ -66,7 +66,7 @@ def test_length_and_people_and_what_is_missing_come_before_the_channels(log: Pat
     assert "channels under vistel/duo/" in lines[6]
 
 
-def test_what_is_damaged_is_told_once(log: Path) -> None:
+def test_what_is_damaged_is_reported_once(log: Path) -> None:
     log.write_bytes(log.read_bytes()[: log.stat().st_size // 4])
     said = shown(log)
     assert said.count("damaged") == 1

@@ -67,7 +67,7 @@ def test_the_report_has_target_mouth_to_ear_and_skew_of_each_voice() -> None:
     watched(told(), told(), told(), use=check)
 
 
-def test_the_watch_shows_everything_that_a_site_says() -> None:
+def test_the_watch_shows_everything_that_a_site_publishes() -> None:
     console = Console(record=True, width=110, file=None, force_terminal=False)
     unit = EquipmentStatus(equipment="unit", state=EquipmentStatus.STATE_OBSERVED, delay_known=True, acoustic_s=0.1213)
     with console.capture() as capture:

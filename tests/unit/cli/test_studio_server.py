@@ -21,7 +21,7 @@ from avatar_fixture import long_armed
 from PIL import Image
 
 from vistel.figure.formats.usd import load_usd, save_usd
-from vistel.wrinkle.wardrobe import sets_in, wardrobe
+from vistel.wrinkle.wrinkle_sets import sets_in, wrinkle_sets
 from vistel_cli.wrinkle.studio.document import page_form
 from vistel_cli.wrinkle.studio.opened import Opened, worn_by
 from vistel_cli.wrinkle.studio.photograph import lying, plain, texture_of
@@ -71,7 +71,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
     async def begin() -> web.AppRunner:
         hosts: set[str] = set()
-        runner = web.AppRunner(Studio(Opened(load_usd(path), path, path.name, wardrobe(["trousers"]))).app(hosts))
+        runner = web.AppRunner(Studio(Opened(load_usd(path), path, path.name, wrinkle_sets(["trousers"]))).app(hosts))
         await runner.setup()
         await web.TCPSite(runner, "127.0.0.1", 0).start()
         at.append(f"127.0.0.1:{runner.addresses[0][1]}")
@@ -107,12 +107,12 @@ def test_nothing_but_the_page_is_read_from_disk(server: Server, path: str) -> No
     assert server.ask(path)[0] == 404
 
 
-def test_a_page_that_was_forgotten_is_told_so(server: Server) -> None:
+def test_a_page_that_was_forgotten_is_reported_so(server: Server) -> None:
     status, said, _ = server.post("/api/update", {"session": "nobody"})
     assert (status, said["error"]) == (410, "this page's session has ended; open it again")
 
 
-def test_what_cannot_be_used_is_said_and_the_figure_stays_as_it_was(server: Server) -> None:
+def test_what_cannot_be_used_is_reported_and_the_figure_stays_as_it_was(server: Server) -> None:
     page = server.open()
     asked = {"session": page["session"], "have": 0, "bends": {"knees": 90}}
     status, before, first = server.post("/api/update", {**asked, "form": page["form"]})

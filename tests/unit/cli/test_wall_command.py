@@ -26,7 +26,7 @@ def test_the_picture_has_every_screen_in_its_pixels(tmp_path: Path) -> None:
         assert picture.size == (1280, 480)
 
 
-def test_a_conference_without_a_wall_and_an_unknown_site_are_told_in_a_line(tmp_path: Path) -> None:
+def test_a_conference_without_a_wall_and_an_unknown_site_are_reported_in_a_line(tmp_path: Path) -> None:
     plain = tmp_path / "plain.toml"
     plain.write_text('[[sites]]\nname = "tokyo"\n[[sites.participants]]\nname = "aiko"\n')
     for arguments, expected in (

@@ -67,7 +67,7 @@ def test_the_map_is_as_large_as_the_texture(tmp_path: Path) -> None:
     assert (said["width"], said["height"]) == (68, 104)
 
 
-def test_a_texture_of_another_form_is_told(tmp_path: Path) -> None:
+def test_a_texture_of_another_form_is_reported(tmp_path: Path) -> None:
     Image.new("RGB", (90, 90)).save(tmp_path / "cloth.png")
     (tmp_path / "sheet.toml").write_text(SHEET.read_text().replace("wraps = true", 'wraps = true\ntexture = "cloth.png"'))
     said = _run("draw", str(tmp_path / "sheet.toml"), "-o", str(tmp_path / "out.png"), code=2)
@@ -94,7 +94,7 @@ def test_trace_makes_a_shape_that_show_can_draw(tmp_path: Path) -> None:
         (["trace", str(PICTURE), "-o", "x.txt"], "expected a name that ends in .toml", 2),
     ],
 )
-def test_bad_input_is_told_in_one_line(words: list[str], said: str, code: int) -> None:
+def test_bad_input_is_reported_in_one_line(words: list[str], said: str, code: int) -> None:
     found = " ".join(_run(*words, code=code).split())
     assert said in found
     assert found.count("error:") == 1
@@ -115,7 +115,7 @@ OFF = 'size = [0.2, 0.2]\n[[wrinkles]]\nshape = "twist"\nat = [0.95, 0.5]\nsize 
         ("draw", OFF[:-12], "not valid TOML"),
     ],
 )
-def test_a_file_that_cannot_be_used_is_told_by_its_name_and_place(command: str, text: str, said: str, tmp_path: Path) -> None:
+def test_a_file_that_cannot_be_used_is_reported_by_its_name_and_place(command: str, text: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "bad.toml").write_text(text)
     found = _run(command, str(tmp_path / "bad.toml"), "-o", str(tmp_path / "x.png"), code=2)
     assert "bad.toml" in found and said in " ".join(found.split())

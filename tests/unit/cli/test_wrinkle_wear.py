@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.figure.people.builtin import builtin_avatar
-from vistel.wrinkle.wardrobe import sets_in
+from vistel.wrinkle.wrinkle_sets import sets_in
 from vistel_cli.main import app
 
 
@@ -46,7 +46,7 @@ def test_an_avatar_puts_wrinkles_on_says_so_and_takes_them_off(me: Path) -> None
     assert load_usd(me).wrinkles == ""
 
 
-def test_regions_that_wear_none_are_told_and_where_all_are_so_nothing_is_written(coarse: Avatar, tmp_path: Path) -> None:
+def test_regions_that_wear_none_are_reported_and_where_all_are_so_nothing_is_written(coarse: Avatar, tmp_path: Path) -> None:
     plain = replace(coarse, mesh=replace(coarse.mesh, uv=np.full_like(coarse.mesh.uv, 0.5)))
     save_usd(plain, tmp_path / "plain.usdc")
     before = (tmp_path / "plain.usdc").read_bytes()
@@ -66,14 +66,14 @@ def test_regions_that_wear_none_are_told_and_where_all_are_so_nothing_is_written
         (["me.usdc", "-o", "you.usda"], "nothing to write"),
     ],
 )
-def test_bad_input_is_told_in_one_line(words: list[str], said: str, me: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_bad_input_is_reported_in_one_line(words: list[str], said: str, me: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(me.parent)
     found = " ".join(_run(*words, code=2).split())
     assert said in found
     assert found.count("error:") == 1
 
 
-def test_a_damaged_text_is_told_in_one_line(coarse: Avatar, tmp_path: Path) -> None:
+def test_a_damaged_text_is_reported_in_one_line(coarse: Avatar, tmp_path: Path) -> None:
     save_usd(replace(coarse, wrinkles="[[sets]]\nname = 3\n"), tmp_path / "me.usdc")
     found = " ".join(_run(str(tmp_path / "me.usdc"), code=2).split())
     assert "me.usdc: wrinkles: sets[0].name: is 3" in found

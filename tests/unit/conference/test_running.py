@@ -33,7 +33,7 @@ with announced({running!r}):
     return process
 
 
-def test_a_conference_is_found_with_all_that_was_said_while_it_runs() -> None:
+def test_a_conference_is_found_with_all_that_was_announced_while_it_runs() -> None:
     assert running_conferences() == []
     with announced(DEMO):
         assert running_conferences() == [DEMO]

@@ -56,7 +56,7 @@ def test_a_sample_cut_in_half_costs_only_itself() -> None:
     assert [s.values for s in out] == [VALUES] * 3
 
 
-def test_error_tail_is_told() -> None:
+def test_error_tail_is_reported() -> None:
     out = CyberGloveParser(18).feed(b"S" + VALUES + b"\x82eg\0" + b"S" + VALUES + b"\x83es\0", 10**9)
     assert [s.error for s in out] == ["glove unplugged", "sampling too fast"]
 

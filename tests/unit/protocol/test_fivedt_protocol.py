@@ -83,7 +83,7 @@ def test_a_sensor_that_did_not_move_keeps_the_typical_hands() -> None:
 @pytest.mark.parametrize(
     "text", ["nonsense", '{"open": {"wrist": 1}}', '{"open": 3}', '{"open": {"thumb_near": 5}, "fist": {"thumb_near": 5}}']
 )
-def test_a_calibration_file_that_cannot_be_is_told(text: str, tmp_path: Path) -> None:
+def test_a_calibration_file_that_cannot_be_is_reported(text: str, tmp_path: Path) -> None:
     (tmp_path / "bad.json").write_text(text)
     with pytest.raises(GloveCalibrationError, match=r"bad\.json"):
         load_calibration(tmp_path / "bad.json")

@@ -86,7 +86,7 @@ def test_a_calibration_survives_its_file(tmp_path: Path) -> None:
         (json.dumps([1]), "expected numbers"),
     ],
 )
-def test_a_bad_file_is_told_in_one_line(tmp_path: Path, text: str, expected: str) -> None:
+def test_a_bad_file_is_reported_in_one_line(tmp_path: Path, text: str, expected: str) -> None:
     path = tmp_path / "bad.json"
     path.write_text(text)
     with pytest.raises(GloveCalibrationError, match=expected) as e:

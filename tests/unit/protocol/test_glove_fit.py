@@ -76,7 +76,7 @@ def test_the_file_keeps_the_coupling(tmp_path: Path) -> None:
     assert again.coupling == pytest.approx(found.coupling) and again.gain == pytest.approx(found.gain)
 
 
-def test_open_and_fist_exchanged_are_told() -> None:
+def test_open_and_fist_exchanged_are_reported() -> None:
     hands = counts(*worn(own(1), 18))
     with pytest.raises(GloveCalibrationError, match="exchanged"):
         fit_glove([hands[1], hands[0], hands[2], hands[3]])
@@ -92,7 +92,7 @@ def test_a_hand_at_rest_before_or_after_is_no_matter() -> None:
     assert four[0].begin >= 180 and four[-1].end <= len(longer) - 180
 
 
-def test_too_few_hands_are_told() -> None:
+def test_too_few_hands_are_reported() -> None:
     times, samples = worn(own(1), 18)
     half = int(7.0 * 2 * RATE_HZ)
     with pytest.raises(GloveCalibrationError, match="2 hands held still were found, 4 are needed"):
@@ -109,7 +109,7 @@ def test_a_sensor_that_does_not_move_keeps_a_typical_hands_values_and_is_named()
     assert found.calibration.gain[5] == typical.gain[5]
 
 
-def test_a_glove_that_is_not_worn_is_told() -> None:
+def test_a_glove_that_is_not_worn_is_reported() -> None:
     flat = [100.0] * 18
     with pytest.raises(GloveCalibrationError):
         fit_glove([flat, flat, flat, flat])

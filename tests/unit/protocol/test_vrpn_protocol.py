@@ -92,6 +92,6 @@ def test_addresses(text: str, found: tuple[str, str, int]) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "Tracker0", "@host", "Tracker0@", "Tracker0@host:", "Tracker0@host:99999"])
-def test_bad_addresses_are_told(text: str) -> None:
+def test_bad_addresses_are_reported(text: str) -> None:
     with pytest.raises(ValueError, match="Tracker0@host"):
         vrpn.parse_address(text)

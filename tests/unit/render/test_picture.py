@@ -215,7 +215,7 @@ def test_through_ones_own_eyes_the_own_head_is_not_in_the_way() -> None:
         studio.close()
 
 
-def test_an_avatar_that_cannot_be_had_is_replaced_and_said(caplog: pytest.LogCaptureFixture) -> None:
+def test_an_avatar_that_cannot_be_had_is_replaced_and_reported(caplog: pytest.LogCaptureFixture) -> None:
     def fails(about: ParticipantInfo) -> DrawableFigure:
         raise ValueError(f"no avatar {about.avatar!r}")
 

@@ -72,7 +72,7 @@ def test_importing_loads_nothing_before_it_is_used() -> None:
         ({"head": (0, float("nan"), 0)}, "head: expected finite angles"),
     ],
 )
-def test_what_is_no_joint_or_no_angle_of_it_is_said_in_one_line(angles: dict, said: str) -> None:
+def test_what_is_no_joint_or_no_angle_of_it_is_reported_in_one_line(angles: dict, said: str) -> None:
     with pytest.raises(ValueError, match=said) as e:
         PosedFigure(tube_person()).pose(**angles)
     assert "\n" not in str(e.value)
@@ -94,7 +94,7 @@ def test_joints_turn_by_their_degrees_and_keep_them_when_others_turn() -> None:
     assert ankle[2] < pose_joints(turned.avatar.skeleton, turned.posture).position[JOINT_INDEX["left_lower_leg"]][2]  # bends back
 
 
-def test_who_is_not_built_in_is_said_in_one_line() -> None:
+def test_who_is_not_built_in_is_reported_in_one_line() -> None:
     with pytest.raises(ValueError, match=r"no built-in person 'benn'; did you mean 'ben'\?"):
         vistel.figure.builtin("benn")
     with pytest.raises(ValueError, match="expected one of aiko, ben, carla, or a look such as"):

@@ -12,7 +12,7 @@ from prometheus_client import REGISTRY
 from vistel_services.renderer.first_picture import FirstPicture, process_age_s
 
 
-def test_the_first_picture_is_told_once_and_its_parts_are_the_whole(caplog: pytest.LogCaptureFixture) -> None:
+def test_the_first_picture_is_reported_once_and_its_parts_are_the_whole(caplog: pytest.LogCaptureFixture) -> None:
     first = FirstPicture("osaka")
     with caplog.at_level(logging.INFO, "vistel.renderer"):
         first.done("opening")

@@ -38,7 +38,7 @@ def reported(*pictures: tuple[int, int], caplog: pytest.LogCaptureFixture) -> tu
     return [r.getMessage().split(" took_ms")[0] for r in caplog.records if "event=picture " in r.getMessage()], sent
 
 
-def test_somebody_who_comes_with_a_figure_of_their_own_is_told_of_though_nobody_was_a_stand_in(
+def test_somebody_who_comes_with_a_figure_of_their_own_is_reported_though_nobody_was_a_stand_in(
     caplog: pytest.LogCaptureFixture,
 ) -> None:
     lines, sent = reported((2, 0), (2, 0), (3, 0), (3, 0), (2, 0), caplog=caplog)
@@ -46,7 +46,7 @@ def test_somebody_who_comes_with_a_figure_of_their_own_is_told_of_though_nobody_
     assert sent == [(2, 0), (3, 0), (2, 0)]
 
 
-def test_each_stand_in_that_gets_its_figure_is_told_of(caplog: pytest.LogCaptureFixture) -> None:
+def test_each_stand_in_that_gets_its_figure_is_reported(caplog: pytest.LogCaptureFixture) -> None:
     lines, sent = reported((3, 2), (3, 1), (3, 0), caplog=caplog)
     assert lines == [f"event=picture people=3 stand_ins={n}" for n in (2, 1, 0)]
     assert sent == [(3, 2), (3, 1), (3, 0)]

@@ -53,7 +53,7 @@ def picture() -> np.ndarray:
     return out
 
 
-def test_the_device_is_told_its_format_and_gets_planes_that_any_player_shows() -> None:
+def test_the_device_gets_its_format_and_planes_that_any_player_shows() -> None:
     device = Loopback()
     read: list[bytes] = []
     reader = threading.Thread(target=lambda: read.append(os.fdopen(device.readable, "rb").read()))

@@ -120,7 +120,7 @@ def test_a_window_whose_cross_is_pressed_says_so(hands: Hands) -> None:
         surface.close()
 
 
-def test_a_driver_without_stereo_buffers_is_told_of_and_both_eyes_are_shown_side_by_side(
+def test_a_driver_without_stereo_buffers_is_reported_and_both_eyes_are_shown_side_by_side(
     hands: Hands, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.WARNING):
@@ -173,7 +173,7 @@ def test_with_stereo_buffers_each_eye_gets_its_half_of_the_picture() -> None:
     assert calls == [(7, (0, 0, 400, 300), (0, 0, 400, 300), BACK_LEFT), (7, (400, 0, 400, 300), (0, 0, 400, 300), BACK_RIGHT)]
 
 
-def test_a_monitor_that_is_not_there_is_told_of_and_an_ordinary_window_opened(
+def test_a_monitor_that_is_not_there_is_reported_and_an_ordinary_window_opened(
     hands: Hands, caplog: pytest.LogCaptureFixture
 ) -> None:
     with caplog.at_level(logging.WARNING):

@@ -81,7 +81,7 @@ def test_a_binary_argument_may_come_in_pieces() -> None:
     assert said(g, b"M\x3f") == b"" and said(g, b"\xbb\x7b") == b"M\0"
 
 
-def test_an_unplugged_glove_tells() -> None:
+def test_an_unplugged_glove_is_reported() -> None:
     g = glove()
     g.plugged = False
     assert said(g, b"?G") == b"?G\x01\0"

@@ -234,7 +234,7 @@ def test_commands_that_move_what_is_read(command: bytes, record: bytes) -> None:
         (b"Q1,-5,10,10,-10,-10,-10\r", b"y"),
     ],
 )
-def test_envelopes_are_told_by_a_letter_and_the_pose_is_sent(command: bytes, letter: bytes) -> None:
+def test_envelopes_are_named_by_a_letter_and_the_pose_is_sent(command: bytes, letter: bytes) -> None:
     fastrak = unit()
     said(fastrak, b"uO1,2,1\r" + command + b"C")
     assert first(fastrak)[2:3] == letter and len(first(fastrak)) == 26

@@ -73,7 +73,7 @@ def test_without_anything_soft_the_choreography_is_refused() -> None:
         ('id = "x"\n[[room.things]]\nid = "x"', "'x' stands in the room already"),
     ],
 )
-def test_a_thing_that_cannot_be_is_told_in_a_line(tmp_path: Path, line: str, what: str) -> None:
+def test_a_thing_that_cannot_be_is_reported_in_a_line(tmp_path: Path, line: str, what: str) -> None:
     file = tmp_path / "c.toml"
     file.write_text(f'[[room.things]]\n{line}\n[[sites]]\nname = "a"\n[[sites.participants]]\nname = "ann"\n')
     with pytest.raises(ConferenceError, match=what):

@@ -17,7 +17,7 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room, table_radius
 from vistel_sim.motion import MotionSource, open_motion
 from vistel_sim.motion.script import CYCLE_S
-from vistel_sim.motion.source import Place, places
+from vistel_sim.motion.source import SimulatedPerson, simulated_people
 from vistel_sim.motion.tracks import minimum_jerk
 
 NAMES = ("ann", "ben", "cas")
@@ -34,8 +34,8 @@ def conference(seed: int = 1, names: tuple[str, ...] = NAMES) -> Conference:
 
 
 @functools.cache
-def meeting(seed: int = 1) -> tuple[MotionSource, dict[str, Place]]:
-    return open_motion(conference(seed)), places(conference(seed))
+def meeting(seed: int = 1) -> tuple[MotionSource, dict[str, SimulatedPerson]]:
+    return open_motion(conference(seed)), simulated_people(conference(seed))
 
 
 @pytest.mark.parametrize("seed", [1, 5])
@@ -73,13 +73,13 @@ def test_time_may_be_asked_for_in_any_order() -> None:
 def test_receivers_are_the_truth_seen_from_the_transmitter() -> None:
     source, people = meeting()
     for name in NAMES:
-        place = people[name]
+        person = people[name]
         for t in (0.0, 2.8, 5.5, 15.55):
-            want = receiver_poses(place.skeleton, pose_joints(place.skeleton, source.posture(name, t)))
+            want = receiver_poses(person.skeleton, pose_joints(person.skeleton, source.posture(name, t)))
             got = source.receivers(name, t)
             assert set(got) == set(RECEIVERS)
             for receiver, placed in got.items():
-                p, q = out_of_frame(place.transmitter, *placed)
+                p, q = out_of_frame(person.transmitter, *placed)
                 # Between two sixtieths of a second the receivers are interpolated.
                 assert np.linalg.norm(p - want[receiver][0]) < 0.002
                 assert abs(float(q @ want[receiver][1])) > 0.9999
@@ -136,13 +136,13 @@ def test_joints_stay_within_human_limits() -> None:
             assert np.abs(posture.gaze).max() < np.radians(45)
 
 
-def palm(source: MotionSource, people: dict[str, Place], name: str, side: str, t: float) -> np.ndarray:
+def palm(source: MotionSource, people: dict[str, SimulatedPerson], name: str, side: str, t: float) -> np.ndarray:
     """Where a bar held in the hand would be, (3,)."""
-    place = people[name]
-    pose = pose_joints(place.skeleton, source.posture(name, t))
+    person = people[name]
+    pose = pose_joints(person.skeleton, source.posture(name, t))
     j = JOINT_INDEX[f"{side}_hand"]
     sign = 1.0 if side == "left" else -1.0
-    return pose.position[j] + pose.rotation[j] @ np.array([sign * 0.088, -0.0255, 0.0]) * place.skeleton.height / 1.75
+    return pose.position[j] + pose.rotation[j] @ np.array([sign * 0.088, -0.0255, 0.0]) * person.skeleton.height / 1.75
 
 
 def test_the_baton_is_taken_from_its_rest_handed_over_and_put_back() -> None:
@@ -214,13 +214,13 @@ def test_heads_turn_to_who_speaks() -> None:
 def test_the_solver_finds_the_choreography_again_from_its_receivers() -> None:
     source, people = meeting()
     for name in NAMES:
-        place = people[name]
-        solver = PostureSolver(place.skeleton, Stance(place.seat_position, place.seat_heading))
+        person = people[name]
+        solver = PostureSolver(person.skeleton, Stance(person.seat_position, person.seat_heading))
         worst: dict[str, float] = {}
         for k in range(600):
             truth = source.posture(name, k / 60)
-            want = pose_joints(place.skeleton, truth)
-            got = pose_joints(place.skeleton, solver.solve(k / 60, receiver_poses(place.skeleton, want)).posture)
+            want = pose_joints(person.skeleton, truth)
+            got = pose_joints(person.skeleton, solver.solve(k / 60, receiver_poses(person.skeleton, want)).posture)
             for joint in JOINTS_COMPARED:
                 j = JOINT_INDEX[joint]
                 e = float(np.linalg.norm(got.position[j] - want.position[j]))

@@ -23,7 +23,7 @@ from vistel_sim.motion.open import things_of
 from vistel_sim.motion.played import play_alone
 from vistel_sim.motion.recording import INDEX, resampled
 from vistel_sim.motion.six_dof import ROLES, load_hand_over
-from vistel_sim.motion.source import places
+from vistel_sim.motion.source import simulated_people
 
 BODIES = [p + s for p in ("L", "R") for s in ("Shoulder", "UArm", "FArm", "Hand")]
 
@@ -151,36 +151,36 @@ def test_a_bvh_moves_a_participant_of_another_size(tmp_path: Path) -> None:
     path.write_text(bvh_text())
     source = open_motion(conference(str(path), None))
     assert set(source.participants) == {"p0", "p1"}
-    place = places(conference(str(path), None))["p0"]
+    person = simulated_people(conference(str(path), None))["p0"]
     bends = [float(source.posture("p0", t).dofs[14]) for t in np.arange(0.0, 4.0, 1 / 30)]
     assert min(bends) < math.radians(10) and max(bends) == pytest.approx(math.radians(90), abs=0.03)
     assert np.abs(np.diff(bends)).max() < math.radians(12)
     # Stands behind the seat and faces the table.
-    chest, _ = out_of_frame(place.transmitter, *source.receivers("p0", 0.5)["chest"])
+    chest, _ = out_of_frame(person.transmitter, *source.receivers("p0", 0.5)["chest"])
     assert np.hypot(chest[0], chest[2]) > 0.9
-    facing = pose_joints(place.skeleton, source.posture("p0", 0.5)).rotation[JOINT_INDEX["left_shoulder"]][:, 2]
+    facing = pose_joints(person.skeleton, source.posture("p0", 0.5)).rotation[JOINT_INDEX["left_shoulder"]][:, 2]
     assert facing @ -chest / np.linalg.norm(chest * (1, 0, 1)) > 0.9
 
 
 def test_receivers_of_a_recording_are_the_truth(tmp_path: Path) -> None:
     path = tmp_path / "arm.bvh"
     path.write_text(bvh_text())
-    source, place = open_motion(conference(str(path))), places(conference(str(path)))["p0"]
+    source, person = open_motion(conference(str(path))), simulated_people(conference(str(path)))["p0"]
     for t in (0.0, 0.61, 1.9, 2.2, 7.77):
-        want = receiver_poses(place.skeleton, pose_joints(place.skeleton, source.posture("p0", t)))
+        want = receiver_poses(person.skeleton, pose_joints(person.skeleton, source.posture("p0", t)))
         got = source.receivers("p0", t)
         assert set(got) == set(RECEIVERS)
         for name in RECEIVERS:
-            assert np.linalg.norm(out_of_frame(place.transmitter, *got[name])[0] - want[name][0]) < 0.003
+            assert np.linalg.norm(out_of_frame(person.transmitter, *got[name])[0] - want[name][0]) < 0.003
 
 
 def test_a_real_walk_and_handshake_play_without_jumps(shared_data: Path) -> None:
     files = [str(p) for p in sorted((shared_data / "body" / "cmu").glob("*.bvh"))]
     source = open_motion(conference(*files))
     for name in source.participants:
-        place = places(conference(*files))[name]
+        person = simulated_people(conference(*files))[name]
         chest = [source.receivers(name, k / 60)["chest"] for k in range(1300)]
-        at = np.array([out_of_frame(place.transmitter, *c)[0] for c in chest])
+        at = np.array([out_of_frame(person.transmitter, *c)[0] for c in chest])
         assert np.linalg.norm(np.diff(at, axis=0), axis=1).max() < 0.08
         assert np.abs(at[:, [0, 2]]).max() < 3.0
 
@@ -188,22 +188,24 @@ def test_a_real_walk_and_handshake_play_without_jumps(shared_data: Path) -> None
 def test_real_takes_are_solved_within_the_limits_with_the_hands_where_they_were(shared_data: Path) -> None:
     takes = [load_bvh(p) for p in sorted((shared_data / "body" / "cmu").glob("*.bvh"))]
     takes += load_hand_over(shared_data / "body" / "kth_handover" / "take_new").people.values()
-    place = next(iter(places(Conference(name="c", sites=[Site(name="s", participants=[Participant(name="ben")])])).values()))
+    person = next(
+        iter(simulated_people(Conference(name="c", sites=[Site(name="s", participants=[Participant(name="ben")])])).values())
+    )
     hands = [JOINT_INDEX["left_hand"], JOINT_INDEX["right_hand"]]
     for take in takes:
-        played = play_alone(place, take)
-        solver = PostureSolver(place.skeleton, Stance(place.seat_position, place.seat_heading), place.mounts)
+        played = play_alone(person, take)
+        solver = PostureSolver(person.skeleton, Stance(person.seat_position, person.seat_heading), person.mounts)
         for k in range(int(take.duration_s * 60)):
-            heard = {name: out_of_frame(place.transmitter, *r) for name, r in played.receivers(k / 60).items()}
+            heard = {name: out_of_frame(person.transmitter, *r) for name, r in played.receivers(k / 60).items()}
             solved = solver.solve(k / 60, heard).posture
             np.testing.assert_allclose(within_limits(solved).dofs, solved.dofs, atol=1e-6)
-            off = pose_joints(place.skeleton, solved).position - pose_joints(place.skeleton, played.posture(k / 60)).position
+            off = pose_joints(person.skeleton, solved).position - pose_joints(person.skeleton, played.posture(k / 60)).position
             assert np.linalg.norm(off[hands], axis=1).max() < 1e-3, (take.name, k)
 
 
 def test_a_real_hand_over_keeps_both_hands_at_the_baton(shared_data: Path) -> None:
     folder = str(shared_data / "body" / "kth_handover" / "take_new")
-    source, people = open_motion(conference(folder, folder, None)), places(conference(folder, folder, None))
+    source, people = open_motion(conference(folder, folder, None)), simulated_people(conference(folder, folder, None))
     nearest = {"p0": 9.0, "p1": 9.0}
     between = 9.0
     for k in range(380):
@@ -230,17 +232,17 @@ def test_a_real_hand_over_keeps_both_hands_at_the_baton(shared_data: Path) -> No
 
 def test_a_hand_that_holds_the_recorded_baton_has_it_across_its_palm(shared_data: Path) -> None:
     folder = str(shared_data / "body" / "kth_handover" / "take_new")
-    source, people = open_motion(conference(folder, folder, None)), places(conference(folder, folder, None))
+    source, people = open_motion(conference(folder, folder, None)), simulated_people(conference(folder, folder, None))
     for name, times, along in (("p0", (0.3, 2.4, 3.3), -GRIP), ("p1", (3.3, 4.0, 5.5), GRIP)):
-        place = people[name]
+        person = people[name]
         for t in times:
             position, rotation = source.things(t)[BATON]
             axis = matrix_from_quaternion(rotation)[:, 0]
             posture = source.posture(name, t)
-            pose = pose_joints(place.skeleton, posture)
+            pose = pose_joints(person.skeleton, posture)
             j = JOINT_INDEX["right_hand"]
             held = pose.rotation[j].T @ (position + along * axis - pose.position[j])
-            palm = np.array([-PALM[0], PALM[1], PALM[2]]) * place.skeleton.height / 1.75
+            palm = np.array([-PALM[0], PALM[1], PALM[2]]) * person.skeleton.height / 1.75
             assert np.linalg.norm(held - palm) < 0.02
             assert abs(pose.rotation[j][:, 2] @ axis) == pytest.approx(math.cos(SLANT), abs=0.05)
             # The fingers are closed on it.
@@ -249,7 +251,7 @@ def test_a_hand_that_holds_the_recorded_baton_has_it_across_its_palm(shared_data
 
 def test_the_two_of_a_hand_over_stand_clear_of_the_table_and_are_watched(shared_data: Path) -> None:
     folder = str(shared_data / "body" / "kth_handover" / "take_new")
-    source, people = open_motion(conference(folder, folder, None)), places(conference(folder, folder, None))
+    source, people = open_motion(conference(folder, folder, None)), simulated_people(conference(folder, folder, None))
     head = JOINT_INDEX["head"]
     for t in (0.0, 3.3, 6.0):
         third = pose_joints(people["p2"].skeleton, source.posture("p2", t))

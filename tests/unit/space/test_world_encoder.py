@@ -161,7 +161,7 @@ def test_a_receiver_that_knows_something_else_finds_out_within_a_second(views: l
     assert decoder.now.step <= 174 + 60
 
 
-def test_a_teller_that_begins_in_the_middle_says_the_same_from_the_next_key_frame_on(views: list[WorldView]) -> None:
+def test_an_encoder_that_begins_in_the_middle_publishes_the_same_from_the_next_key_frame_on(views: list[WorldView]) -> None:
     whole = {view.step: said for view, said in told(views)}
     encoder = WorldEncoder(begins=False)
     again = {view.step: encoder.encode(view) for view in views[90:]}

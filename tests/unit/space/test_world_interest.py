@@ -116,7 +116,7 @@ def test_whoever_is_near_sees_things_where_they_are_and_all_know_the_same_room()
     assert np.percentile(near, 99) < 0.6 * np.percentile(far, 99)
 
 
-def test_where_no_more_moves_than_everybody_is_told_of_there_are_no_details() -> None:
+def test_where_no_more_moves_than_everybody_receives_there_are_no_details() -> None:
     assert not any(s.details for s in told(60, MOST_ENCODED, 60))
 
 
@@ -153,7 +153,7 @@ def test_a_late_joiner_of_a_large_room_knows_what_the_others_know_and_goes_on() 
     assert late.now.step == first.now.step
     assert all(np.array_equal(late.now.poses[k][0], first.now.poses[k][0]) for k in first.now.poses)
     assert late._book is not None and first._book is not None
-    assert [t._foreseen for t in late._book.tracks] == [t._foreseen for t in first._book.tracks]
+    assert [t._predicted for t in late._book.tracks] == [t._predicted for t in first._book.tracks]
 
 
 def frames(details: dict[str, WorldDetail]) -> dict[str, bytes]:
@@ -161,7 +161,7 @@ def frames(details: dict[str, WorldDetail]) -> dict[str, bytes]:
 
 
 @pytest.mark.parametrize("things", [MOST_KEYED, MOST_KEYED + 50])
-def test_a_teller_that_begins_in_the_middle_says_the_same_of_a_crowded_room(things: int) -> None:
+def test_an_encoder_that_begins_in_the_middle_publishes_the_same_of_a_crowded_room(things: int) -> None:
     all_said = {s.view.step: s for s in told(things, 40, 330)}
     encoder = WorldEncoder(begins=False)
     compared = 0
@@ -184,7 +184,7 @@ def test_a_teller_that_begins_in_the_middle_says_the_same_of_a_crowded_room(thin
     assert compared > 100
 
 
-def test_pairs_that_touch_are_told_a_bounded_number_at_a_time_and_all_in_the_end() -> None:
+def test_pairs_that_touch_are_published_a_bounded_number_at_a_time_and_all_in_the_end() -> None:
     now = {(a, b): TouchCode(1 + a, b % 9) for a in range(8) for b in range(8, 16)}
     writer: dict[tuple[int, int], TouchCode] = {}
     reader: dict[tuple[int, int], TouchCode] = {}

@@ -39,7 +39,7 @@ def with_model(engine: str) -> Path:
 
 
 @pytest.mark.parametrize("engine", ["vosk", "sherpa", "whisper", "julius"])
-def test_what_is_missing_is_told_in_one_line(engine: EngineName, tmp_path: Path) -> None:
+def test_what_is_missing_is_reported_in_one_line(engine: EngineName, tmp_path: Path) -> None:
     pytest.importorskip("pocketsphinx")
     with pytest.raises(RecogniserError, match=f"{engine}: needs a model"):
         recogniser("ja", GRAMMAR, chosen=Chosen(engine))
@@ -59,7 +59,7 @@ def test_what_is_missing_is_told_in_one_line(engine: EngineName, tmp_path: Path)
             recogniser("ja", GRAMMAR, chosen=Chosen(engine, tmp_path / "ggml.bin" if engine == "whisper" else model))
 
 
-def test_a_file_that_is_no_model_is_told(tmp_path: Path) -> None:
+def test_a_file_that_is_no_model_is_reported(tmp_path: Path) -> None:
     (tmp_path / "some.bin").write_bytes(b"hello")
     with pytest.raises(RecogniserError, match=r"is no model of whisper\.cpp"):
         recogniser("en", GRAMMAR, chosen=Chosen("whisper", tmp_path / "some.bin"))
@@ -69,7 +69,7 @@ def test_a_file_that_is_no_model_is_told(tmp_path: Path) -> None:
         recogniser("ja", GRAMMAR, chosen=Chosen("sherpa", tmp_path))
 
 
-def test_vosk_is_told_phrases_it_knows_and_its_results_are_read() -> None:
+def test_vosk_gets_phrases_it_knows_and_its_results_are_read() -> None:
     told = vosk.phrases(GRAMMAR, "en", lambda word: word != "cylinder")
     assert {"move", "to the right", "red"} <= set(told)
     assert "cylinder" not in told
@@ -79,7 +79,7 @@ def test_vosk_is_told_phrases_it_knows_and_its_results_are_read() -> None:
     assert vosk.transcripts('{"text": ""}') == []
 
 
-def test_sherpa_is_told_the_phrases_its_tokens_can_spell(tmp_path: Path) -> None:
+def test_sherpa_gets_the_phrases_its_tokens_can_spell(tmp_path: Path) -> None:
     (tmp_path / "tokens.txt").write_text("<blk> 0\nと 1\nめ 2\nて 3\n", "utf-8")
     assert sherpa.hotwords(GRAMMAR, "ja", tmp_path) == ("とめて",)
     assert sherpa.hotwords(GRAMMAR, "en", tmp_path) == ()
@@ -88,7 +88,7 @@ def test_sherpa_is_told_the_phrases_its_tokens_can_spell(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(("language", "end"), [("en", "."), ("ja", "")])
-def test_whisper_is_told_sentences(language: Language, end: str) -> None:
+def test_whisper_gets_sentences(language: Language, end: str) -> None:
     text = whisper.prompt(GRAMMAR, language)
     assert text.endswith(end)
     first = text.split("。" if language == "ja" else ". ")[0]

@@ -131,7 +131,7 @@ def test_noise_is_taken_out_and_speech_stays() -> None:
     assert np.std(clean[loud]) == pytest.approx(np.std(noisy[loud]), rel=0.25)
 
 
-def test_what_cannot_be_said_is_told() -> None:
+def test_what_cannot_be_said_is_reported() -> None:
     with pytest.raises(SynthesisError, match="not installed"):
         synthesise("hello", "nobody:here")
     if "espeak-ng" in voices():

@@ -82,7 +82,7 @@ def test_points_that_were_not_looked_at_are_left_out_and_too_few_refused(tmp_pat
         read_gaze(path)
 
 
-def test_real_eyes_are_told_open_or_closed_and_their_pupils_found(shared_data: Path) -> None:
+def test_real_eyes_are_classified_as_open_or_closed_and_their_pupils_found(shared_data: Path) -> None:
     """Every fifth picture; the bench takes all."""
     folder = shared_data / "eye" / "mrgaze"
     with (Path(__file__).parents[3] / "benchmarks" / "figures" / "eye_pupils.csv").open(encoding="utf-8") as f:

@@ -58,7 +58,7 @@ def test_a_neutral_face_is_learnt_from_pictures_alone(painter: FacePicture, cali
     assert 0.0 < calibration.misfit_mm < 3.0
 
 
-def test_a_mirrored_picture_is_learnt_when_told(painter: FacePicture) -> None:
+def test_a_mirrored_picture_is_learnt_when_asked_for(painter: FacePicture) -> None:
     frames = [np.ascontiguousarray(painter.draw(REST, k)[:, ::-1]) for k in range(5)]
     found = calibrate_face(frames, mirrored=True)
     mirrored = (639.0, 0.0) + painter.centres(REST) * (-1.0, 1.0)

@@ -178,7 +178,7 @@ def test_what_is_no_log_is_one_clear_line(tmp_path: Path) -> None:
         LogReader(tmp_path / "empty.mcap")
 
 
-def test_messages_of_a_later_version_are_left_out_and_told(tmp_path: Path) -> None:
+def test_messages_of_a_later_version_are_left_out_and_reported(tmp_path: Path) -> None:
     path = tmp_path / "future.mcap"
     with LogWriter(path) as writer:
         later = motion(0)

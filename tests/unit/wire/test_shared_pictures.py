@@ -122,7 +122,7 @@ def test_what_holds_no_pictures_is_refused_by_its_name(tmp_path: Path, content: 
         PictureReader(tmp_path / "p")
 
 
-def test_a_place_that_cannot_be_written_is_told(tmp_path: Path) -> None:
+def test_a_place_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="p"):
         PictureWriter(tmp_path / "no" / "p", 8, 8)
 

@@ -57,7 +57,7 @@ def test_a_rounded_pose_is_off_by_less_than_anybody_sees(at: tuple[float, ...], 
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
-def test_a_place_that_is_none_is_told_as_the_middle_of_the_room(bad: float) -> None:
+def test_a_place_that_is_none_is_encoded_as_the_middle_of_the_room(bad: float) -> None:
     assert rounded(np.array([0.0, bad, 0.0]), np.array([0.0, 0.0, 0.0, 1.0])) == STILL
     assert rounded(np.zeros(3), np.zeros(4)) == STILL
     far = place(rounded(np.array([1e200, 0.0, -1e200]), np.array([0.0, 0.0, 0.0, 1.0])))[0]
@@ -111,9 +111,9 @@ def test_steps_of_many_frames_come_back_as_they_were_rounded_and_things_at_rest_
     assert sizes[(60 + STILL_STEPS) // 2 + 2 :] and max(sizes[(60 + STILL_STEPS) // 2 + 2 :]) <= 2
 
 
-def test_when_everything_flies_what_is_said_stays_bounded_and_all_is_exact_once_it_lies() -> None:
+def test_when_everything_flies_what_is_published_stays_bounded_and_all_is_exact_once_it_lies() -> None:
     many, still = 200, np.array([0.0, 0.0, 0.0, 1.0])
-    ways = np.cumsum(np.random.default_rng(1).normal(0.0, 0.01, (61, many, 3)), axis=0)  # nobody can foresee these
+    ways = np.cumsum(np.random.default_rng(1).normal(0.0, 0.01, (61, many, 3)), axis=0)  # nobody can predict these
 
     def pose(n: int, k: int) -> GridPose:
         return rounded(ways[min(k, 60), n], still)

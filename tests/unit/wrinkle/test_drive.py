@@ -15,8 +15,8 @@ from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import matrix_from_rotvec
 from vistel.wrinkle.drive import Drive, DriveCurve, rotation_angle
 from vistel.wrinkle.errors import WrinkleError
-from vistel.wrinkle.wardrobe import load_sets, wardrobe
 from vistel.wrinkle.worn import Memory
+from vistel.wrinkle.wrinkle_sets import load_sets, wrinkle_sets
 
 SKELETON = standard_skeleton(1.75)
 
@@ -103,7 +103,7 @@ intensity = 0.004
         (SET.split("[[sets.wrinkles]]", maxsplit=1)[0], "sets[0]: has neither wrinkles nor pull"),
     ],
 )
-def test_a_file_of_sets_that_cannot_be_used_is_told_in_one_line(text: str, said: str, tmp_path: Path) -> None:
+def test_a_file_of_sets_that_cannot_be_used_is_reported_in_one_line(text: str, said: str, tmp_path: Path) -> None:
     path = tmp_path / "mine.toml"
     path.write_text(text)
     with pytest.raises(WrinkleError) as fault:
@@ -112,13 +112,13 @@ def test_a_file_of_sets_that_cannot_be_used_is_told_in_one_line(text: str, said:
     assert len(str(fault.value).splitlines()) == 1
 
 
-def test_a_wardrobe_nobody_has_is_told() -> None:
+def test_wrinkles_of_an_unknown_name_are_an_error() -> None:
     with pytest.raises(WrinkleError, match="no wrinkles called 'kilt'; there are face, hands, shirt, trousers"):
-        wardrobe(["kilt"])
+        wrinkle_sets(["kilt"])
 
 
 def test_built_in_sets_cover_several_sets_in_one_region_and_joints_and_action_units() -> None:
-    sets = wardrobe()
+    sets = wrinkle_sets()
     assert sum(s.region.name == "sleeve" for s in sets) >= 2
     assert any(s.entry.drive.action for s in sets)
     assert any(s.entry.pull for s in sets)

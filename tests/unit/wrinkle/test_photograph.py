@@ -116,6 +116,6 @@ def test_short_ends_are_pruned_and_the_curve_goes_on() -> None:
 
 
 @pytest.mark.parametrize("grey", [0, 128, 255])
-def test_a_picture_without_wrinkles_is_told(grey: int) -> None:
+def test_a_picture_without_wrinkles_is_reported(grey: int) -> None:
     with pytest.raises(WrinkleError, match="no wrinkles are seen"):
         trace(np.full((120, 160, 3), grey, np.uint8))

@@ -72,7 +72,7 @@ def test_a_shape_of_ones_own_is_found_beside_the_file_that_names_it(tmp_path: Pa
         ("name = [", "not valid TOML"),
     ],
 )
-def test_a_shape_that_cannot_be_used_is_told_in_one_line(text: str, said: str, tmp_path: Path) -> None:
+def test_a_shape_that_cannot_be_used_is_reported_in_one_line(text: str, said: str, tmp_path: Path) -> None:
     path = _file(tmp_path, text)
     with pytest.raises(WrinkleError) as fault:
         load_shape(path)
@@ -115,7 +115,7 @@ intensity = 0.005
         (SHEET + "colour = 3", "wrinkles[0].colour: unknown key; expected one of shape, at, size"),
     ],
 )
-def test_a_sheet_that_cannot_be_used_is_told_in_one_line(text: str, said: str, tmp_path: Path) -> None:
+def test_a_sheet_that_cannot_be_used_is_reported_in_one_line(text: str, said: str, tmp_path: Path) -> None:
     path = _file(tmp_path, text)
     with pytest.raises(WrinkleError) as fault:
         load_sheet(path)

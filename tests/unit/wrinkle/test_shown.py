@@ -16,8 +16,8 @@ from vistel.wrinkle.dressing import ChartedAvatar, dressed
 from vistel.wrinkle.drives import Drives
 from vistel.wrinkle.region import sides_of
 from vistel.wrinkle.shown import CHANNELS, MOST_SETS, PLAIN, ShownWrinkles, shown
-from vistel.wrinkle.wardrobe import wardrobe
 from vistel.wrinkle.worn import Worn
+from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 
 @pytest.fixture(scope="module")
@@ -25,7 +25,7 @@ def made() -> ChartedAvatar:
     return dressed(builtin_avatar("builtin:seed=3", name="eva", height=1.70), ("sleeve",))
 
 
-SETS = wardrobe(["shirt"])
+SETS = wrinkle_sets(["shirt"])
 
 
 @pytest.fixture(scope="module")
@@ -41,7 +41,7 @@ def whole(made: ChartedAvatar) -> ShownWrinkles:
 @settings(max_examples=40, deadline=None)
 @given(st.lists(st.floats(-1.5, 1.5), min_size=DOF_COUNT, max_size=DOF_COUNT), st.floats(0.0, 1.0))
 def test_weights_are_those_of_each_drive(dofs: list[float], intensity: float) -> None:
-    pairs = [(s.entry.drive, side) for s in wardrobe() for side in sides_of(s.region)]
+    pairs = [(s.entry.drive, side) for s in wrinkle_sets() for side in sides_of(s.region)]
     joints = pose_joints(standard_skeleton(1.75), Posture(np.array(dofs)))
     actions = {"AU1": intensity, "AU12": 1.0 - intensity, "AU6": math.nan}
     one_by_one = [drive.weight(joints, actions, side) for drive, side in pairs]

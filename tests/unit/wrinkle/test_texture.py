@@ -43,7 +43,7 @@ def test_lengths_are_kept_where_nothing_limits_the_motion() -> None:
 
 
 @pytest.mark.parametrize("limit", [0.0005, 0.002])
-def test_the_texture_moves_no_farther_than_the_limit_and_the_loss_is_told(limit: float) -> None:
+def test_the_texture_moves_no_farther_than_the_limit_and_the_loss_is_reported(limit: float) -> None:
     of = _bow()
     grid = np.zeros((*of.height.shape, 3), np.uint8)
     grid[::8] = grid[:, ::8] = 255
@@ -70,7 +70,7 @@ def test_a_print_stays_where_it_is_within_the_limit() -> None:
     assert np.abs(middle - 49.5).max() * of.step > 0.2 * loss.shift
 
 
-def test_a_texture_of_another_size_is_told() -> None:
+def test_a_texture_of_another_size_is_reported() -> None:
     with pytest.raises(WrinkleError, match="texture: is 50 x 40, the displacement map 160 x 160; make the map"):
         wrinkled_texture(np.zeros((40, 50, 3), np.uint8), _bow())
 

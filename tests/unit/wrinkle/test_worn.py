@@ -18,8 +18,8 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.wrinkle.dressing import ChartedAvatar, dressed
 from vistel.wrinkle.region import builtin_regions, sides_of, tube
-from vistel.wrinkle.wardrobe import wardrobe
 from vistel.wrinkle.worn import Worn
+from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +34,7 @@ def figure(eva: ChartedAvatar) -> Figure:
 
 @pytest.fixture(scope="module")
 def worn(eva: ChartedAvatar) -> Worn:
-    return Worn(eva.avatar, [s for s in wardrobe(["shirt"]) if s.region.name == "sleeve"], eva.charts)
+    return Worn(eva.avatar, [s for s in wrinkle_sets(["shirt"]) if s.region.name == "sleeve"], eva.charts)
 
 
 def _bent(degrees: float) -> Posture:
@@ -235,7 +235,7 @@ def test_skin_that_nothing_wrinkles_is_left_to_the_bit(figure: Figure, worn: Wor
 
 
 def test_trousers_follow_knees_and_hips(eva: ChartedAvatar) -> None:
-    legs = Worn(eva.avatar, wardrobe(["trousers"]), textures=False)
+    legs = Worn(eva.avatar, wrinkle_sets(["trousers"]), textures=False)
     dofs = standing().dofs.copy()
     assert not _weights(legs, Posture(dofs)).any()
     dofs[KNEE] = math.radians(95.0)

@@ -18,11 +18,11 @@ from vistel.figure.formats.usd import save_usd
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.errors import WrinkleError
-from vistel.wrinkle.wardrobe import load_sets, sets_in, wardrobe
-from vistel.wrinkle.wardrobe_text import wardrobe_text
+from vistel.wrinkle.sets_text import sets_text
 from vistel.wrinkle.worn import Worn
+from vistel.wrinkle.wrinkle_sets import load_sets, sets_in, wrinkle_sets
 
-TEXT = wardrobe_text(wardrobe(["face"]))
+TEXT = sets_text(wrinkle_sets(["face"]))
 
 
 @pytest.fixture(scope="module")
@@ -65,13 +65,13 @@ def test_the_text_of_sets_read_again_is_the_same_with_shapes_of_ones_own(tmp_pat
         '[[sets.wrinkles]]\nshape = "mine.toml"\nat = [0.5, 0.5]\nsize = [0.05, 0.1]\n'
         "thickness = 0.01\nintensity = -0.005\nmirrored = true\n"
     )
-    sets = [*load_sets(tmp_path / "sets.toml"), *wardrobe()]
-    again = sets_in(wardrobe_text(sets), "text")
+    sets = [*load_sets(tmp_path / "sets.toml"), *wrinkle_sets()]
+    again = sets_in(sets_text(sets), "text")
     assert again[0].shape("mine") == sets[0].shape("mine.toml")
     assert again[0].entry.wrinkles[0] == sets[0].entry.wrinkles[0].model_copy(update={"shape": "mine"})
     assert again[0].entry.drive == sets[0].entry.drive
     assert [s.entry for s in again[1:]] == [s.entry for s in sets[1:]]
-    assert wardrobe_text(again) == wardrobe_text(sets)
+    assert sets_text(again) == sets_text(sets)
 
 
 @pytest.mark.parametrize(
@@ -87,7 +87,7 @@ def test_the_text_of_sets_read_again_is_the_same_with_shapes_of_ones_own(tmp_pat
         (TEXT.replace("at = [0.5, 0.775]", "at = [0.5, 1.775]"), "leaves the texture"),
     ],
 )
-def test_a_text_that_cannot_be_worn_is_told_in_one_line(text: str, said: str) -> None:
+def test_a_text_that_cannot_be_worn_is_reported_in_one_line(text: str, said: str) -> None:
     with pytest.raises(WrinkleError) as fault:
         sets_in(text, "avatar 'eva': wrinkles")
     first = str(fault.value).splitlines()[0]
@@ -105,7 +105,7 @@ def test_a_region_without_texture_coordinates_stays_without_wrinkles_and_others_
     head = np.array([n in ("skull", "face") for n in eva.body.names])[eva.mesh.limb[eva.mesh.corner_vertex]]
     bare = replace(eva, mesh=_everywhere(eva.mesh, np.where(head[:, None], 0.5, eva.mesh.uv)))
     made = dressed(bare)
-    worn = Worn(made.avatar, wardrobe(["shirt", "trousers", "face"]), made.charts)
+    worn = Worn(made.avatar, wrinkle_sets(["shirt", "trousers", "face"]), made.charts)
     assert set(worn.left_out) == {"face"}
     assert "has no texture coordinates" in worn.left_out["face"]
     assert caplog.text.count("event=wrinkles_left_out") == 1
@@ -117,7 +117,7 @@ def test_a_region_without_texture_coordinates_stays_without_wrinkles_and_others_
 def test_a_figure_in_plain_colours_wears_what_has_a_chart_of_its_own(eva: Avatar) -> None:
     plain = replace(eva, mesh=_everywhere(eva.mesh, np.full_like(eva.mesh.uv, 0.5)))
     made = dressed(plain)
-    worn = Worn(made.avatar, wardrobe(["shirt", "trousers", "face"]), made.charts)
+    worn = Worn(made.avatar, wrinkle_sets(["shirt", "trousers", "face"]), made.charts)
     assert {s.what.region.name for s in worn.sets} == {"sleeve", "trouser_leg"}
     assert all(len(s.texel) for s in worn.sets)
 
@@ -126,6 +126,6 @@ def test_a_texture_that_both_halves_share_is_refused(eva: Avatar) -> None:
     halves = eva.mesh.uv.copy()
     left = eva.mesh.vertices[eva.mesh.corner_vertex, 0] > 0.0
     halves[left] = halves[~left][np.arange(int(left.sum())) % int((~left).sum())]
-    worn = Worn(replace(eva, mesh=_everywhere(eva.mesh, halves)), wardrobe(["face"]))
+    worn = Worn(replace(eva, mesh=_everywhere(eva.mesh, halves)), wrinkle_sets(["face"]))
     assert "shown elsewhere too" in worn.left_out["face"]
     assert worn.sets == ()

@@ -76,7 +76,7 @@ class Avatar:
     albedo: (H, W, 3) sRGB texture of the mesh and the eyeballs, first row at the top (v = 1).
     coarser: the same person with fewer and fewer vertices, for pictures in which they are small.
     registration: transforms of the texture that the texture coordinates have in them.
-    wrinkles: what it wears, as a file of sets says it (`vistel.wrinkle.wardrobe`); empty where nothing is said.
+    wrinkles: what it wears, as a file of sets says it (`vistel.wrinkle.wrinkle_sets`); empty where nothing is said.
     patches: what parts of the texture are like beside their colour, of all levels; none where the renderer decides by the limb.
     """
 

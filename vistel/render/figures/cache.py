@@ -28,7 +28,7 @@ from vistel.render.figures.figures import AvatarFigure
 from vistel.whole_file import whole_file
 from vistel.wrinkle import shown
 from vistel.wrinkle.errors import WrinkleError
-from vistel.wrinkle.wardrobe import FOLDER, WrinkleSet, sets_in, wardrobe
+from vistel.wrinkle.wrinkle_sets import FOLDER, WrinkleSet, sets_in, wrinkle_sets
 
 log = logging.getLogger("vistel.renderer")
 
@@ -49,7 +49,7 @@ def cached_figure(avatar: Avatar, cache: Path | None = None, wears: Sequence[str
     with file_lock(path.with_suffix(".lock")):
         if (kept := _read(path)) is not None:
             return kept
-        person = AvatarFigure(avatar, wears=wardrobe(wears) if wears else _own_wrinkles(avatar))
+        person = AvatarFigure(avatar, wears=wrinkle_sets(wears) if wears else _own_wrinkles(avatar))
         _write(path, person)
     return person
 

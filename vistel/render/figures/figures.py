@@ -34,7 +34,7 @@ from vistel.space.things.tessellate import join, tessellate
 from vistel.space.things.things import ThingPrimitive
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.shown import LevelWrinkles, shown
-from vistel.wrinkle.wardrobe import WrinkleSet, charted
+from vistel.wrinkle.wrinkle_sets import WrinkleSet, charted
 
 # Materials of vertices, as the shaders read them.
 CLOTH = 0.0

@@ -6,9 +6,9 @@ from typing import Annotated
 
 import typer
 
+from vistel_cli.conference_choice import Hub, RunningFile, chosen
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.hub import run_processes
-from vistel_cli.running import Hub, RunningFile, meant
 from vistel_services.process.plan import HUB, ProcessPlan
 
 
@@ -29,7 +29,7 @@ def record(
 
       vistel record conference.toml --raw --hub tcp/192.0.2.7:7447     one that runs elsewhere
     """
-    conference, endpoint = meant(file, hub)
+    conference, endpoint = chosen(file, hub)
     if raw is not None:
         conference = conference.model_copy(update={"record_raw": raw})
     plan = ProcessPlan(HUB, "recorder", ("recorder",))

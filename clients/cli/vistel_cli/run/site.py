@@ -8,12 +8,12 @@ from typing import Annotated
 import typer
 
 from vistel.conference.device_list import simulated_names
+from vistel_cli.conference_choice import Hub, endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.hub import run_processes
 from vistel_cli.run.router import run_router
-from vistel_cli.running import Hub, endpoint_of
 from vistel_cli.terminal import USAGE, fail, load_conference
 from vistel_services.process.plan import hub_processes, site_processes
 

@@ -16,9 +16,9 @@ from vistel.conference.model import Conference
 from vistel.v1.audio_pb2 import EquipmentRequest, EquipmentStatus, SoundStatus, VoiceControl
 from vistel.wire.bus import Bus, Sample, Subscription
 from vistel.wire.topics import BY_NAME
+from vistel_cli.conference_choice import Hub, RunningFile, chosen, endpoint_of, on_bus
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.running import Hub, RunningFile, endpoint_of, meant, on_bus
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 app = typer.Typer(no_args_is_help=True)
@@ -77,7 +77,7 @@ def talk(
         await _agreed(bus, participant, VoiceControl(push_to_talk=True), lambda m: m.muted)
         out.print("closed")
 
-    conference, endpoint = meant(file, hub)
+    conference, endpoint = chosen(file, hub)
     participant, site = _person(conference, who)
     on_bus(conference, site, endpoint, lambda bus: held(bus, participant))
 
@@ -138,7 +138,7 @@ def watch(
 
       vistel voice watch
     """
-    conference, endpoint = meant(file, hub)
+    conference, endpoint = chosen(file, hub)
     _check_sound(conference, *(s.name for s in conference.sites))
 
     async def shown(bus: Bus) -> None:
@@ -191,7 +191,7 @@ def _device_line(status: EquipmentStatus) -> Text:
 def _set(
     file: Path | None, who: str | None, hub: str | None, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]
 ) -> None:
-    conference, endpoint = meant(file, hub)
+    conference, endpoint = chosen(file, hub)
     participant, site = _person(conference, who)
     on_bus(conference, site, endpoint, lambda bus: _agreed(bus, participant, wish, done))
 

@@ -13,7 +13,7 @@ from vistel.v1.world_pb2 import WorldMoveReply, WorldMoveRequest
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.presence import WorldAt, worlds_of
-from vistel_cli.running import Hub, RunningFile, meant, on_bus
+from vistel_cli.conference_choice import Hub, RunningFile, chosen, on_bus
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 LOOK_S = 0.5
@@ -33,7 +33,7 @@ def where(
 
       vistel world where
     """
-    conference, endpoint = meant(file, hub)
+    conference, endpoint = chosen(file, hub)
     worlds = on_bus(conference, conference.sites[0].name, endpoint, _gathered)
     if as_json:
         print(json.dumps({"worlds": [{"place": w.place, "leads": w.leads, "term": w.term} for w in worlds]}))
@@ -66,7 +66,7 @@ def move(
       vistel world move conference.toml --place hub --anyway its place is gone; go on from the state known here
     """
     check_place(place)
-    conference, endpoint = meant(file, hub)
+    conference, endpoint = chosen(file, hub)
 
     async def moved(bus: Bus) -> str:
         return await _moved(bus, place, anyway)

@@ -13,8 +13,8 @@ from rich.progress import track
 from vistel.conference.model import Conference
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.topics import BY_NAME
+from vistel_cli.conference_choice import on_bus
 from vistel_cli.log.piece import check_within
-from vistel_cli.running import on_bus
 from vistel_cli.terminal import FAILED, USAGE, err, fail, print_warning
 
 if TYPE_CHECKING:

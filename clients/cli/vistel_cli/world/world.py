@@ -11,11 +11,11 @@ import typer
 from rich.table import Table
 
 from vistel_cli.avatar.files import busy
+from vistel_cli.conference_choice import endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE, GLTF, LOG, OBJ, USD
 from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.overwriting import Force, out_file
-from vistel_cli.running import endpoint_of
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_warning
 
 if TYPE_CHECKING:

@@ -52,7 +52,7 @@ def studio(
 def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
     with err.status("loading the studio"):
         from vistel.wrinkle.errors import WrinkleError  # - the mathematics take long to load
-        from vistel.wrinkle.wardrobe import load_sets
+        from vistel.wrinkle.wrinkle_sets import load_sets
         from vistel_cli.wrinkle.studio.opened import Opened, worn_by
 
         made = spec.startswith("builtin")

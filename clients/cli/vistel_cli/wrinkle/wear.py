@@ -17,7 +17,7 @@ from vistel_cli.terminal import FAILED, USAGE, err, fail
 
 if TYPE_CHECKING:
     from vistel.figure.avatar.avatar import Avatar
-    from vistel.wrinkle.wardrobe import WrinkleSet
+    from vistel.wrinkle.wrinkle_sets import WrinkleSet
 
 
 def wear(
@@ -68,13 +68,13 @@ def wear(
 def _said(who: Avatar, path: Path, names: list[str], off: bool) -> tuple[str, list[WrinkleSet]]:
     """The text to keep and its sets. Ends the command with one line when they cannot be read."""
     from vistel.wrinkle.errors import WrinkleError  # - the mathematics take long to load
-    from vistel.wrinkle.wardrobe import sets_in, wardrobe
-    from vistel.wrinkle.wardrobe_text import wardrobe_text
+    from vistel.wrinkle.sets_text import sets_text
+    from vistel.wrinkle.wrinkle_sets import sets_in, wrinkle_sets
 
     try:
         if names:
-            worn = wardrobe(names)
-            return wardrobe_text(worn), worn
+            worn = wrinkle_sets(names)
+            return sets_text(worn), worn
         return "", [] if off or not who.wrinkles else sets_in(who.wrinkles, f"{path}: wrinkles")
     except WrinkleError as fault:
         fail(str(fault), USAGE)
@@ -83,8 +83,8 @@ def _said(who: Avatar, path: Path, names: list[str], off: bool) -> tuple[str, li
 def _fitted(who: Avatar, worn: list[WrinkleSet]) -> dict[str, Any]:
     """Regions with sets, and the reason for each region without."""
     from vistel.wrinkle.dressing import dressed
-    from vistel.wrinkle.wardrobe import charted
     from vistel.wrinkle.worn import Worn
+    from vistel.wrinkle.wrinkle_sets import charted
 
     finest = replace(who, coarser=())
     made = dressed(finest, charted(worn))

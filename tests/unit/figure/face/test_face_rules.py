@@ -194,7 +194,7 @@ def test_a_posture_between_two_has_the_face_between_them() -> None:
         ("units = ", "not valid TOML"),
     ],
 )
-def test_a_file_of_rules_that_is_wrong_is_told_in_a_line(text: str, said: str, tmp_path: Path) -> None:
+def test_a_file_of_rules_that_is_wrong_is_reported_in_a_line(text: str, said: str, tmp_path: Path) -> None:
     file = tmp_path / "rules.toml"
     file.write_text(text)
     with pytest.raises(FaceRuleError, match=said):

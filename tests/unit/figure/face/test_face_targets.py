@@ -168,7 +168,7 @@ def test_a_target_of_vertices_that_are_not_there_is_refused(made: tuple[Avatar, 
         load_usd(tmp_path / "wild.usda")
 
 
-def test_morph_targets_of_another_mesh_are_told_in_a_line(tmp_path: Path) -> None:
+def test_morph_targets_of_another_mesh_are_reported_in_a_line(tmp_path: Path) -> None:
     def change(tree: dict[str, Any]) -> None:
         tree["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": tree["meshes"][1]["primitives"][0]["attributes"]["POSITION"]}]
 

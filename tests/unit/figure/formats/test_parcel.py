@@ -36,7 +36,7 @@ def test_the_same_avatar_gives_the_same_bytes() -> None:
 
 @settings(max_examples=60, deadline=None)
 @given(at=st.floats(0, 1, exclude_max=True), value=st.integers(0, 255), cut=st.booleans())
-def test_damage_is_told_in_one_line_or_harms_nothing(at: float, value: int, cut: bool) -> None:
+def test_damage_is_reported_in_one_line_or_harms_nothing(at: float, value: int, cut: bool) -> None:
     data = bytearray(pack(long_armed()))
     k = int(at * len(data))
     if cut:

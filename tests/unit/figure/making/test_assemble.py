@@ -153,7 +153,7 @@ def test_landmarks_bring_a_part_to_its_place(tmp_path: Path) -> None:
         ("parts", "not valid TOML"),
     ],
 )
-def test_what_cannot_be_is_told_in_one_line(tmp_path: Path, text: str, reason: str) -> None:
+def test_what_cannot_be_is_reported_in_one_line(tmp_path: Path, text: str, reason: str) -> None:
     with pytest.raises(MakingError) as told:
         assemble(limbs(tmp_path, text=text))
     assert reason in str(told.value) and "\n" not in str(told.value).strip()

@@ -44,7 +44,7 @@ def test_a_t_pose_in_metres_gets_joints_near_those_it_was_made_with(tmp_path: Pa
     assert made.fit.mean_distance < 0.008
 
 
-def test_centimetres_and_z_up_are_found_and_said(tmp_path: Path) -> None:
+def test_centimetres_and_z_up_are_found_and_reported(tmp_path: Path) -> None:
     p = person().mesh.vertices
     made = _made(write_obj(tmp_path / "a.obj", 100.0 * np.column_stack([p[:, 0], -p[:, 2], p[:, 1]])))
     assert any("centimetres" in note for note in made.notes)
@@ -71,7 +71,7 @@ def test_an_a_pose_is_bent_to_the_t_pose(tmp_path: Path) -> None:
     assert np.abs(made.avatar.mesh.vertices[far, 1] - hand[1]).max() < 0.15
 
 
-def test_holes_stay_and_are_said(tmp_path: Path) -> None:
+def test_holes_stay_and_are_reported(tmp_path: Path) -> None:
     keep = np.flatnonzero(np.arange(len(person().mesh.triangles)) % 400 != 0)
     made = _made(write_obj(tmp_path / "a.obj", person().mesh.vertices, faces=keep))
     assert made.sound.holes > 10
@@ -152,7 +152,7 @@ def test_the_texture_of_its_material_stays_where_it_was(tmp_path: Path) -> None:
     np.testing.assert_allclose(corners, person().mesh.uv[person().mesh.corner_triangles], atol=2e-6)
 
 
-def test_a_texture_that_is_missing_is_said_and_a_plain_colour_taken(tmp_path: Path) -> None:
+def test_a_texture_that_is_missing_is_reported_and_a_plain_colour_taken(tmp_path: Path) -> None:
     (tmp_path / "a.mtl").write_text("newmtl skin\nKd 0.5 0.25 0.75\nmap_Kd gone.png\n")
     made = _made(write_obj(tmp_path / "a.obj", person().mesh.vertices, uv=True, extra="mtllib a.mtl\nusemtl skin"))
     assert any("gone.png" in note for note in made.notes)

@@ -61,7 +61,7 @@ def test_gltf_of_others_stands_where_she_stands(tmp_path: Path) -> None:
         (np.diag((-1.0, 1.0, -1.0, 1.0)), ["face +Z"]),
     ],
 )
-def test_units_and_axes_that_the_file_has_wrong_are_found_and_said(tmp_path: Path, matrix: np.ndarray, said: list[str]) -> None:
+def test_units_and_axes_that_the_file_has_wrong_are_found_and_reported(tmp_path: Path, matrix: np.ndarray, said: list[str]) -> None:
     source = read_source(foreign(tmp_path, under_root(matrix)))
     _stands(source)
     notes = " ".join(_placed(source).notes)

@@ -52,7 +52,7 @@ def test_one_texel_is_a_picture() -> None:
     assert decode(encoded(Image.new("RGB", (1, 1), RED))).tolist() == [[list(RED)]]
 
 
-def test_what_fits_stays_as_it_is_and_tells_nothing() -> None:
+def test_what_fits_stays_as_it_is_and_reports_nothing() -> None:
     image = Image.fromarray(np.random.default_rng(2).integers(0, 256, (70, 90, 3)).astype(np.uint8))
     notes: list[str] = []
     assert np.array_equal(decode(encoded(image), notes=notes), np.asarray(image))

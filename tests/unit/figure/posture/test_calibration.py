@@ -49,7 +49,7 @@ from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton, measur
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
 from vistel_sim.motion import open_motion
 from vistel_sim.motion.calibration import CalibrationMoves
-from vistel_sim.motion.source import Place, places, receivers_of
+from vistel_sim.motion.source import SimulatedPerson, receivers_of, simulated_people
 
 HEIGHT = 1.68
 CONFERENCE = Conference(sites=[Site(name="a", participants=[Participant(name="ada", height=HEIGHT)])])
@@ -77,10 +77,10 @@ def somebody(seed: int) -> Skeleton:
 
 
 @cache
-def worn(seed: int) -> tuple[Place, np.ndarray, float]:
-    """Somebody with their receivers a little off, and where the transmitter stands: place, position, heading."""
+def worn(seed: int) -> tuple[SimulatedPerson, np.ndarray, float]:
+    """Somebody with their receivers a little off, and where the transmitter stands: person, position, heading."""
     rng = np.random.default_rng(seed + 50)
-    place, body = places(CONFERENCE)["ada"], somebody(seed)
+    person, body = simulated_people(CONFERENCE)["ada"], somebody(seed)
     mounts = {
         name: Mount(
             m.joint,
@@ -90,16 +90,16 @@ def worn(seed: int) -> tuple[Place, np.ndarray, float]:
         for name, m in receiver_mounts(body).items()
     }
     position, heading = np.array([0.1, 0.3, 0.2]) + 0.2 * rng.standard_normal(3), 0.4 * rng.standard_normal()
-    transmitter = transmitter_in_room(place.seat_position, place.seat_heading, position, heading)
-    return replace(place, skeleton=body, mounts=mounts, transmitter=transmitter), position, heading
+    transmitter = transmitter_in_room(person.seat_position, person.seat_heading, position, heading)
+    return replace(person, skeleton=body, mounts=mounts, transmitter=transmitter), position, heading
 
 
 @cache
 def recorded(seed: int, begin_s: float = 0.0, end_s: float = whole_s()) -> Samples:
     """A FASTRAK's samples of them going through the moves."""
     rng = np.random.default_rng(seed)
-    place, _, _ = worn(seed)
-    motion = CalibrationMoves([place])
+    person, _, _ = worn(seed)
+    motion = CalibrationMoves([person])
     rows: dict[str, list[tuple[float, ...]]] = {name: [] for name in RECEIVERS}
     for k in range(round(begin_s * 120.0), round(end_s * 120.0)):
         name, t = RECEIVERS[k % 4], k / 120.0
@@ -121,30 +121,30 @@ def angle(a: np.ndarray, b: np.ndarray) -> float:
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_bones_mounts_and_transmitter_are_found_again(seed: int) -> None:
-    place, position, heading = worn(seed)
+    person, position, heading = worn(seed)
     c = found(seed)
     for side in ("left", "right"):
         for a, b in (("upper_arm", "lower_arm"), ("lower_arm", "hand")):
             joints = f"{side}_{a}", f"{side}_{b}"
-            assert c.skeleton.length(*joints) == pytest.approx(place.skeleton.length(*joints), abs=0.008), joints
+            assert c.skeleton.length(*joints) == pytest.approx(person.skeleton.length(*joints), abs=0.008), joints
         hand = f"{side}_hand"
-        assert np.linalg.norm(c.mounts[hand].position - place.mounts[hand].position) < 0.004
-    assert c.skeleton.spine == pytest.approx(place.skeleton.spine, abs=0.025)
+        assert np.linalg.norm(c.mounts[hand].position - person.mounts[hand].position) < 0.004
+    assert c.skeleton.spine == pytest.approx(person.skeleton.spine, abs=0.025)
     assert c.skeleton.collar_shortening == pytest.approx(0.1, abs=0.06)
     for name in RECEIVERS:
-        assert angle(c.mounts[name].rotation, place.mounts[name].rotation) < 1.5
+        assert angle(c.mounts[name].rotation, person.mounts[name].rotation) < 1.5
     assert np.linalg.norm(c.position - position) < 0.02 and abs(c.heading - heading) < math.radians(1.5)
     assert "poor" not in c.verdicts().values()
 
 
-def errors(place: Place, solver: PostureSolver, transmitter: tuple[np.ndarray, np.ndarray]) -> dict[str, float]:
+def errors(person: SimulatedPerson, solver: PostureSolver, transmitter: tuple[np.ndarray, np.ndarray]) -> dict[str, float]:
     """Medians of joints' errors while the person sits in a meeting [m]."""
     meeting = open_motion(CONFERENCE)
     out: dict[str, list[float]] = {"left_hand": [], "right_hand": [], "head": [], "left_lower_arm": []}
     for k in range(90):
         posture = meeting.posture("ada", k / 10.0)
-        truth = pose_joints(place.skeleton, posture)
-        heard = {n: out_of_frame(transmitter, *pose) for n, pose in receivers_of(place, posture).items()}
+        truth = pose_joints(person.skeleton, posture)
+        heard = {n: out_of_frame(transmitter, *pose) for n, pose in receivers_of(person, posture).items()}
         got = pose_joints(solver._skeleton, solver.solve(k / 10.0, heard).posture)
         for joint, e in out.items():
             e.append(float(np.linalg.norm(got.position[JOINT_INDEX[joint]] - truth.position[JOINT_INDEX[joint]])))
@@ -152,11 +152,11 @@ def errors(place: Place, solver: PostureSolver, transmitter: tuple[np.ndarray, n
 
 
 def test_a_measured_person_is_where_they_are_and_an_average_one_is_not() -> None:
-    place, position, heading = worn(0)
+    person, position, heading = worn(0)
     c = found(0)
-    seat = place.seat_position, place.seat_heading
-    measured = errors(place, PostureSolver(c.skeleton, mounts=c.mounts), transmitter_in_room(*seat, c.position, c.heading))
-    average = errors(place, PostureSolver(standard_skeleton(HEIGHT)), transmitter_in_room(*seat, position, heading))
+    seat = person.seat_position, person.seat_heading
+    measured = errors(person, PostureSolver(c.skeleton, mounts=c.mounts), transmitter_in_room(*seat, c.position, c.heading))
+    average = errors(person, PostureSolver(standard_skeleton(HEIGHT)), transmitter_in_room(*seat, position, heading))
     for joint in ("left_hand", "right_hand", "head"):
         assert measured[joint] < 0.025, joint
         assert measured[joint] < average[joint], joint
@@ -209,13 +209,13 @@ def step_of(name: str):
         ("askew", "receiver left hand is turned by"),
     ],
 )
-def test_moves_that_cannot_be_used_are_told_in_one_line(change: str, told: str) -> None:
+def test_moves_that_cannot_be_used_are_reported_in_one_line(change: str, told: str) -> None:
     with pytest.raises(MoveError, match=told) as e:
         calibrate(cut(spoiled(change)), HEIGHT)
     assert "\n" not in str(e.value)
 
 
-def test_moves_in_the_wrong_order_are_told() -> None:
+def test_moves_in_the_wrong_order_are_reported() -> None:
     with pytest.raises(MoveError):
         calibrate(cut(recorded(0), 13.0), HEIGHT)
 
@@ -243,7 +243,7 @@ def test_files_hold_what_was_found(tmp_path: Path) -> None:
         '{"format": "vistel body 1", "height_m": 1.7, "bones": {"head": [0,null,0]}, "collar_shortening": 0}',
     ],
 )
-def test_broken_files_are_told_in_one_line(text: str, tmp_path: Path) -> None:
+def test_broken_files_are_reported_in_one_line(text: str, tmp_path: Path) -> None:
     path = tmp_path / "body.json"
     path.write_text(text)
     with pytest.raises(CalibrationFileError, match="vistel calibrate body") as e:
@@ -276,7 +276,7 @@ def test_a_grid_takes_back_what_metal_did_at_points_it_was_not_fitted_on(tmp_pat
     assert np.linalg.norm(grid.error_at(np.array([9.0, 9.0, 9.0]))[:3]) < 0.03
 
 
-def test_points_that_make_no_grid_are_told() -> None:
+def test_points_that_make_no_grid_are_reported() -> None:
     with pytest.raises(DistortionError, match="too few"):
         fit_distortion(np.zeros((3, 3)), np.zeros((3, 6)))
     with pytest.raises(DistortionError, match="metres"):

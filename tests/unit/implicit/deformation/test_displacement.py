@@ -104,7 +104,7 @@ def test_a_displacement_of_another_mesh_is_refused() -> None:
         under([], np.zeros(5, np.float32))
 
 
-def test_degenerate_meshes_with_wrinkles_stay_finite_and_tell() -> None:
+def test_degenerate_meshes_with_wrinkles_stay_finite_and_report_it() -> None:
     """Vertices on top of each other, triangles without area, normals that point inwards, are zero or no numbers."""
     rest, normals = ROD.rest.copy(), ROD.normals.copy()
     rest[100:140] = rest[100]

@@ -124,7 +124,7 @@ def test_meshes_that_are_not_clean_are_placed_embedded_and_deformed(kind):
     np.testing.assert_array_equal(moved[deformer.moved == 0], vertices.astype(np.float32)[deformer.moved == 0])
 
 
-def test_what_cannot_be_placed_is_told():
+def test_what_cannot_be_placed_is_reported():
     v, t = tube((0, 0, 0), (0.6, 0, 0), 0.1, 0.08)
     with pytest.raises(ValueError, match="at least 1 primitive"):
         place_skeletons(v, t, 0)

@@ -202,7 +202,7 @@ def test_triangles_are_found_as_by_trying_all() -> None:
         (vi.Sphere((0, 0, 0), 1), ""),
     ],
 )
-def test_a_field_that_never_reaches_the_threshold_is_told(shape: vi.Shape, said: str) -> None:
+def test_a_field_that_never_reaches_the_threshold_is_reported(shape: vi.Shape, said: str) -> None:
     lines = warnings(scene(shape))
     if not said:
         assert lines == []
@@ -249,7 +249,7 @@ def test_a_bad_scene_ends_the_command_with_one_line(tmp_path: Path, name: str) -
 
 
 @pytest.mark.skipif(os.name == "nt", reason="POSIX paths")
-def test_an_output_that_cannot_be_written_is_told_before_work_starts(tmp_path: Path) -> None:
+def test_an_output_that_cannot_be_written_is_reported_before_work_starts(tmp_path: Path) -> None:
     for output, said in ((tmp_path / "no" / "a.png", "does not exist"), (tmp_path / "a.tiff", "expected .png")):
         code, _, error = run(str(ROOT / "examples/scenes/blobs.toml"), "-o", str(output))
         assert (code, error.count("\n")) == (2, 1)
@@ -258,7 +258,7 @@ def test_an_output_that_cannot_be_written_is_told_before_work_starts(tmp_path: P
     assert (code, "expected WIDTHxHEIGHT" in error) == (2, True)
 
 
-def test_an_impossible_method_is_told(tmp_path: Path) -> None:
+def test_an_impossible_method_is_reported(tmp_path: Path) -> None:
     code, _, error = run(str(ROOT / "examples/scenes/blobs.toml"), "-o", str(tmp_path / "a.png"), "--method", "march")
     assert code == 2
     assert "use auto" in error

@@ -150,7 +150,7 @@ def test_the_command_takes_a_tolerance_and_keeps_polygons(words: tuple[str, ...]
         ('[shapes.a]\nkind = "sphere"\nradius = 0.5\n[shapes.b]\nkind = "complement"\nof = ["a"]\n', ("-o", "a.obj"), "no bounds"),
     ],
 )
-def test_what_cannot_be_done_is_said_in_one_line(
+def test_what_cannot_be_done_is_reported_in_one_line(
     text: str, words: tuple[str, ...], expected: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

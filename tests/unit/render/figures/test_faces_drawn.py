@@ -84,7 +84,7 @@ def test_who_is_heard_and_not_seen_moves_the_mouth(eva: AvatarFigure) -> None:
     assert most > 0.003
 
 
-def test_a_motion_whose_face_is_stale_tells_nothing_of_it() -> None:
+def test_a_motion_whose_face_is_stale_carries_nothing_of_it() -> None:
     sample = MotionSample(1, 1, np.zeros(25), np.zeros((2, 20)), np.zeros(4), face=REST.ravel(), lids=np.ones(2))
     seen = posture_of(sample)
     assert seen.face is not None

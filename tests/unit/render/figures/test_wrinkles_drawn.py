@@ -27,7 +27,7 @@ from vistel.render.gl.context import NoOpenGlError, open_surface
 from vistel.render.painter import Frame, Painter
 from vistel.render.view.camera import Camera, look_at
 from vistel.render.view.screens import Sight
-from vistel.wrinkle.wardrobe import wardrobe
+from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 pytestmark = pytest.mark.gl
 
@@ -38,7 +38,7 @@ SECOND = 1_000_000_000
 @pytest.fixture(scope="module")
 def eva() -> AvatarFigure:
     avatar = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
-    return AvatarFigure(avatar, wears=[s for s in wardrobe(["shirt"]) if s.region.name == "sleeve"])
+    return AvatarFigure(avatar, wears=[s for s in wrinkle_sets(["shirt"]) if s.region.name == "sleeve"])
 
 
 class Drawing:

@@ -14,8 +14,8 @@ from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, Posture, standing
 from vistel.render.figures.cache import cached_figure
 from vistel.render.figures.drawn import Corners
-from vistel.wrinkle.wardrobe import wardrobe
-from vistel.wrinkle.wardrobe_text import wardrobe_text
+from vistel.wrinkle.sets_text import sets_text
+from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +31,8 @@ def bent() -> Posture:
 
 
 def test_an_avatar_wears_what_its_file_says_and_keeps_it(coarse: Avatar, tmp_path: Path) -> None:
-    sleeves = [s for s in wardrobe(["shirt"]) if s.region.name == "sleeve"]
-    dressed = replace(coarse, wrinkles=wardrobe_text(sleeves))
+    sleeves = [s for s in wrinkle_sets(["shirt"]) if s.region.name == "sleeve"]
+    dressed = replace(coarse, wrinkles=sets_text(sleeves))
     made, kept = (cached_figure(dressed, tmp_path) for _ in range(2))
     for person in (made, kept):
         posed = person.pose(bent())
@@ -44,7 +44,7 @@ def test_an_avatar_wears_what_its_file_says_and_keeps_it(coarse: Avatar, tmp_pat
 
 
 @pytest.mark.parametrize("text", ["not a file of sets", '[[sets]]\nname = "x"\nregion = "tail"\n'])
-def test_wrinkles_that_cannot_be_read_are_told_and_the_figure_is_drawn_without(
+def test_wrinkles_that_cannot_be_read_are_reported_and_the_figure_is_drawn_without(
     text: str, coarse: Avatar, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     person = cached_figure(replace(coarse, wrinkles=text), tmp_path)
@@ -58,6 +58,6 @@ def test_regions_without_texture_coordinates_cost_only_their_wrinkles(
     coarse: Avatar, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     plain = replace(coarse.mesh, uv=np.full_like(coarse.mesh.uv, 0.5))
-    person = cached_figure(replace(coarse, mesh=plain, wrinkles=wardrobe_text(wardrobe(["face"]))), tmp_path)
+    person = cached_figure(replace(coarse, mesh=plain, wrinkles=sets_text(wrinkle_sets(["face"]))), tmp_path)
     assert "region=face" in caplog.text and "has no texture coordinates" in caplog.text
     assert person.pose(bent()).folds is None

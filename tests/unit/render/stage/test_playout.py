@@ -98,7 +98,7 @@ def test_a_gap_is_held_and_left_without_a_pop() -> None:
             assert v1 == pytest.approx(wave(t1 - DELAY), abs=2e-3)
 
 
-def test_holding_is_told_and_delay_grows_while_frames_are_missing() -> None:
+def test_holding_is_reported_and_delay_grows_while_frames_are_missing() -> None:
     playout: Playout[float] = Playout(lerp, DELAY)
     for captured, received in steady(1.0):
         playout.push(captured, wave(captured), received)

@@ -102,7 +102,7 @@ def test_a_thing_that_is_gone_from_a_key_frame_is_gone_from_the_room() -> None:
     assert set(instant.things) == set(instant.world.poses) == {"box"}
 
 
-def test_a_thing_whose_primitive_makes_no_sense_is_left_out_and_said(caplog: pytest.LogCaptureFixture) -> None:
+def test_a_thing_whose_primitive_makes_no_sense_is_left_out_and_reported(caplog: pytest.LogCaptureFixture) -> None:
     stage, room = Stage(0), WorldDecoder()
     message = state(1, key=True, ball=0.0, box=1.0)
     message.things[0].primitives[0].kind = "teapot"

@@ -39,7 +39,7 @@ def both(play: Play) -> None:
     assert play.grasps() == ["ann", "bob"]
 
 
-def test_who_takes_hold_first_has_the_claim_and_the_next_is_told_whose_it_is() -> None:
+def test_who_takes_hold_first_has_the_claim_and_the_next_learns_whose_it_is() -> None:
     play = Play("ann", "bob")
     both(play)
     (granted,) = told(play, "ann")
@@ -101,7 +101,7 @@ def test_time_in_which_the_world_stood_still_costs_nobody_their_claim() -> None:
     assert [g.participant for g in world.step(later).grasps] == ["ann"]
 
 
-def test_of_two_who_take_a_thing_in_one_step_the_nearer_leads_and_the_other_is_told() -> None:
+def test_of_two_who_take_a_thing_in_one_step_the_nearer_leads_and_the_other_gets_an_answer() -> None:
     for names in (("ann", "bob"), ("bob", "ann")):
         play = Play(*names)
         near, off = names

@@ -59,7 +59,7 @@ def test_one_thing_stands_in_no_row_and_what_is_fixed_in_none() -> None:
     assert "fixed" in refused(talk.say(ask.Align(Which(shape="chair", every=True))))
 
 
-def test_a_hidden_thing_is_told_as_such_also_to_who_comes_late_and_stays_where_it_is() -> None:
+def test_a_hidden_thing_is_published_as_such_also_to_who_comes_late_and_stays_where_it_is() -> None:
     talk = Talk()
     encoder, backlog, hears = WorldEncoder(), SnapshotBuilder(), WorldDecoder()
 

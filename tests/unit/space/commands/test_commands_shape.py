@@ -79,7 +79,7 @@ def test_a_bar_bends_upwards_and_becomes_straight_again() -> None:
     assert "round about its axis" in refused(talk.say(ask.Twist(Which(BATON), 1.0)))
 
 
-def test_soft_and_painted_things_are_told_as_such() -> None:
+def test_soft_and_painted_things_are_published_as_such() -> None:
     talk = Talk()
     done(talk.say(ask.Harden(Which("box"), 0.2)))
     done(talk.say(ask.Paint(Which("box"), COLOURS["pink"])))

@@ -96,7 +96,7 @@ def test_a_thing_that_has_gone_and_a_person_who_has_left() -> None:
     assert refused(talk.say(read("paint the box red"), "bob")) == "bob is not in the room"
 
 
-def test_a_flood_is_told_and_over_in_a_second() -> None:
+def test_a_flood_is_reported_and_over_in_a_second() -> None:
     talk = Talk()
     commands = [CommandInput(f"f{k}", "ann", read("paint the box red")) for k in range(60)]
     outcomes = talk.play.step({}, *commands).outcomes

@@ -37,7 +37,7 @@ def test_every_colour_is_called_by_its_name() -> None:
     assert {name: name_of_colour(value) for name, value in COLOURS.items()} == {name: name for name in COLOURS}
 
 
-def test_what_is_not_there_and_what_may_be_several_is_told() -> None:
+def test_what_is_not_there_and_what_may_be_several_is_reported() -> None:
     talk = Talk()
     assert refused(talk.say(ask.Paint(Which(colour="pink"), COLOURS["red"]))) == "there is no pink thing in the room"
     done(talk.say(ask.Copy(Which("ball"))))

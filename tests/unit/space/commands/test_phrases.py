@@ -65,7 +65,7 @@ def test_a_line_is_read_as_what_it_says(line: str, action: Action) -> None:
         ("scale ball much", "what factor"),
     ],
 )
-def test_what_is_no_command_is_told_with_what_was_expected(line: str, said: str) -> None:
+def test_what_is_no_command_is_reported_with_what_was_expected(line: str, said: str) -> None:
     with pytest.raises(PhraseError, match=said):
         read(line)
 

@@ -97,7 +97,7 @@ def test_fingers_that_hold_are_drawn_on_until_they_touch() -> None:
     assert depth[hand.digit == THUMB].max() <= PRESS * 1.05
 
 
-def test_the_world_says_contacts_of_a_hand_as_it_is_seen_on_what_it_holds() -> None:
+def test_the_world_publishes_contacts_of_a_hand_as_it_is_seen_on_what_it_holds() -> None:
     play = Play("ann")
     take_baton(play)
     for _ in range(15):

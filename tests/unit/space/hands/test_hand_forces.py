@@ -23,7 +23,7 @@ from vistel.space.room import TABLE_HEIGHT, meeting_room
 from vistel.space.view import HandForce, WorldView
 from vistel.space.world import World
 from vistel_sim.motion.meeting import Meeting
-from vistel_sim.motion.source import places
+from vistel_sim.motion.source import simulated_people
 
 F64 = np.ndarray
 STEP_NS = 16_666_667
@@ -72,7 +72,7 @@ def meeting() -> tuple[Meeting, tuple[str, ...]]:
     conference = Conference.model_validate(
         {"sites": [{"name": p, "participants": [{"name": p, "avatar": "builtin:build=1"}]} for p in people]}
     )
-    return Meeting(list(places(conference).values()), 3, 1), people
+    return Meeting(list(simulated_people(conference).values()), 3, 1), people
 
 
 @cache
@@ -244,7 +244,7 @@ def test_what_is_held_is_felt_by_fingers_on_both_sides() -> None:
     assert len(digits - {PALM}) >= 2
 
 
-def test_a_hand_that_leaves_says_nothing_once_and_then_is_silent() -> None:
+def test_a_hand_that_leaves_is_published_once_without_touches() -> None:
     from test_world_steps import Play, at, reaching
 
     play = Play("ann")

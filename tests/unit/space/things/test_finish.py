@@ -109,7 +109,7 @@ def test_it_travels_and_is_part_of_what_a_polymesh_is() -> None:
     assert unpack_model(pack_model(plain), plain.digest, {}).materials[0].finish is None
 
 
-def test_a_room_keeps_it_and_tells_other_programs(tmp_path: Path) -> None:
+def test_a_room_keeps_it_and_writes_it_for_other_programs(tmp_path: Path) -> None:
     shape = model(SourceMaterial("steel", (200, 200, 210), None, STEEL), SourceMaterial("chalk", (250, 250, 250)))
     room = meeting_room(2)
     hidden = tuple(replace(p, colour=0x80808000) for p in room.thing("box").primitives)

@@ -182,7 +182,7 @@ def test_units_and_axes_of_others_become_metres_with_y_up(unit: float | None, up
     assert height_at(interior.room.things, interior.models, 0.3, 0.1) == pytest.approx(0.72, abs=1e-5)
 
 
-def test_what_a_file_says_of_weight_is_taken_and_open_meshes_are_told(tmp_path: Path) -> None:
+def test_what_a_file_says_of_weight_is_taken_and_open_meshes_are_reported(tmp_path: Path) -> None:
     foreign(tmp_path / "a.usda", unit=1.0, up="Y", mass=1.25)
     foreign(tmp_path / "b.usda", unit=1.0, up="Y", closed=False)
     assert load_room(tmp_path / "a.usda").thing("crate").mass == 1.25
@@ -208,7 +208,7 @@ def test_a_box_is_felt_as_one_box_and_rests_where_it_is(tmp_path: Path) -> None:
     assert view.step == 59
 
 
-def test_a_huge_mesh_is_made_coarser_and_told(tmp_path: Path) -> None:
+def test_a_huge_mesh_is_made_coarser_and_reported(tmp_path: Path) -> None:
     n = 260
     x, z = np.meshgrid(np.linspace(-0.2, 0.2, n), np.linspace(-0.2, 0.2, n))
     lines = [f"v {a:.5f} {0.02 * np.sin(20 * a):.5f} {b:.5f}" for a, b in zip(x.ravel(), z.ravel(), strict=True)]

@@ -13,7 +13,7 @@ MOST_STEPS = 16
 STILL_STEPS = 12
 """A thing that has not moved for so long is no longer named."""
 MOST_ENCODED = 12
-"""Things that move and are told of exactly in each step. When more do, those that are farthest from where readers foresee them go
+"""Things that move and are told of exactly in each step. When more do, those that are farthest from where readers predict them go
 first, the others are left to foresight and cost nothing: what is said stays bounded, and who is left out comes next."""
 STEP_BITS = 400
 """What is told of a step then."""
@@ -132,7 +132,7 @@ def _write_some(out: BitWriter, book: Book, poses: Mapping[int, GridPose], last:
 
 
 def _most_wrong_first(book: Book, poses: Mapping[int, GridPose]) -> list[int]:
-    """The things that are not where they are foreseen in a step."""
+    """The things that are not where they are predicted in a step."""
     wrong = {n: book.tracks[n].wrong(poses.get(n, book.tracks[n].pose)) for n in book.moving}
     return sorted((n for n in wrong if wrong[n]), key=lambda n: (-wrong[n], n))
 

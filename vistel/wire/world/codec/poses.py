@@ -1,4 +1,4 @@
-"""Where a thing is, in whole numbers, and how the next place is foreseen from the last ones."""
+"""Where a thing is, in whole numbers, and how the next place is predicted from the last ones."""
 
 import math
 from collections.abc import Sequence
@@ -57,7 +57,7 @@ def place(pose: GridPose) -> tuple[F64, F64]:
 class Track:
     """One thing's pose as both ends know it, its speed in eighths of a step, and how far off foresight has lately been."""
 
-    __slots__ = ("_foreseen", "_miss", "_since", "_speed", "pose", "still")
+    __slots__ = ("_miss", "_predicted", "_since", "_speed", "pose", "still")
 
     def __init__(self, pose: GridPose = STILL) -> None:
         self.pose = pose
@@ -66,7 +66,7 @@ class Track:
     def begin(self) -> None:
         """Forget how it moved: it begins to move, or a key frame has come."""
         self.still = 0
-        self._foreseen = list(self.pose)
+        self._predicted = list(self.pose)
         self._speed = [0] * 7
         self._miss = [_MISS, _MISS]
         self._since = 0
@@ -94,7 +94,7 @@ class Track:
     def write(self, out: BitWriter, pose: GridPose) -> None:
         """The pose a step later."""
         pose = _same_side(pose, self.pose)
-        misses = list(map(sub, pose, self._foreseen))
+        misses = list(map(sub, pose, self._predicted))
         for part, wrong in enumerate((misses[:3], misses[3:])):
             if any(wrong):
                 out.flag(True)
@@ -104,12 +104,12 @@ class Track:
         self._take(pose, misses)
 
     def go_on(self) -> None:
-        """A step of which nothing is told: the thing is where it is foreseen."""
-        pose = tuple(self._foreseen)
+        """A step of which nothing is told: the thing is where it is predicted."""
+        pose = tuple(self._predicted)
         self.still = self.still + 1 if pose == self.pose else 0
         self.pose = pose
         self._since += 1
-        self._foreseen = [n + ((v + 4) >> 3) for n, v in zip(pose, self._speed, strict=True)]
+        self._predicted = [n + ((v + 4) >> 3) for n, v in zip(pose, self._speed, strict=True)]
 
     def write_all(self, out: BitWriter, moving: bool) -> None:
         """All that both ends know of a thing; changes nothing."""
@@ -134,7 +134,7 @@ class Track:
         self._miss, self._speed = rest[:2], rest[2:]
         if min(self.still, self._since, *self._miss) < 0:
             raise FrameError("a frame holds a way that is none")
-        self._foreseen = [n + ((v + 4) >> 3) for n, v in zip(self.pose, self._speed, strict=True)]
+        self._predicted = [n + ((v + 4) >> 3) for n, v in zip(self.pose, self._speed, strict=True)]
         return True
 
     @property
@@ -147,9 +147,9 @@ class Track:
         return tuple(map(sub, _same_side(pose, self.pose), self.pose))
 
     def wrong(self, pose: GridPose) -> int:
-        """How far from where it is foreseen a thing is a step later: half millimetres, and a step of turning counts as many as
+        """How far from where it is predicted a thing is a step later: half millimetres, and a step of turning counts as many as
         it moves the edge of a thing the size of a hand. 0 only where nothing is wrong."""
-        x, y, z, i, j, k, w = map(sub, _same_side(pose, self.pose), self._foreseen)
+        x, y, z, i, j, k, w = map(sub, _same_side(pose, self.pose), self._predicted)
         return abs(x) + abs(y) + abs(z) + (abs(i) + abs(j) + abs(k) + abs(w) + 3) // 4
 
     def read(self, data: BitReader) -> None:
@@ -160,7 +160,7 @@ class Track:
                 misses += data.several(count, _order(self._miss[part]))
             else:
                 misses += [0] * count
-        self._take(_sound(tuple(map(add, self._foreseen, misses))), misses)
+        self._take(_sound(tuple(map(add, self._predicted, misses))), misses)
 
     def _take(self, pose: GridPose, misses: list[int]) -> None:
         self.still = self.still + 1 if pose == self.pose else 0
@@ -172,7 +172,7 @@ class Track:
             k = self._since
             speed = self._speed = [v + (8 * n + k) // (2 * k) for v, n in zip(speed, misses, strict=True)]
             self._since = 0
-        self._foreseen = [n + ((v + 4) >> 3) for n, v in zip(pose, speed, strict=True)]
+        self._predicted = [n + ((v + 4) >> 3) for n, v in zip(pose, speed, strict=True)]
         x, y, z, i, j, k, w = misses
         at, turn = self._miss
         at += (16 * (abs(x) + abs(y) + abs(z)) // 3 - at) >> 2

@@ -7,10 +7,10 @@ from typing import Any
 
 from vistel.toml.file import TomlFile, parsed
 from vistel.wrinkle.errors import WrinkleError
+from vistel.wrinkle.sets_text import sets_text
 from vistel.wrinkle.shape import WrinkleShape
 from vistel.wrinkle.shape_file import builtin_shapes
-from vistel.wrinkle.wardrobe import SetsFile, WrinkleSet, sets_of
-from vistel.wrinkle.wardrobe_text import wardrobe_text
+from vistel.wrinkle.wrinkle_sets import SetsFile, WrinkleSet, sets_of
 
 MOST_SETS = 64
 
@@ -41,7 +41,7 @@ class CheckedSets:
 
 def page_form(sets: Sequence[WrinkleSet]) -> dict[str, Any]:
     """Sets as the page edits them: their own `shapes`, and `sets` with every key."""
-    file = parsed(wardrobe_text(sets), "wrinkles", WrinkleError).checked(SetsFile, WrinkleError)
+    file = parsed(sets_text(sets), "wrinkles", WrinkleError).checked(SetsFile, WrinkleError)
     return file.model_dump(mode="json")
 
 

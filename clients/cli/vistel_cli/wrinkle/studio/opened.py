@@ -8,8 +8,8 @@ from pathlib import Path
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats.usd import save_usd
 from vistel.whole_file import whole_file
-from vistel.wrinkle.wardrobe import WrinkleSet, sets_in, wardrobe
-from vistel.wrinkle.wardrobe_text import wardrobe_text
+from vistel.wrinkle.sets_text import sets_text
+from vistel.wrinkle.wrinkle_sets import WrinkleSet, sets_in, wrinkle_sets
 
 
 class ConflictError(Exception):
@@ -42,7 +42,7 @@ class Opened:
         on disk is not of `revision`; WrinkleError; OSError."""
         if self.revision() != revision:
             raise ConflictError(f"{self.path.name} was saved by somebody else after this page read it")
-        text = wardrobe_text(sets)
+        text = sets_text(sets)
         made = replace(avatar, wrinkles=text)
         save_usd(made, self.path)
         _write(self.readable, text)
@@ -52,7 +52,7 @@ class Opened:
 
 def worn_by(avatar: Avatar, source: str) -> list[WrinkleSet]:
     """The sets of an avatar: those of its file, else the built-in ones. Raises WrinkleError."""
-    return sets_in(avatar.wrinkles, source) if avatar.wrinkles else wardrobe()
+    return sets_in(avatar.wrinkles, source) if avatar.wrinkles else wrinkle_sets()
 
 
 def _write(path: Path, text: str) -> None:

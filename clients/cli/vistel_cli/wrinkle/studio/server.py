@@ -17,7 +17,7 @@ from PIL import Image
 
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.shape_file import builtin_shapes
-from vistel.wrinkle.wardrobe import WrinkleSet
+from vistel.wrinkle.wrinkle_sets import WrinkleSet
 from vistel_cli.wrinkle.studio.bends import BENDS, driving_actions, driving_joints
 from vistel_cli.wrinkle.studio.document import check, page_form
 from vistel_cli.wrinkle.studio.envelope import packed

@@ -12,8 +12,8 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.region import builtin_regions, sides_of, tube
-from vistel.wrinkle.wardrobe import WrinkleSet
 from vistel.wrinkle.worn import REFERENCE_HEIGHT, Worn, WornSet
+from vistel.wrinkle.wrinkle_sets import WrinkleSet
 from vistel_cli.wrinkle.studio.bends import strongest, values_of
 from vistel_cli.wrinkle.studio.document import CheckedSets, SetFault, check
 from vistel_cli.wrinkle.studio.figure_scene import DrawnFigure, FigureScene

@@ -27,7 +27,7 @@ RunningFile = Annotated[
 Hub = Annotated[str | None, typer.Option(help="Router; default: that of the conference that runs here, else the file's.")]
 
 
-def meant(file: Path | None, hub: str | None) -> tuple[Conference, str]:
+def chosen(file: Path | None, hub: str | None) -> tuple[Conference, str]:
     """The conference of `file`, or the newest that runs on this machine, and its router. Ends the command where there is none."""
     if file is not None:
         conference = load_conference(file)

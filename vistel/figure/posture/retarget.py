@@ -10,7 +10,7 @@ from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 _COLLARS = JOINT_INDEX["left_shoulder"], JOINT_INDEX["right_shoulder"]
 
 
-class CarryOver:
+class Retargeter:
     """Follows one person over time; times must not go back."""
 
     def __init__(self, measured: Skeleton, shown: Skeleton, seat: Stance | None) -> None:
@@ -19,7 +19,7 @@ class CarryOver:
         self._solver = PostureSolver(shown, seat, self._mounts)
         self._half_width = 0.5 * (shown.rest[_COLLARS[0]] - shown.rest[_COLLARS[1]])
 
-    def carry(self, t_s: float, posture: Posture) -> Posture:
+    def retarget(self, t_s: float, posture: Posture) -> Posture:
         """The posture of the shown person in which they do what the measured one does in `posture`."""
         pose = pose_joints(self._measured, posture)
         chest = pose.rotation[_COLLARS[0]]

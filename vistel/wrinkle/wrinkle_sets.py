@@ -85,7 +85,7 @@ def load_sets(path: Path) -> list[WrinkleSet]:
 
 
 def sets_in(text: str, source: str) -> list[WrinkleSet]:
-    """The sets of a text such as `wardrobe_text` writes: shapes are built-in or in the text itself, for it may be a stranger's.
+    """The sets of a text such as `sets_text` writes: shapes are built-in or in the text itself, for it may be a stranger's.
     Raises WrinkleError, one line per fault, which begins with `source`."""
     return sets_of(toml.parsed(text, source, WrinkleError), _builtin)
 
@@ -119,7 +119,7 @@ def charted(sets: Sequence[WrinkleSet]) -> list[str]:
     return sorted({each.region.name for each in sets if each.region.charted})
 
 
-def wardrobe(names: Sequence[str | Path] = ("shirt", "trousers", "face", "hands")) -> list[WrinkleSet]:
+def wrinkle_sets(names: Sequence[str | Path] = ("shirt", "trousers", "face", "hands")) -> list[WrinkleSet]:
     """Sets of several files: names of built-in ones, or paths. Raises WrinkleError."""
     out: list[WrinkleSet] = []
     for name in names:

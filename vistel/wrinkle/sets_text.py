@@ -8,12 +8,12 @@ from pydantic import BaseModel
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.shape import WrinkleShape
 from vistel.wrinkle.shape_file import builtin_shapes
-from vistel.wrinkle.wardrobe import WrinkleSet
+from vistel.wrinkle.wrinkle_sets import WrinkleSet
 
 
-def wardrobe_text(sets: Sequence[WrinkleSet]) -> str:
-    """The text of sets; `wardrobe.sets_in` reads it. Shapes that are not built in go along. Raises WrinkleError where two of them
-    have one name."""
+def sets_text(sets: Sequence[WrinkleSet]) -> str:
+    """The text of sets, with the shapes that are not built in; `wrinkle_sets.sets_in` reads it. Raises WrinkleError where two of
+    these shapes have the same name."""
     own, named = _own(sets)
     lines: list[str] = []
     for shape in own:
