@@ -167,7 +167,9 @@ def main() -> None:
     conference = _by_the_meeting(load(Path(sys.argv[1])))
     try:
         # Sites that start together on one machine prepare one after the other: the second finds all done.
+        print("begun waiting for another start, which prepares", flush=True)
         with file_lock(default_cache().parent / "prepare.lock"):
+            print("begun loading", flush=True)
             if stamp_of(conference).exists():
                 return
             _run(conference)
