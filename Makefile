@@ -4,10 +4,10 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm fuzz first bench speech-model proto web looks lock docs clean
+.PHONY: help setup demo test check house warm docs-commands fuzz first bench speech-model proto web looks lock docs clean
 
 help:  ## list the targets
-	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-12s %s\n", $$1, $$2}' Makefile
+	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
 
 setup:  ## make .venv and install VISTEL
 	@./scripts/setup.sh
@@ -18,8 +18,8 @@ demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
 test: setup  ## checks and tests
 	@./scripts/setup_tests.sh
 	@$(MAKE) --no-print-directory -j2 check warm
-	@$(PY) -m pytest -m "not alone" --numprocesses auto --dist loadscope --no-loadscope-reorder
-	@$(PY) -m pytest -m alone
+	@$(PY) -m pytest -m "not alone and not docs" --numprocesses auto --dist loadscope --no-loadscope-reorder
+	@$(PY) -m pytest -m "alone and not docs"
 
 check: setup  ## style, types, import arrows
 	@$(VENV)/bin/ruff check .
@@ -29,6 +29,9 @@ check: setup  ## style, types, import arrows
 
 warm: setup  ## compile kernels and make the people of the demo, once
 	@$(PY) -m vistel_cli.run.prepare vistel/conference/demo.toml >/dev/null
+
+docs-commands: setup  ## run every command of every page as printed (half an hour)
+	@$(PY) -m pytest tests/system/test_docs_commands.py
 
 fuzz: setup  ## properties of parsers, graphs and all else with random examples, for hours; keep what fails as @example
 	@VISTEL_FUZZ_EXAMPLES=1000000 $(PY) -m pytest -k "fuzz or hypothesis" --hypothesis-profile fuzz --timeout 36000

@@ -17,9 +17,9 @@ from vistel_sim.motion.source import MotionError
 
 RATE_HZ = 120.0
 ROLES = ("giver", "taker")
-_UP: F64 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+UP: F64 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """From Z up, facing -Y, to Y up, facing +Z."""
-_BODIES = {"hips": "hip", "chest": "chest", "neck": "neck", "head": "head"} | {
+BODY_NAMES = {"hips": "hip", "chest": "chest", "neck": "neck", "head": "head"} | {
     f"{side}_{ours}": f"{letter}{theirs}"
     for side, letter in (("left", "L"), ("right", "R"))
     for ours, theirs in (("shoulder", "Shoulder"), ("upper_arm", "UArm"), ("lower_arm", "FArm"), ("hand", "Hand"))
@@ -42,7 +42,9 @@ def is_hand_over(folder: Path) -> bool:
 
 def load_hand_over(folder: Path) -> HandOver:
     """Read a recording. Raises MotionError with one line when something is missing or broken."""
-    tables = {(role, joint): _load(folder / f"{role}_{body}_pose_saved.csv") for role in ROLES for joint, body in _BODIES.items()}
+    tables = {
+        (role, joint): _load(folder / f"{role}_{body}_pose_saved.csv") for role in ROLES for joint, body in BODY_NAMES.items()
+    }
     baton = _load(folder / "baton_pose_saved.csv")
     rows = {len(t[0]) for t in [*tables.values(), baton]}
     if len(rows) != 1:
@@ -76,7 +78,7 @@ def _load(path: Path) -> tuple[F64, F64]:
         table[k - 2] = row
     if len(table) < 2:
         raise MotionError(f"{path}: expected a heading and at least two rows")
-    return table[:, :3] @ _UP.T, _UP @ _matrices(table[:, 3:]) @ _UP.T
+    return table[:, :3] @ UP.T, UP @ _matrices(table[:, 3:]) @ UP.T
 
 
 def _matrices(q: F64) -> F64:

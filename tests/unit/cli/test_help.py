@@ -11,6 +11,7 @@ import pytest
 import typer
 from rich.markup import render
 from typer.core import TyperGroup
+from typer.testing import CliRunner
 
 from vistel_cli.lazy import every_command
 from vistel_cli.main import app
@@ -19,7 +20,7 @@ from vistel_cli.terminal import print_error
 STYLES = re.compile(r"\[/?(bold|dim)\]")
 
 
-FOLDERS = ("run", "voice", "world", "devices", "log", "avatar", "wrinkle", "calibrate", "scene")
+FOLDERS = ("run", "voice", "world", "devices", "log", "avatar", "wrinkle", "calibrate", "scene", "examples")
 EVERY = dict(every_command(typer.main.get_command(app), "vistel"))
 OF_OTHERS = {"numpy", "numba", "zenoh", "pydantic", "google.protobuf", "cv2", "pxr", "av", "PIL", "scipy", "aiohttp", "psutil"}
 
@@ -64,6 +65,13 @@ def test_the_list_of_commands_says_what_each_command_says_of_itself() -> None:
         for name in names:
             listed = command.commands[name].help
             assert listed and first_paragraph(listed) == first_paragraph(EVERY[f"{path} {name}"].help)
+
+
+@pytest.mark.parametrize("path", EVERY)
+def test_every_command_shows_its_help_with_an_example(path: str) -> None:
+    shown = CliRunner().invoke(app, [*path.split()[1:], "--help"])
+    assert shown.exit_code == 0
+    assert hasattr(EVERY[path], "commands") or f"{path} " in shown.output.split("Example", 1)[1]
 
 
 def test_no_square_bracket_of_a_help_text_vanishes_as_markup() -> None:

@@ -1,0 +1,1 @@
+"""`vistel examples`: files to try the commands of the documentation with."""

@@ -1,0 +1,162 @@
+"""Every command of every page does what its reader types: as printed, in order, in a folder that `vistel examples` filled.
+
+`make test` runs the pages of `QUICK`, `make docs-commands` all.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from waiting import wait_until
+
+from vistel.conference.running import running_conferences
+
+pytestmark = [pytest.mark.alone, pytest.mark.slow, pytest.mark.timeout(3000)]
+
+ROOT = Path(__file__).resolve().parents[2]
+COMMAND = re.compile(r"(\.venv/bin/)?vistel [a-z]|(make|cp|python|sudo|pip) ")
+QUICK = {
+    "docs/explanation/layers.md",
+    "docs/how-to/make-wrinkles.md",
+    "docs/how-to/draw-by-scanlines.md",
+    "docs/how-to/polygonise.md",
+    "docs/how-to/trace-a-scene.md",
+}
+"""Pages whose commands together take about a minute."""
+NOT_RUN = {
+    r"make test$": "it runs this test",
+    r"sudo ": "needs another user's rights",
+    r"hub\.example\.org|192\.0\.2\.|site join": "needs another machine",
+    r"calibrate (body|tracker|glove|face|gaze)|distortion points.csv --log": "needs a person who makes the moves that it asks for",
+    r"--rig rig\.game_engine": "needs files of MakeHuman",
+    r"speech (try|enrol [^ ]+)$": "needs a microphone and somebody who speaks",
+    r"--show$": "needs a display",
+    r"voice equipment": "needs an amplifier",
+    r"vistel bench": "make bench runs it",
+}
+"""Commands that no test can run, as regular expressions, and why."""
+INSTEAD = {"make demo": "vistel up --seconds 20"}
+"""What `make demo` does after setting up, which `make first` tries in a fresh clone."""
+UNTIL_STOPPED = r"vistel sim |wrinkle studio|voice watch|examples/activities"
+"""They run until Ctrl-C: each must show a line, and then end well."""
+BESIDE_A_CONFERENCE = r"vistel (ask|voice)|world (where|move)|--now|examples/activities"
+
+
+def commands_of(page: Path) -> list[str]:
+    """The commands that stand alone on a line of a page, or in a cell of a table."""
+    text = page.read_text("utf-8")
+    found = re.findall(r"^ {4,8}(\S.*?)(?: +#.*)?$|\| `(vistel [^`]+)` \|$", text, re.MULTILINE)
+    lines = [line or cell for line, cell in found]
+    return [line for line in lines if COMMAND.match(line) and not re.search(r"…|\b[A-Z]{4,}\b|   ", line)]
+
+
+PAGES = {
+    str(page.relative_to(ROOT)): commands
+    for page in sorted([ROOT / "README.md", *ROOT.glob("docs/**/*.md")])
+    if (commands := commands_of(page))
+}
+
+
+@dataclass
+class Reader:
+    """Somebody who types what a page says, in a terminal; a conference goes on in another one."""
+
+    folder: Path
+    conference: subprocess.Popen[bytes] | None = None
+
+    def start(self, command: str) -> subprocess.Popen[bytes]:
+        self.log = (self.folder / "terminal.log").open("ab")
+        shown = command.replace(".venv/bin/", "")
+        return subprocess.Popen(["bash", "-c", f"exec {shown}"], cwd=self.folder, stdout=self.log, stderr=subprocess.STDOUT)
+
+    def said(self) -> str:
+        return (self.folder / "terminal.log").read_text("utf-8")
+
+    def run(self, command: str) -> None:
+        """Until it ends, which it must do well."""
+        code = self.start(command).wait()
+        assert code == 0, f"{command}: exit code {code}\n{self.said()[-3000:]}"
+
+    def see(self, command: str) -> None:
+        """Until it has shown something; then Ctrl-C."""
+        before = len(self.said()) if (self.folder / "terminal.log").exists() else 0
+        process = self.start(command)
+        wait_until(lambda: len(self.said()) > before or process.poll() is not None, every_s=0.2)
+        process.send_signal(signal.SIGINT)
+        code = process.wait()
+        assert code == 0, f"{command}: exit code {code}\n{self.said()[before:]}"
+
+    def begin(self, command: str) -> None:
+        """Start a conference that goes on."""
+        self.end()
+        self.conference = started = self.start(command)
+        wait_until(lambda: bool(running_conferences()) or started.poll() is not None, every_s=0.2)
+        where = ["vistel", "world", "where"]
+        wait_until(lambda: started.poll() is not None or subprocess.run(where, capture_output=True, check=False).returncode == 0)
+        assert started.poll() is None, f"{command}: ended\n{self.said()[-3000:]}"
+
+    def end(self) -> None:
+        if self.conference is not None:
+            self.conference.send_signal(signal.SIGINT)
+            code = self.conference.wait()
+            self.conference = None
+            assert code == 0, self.said()[-3000:]
+
+
+@pytest.fixture(scope="session")
+def filled(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the examples, and no recording."""
+    folder = tmp_path_factory.mktemp("examples") / "mine"
+    subprocess.run([sys.executable, "-m", "vistel_cli.main", "examples", str(folder), "--no-recording"], check=True)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder `out` of an example meeting."""
+    folder = tmp_path_factory.mktemp("meeting")
+    subprocess.run([sys.executable, "-m", "vistel_cli.main", "up", "--seconds", "18"], cwd=folder, check=True)
+    return folder / "out"
+
+
+@pytest.fixture
+def reader(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Reader]:
+    monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}:{os.environ['PATH']}")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(str(ROOT / p) for p in (".", "services", "sim", "clients/cli")))
+    monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "user"))
+    monkeypatch.setenv("BROWSER", "true")
+    typist = Reader(tmp_path / "mine")
+    shutil.copytree(filled, typist.folder)
+    yield typist
+    if typist.conference is not None:
+        typist.conference.kill()
+
+
+@pytest.mark.parametrize("page", [p if p in QUICK else pytest.param(p, marks=pytest.mark.docs) for p in PAGES])
+def test_the_commands_of_a_page_run_as_printed(page: str, reader: Reader, request: pytest.FixtureRequest) -> None:
+    commands = [c for c in PAGES[page] if not any(re.search(reason, c) for reason in NOT_RUN)]
+    if any("out/latest" in c for c in commands):
+        shutil.copytree(request.getfixturevalue("recorded"), reader.folder / "out", symlinks=True)
+    for command, following in zip(commands, [*commands[1:], ""], strict=True):
+        typed = INSTEAD.get(command, command)
+        if re.match(r"(\.venv/bin/)?vistel up", typed) and ("--seconds" not in typed or re.search(BESIDE_A_CONFERENCE, following)):
+            reader.begin(typed)
+        elif re.search(UNTIL_STOPPED, typed):
+            reader.see(typed)
+        else:
+            reader.run(typed)
+    reader.end()
+
+
+def test_every_reason_not_to_run_a_command_is_needed() -> None:
+    every = [c for commands in PAGES.values() for c in commands]
+    assert [reason for reason in NOT_RUN if not any(re.search(reason, c) for c in every)] == []
