@@ -16,20 +16,20 @@ class ReplayClock:
     """
 
     def __init__(self, log_ns: int, monotonic_ns: int, speed: float) -> None:
-        self._log_ns, self._monotonic_ns, self._speed = log_ns, monotonic_ns, speed
+        self._log_ns, self._monotonic_ns, self.speed = log_ns, monotonic_ns, speed
 
     def now_ns(self) -> int:
-        return self._log_ns + int((time.monotonic_ns() - self._monotonic_ns) * self._speed)
+        return self._log_ns + int((time.monotonic_ns() - self._monotonic_ns) * self.speed)
 
     async def sleep_until_ns(self, t_ns: int) -> None:
-        await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9 / self._speed))
+        await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9 / self.speed))
 
     def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
-        return asyncio.get_running_loop().call_later(seconds / self._speed, callback).cancel
+        return asyncio.get_running_loop().call_later(seconds / self.speed, callback).cancel
 
     def text(self) -> str:
         """The form `clock_from_text` reads."""
-        return f"replay:{self._log_ns}:{self._monotonic_ns}:{self._speed!r}"
+        return f"replay:{self._log_ns}:{self._monotonic_ns}:{self.speed!r}"
 
 
 def clock_from_text(text: str) -> Clock:

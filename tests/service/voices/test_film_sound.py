@@ -140,6 +140,16 @@ def test_the_clap_is_heard_at_the_picture_in_which_the_hands_meet(
     assert len(sound) / 48_000 == pytest.approx(math.floor((2.0 - begin_s) * rate) / rate, abs=0.03)
 
 
+def test_a_film_at_half_speed_has_twice_the_pictures_at_its_own_rate_and_no_sound(log: Path, tmp_path: Path) -> None:
+    reader = LogReader(log)
+    conference = Conference.model_validate(reader.conference)
+    look = FilmSettings((64, 36), 10.0, 1, False, "room", "fast", speed=0.5)
+    render_log(reader, conference, ["tokyo"], BEGIN, BEGIN + S // 2, look, tmp_path)
+    with av.open(str(tmp_path / "tokyo.mp4")) as film:
+        assert not film.streams.audio
+        assert [float(p.time) for p in film.decode(video=0)] == pytest.approx([k / 10 for k in range(10)], abs=0.001)
+
+
 def test_a_log_without_voices_gives_a_film_without_sound_and_pictures_have_none(tmp_path: Path) -> None:
     written(tmp_path / "clap.mcap", 1.5)
     with LogWriter(tmp_path / "mute.mcap", CONFERENCE) as mute:

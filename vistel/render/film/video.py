@@ -44,9 +44,12 @@ class VideoWriter:
 
     A file that is there already (this renderer was started again) is kept, and "name.2.mp4" written.
     A disk that fails ends the video with one line, not the renderer.
+    speed: 0.5 makes a second of what is shown take two in the film. Such a film has no sound.
     """
 
-    def __init__(self, path: Path, width: int, height: int, rate: float, sound: bool = False, quality: Quality = LIVE) -> None:
+    def __init__(
+        self, path: Path, width: int, height: int, rate: float, sound: bool = False, quality: Quality = LIVE, speed: float = 1.0
+    ) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)
         self.path = _free(path)
         width, height = width - width % 2, height - height % 2
@@ -69,7 +72,8 @@ class VideoWriter:
         stream.codec_context.gop_size = max(1, round(rate))
         stream.options = dict(quality)
         self._stream = stream
-        self._track = SoundTrack(self._container) if sound else None
+        self._track = SoundTrack(self._container) if sound and speed == 1.0 else None
+        self._ticks_per_ns = 90e-6 / speed
         self._failed = False
         self._last_pts, self._key_due = -1, 0
         self._start_ns: int | None = None
@@ -121,7 +125,7 @@ class VideoWriter:
         frame = self._planes.frame(rgba)
         if self._start_ns is None:
             self._start_ns = t_ns
-        pts = max(self._last_pts + 1, (t_ns - self._start_ns) * 90_000 // 1_000_000_000)
+        pts = max(self._last_pts + 1, round((t_ns - self._start_ns) * self._ticks_per_ns))
         self._last_pts = frame.pts = pts
         if pts >= self._key_due:  # what is written begins anew with each: a slow renderer that dies loses a second, too
             frame.pict_type = PictureType.I

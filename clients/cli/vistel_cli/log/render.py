@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class FilmSettings:
     """size: pixels, None: the site's; rate: pictures per second; finer: samples per pixel in each direction; png: one file
-    for each picture instead of a film; view: "seat" or "room", None: the site's; light: "fast" or "fine"."""
+    for each picture instead of a film; view: "seat" or "room", None: the site's; light: "fast" or "fine"; speed: 1 is real time."""
 
     size: tuple[int, int] | None
     rate: float
@@ -28,6 +28,7 @@ class FilmSettings:
     png: bool
     view: str | None
     light: str
+    speed: float = 1.0
 
 
 def size_of(text: str | None) -> tuple[int, int] | None:
@@ -79,13 +80,14 @@ def _render_site(
 
     site = next(s for s in conference.sites if s.name == name)
     config = render_config(conference, site)
-    count = count_of(begin_ns, end_ns, look.rate)
+    rate = look.rate / look.speed  # in a second of the log
+    count = count_of(begin_ns, end_ns, rate)
     voices: FilmSound | None = None
-    if not look.png and next(reader.records(topics=("voice",)), None) is not None:
+    if not look.png and look.speed == 1.0 and next(reader.records(topics=("voice",)), None) is not None:
         seated = config.view.kind == "seat" or bool(config.view.screens)
         spatial = site.audio is None or site.audio.spatial != "off"
         voices = FilmSound(begin_ns, config.delay_s, config.view.eyes if seated else None, spatial)
-    pictures = film(config, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, look.rate, look.finer, voices)
+    pictures = film(config, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, rate, look.finer, voices)
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(bar_width=30),
@@ -101,7 +103,7 @@ def _render_site(
                 bar.advance(task)
         else:
             target = folder / f"{name}.mp4"
-            writer = VideoWriter(target, config.view.width, config.view.height, look.rate, voices is not None, FILM)
+            writer = VideoWriter(target, config.view.width, config.view.height, look.rate, voices is not None, FILM, look.speed)
             try:
                 for picture in pictures:
                     for heard in picture.sounds:

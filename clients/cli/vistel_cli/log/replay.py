@@ -69,7 +69,9 @@ class PictureLight(StrEnum):
 
 def replay(
     log: Annotated[Path, Takes(LOG), typer.Argument(help="A log that `vistel up` or `vistel record` wrote (.mcap).")],
-    speed: Annotated[float, typer.Option(min=0.1, max=16.0, help="1 is real time.")] = 1.0,
+    speed: Annotated[
+        float, typer.Option(min=0.1, max=16.0, help="1 is real time; 0.5 makes films half as fast, without sound.")
+    ] = 1.0,
     begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
     source: Annotated[
@@ -112,7 +114,7 @@ def replay(
         raise typer.Exit(verify_log(reader, as_json))
     conference = with_recorded_avatars(_conference(reader, log, site), reader)
     begin, end = piece_of(reader, begin, end)
-    looks = FilmSettings(size_of(size), fps, supersample, png, view.value if view else None, light.value)
+    looks = FilmSettings(size_of(size), fps, supersample, png, view.value if view else None, light.value, speed)
     sites = [s.name for s in conference.sites if not site or s.name in site]
     folder = run_folder(output, f"{conference.name}-replay", latest=False)
     films = [v for s in sites for v in RunPaths(folder, folder).videos(s)]

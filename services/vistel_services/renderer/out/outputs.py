@@ -16,6 +16,7 @@ from vistel.render.film.video import VideoWriter
 from vistel.wire import background
 from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import PictureWriter
+from vistel_services.process.clocks import ReplayClock
 from vistel_services.renderer.out.stream import Stream
 from vistel_services.renderer.out.stream_address import StreamAddress
 from vistel_services.renderer.out.virtual_camera import FileDevice, NoCameraError, VirtualCamera, find_device
@@ -49,7 +50,7 @@ class Outputs:
         self._stream: Stream | None = None
         self._shared: PictureWriter | None = None
         self._camera: VirtualCamera | None = None
-        self._size, self._rate = (0, 0), 0.0
+        self._size, self._rate, self._speed = (0, 0), 0.0, 1.0
         self._ending: set[asyncio.Task[None]] = set()
 
     @property
@@ -71,7 +72,7 @@ class Outputs:
 
     def _write(self, path: Path) -> str:
         try:
-            self._video = VideoWriter(path, *self._size, self._rate, self._out.sound)
+            self._video = VideoWriter(path, *self._size, self._rate, self._out.sound, speed=self._speed)
             return ""
         except Exception as e:
             log.error("event=no_video path=%s reason=%r", path, str(e))
@@ -85,6 +86,7 @@ class Outputs:
         """size: width and height of the pictures; rate: of them per second at most."""
         out = self._out
         self._size, self._rate = size, rate
+        self._speed = clock.speed if isinstance(clock, ReplayClock) else 1.0
         if out.video is not None:
             self._write(out.video)
         if out.stream is not None:

@@ -54,6 +54,16 @@ def test_frames_come_back_with_their_times_colours_and_the_right_way_up(tmp_path
     assert abs(image[70, 80] - (30, 40, 200)).max() < 12
 
 
+def test_a_film_at_half_speed_lasts_twice_as_long_and_has_no_sound(tmp_path: Path) -> None:
+    video = VideoWriter(tmp_path / "slow.mp4", 160, 90, 30.0, sound=True, speed=0.5)
+    for t in (0, 100, 1000):
+        put(video, 5_000_000_000 + t * 1_000_000, np.full((90, 160, 4), 128, np.uint8))
+    video.close()
+    assert [t for t, _ in frames(tmp_path / "slow.mp4")] == pytest.approx([0.0, 0.2, 2.0], abs=0.001)
+    with av.open(str(tmp_path / "slow.mp4")) as file:
+        assert not file.streams.audio
+
+
 def test_odd_sizes_lose_a_row_not_the_video(tmp_path: Path) -> None:
     video = VideoWriter(tmp_path / "odd.mp4", 161, 91, 30.0)
     put(video, 0, np.full((91, 161, 4), 128, np.uint8))
