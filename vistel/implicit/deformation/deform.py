@@ -219,7 +219,7 @@ class Deformer:
             (table.OVERLAP_ROW, blocks.overlap_row),
             (table.GROUP_BLOCKS, blocks.group_blocks),
             (table.SELF_RULE, blocks.self_rule),
-            (table.TODO, np.zeros((count, 3), np.int32)),
+            (table.LISTED_BLOCKS, np.zeros((count, 3), np.int32)),
             (table.BLOCK, np.zeros((count, 6, LANES), np.float32)),
             (table.GATHERED, np.zeros(count, np.uint8)),
         ):

@@ -67,12 +67,12 @@ def _set_zones(t):
 @fast
 def _evaluate_near(t, count, vertices, normals):
     """Decide which blocks act, by bounds where those are enough, by evaluating pairs where not, and which of their
-    pairs may count; TODO's block becomes -1 where nothing acts."""
-    todo, pairs, reach = ints(t[table.TODO]), ints(t[table.PAIRS]), floats(t[table.REACH])
+    pairs may count; LISTED_BLOCKS's block becomes -1 where nothing acts."""
+    listed, pairs, reach = ints(t[table.LISTED_BLOCKS]), ints(t[table.PAIRS]), floats(t[table.REACH])
     low, height = floats(t[table.LOW]), floats(t[table.HEIGHT])
     hinge, bent, gathered = ints(t[table.HINGE]), octets(t[table.BENT]), octets(t[table.GATHERED])
     for c in range(count):
-        b, lo, hi = todo[3 * c], todo[3 * c + 1], todo[3 * c + 2]
+        b, lo, hi = listed[3 * c], listed[3 * c + 1], listed[3 * c + 2]
         acts = hinge[b] >= 0 and bent[hinge[b]] != 0
         for n in range(lo, hi):
             if acts:
@@ -88,7 +88,7 @@ def _evaluate_near(t, count, vertices, normals):
                 evaluate_pair(t, n, vertices, normals)
                 acts = low[n] > least
         if not acts:
-            todo[3 * c] = -1
+            listed[3 * c] = -1
             continue
         if gathered[b] == 0:
             gather(at(ints(t[table.INDEX]), b * LANES), vertices, normals, at(floats(t[table.BLOCK]), b * PATCHES * RAY_SIZE))
@@ -115,9 +115,9 @@ def deform_frame(t, a, b, vertices, normals):
     evaluate_touching(t, count, vertices, normals)
     _set_zones(t)
     _evaluate_near(t, count, vertices, normals)
-    todo = ints(t[table.TODO])
+    listed = ints(t[table.LISTED_BLOCKS])
     stats[table.LISTED] = count
     for c in range(count):
-        if todo[3 * c] >= 0:
-            solve(t, todo[3 * c], todo[3 * c + 1], todo[3 * c + 2], vertices)
+        if listed[3 * c] >= 0:
+            solve(t, listed[3 * c], listed[3 * c + 1], listed[3 * c + 2], vertices)
     return True

@@ -46,7 +46,7 @@ NP pairs of a block and a group.
     REACH,  # (NG,) float32 how far below T (in field units) its field still moves a skin
     # Work.
     CANDIDATES,  # (G, NG) int32 2 k + (1 where k moved along with the group)
-    TODO,  # (NB, 3) int32 block, its first pair, the next block's
+    LISTED_BLOCKS,  # (NB, 3) int32 block, its first pair, the next block's
     PAIRS,  # (NP, PAIR) int32
     MASK,  # (NP,) int64 which primitives of its group count, bits from its first
     HEIGHT,  # (NP,) float32 largest weighted field in the block: exact once evaluated, before that a bound
@@ -111,7 +111,7 @@ NO_OVERLAP = -2
 """Overlap row of a neighbour that shares all of a block's skin: it does not collide."""
 
 # Columns of STATS; REPEATS: evaluations after a block's first, by lanes that were still open; LISTED:
-# rows of TODO.
+# rows of LISTED_BLOCKS.
 EVALUATIONS = 0
 MOVED_COUNT = 1
 LOST_COUNT = 2

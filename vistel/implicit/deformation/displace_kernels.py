@@ -37,18 +37,18 @@ def _press(first, last, mask, kind, rows, corners, block, contact, rigid, work, 
 def pressed(t, vertices, normals, press):
     """The largest field of others at each vertex (V, 3) after the solve of a frame, weighted as the vertex sees it, where
     anything acts; press: (V,), all 0."""
-    todo, pairs, mask = ints(t[table.TODO]), ints(t[table.PAIRS]), longs(t[table.MASK])
+    listed, pairs, mask = ints(t[table.LISTED_BLOCKS]), ints(t[table.PAIRS]), longs(t[table.MASK])
     start, kind, effect = ints(t[table.GROUP_START]), ints(t[table.KIND]), ints(t[table.EFFECT])
     rows, corners, work = floats(t[table.ROWS]), floats(t[table.CORNERS]), floats(t[table.WORK])
     quotient = floats(t[table.QUOTIENT])
     room, to = floats(t[table.RESULT]), pointer(press)
     for c in range(longs(t[table.STATS])[table.LISTED]):
-        b = todo[3 * c]
+        b = listed[3 * c]
         if b < 0:
             continue
         index, block = at(ints(t[table.INDEX]), b * LANES), at(floats(t[table.BLOCK]), b * PATCHES * RAY_SIZE)
         gathered = False
-        for n in range(todo[3 * c + 1], todo[3 * c + 2]):
+        for n in range(listed[3 * c + 1], listed[3 * c + 2]):
             pair = at(pairs, n * table.PAIR)
             k = pair[table.PAIR_GROUP]
             if pair[table.PAIR_RULE] != table.COLLIDES or not pair[table.PAIR_COUNTS] or effect[k] == FADING:

@@ -194,7 +194,7 @@ def _add_pair(t, n, b, k, overlap, rule, mask, height, low):
 
 @fast
 def list_pairs(t, a, b, vertices, now, shown):
-    """Blocks to look at and their pairs: TODO, PAIRS, HEIGHT (bounds). Returns how many of each. now,
+    """Blocks to look at and their pairs: LISTED_BLOCKS, PAIRS, HEIGHT (bounds). Returns how many of each. now,
     shown: room for 4 doubles, for a number per own group."""
     own, count = t[table.OWN_GROUPS], 0
     blocks, centre, spread = ints(t[table.GROUP_BLOCKS]), ints(t[table.CENTRE]), floats(t[table.SPREAD])
@@ -202,7 +202,7 @@ def list_pairs(t, a, b, vertices, now, shown):
     most, group_box = floats(t[table.MOST_CONTACT]), floats(t[table.GROUP_BOX])
     middle_contact = floats(t[table.MIDDLE_CONTACT])
     rule, overlap_row, effect = ints(t[table.SELF_RULE]), ints(t[table.OVERLAP_ROW]), ints(t[table.EFFECT])
-    todo, gathered = ints(t[table.TODO]), octets(t[table.GATHERED])
+    listed, gathered = ints(t[table.LISTED_BLOCKS]), octets(t[table.GATHERED])
     n, p = 0, pointer(vertices)
     for g in range(own):
         candidates = at(ints(t[table.CANDIDATES]), g * t[table.ALL_GROUPS])
@@ -248,7 +248,7 @@ def list_pairs(t, a, b, vertices, now, shown):
                 if high > T:
                     n = _add_pair(t, n, at_block, shown[c], -1, table.SHOWN, mask, high, middle * share)
             if n > begin or folds:
-                todo[3 * count], todo[3 * count + 1], todo[3 * count + 2] = at_block, begin, n
+                listed[3 * count], listed[3 * count + 1], listed[3 * count + 2] = at_block, begin, n
                 gathered[at_block] = 0
                 count += 1
     return count, n
@@ -279,10 +279,10 @@ def evaluate_pair(t, n, vertices, normals):
 @fast
 def evaluate_touching(t, count, vertices, normals):
     """Evaluate every pair that may reach the skin."""
-    todo, height = ints(t[table.TODO]), floats(t[table.HEIGHT])
+    listed, height = ints(t[table.LISTED_BLOCKS]), floats(t[table.HEIGHT])
     pairs = ints(t[table.PAIRS])
     for c in range(count):
-        for n in range(todo[3 * c + 1], todo[3 * c + 2]):
+        for n in range(listed[3 * c + 1], listed[3 * c + 2]):
             rule = pairs[n * table.PAIR + table.PAIR_RULE]
             if rule in (table.COLLIDES, table.NEIGHBOUR) and height[n] > T:
                 evaluate_pair(t, n, vertices, normals)

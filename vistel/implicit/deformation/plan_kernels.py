@@ -31,12 +31,12 @@ def begin_frame(t, a, b, vertices):
 @fast
 def near_blocks(t, count, out):
     """Blocks of the first `count` whose skin somebody may reach, into `out`; how many."""
-    todo, pairs, height, n = ints(t[table.TODO]), ints(t[table.PAIRS]), floats(t[table.HEIGHT]), 0
+    listed, pairs, height, n = ints(t[table.LISTED_BLOCKS]), ints(t[table.PAIRS]), floats(t[table.HEIGHT]), 0
     for c in range(count):
-        for k in range(todo[3 * c + 1], todo[3 * c + 2]):
+        for k in range(listed[3 * c + 1], listed[3 * c + 2]):
             rule = pairs[k * table.PAIR + table.PAIR_RULE]
             if rule in (table.COLLIDES, table.NEIGHBOUR) and height[k] > T:
-                out[n] = todo[3 * c]
+                out[n] = listed[3 * c]
                 n += 1
                 break
     return n
@@ -48,15 +48,15 @@ def measure_touch(t, count, vertices, normals, out):
     the further blocks that decide what acts into `out` and returns how many."""
     evaluate_touching(t, count, vertices, normals)
     _set_zones(t)
-    todo, pairs, height = ints(t[table.TODO]), ints(t[table.PAIRS]), floats(t[table.HEIGHT])
+    listed, pairs, height = ints(t[table.LISTED_BLOCKS]), ints(t[table.PAIRS]), floats(t[table.HEIGHT])
     low, reach = floats(t[table.LOW]), floats(t[table.REACH])
     hinge, bent, gathered, n = ints(t[table.HINGE]), octets(t[table.BENT]), octets(t[table.GATHERED]), 0
     for c in range(count):
-        b = todo[3 * c]
+        b = listed[3 * c]
         if gathered[b] != 0:
             continue
         acts, wanted = hinge[b] >= 0 and bent[hinge[b]] != 0, False
-        for k in range(todo[3 * c + 1], todo[3 * c + 2]):
+        for k in range(listed[3 * c + 1], listed[3 * c + 2]):
             pair = at(pairs, k * table.PAIR)
             least = threshold(pair[table.PAIR_RULE], reach[pair[table.PAIR_GROUP]])
             acts = acts or height[k] > least
@@ -94,7 +94,7 @@ def write_frame(t, count, vertices, block_words, pair_words, pair_bits, members)
     members (NM, 2): row, kind. Returns how many blocks, pairs and members there are; of members beyond the room only
     the number counts.
     """
-    todo, pairs = ints(t[table.TODO]), ints(t[table.PAIRS])
+    listed, pairs = ints(t[table.LISTED_BLOCKS]), ints(t[table.PAIRS])
     start, kind, group = ints(t[table.GROUP_START]), ints(t[table.KIND]), ints(t[table.GROUP])
     hinge, other = ints(t[table.HINGE]), ints(t[table.OTHER])
     effect, parameter = ints(t[table.EFFECT]), ints(t[table.PARAMETER_START])
@@ -102,11 +102,11 @@ def write_frame(t, count, vertices, block_words, pair_words, pair_bits, members)
     block_words[:] = 0
     acting, n, m = 0, 0, 0
     for c in range(count):
-        b = todo[3 * c]
+        b = listed[3 * c]
         if b < 0:
             continue
         g, first = group[b], n
-        for k in range(todo[3 * c + 1], todo[3 * c + 2]):
+        for k in range(listed[3 * c + 1], listed[3 * c + 2]):
             pair = at(pairs, k * table.PAIR)
             if not pair[table.PAIR_COUNTS]:
                 continue
