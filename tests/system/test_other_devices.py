@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from small_site import SMALL_SITE
 
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.log import LogReader
@@ -16,23 +17,9 @@ from vistel.wire.motion import MotionDecoder
 
 pytestmark = [pytest.mark.alone, pytest.mark.slow]
 
-# Two of the demo's people, who are made once for all tests.
-FILE = """
+FILE = f"""
 name = "other"
-
-[[sites]]
-name = "here"
-
-[sites.display]
-video = false
-width = 160
-height = 90
-
-[[sites.participants]]
-name = "aiko"
-height = 1.64
-avatar = "builtin:seed=2"
-
+{SMALL_SITE}
 [sites.participants.tracker]
 kind = "liberty"
 

@@ -15,27 +15,14 @@ from pathlib import Path
 
 import psutil
 import pytest
+from small_site import SMALL_SITE
 
 pytestmark = [pytest.mark.alone, pytest.mark.slow, pytest.mark.timeout(900)]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-# Two of the demo's people, who are made once for all tests.
-FILE = """
+FILE = f"""
 name = "small"
-
-[[sites]]
-name = "here"
-
-[sites.display]
-video = false
-width = 160
-height = 90
-
-[[sites.participants]]
-name = "aiko"
-height = 1.64
-avatar = "builtin:seed=2"
-
+{SMALL_SITE}
 [[sites.participants]]
 name = "lab"
 program = true

@@ -11,21 +11,8 @@ from PIL import Image
 
 from vistel.arrays import F32
 from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.render.figures.portrait import PLAIN_FRAGMENT, PLAIN_VERTEX
 from vistel.render.view.camera import look_at
-
-_VERTEX = """#version 330
-uniform mat4 view; in vec3 position; in vec3 normal; in vec2 uv; out vec3 n; out vec3 p; out vec2 t;
-void main() { gl_Position = view * vec4(position, 1.0); n = normal; p = position; t = uv; }"""
-_FRAGMENT = """#version 330
-uniform sampler2D albedo; uniform vec3 eye; in vec3 n; in vec3 p; in vec2 t; out vec4 colour;
-void main() {
-    vec3 N = normalize(n), V = normalize(eye - p), key = normalize(vec3(0.5, 0.7, 0.8));
-    vec3 base = pow(texture(albedo, t).rgb, vec3(2.2));
-    vec3 light = vec3(0.26 + 0.16 * N.y) + 0.78 * max(0.0, dot(N, key))
-        + vec3(0.20, 0.22, 0.26) * max(0.0, dot(N, normalize(vec3(-0.8, 0.2, 0.5)))) + 0.2 * max(0.0, -N.z);
-    float shine = 0.05 * pow(max(0.0, dot(N, normalize(key + V))), 24.0);
-    colour = vec4(pow(base * light + shine, vec3(1.0 / 2.2)), 1.0);
-}"""
 
 
 @dataclass(frozen=True)
@@ -112,7 +99,7 @@ class Studio(Camera):
     """Photographs parts."""
 
     def __init__(self) -> None:
-        super().__init__(_VERTEX, _FRAGMENT)
+        super().__init__(PLAIN_VERTEX, PLAIN_FRAGMENT)
 
     def photograph(
         self, parts: Sequence[Part], eye: Sequence[float], target: Sequence[float], size: tuple[int, int], angle: float

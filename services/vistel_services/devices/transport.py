@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import os
 import threading
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Protocol
 
@@ -39,7 +40,7 @@ OpenTransport = Callable[[Received, Callable[[str], None]], Transport]
 """(received, lost) -> an open transport; `lost(reason)` is called once when the device goes. Raises TransportError."""
 
 
-class ThreadTransport:
+class ThreadTransport(ABC):
     """A device that only talks, read on a thread; what is written to it goes nowhere."""
 
     def __init__(self, name: str, received: Received, lost: Callable[[str], None]) -> None:
@@ -50,18 +51,18 @@ class ThreadTransport:
         threading.Thread(target=self._read, name=name, daemon=True).start()
 
     def write(self, data: bytes) -> None:
-        pass
+        del data
 
     def set_baud(self, baud: int) -> None:
-        pass
+        del baud
 
     def close(self) -> None:
         # The thread may be waiting in a read, which ends by itself; it lets the device go.
         self._closed.set()
 
+    @abstractmethod
     def _read(self) -> None:
         """On the thread, until `_closed` is set."""
-        raise NotImplementedError
 
     def _later(self, call: Callable[..., None], *arguments: object) -> None:
         """Call on the event loop, unless this was closed meanwhile."""

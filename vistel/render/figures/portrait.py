@@ -17,10 +17,11 @@ Point = tuple[float, float, float]
 
 _LABEL = 15
 _BACKGROUND = (0.80, 0.815, 0.835)
-_VERTEX = """#version 330
+PLAIN_VERTEX = """#version 330
 uniform mat4 view; in vec3 position; in vec3 normal; in vec2 uv; out vec3 n; out vec3 p; out vec2 t;
 void main() { gl_Position = view * vec4(position, 1.0); n = normal; p = position; t = uv; }"""
-_FRAGMENT = """#version 330
+"""Vertex shader of textured meshes under fixed lamps; `view` takes the room to the picture."""
+PLAIN_FRAGMENT = """#version 330
 uniform sampler2D albedo; uniform vec3 eye; in vec3 n; in vec3 p; in vec2 t; out vec4 colour;
 void main() {
     vec3 N = normalize(gl_FrontFacing ? n : -n), V = normalize(eye - p), key = normalize(vec3(0.5, 0.7, 0.8));
@@ -30,6 +31,7 @@ void main() {
     float shine = 0.05 * pow(max(0.0, dot(N, normalize(key + V))), 24.0);
     colour = vec4(pow(base * light + shine, vec3(1.0 / 2.2)), 1.0);
 }"""
+"""Fragment shader for it; `eye` is where the viewer stands [m]."""
 
 
 class Portraits:
@@ -37,7 +39,7 @@ class Portraits:
 
     def __init__(self) -> None:
         self._surface = open_surface()
-        self._program = self._surface.ctx.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
+        self._program = self._surface.ctx.program(vertex_shader=PLAIN_VERTEX, fragment_shader=PLAIN_FRAGMENT)
 
     def close(self) -> None:
         """Give the context back."""

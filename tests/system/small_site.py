@@ -1,0 +1,17 @@
+"""What conferences of tests have in common."""
+
+SMALL_SITE = """
+[[sites]]
+name = "here"
+
+[sites.display]
+video = false
+width = 160
+height = 90
+
+[[sites.participants]]
+name = "aiko"
+height = 1.64
+avatar = "builtin:seed=2"
+"""
+"""A site whose pictures cost little, and one of the demo's people, who are made once for all tests. Tables that follow are hers."""
