@@ -1,4 +1,4 @@
-"""Where avatars from files lie on this machine: a participant's own file, and parcels that came from other sites."""
+"""Where avatar files are on this machine: a participant's own file, and parcels received from other sites."""
 
 import logging
 from pathlib import Path
@@ -12,7 +12,7 @@ from vistel.wire.parcels import MOST_BYTES, digest_of, is_digest
 log = logging.getLogger("vistel.avatars")
 
 MOST_KEPT = 512 << 20
-"""Bytes of parcels in the avatar folder; those not used for longest go first."""
+"""Size of all parcels in the avatar folder [bytes]; the least recently used are removed first."""
 
 
 def avatar_file(participant: Participant) -> Path | None:
@@ -24,7 +24,7 @@ def avatar_file(participant: Participant) -> Path | None:
 
 
 def parcel_path(digest: str) -> Path:
-    """Where the parcel of that digest is kept. Raises ValueError for what is no digest."""
+    """Where the parcel of that digest is kept. Raises ValueError where it is not a digest."""
     if not is_digest(digest):
         raise ValueError(f"parcel: expected 32 hexadecimal digits, got {digest!r}")
     return default_cache() / f"parcel-{digest}{ENDING}"
@@ -43,7 +43,7 @@ def kept_parcel(digest: str) -> bytes | None:
 
 
 def keep_parcel(digest: str, data: bytes) -> bool:
-    """Put a parcel into the avatar folder, whole or not at all; False, and a line in the log, when the disk refuses."""
+    """Write a parcel into the avatar folder, whole or not at all. False, and a line in the log, where it cannot be written."""
     path = parcel_path(digest)
     try:
         write_whole(path, data)

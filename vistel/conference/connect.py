@@ -1,4 +1,4 @@
-"""How a process of a conference joins its bus: with the conference's certificates, and hearing only whom its file knows."""
+"""How a process of a conference joins its bus: with the conference's certificates, and receiving only from those in its file."""
 
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.model import RESERVED, Conference
@@ -9,7 +9,7 @@ from vistel.wire.zenoh.config import TlsFiles
 
 
 def owners_of(conference: Conference) -> Owners:
-    """Which site speaks for whom."""
+    """Which site may publish for which participants."""
     sites: dict[str, dict[str, frozenset[str]]] = {name: {} for name in RESERVED}
     for site in conference.sites:
         sites[site.name] = {

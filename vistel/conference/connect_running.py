@@ -8,7 +8,7 @@ from vistel.wire.zenoh.bus import ZenohBus
 
 
 async def connect_running(running: Running, site: str, clock: Clock, hub: str) -> ZenohBus:
-    """Join as `site`, over the router `hub`, hearing participants from their own sites alone. Raises BusError."""
+    """Join as `site`, over the router `hub`. Messages of a participant are received from their own site only. Raises BusError."""
     own = {
         at: {"participant": frozenset(p for p, there in running.people.items() if there == at)} for at in running.people.values()
     }

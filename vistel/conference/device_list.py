@@ -33,7 +33,7 @@ class Device:
 
     @property
     def port(self) -> str:
-        """What it is connected to, as the file says; a camera's source."""
+        """What it is connected to, as in the file; of a camera its source."""
         c = self.config
         if isinstance(c, FaceConfig | EyeConfig):
             return c.source if isinstance(c, EyeConfig) or "camera" in c.known.connections else str(c.port)

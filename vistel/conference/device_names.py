@@ -1,5 +1,5 @@
-"""The names of devices. They are made here only, and nothing is read out of a name: `vistel.conference.device_list` finds the
-device that has one."""
+"""The names of devices. They are made only here and never taken apart: `vistel.conference.device_list` finds the device of a
+name."""
 
 from typing import Literal
 

@@ -21,8 +21,8 @@ DEMO_FILE = Path(__file__).with_name("demo.toml")
 
 
 def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
-    """Read and check a conference file. room_elsewhere: the room's file may be missing, the world's site has it; then the seats
-    are not known. Raises ConferenceError."""
+    """Read and check a conference file. room_elsewhere: the room's file may be missing here because the world's site has it; then
+    the seats are not known. Raises ConferenceError."""
     told = toml.read(path, ConferenceError)
     conference = _with_files(told.checked(Conference, ConferenceError), path.parent)
     room = conference.room.file

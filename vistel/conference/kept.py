@@ -1,4 +1,4 @@
-"""Files kept on this machine so that they need not come again."""
+"""Files kept on this machine so that they need not be received again."""
 
 import contextlib
 import os
@@ -15,7 +15,7 @@ def write_whole(path: Path, data: bytes) -> None:
 
 
 def read_kept(path: Path, most: int) -> bytes | None:
-    """What is kept there, which counts as used now; None where there is nothing to read, or more than `most` bytes."""
+    """The file's bytes; it counts as used now. None where it cannot be read or has more than `most` bytes."""
     try:
         if path.stat().st_size > most:
             return None
@@ -27,10 +27,10 @@ def read_kept(path: Path, most: int) -> bytes | None:
 
 
 def make_room(folder: Path, pattern: str, most: int) -> None:
-    """Remove what of a folder's files was not used for longest, until there are no more than `most` bytes."""
+    """Remove the least recently used files of a folder until at most `most` bytes remain."""
     found: list[tuple[int, int, Path]] = []
     total = 0
-    with contextlib.suppress(OSError):  # another process makes room too
+    with contextlib.suppress(OSError):  # another process removes files too
         found += [(p.stat().st_mtime_ns, p.stat().st_size, p) for p in folder.glob(pattern)]
         for _, size, path in sorted(found, reverse=True):
             total += size

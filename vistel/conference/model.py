@@ -178,10 +178,10 @@ RESERVED = (HUB_PLACE, "world")
 
 
 class WorldPlaces(Checked):
-    """Where the room is kept going. Each of these places has a world of the room with a disk of its own."""
+    """Where worlds of the room run. Each of these places has a world with a disk of its own."""
 
     on: Name = HUB_PLACE
-    """Whose world leads at first: a site, on whose machine it then runs, or "hub"."""
+    """Whose world is the leader at first: a site, on whose machine it then runs, or "hub"."""
     waiting: list[Name] = Field(default=[])
     """Whose worlds wait, so that the room can be moved there while it runs (`vistel world move`)."""
 
@@ -220,12 +220,12 @@ class Conference(Checked):
     motion: MotionStream = MotionStream()
     sites: list[Site] = Field(min_length=1)
     observers: list[Name] = Field(default=[])
-    """Names of certificates that see and hear and say nothing."""
+    """Names of certificates that may subscribe and not publish."""
     record: bool = True
     record_raw: bool = True
     """Keep the devices' bytes in the log, so that a replay can start from them."""
     standby: bool = True
-    """Keep one process loaded on each machine, of which all others are forked: they start, and come back, at once."""
+    """Keep one loaded process on each machine from which all others are forked, so that they start, and start again, at once."""
 
     @model_validator(mode="after")
     def _worlds_have_places(self) -> Conference:

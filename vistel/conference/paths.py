@@ -24,7 +24,7 @@ class RunPaths:
         return sorted(p for p in self.out.glob(f"{site}*.mp4") if p.stem.split(".")[0] == site)
 
     def metrics(self, node: str) -> Path:
-        """Where Prometheus reads the address of a process "site/label"; there while the process is."""
+        """Where Prometheus reads the address of a process "site/label"; it exists while the process runs."""
         return self.out / "metrics" / f"{node.replace('/', '-')}.json"
 
     @property

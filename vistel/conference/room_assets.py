@@ -1,4 +1,4 @@
-"""What is drawn of rooms that lie in files elsewhere, kept on this machine under its digest."""
+"""Meshes and pictures of rooms whose files are at another site, kept on this machine under their digests."""
 
 import logging
 from pathlib import Path
@@ -13,17 +13,17 @@ from vistel.wire.parcels import MOST_BYTES, is_digest
 log = logging.getLogger("vistel.rooms")
 
 MOST_KEPT = 512 << 20
-"""Bytes of it on this machine; what was not used for longest goes first."""
+"""Size of all assets on this machine [bytes]; the least recently used are removed first."""
 _ENDING = ".asset"
 
 
 def kept_asset(digest: str) -> bytes | None:
-    """The packed polymesh or picture, if it is kept here; that it is whole is seen when it is unpacked."""
+    """The packed polymesh or picture, if it is kept here; unpacking it shows whether it is whole."""
     return read_kept(_path(digest), MOST_BYTES)
 
 
 def keep_asset(digest: str, data: bytes) -> None:
-    """Keep it, whole or not at all; a line in the log when the disk refuses."""
+    """Write it, whole or not at all; a line in the log where it cannot be written."""
     path = _path(digest)
     try:
         write_whole(path, data)
@@ -34,7 +34,7 @@ def keep_asset(digest: str, data: bytes) -> None:
 
 
 def forget_asset(digest: str) -> None:
-    """One that turned out to be damaged."""
+    """Remove one that is damaged."""
     _path(digest).unlink(missing_ok=True)
 
 

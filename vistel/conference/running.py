@@ -35,7 +35,8 @@ class Running:
 
 
 def running_folder() -> Path:
-    """Where this user's running conferences are noted: gone with the session where the system has such a folder."""
+    """The folder with a file for each running conference of this user; it ends with the user's session where the system has such a
+    folder."""
     if runtime := os.environ.get("XDG_RUNTIME_DIR"):
         return Path(runtime) / "vistel"
     if sys.platform == "win32":
@@ -47,8 +48,8 @@ def running_folder() -> Path:
 
 @contextmanager
 def announced(running: Running) -> Generator[None]:
-    """Others find the conference as long as the block lasts, and no longer than this process lives. A folder that cannot be
-    written is no error: then others need the router's address."""
+    """List the conference for other processes until the block or this process ends. A folder that cannot be written is no error:
+    others then need the router's address."""
     path = running_folder() / f"{os.getpid()}.json"
     held: int | None = None
     with suppress(OSError):
@@ -68,10 +69,10 @@ def announced(running: Running) -> Generator[None]:
 
 
 def running_conferences(name: str | None = None) -> list[Running]:
-    """Those that run now, of that name or all, the newest first. Removes what processes that died have left."""
+    """Those that run now, of that name or all, the newest first. Removes the files of processes that have ended."""
     found: list[Running] = []
     for path in running_folder().glob("*.json"):
-        with suppress(OSError, ValueError, TypeError):  # gone meanwhile, or not ours
+        with suppress(OSError, ValueError, TypeError):  # removed meanwhile, or of another program
             if _left_behind(path):
                 path.unlink()
                 continue
@@ -80,8 +81,8 @@ def running_conferences(name: str | None = None) -> list[Running]:
 
 
 def router_of(conference: Conference) -> str | None:
-    """The router of a conference: of the newest of this name that runs here, unless its file names routers of its own; else the
-    file's first; None where there is neither."""
+    """The router of a conference: that of the newest of this name that runs here, unless the file names routers; else the file's
+    first; None where there is neither."""
     here = running_conferences(conference.name) if conference.bus.mode == "embedded" else []
     return here[0].hub if here else next(iter(conference.bus.endpoints), None)
 

@@ -1,4 +1,4 @@
-"""A site's sound in a conference file: microphones, loudspeaker, how long voices are held back, the room's equipment."""
+"""A site's sound in a conference file: microphones, loudspeaker, how long voices are delayed, the room's equipment."""
 
 import re
 from typing import Literal
@@ -141,7 +141,7 @@ class Audio(Checked):
 
     @property
     def policy(self) -> Policy:
-        """`delay` as it is meant."""
+        """`delay`, parsed."""
         return read_policy(self.delay)
 
     def microphone_of(self, participant: str, first: bool) -> str:

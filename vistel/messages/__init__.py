@@ -1,1 +1,1 @@
-"""Between the messages of the wire and what the library computes with: neither knows the other."""
+"""Conversion between messages and the values that the library computes with. Neither depends on the other."""

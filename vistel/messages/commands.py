@@ -1,4 +1,4 @@
-"""Between the messages of commands and what may be asked of the world: fields of the same names (`description.COMMANDS`)."""
+"""Conversion between messages of commands and actions of the world, by fields of the same names (`description.COMMANDS`)."""
 
 from dataclasses import MISSING, fields
 from enum import Enum
@@ -15,7 +15,7 @@ from vistel.v1 import command_pb2 as pb
 from vistel.v1.geometry_pb2 import Pose, Quaternion, Vec3
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
-"""The quaternion (x, y, z, w) that turns nothing."""
+"""The identity quaternion (x, y, z, w)."""
 _ENUMS: dict[str, type[Enum]] = {each.__name__: each for each in (Towards, Along, Where, Shown, Size)}
 """The value NAME of one of these is in its message ENUM_NAME."""
 
@@ -29,7 +29,7 @@ def pose(message: Pose) -> tuple[F64, F64]:
 
 
 def action_of(message: Any) -> Action | None:
-    """What a `Command` asks for; None for nothing this world knows."""
+    """What a `Command` asks for; None where this world does not know it."""
     kind = message.WhichOneof("action")
     return _read(COMMANDS[kind].action, getattr(message, kind)) if kind in COMMANDS else None
 

@@ -1,4 +1,4 @@
-"""Between the Motion of the wire and the posture of a figure: neither knows the other."""
+"""Conversion between `Motion` messages and postures of figures. Neither depends on the other."""
 
 import numpy as np
 
@@ -14,14 +14,14 @@ JAW = ("jaw",)
 
 
 def posture_of(sample: MotionSample) -> Posture:
-    """What a decoded motion says of the body."""
+    """The posture in a decoded motion."""
     joints: dict[str, F64] = {}
     for names, rotations in ((LEGS, sample.legs), (COLLARS, sample.collars), (JAW, sample.jaw)):
         if rotations is not None:
             joints |= dict(zip(names, np.reshape(rotations, (-1, 3)), strict=True))
     gaze = np.zeros(2) if sample.gaze is None else sample.gaze
     stance = Stance(sample.stance[:3], float(sample.stance[3]))
-    # A face that is not seen any more is not known: the last grimace must not stay.
+    # A face that is no longer measured is unknown: the last expression must not stay.
     face = None if sample.face is None or sample.stale & StalePart.FACE else np.reshape(sample.face, (-1, 2))
     lids = None if sample.stale & StalePart.GAZE else sample.lids
     return Posture(sample.body, sample.hands, stance, gaze, joints, face, lids)
@@ -30,7 +30,8 @@ def posture_of(sample: MotionSample) -> Posture:
 def sample_of(
     posture: Posture, seq: int, t_ns: int, *, gaze: F64 | None, face: F64 | None, lids: F64 | None, stale: StalePart = NOTHING_STALE
 ) -> MotionSample:
-    """What is encoded of a posture. gaze: (2,) [rad], face: (26,) marks [m, head frame], lids: (2,); None where not known."""
+    """The part of a posture that is encoded. gaze: (2,) [rad], face: (26,) marks [m, head frame], lids: (2,); None where not
+    known."""
     return MotionSample(
         seq=seq,
         t_ns=t_ns,

@@ -1,4 +1,4 @@
-"""The whole program round an activity: a short coroutine that watches a room and changes it, such as a puzzle.
+"""A command-line program from an activity: a short coroutine that watches a room and changes it, such as a puzzle.
 
 async def play(session: AsyncSession) -> None:
     await session.ask("create green ball 6 cm here")

@@ -16,12 +16,12 @@ from vistel.wire.topics import BY_NAME
 ANSWER_NS = 3_000_000_000
 """How long `ask` waits for the world's answer."""
 POLL_NS = 20_000_000
-"""How often `ask` looks for news: a little more often than the world takes steps."""
+"""How often `ask` looks for an answer: a little more often than the world steps."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What became of a command. things: ids of those it changed or made. reason: why it was refused, else empty."""
+    """The result of a command. things: ids of those it changed or made. reason: why it was refused, else empty."""
 
     done: bool
     things: tuple[str, ...]

@@ -15,7 +15,7 @@ def sampled(points: ArrayLike, count: int | ArrayLike) -> tuple[F64, F64]:
     at = np.asarray(points, np.float64)
     spans = len(at) - 1
     counts: list[int] = np.broadcast_to(np.asarray(count, np.int64), (spans,)).tolist()
-    # Beyond the ends the curve goes on as if mirrored, so that it leaves them straight.
+    # Beyond its ends the curve is mirrored, so that it is straight there.
     ring = np.vstack((2.0 * at[:1] - at[1:2], at, 2.0 * at[-1:] - at[-2:-1]))
     out, parameter = [at[:1]], [np.zeros(1)]
     for k in range(spans):

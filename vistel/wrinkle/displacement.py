@@ -30,8 +30,8 @@ class Map:
 
 
 def blank(size: tuple[float, float], texels: int, *, wraps: bool = False) -> Map:
-    """A flat map, size (width, height) [m], with `texels` along the longer side. Where it wraps a whole number of texels
-    goes round; the height is met within half a texel."""
+    """A flat map, size (width, height) [m], with `texels` along the longer side. Where it wraps, the width is a whole number of
+    texels; the height is right to half a texel."""
     if wraps:
         columns = max(1, round(texels * size[0] / max(size)))
         step = size[0] / columns

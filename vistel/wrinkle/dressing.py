@@ -1,9 +1,7 @@
-"""Dressing: sleeves and trouser legs get textures of their own, unrolled, on which cloth can move (Singh §5.1, §5.3.2).
+"""Charts: sleeves and trouser legs get textures of their own, unrolled, on which cloth can move (Singh §5.1, §5.3.2).
 
-The texture coordinates that come with an avatar cut a sleeve into islands anywhere; cloth that moves along the arm would meet
-other islands. So the colour of each charted region is copied to a plane, once round and along it, and the mesh is registered
-on that.
-"""
+The texture coordinates of an avatar's file may cut a sleeve into islands anywhere; cloth that moves along the arm would run into
+other islands. So the colour of each charted region is copied to a plane, and the mesh is registered on that plane."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,12 +19,13 @@ from vistel.wrinkle.islands import shown_by, spread_out
 from vistel.wrinkle.region import Region, Tube, builtin_regions, sides_of, tube
 
 TEXELS_PER_METRE = 1000.0
-"""At most: charts lie side by side below the avatar's own texture and are no wider together."""
+"""At most: charts lie side by side below the avatar's own texture and together are no wider than it."""
 MARGIN = 0.06
-"""How far a chart goes on at least beyond once round, in turns: triangles lie across the seam."""
+"""How much more than one turn a chart covers at least [turns], because triangles lie across the seam."""
 BEFORE = 0.01
+"""How far a chart begins before its seam [turns], and before and after its ends [v]."""
 APART = 16
-"""Texels round a chart that go on in its colour: smaller copies of the texture must not mix in what lies beside it."""
+"""Texels round a chart that repeat its edge, so that mipmaps do not mix in what lies beside it."""
 EVEN = 64
 """Texels that the sides of the texture are a multiple of."""
 
@@ -87,7 +86,7 @@ def dressed(avatar: Avatar, regions: Sequence[str] = ("sleeve", "trouser_leg")) 
 
 
 def _on_charts(avatar: Avatar, tubes: Sequence[Tube], charts: Sequence[Chart]) -> list[Patch]:
-    """What charts are like beside their colour: as most of their faces were, evenly; pictures of that lie otherwise on them."""
+    """Material of each chart: that of most of its faces, uniform, because pictures of it are laid out differently."""
     out: list[Patch] = []
     on = patch_of(avatar.patches, avatar.mesh.uv, avatar.mesh.corner_triangles)
     for one, chart in zip(tubes, charts, strict=True):
@@ -108,7 +107,7 @@ def _there(avatar: Avatar, region: Region, side: str) -> Tube | None:
 
 
 def _alike(avatar: Avatar, one: Tube) -> Tube:
-    """The region of a coarser level."""
+    """The same region on a coarser level."""
     return tube(avatar, one.region, one.name.removesuffix(one.region.name), like=one)
 
 
@@ -127,7 +126,8 @@ def _extent(levels: Sequence[Avatar], one: Tube) -> tuple[tuple[float, float], f
 
 
 def _even(picture: U8, where: F64) -> tuple[U8, F64]:
-    """The picture with rows below it, and where its parts are then, so that it can be halved some times without a rest."""
+    """The picture with rows added below, so that it can be halved several times without a remainder, and where its parts are
+    then."""
     height, width = picture.shape[:2]
     more, wider = -height % EVEN, -width % EVEN
     out = np.pad(picture, ((0, more), (0, wider), (0, 0)), mode="edge")
@@ -154,7 +154,7 @@ def _kept(mesh: Mesh, box: F64) -> Mesh:
 
 
 def _turns(one: Tube, mesh: Mesh, triangles: I64) -> F64:
-    """(F, 3, 2) u, v of the corners of triangles, u going on beyond 1 where they lie across the seam."""
+    """(F, 3, 2) u, v of the corners of triangles, u above 1 where they lie across the seam."""
     at = one.place(mesh.vertices)[mesh.triangles[triangles]]
     across = np.ptp(at[..., 0], axis=1) > 0.5
     at[..., 0] += across[:, None] & (at[..., 0] < 0.5)
@@ -171,7 +171,7 @@ def unrolled(avatar: Avatar, one: Tube, span: tuple[float, float], density: floa
     faces = np.flatnonzero(one.member[mesh.triangles].all(axis=1))
     at = _turns(one, mesh, faces)
     size = max(columns, rows)
-    # Drawn three times, so that what lies across the seam is at both ends.
+    # Drawn three times, so that triangles across the seam are drawn at both ends.
     corner = np.concatenate([at + np.array((k, 0.0)) for k in (-1.0, 1.0, 0.0)]).reshape(-1, 2)
     corner = (corner + np.array((BEFORE, -span[0]))) / np.array((width, height)) * np.array((columns, rows)) / size
     # The rasteriser's picture is square, its first row at v = 1.
@@ -188,7 +188,8 @@ def unrolled(avatar: Avatar, one: Tube, span: tuple[float, float], density: floa
 
 
 def _filled(picture: U8, seen: NDArray[np.bool_]) -> U8:
-    """The picture with what is not seen like the nearest that is above or below it; cloth may move over it."""
+    """The picture with each texel that is not seen in the colour of the nearest seen one above or below it; cloth may move over
+    it."""
     rows = np.arange(len(picture))[:, None]
     above = np.maximum.accumulate(np.where(seen, rows, -1), axis=0)
     below = np.minimum.accumulate(np.where(seen, rows, 2 * len(picture))[::-1], axis=0)[::-1]

@@ -19,7 +19,7 @@ Unit = Annotated[float, Field(ge=0.0, le=1.0)]
 
 
 class DriveCurve(Entry):
-    """How much of a set of wrinkles is there: 0 to 1 over what drives it."""
+    """The weight of a set of wrinkles, 0 to 1, as a function of what drives it."""
 
     knots: Annotated[list[tuple[Finite, Unit]], Field(min_length=2, max_length=32)]
     """Value and weight, values rising: degrees of a joint, or the intensity of an action unit, 0..1."""
@@ -77,7 +77,7 @@ class Drive(Entry):
         return math.degrees(rotation_angle(joints, joint, self.axis, mirror=mirror))
 
     def weight(self, joints: JointPose, actions: Mapping[str, float], side: str = "") -> float:
-        """How much of the wrinkles is there, 0..1."""
+        """The weight of the wrinkles, 0..1."""
         return self.curve(self.value(joints, actions, side))
 
 
@@ -89,6 +89,6 @@ def rotation_angle(joints: JointPose, joint: int, axis: tuple[float, float, floa
     q = quaternion_from_matrix(np.ascontiguousarray(local))
     if axis is None:
         return 2.0 * math.acos(min(1.0, abs(float(q[3]))))
-    # A rotation is mirrored as a pseudovector is: what lies across the mirror keeps its sign.
+    # A rotation vector is mirrored as a pseudovector: its component normal to the mirror keeps its sign.
     a = np.array(axis) * ((1.0, -1.0, -1.0) if mirror else (1.0, 1.0, 1.0))
     return 2.0 * math.atan2(float(q[:3] @ a) / float(np.linalg.norm(a)), float(q[3]))

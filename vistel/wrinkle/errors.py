@@ -1,4 +1,4 @@
-"""What is said of wrinkle files that cannot be used."""
+"""The error of wrinkle files that cannot be used."""
 
 from pydantic import BaseModel, ConfigDict
 

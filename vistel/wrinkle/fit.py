@@ -7,7 +7,7 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.wrinkle.region import Tube
 
 COARSEST = 100.0
-"""Texels per metre below which skin has no texture coordinates to speak of: a plain colour, or a point."""
+"""Texels per metre below which skin counts as having no texture coordinates (a plain colour, or a point)."""
 MOST_BARE = 0.3
 """Share of a region's surface that may have none."""
 MOST_SHARED = 0.15

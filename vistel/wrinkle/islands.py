@@ -1,5 +1,5 @@
-"""The islands of a texture: what shows, and colour beyond their edges, so that no smaller copy of the texture mixes in what is
-between them."""
+"""The islands of a texture: which texels show, and colour spread beyond their edges, so that mipmaps do not mix in what is between
+them."""
 
 from collections.abc import Sequence
 

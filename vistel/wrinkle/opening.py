@@ -1,5 +1,5 @@
 """The dark between parted lips, for heads whose mouth is painted on closed skin: where the skin between the lips is stretched, it
-shows what is behind it."""
+is drawn as the inside of the mouth."""
 
 import numpy as np
 from numpy.typing import NDArray

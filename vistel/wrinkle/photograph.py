@@ -1,8 +1,7 @@
 """Wrinkle shapes from photographs: edges, thinned to their skeleton, as weighted curves (Singh §5.2.1, Figure 49a).
 
-A ridge that is lit from one side is bright on that side and dark on the other: along it the picture has an edge whose bright
-side is towards the lamp. A valley's is the other way round, and so are the feet of a ridge, which is how they are told apart.
-"""
+A ridge that is lit from one side is bright on that side and dark on the other: along it the picture has an edge whose bright side
+is towards the lamp. Valleys and the feet of a ridge have their bright side away from the lamp, which distinguishes them."""
 
 import math
 from dataclasses import dataclass
@@ -19,18 +18,17 @@ from vistel.wrinkle.shape import Branch, Point, WrinkleShape, normalised
 from vistel.wrinkle.skeleton_graph import paths
 
 LARGEST = 1400
-"""Larger photographs are made so large, in pixels, before they are looked at."""
+"""Larger photographs are scaled down to this size first [pixels]."""
 
 
 @dataclass(frozen=True)
 class Looking:
-    """How a photograph is looked at.
+    """How a photograph is analysed.
 
     light: where the lamp is, counter-clockwise from the right [rad]; None where that is not known: then feet are found too.
-    blur: pixels, about a third of a wrinkle's radius. strong, weak: an edge begins where it is so strong, in parts of the
-    strongest, and goes on while it is not weaker than that. shortest: curves with a free end that are shorter are left out
-    [pixels]. closer: of the curve to the skeleton [pixels].
-    """
+    blur: pixels, about a third of a wrinkle's radius. strong, weak: an edge begins where its strength reaches `strong` and
+    continues down to `weak`, in parts of the strongest edge. shortest: curves with a free end that are shorter are left out
+    [pixels]. closer: of the curve to the skeleton [pixels]."""
 
     light: float | None = math.pi / 2.0
     blur: float = 3.0

@@ -1,4 +1,4 @@
-"""Pictures of wrinkles for looking at: a shape's curves, and a shape as it comes out on cloth or skin."""
+"""Previews of wrinkles: a shape's curves, and a shape on cloth or skin."""
 
 from collections.abc import Sequence
 

@@ -27,7 +27,7 @@ Vector = tuple[float, float, float]
 
 
 class Region(Entry):
-    """A region as its file says it; see the head of regions.toml."""
+    """A region as in its file; see the head of regions.toml."""
 
     name: str
     limbs: list[str]
@@ -40,7 +40,7 @@ class Region(Entry):
     upright: str | None = None
     """Joint through which the tube's axis goes upright, instead of along the joints."""
     fade: Annotated[float, Field(gt=0.0)] = 0.03
-    """From the region's edge inwards displacements grow to all they are, so that they go on into the skin beside [m]."""
+    """Width of the border over which displacements grow from 0 at the region's edge to their full size [m]."""
     charted: bool = False
     """Whether dressed avatars have a texture of their own for it, on which cloth can move."""
 
@@ -157,7 +157,7 @@ def _inwards(vertices: F32, triangles: NDArray[np.int32], member: NDArray[np.boo
     edges = np.vstack((edges, edges[:, ::-1]))
     edges = edges[member[edges[:, 1]]]
     length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-    # Those on the edge itself must lie still: the way begins as far in as the longest edge that leads outside.
+    # Those on the edge must not move: distances begin as far inside as the longest edge that leads outside.
     start = float(length[~member[edges[:, 0]]].max(initial=0.0))
     distance = np.where(member, np.inf, 0.0)
     while True:

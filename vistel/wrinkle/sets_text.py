@@ -1,4 +1,4 @@
-"""Sets of wrinkles as a text that holds all they need: what an avatar's file keeps of what it wears, readable as TOML."""
+"""Wrinkle sets as one TOML text with all shapes they need, as an avatar's file keeps them."""
 
 from collections.abc import Sequence
 from typing import Any, cast
@@ -25,7 +25,7 @@ def sets_text(sets: Sequence[WrinkleSet]) -> str:
 
 
 def _own(sets: Sequence[WrinkleSet]) -> tuple[list[WrinkleShape], dict[int, str]]:
-    """Shapes that are not built in, and the names that those are known by which had a file's."""
+    """Shapes that are not built in, and by identity the names of all shapes."""
     builtin, own, named = builtin_shapes(), dict[str, WrinkleShape](), dict[int, str]()
     for each in sets:
         for shape in each.shapes.values():

@@ -96,7 +96,7 @@ class WrinkleShape(Entry):
     branches: Annotated[list[Branch], Field(min_length=1, max_length=64)]
 
     @model_validator(mode="after")
-    def _hangs_together(self) -> "WrinkleShape":
+    def _branches_do_not_cross(self) -> "WrinkleShape":
         lopsided = any(layer.offset or layer.lean for layer in self.profile)
         lines = [sampled(b.places, 8)[0] for b in self.branches]
         for k, branch in enumerate(self.branches):
@@ -120,8 +120,8 @@ def _place(point: F64) -> str:
 
 
 def normalised(branches: list[Branch], name: str, about: str = "", material: Literal["cloth", "skin"] = "cloth") -> WrinkleShape:
-    """The shape of branches whose middle and size are anything within [-1, 1]: moved and scaled alike in x and y so that
-    they fill it, attributes scaled to a largest one of 1."""
+    """A shape of these branches, moved and scaled alike in x and y so that they fill [-1, 1] x [-1, 1], attributes scaled so that
+    the largest is 1."""
     at = np.concatenate([b.places for b in branches])
     low, high = at.min(axis=0), at.max(axis=0)
     middle, half = 0.5 * (low + high), 0.5 * float((high - low).max())

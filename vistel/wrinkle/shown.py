@@ -1,6 +1,6 @@
 """Wrinkles as a renderer draws them: nothing but arrays, for all levels of detail of a figure.
 
-The light of every set lies on the texture once, in one of four channels; sets that lie over each other are in different ones. A
+The light of every set is stored on the texture once, in one of four channels; sets that overlap are in different ones. A
 drawn vertex knows which set of each channel is near it, so that a picture needs no more than the weights of the sets: the
 shader multiplies the albedo by 1 + weight * light of each channel, and moves the texture coordinate by weight * pull.
 """
@@ -25,13 +25,15 @@ Flags = NDArray[np.bool_]
 log = logging.getLogger("vistel.wrinkle")
 
 CHANNELS = 4
+"""Colour channels of the picture of light."""
 MOST_SETS = 63
-"""That a shader's uniform array holds, beside the one that is always 0."""
+"""Sets that fit into a shader's uniform array, besides the one that is always 0."""
 PLAIN = 128
-"""A texel that is as bright as without wrinkles."""
+"""Value of a texel that is as bright as without wrinkles."""
 COARSE = 4
-"""Texels of the picture that tells which triangles a set lights, in texels of the albedo."""
+"""Size of a texel of the picture from which the lit triangles are found, in texels of the albedo."""
 MARGIN = 4
+"""Texels by which light is spread beyond the islands of the texture."""
 SLIGHT = 0.004
 """Weights below it move nothing."""
 
@@ -86,8 +88,8 @@ class ShownWrinkles:
 
 
 def shown(made: ChartedAvatar, wears: Sequence[WrinkleSet]) -> ShownWrinkles:
-    """What a dressed avatar wears, on all its levels; takes some seconds. More than CHANNELS sets over each other, or MOST_SETS in
-    all, are left out with a line in the log."""
+    """The wrinkles of a charted avatar, on all its levels; takes some seconds. Sets beyond CHANNELS in one place or MOST_SETS in
+    all are left out with a line in the log."""
     finest = Worn(made.avatar, wears, made.charts)
     worn = [finest, *(Worn(a, wears, made.charts, textures=False, finest=finest) for a in made.avatar.coarser)]
     near = [_near(w.avatar, finest) for w in worn]
@@ -176,7 +178,7 @@ def _level(worn: Worn, near: Sequence[Flags], channel: NDArray[np.int8]) -> Leve
             continue
         sets[near[s], c] = s + 1
         if len(each.drawn):
-            # Cloth also moves where its wrinkles shed no light; another set's there moves none.
+            # Cloth also moves where its wrinkles change no light and no other set moves it.
             free = (sets[each.drawn, c] == 0) | (sets[each.drawn, c] == s + 1)
             sets[each.drawn[free], c] = s + 1
             pull[each.drawn[free], c] = each.shift[free, 1]

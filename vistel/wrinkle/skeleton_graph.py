@@ -13,7 +13,7 @@ _AROUND = [(-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)]
 
 def paths(skeleton: U8, shortest: float) -> list[F64]:
     """(N, 2) rows and columns of each curve of a skeleton one pixel wide; curves that meet have their last point in common.
-    Those with a free end that are shorter than `shortest` pixels are pruned, what is left of a fork goes on as one curve."""
+    Curves with a free end that are shorter than `shortest` pixels are removed; the two that are left at a fork become one curve."""
     pixels = {(int(r), int(c)) for r, c in np.argwhere(skeleton)}
     while True:
         found = _traced(pixels)
@@ -21,7 +21,7 @@ def paths(skeleton: U8, shortest: float) -> list[F64]:
         short = [p for p in found if _length(p) < shortest and min(count[p[0]], count[p[-1]]) < 2]
         if not short:
             break
-        # Of those at one fork only the shortest: another may then go on through the fork.
+        # Of those at one fork only the shortest: another may then continue through the fork.
         touched: set[Pixel] = set()
         for path in sorted(short, key=_length):
             forks = {p for p in (path[0], path[-1]) if count[p] > 1}
@@ -85,7 +85,7 @@ def _length(path: list[Pixel]) -> float:
 
 
 def _forks(found: list[list[Pixel]]) -> dict[Pixel, F64]:
-    """Where the pixels of a fork are taken to be: forks that are one step apart are one."""
+    """The place of each pixel of a fork: forks that are one step apart count as one."""
     count = _meetings(found)
     group: dict[Pixel, Pixel] = {p: p for p, n in count.items() if n > 1}
 

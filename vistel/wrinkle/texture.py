@@ -1,8 +1,8 @@
 """Wrinkled colour textures: the flat one displaced, lit and drawn again (Singh §5.2.2, Figures 49 and 50; mathematics M9.4).
 
-Cloth does not stretch: where it rises and falls there is more of it than meets the eye, and what lies beside is drawn in.
+Cloth does not stretch: where it rises and falls it covers less of the plane, and the cloth beside it is drawn in.
 The wrinkled texture shows at P the cloth of P + d(P), where div d = |grad h|^2 / 2 is the length used up by the displacement h.
-That motion is what a wrinkled texture loses of its correspondence with the flat one; it is kept within a limit and told.
+By that motion the wrinkled texture no longer corresponds to the flat one; it is kept within a limit and reported (`Loss`).
 """
 
 import math
@@ -35,7 +35,7 @@ class Lighting:
 
 @dataclass(frozen=True)
 class Loss:
-    """What correspondence a wrinkled texture loses.
+    """How far a wrinkled texture no longer corresponds to the flat one.
 
     shift: largest motion of the texture [m]; mean: mean motion [m]; wanted: largest motion that keeps all lengths [m], more
     than `shift` where it was limited. slope: steepest slope of the displacement.
@@ -48,7 +48,7 @@ class Loss:
 
     @property
     def limited(self) -> bool:
-        """Whether lengths were given up to keep the correspondence."""
+        """Whether the motion was limited, so that lengths are not kept."""
         return self.wanted > self.shift * (1.0 + 1e-6)
 
 
@@ -124,14 +124,14 @@ def smoothed(of: Map, sigma: float) -> Map:
 
 
 def _blurred(height: F32, sigma: float, wraps: bool) -> F32:
-    """Gaussian of `sigma` texels; edges go on, or wrap to the left and right."""
+    """Gaussian of `sigma` texels; edges are repeated, or wrap to the left and right."""
     if sigma <= 0.0:
         return height
     reach = min(math.ceil(3.0 * sigma), max(height.shape))
     rows, columns = np.flatnonzero(height.any(axis=1)), np.flatnonzero(height.any(axis=0))
     if len(rows) == 0:
         return height
-    # Most of a map is flat, and remains so.
+    # Most of a map is flat and stays flat.
     top, bottom = max(0, rows[0] - reach), min(height.shape[0], rows[-1] + reach + 1)
     left, right = int(columns[0]) - reach, int(columns[-1]) + reach + 1
     if left < 0 or right > height.shape[1]:

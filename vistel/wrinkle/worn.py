@@ -31,11 +31,11 @@ from vistel.wrinkle.wrinkle_sets import SetEntry, WrinkleSet
 log = logging.getLogger("vistel.wrinkle")
 
 REFERENCE_HEIGHT = 1.75
-"""Of whom lengths in files of sets are said [m]."""
+"""Height of the person to whom lengths in files of sets refer [m]."""
 TEXELS = {"cloth": 768, "skin": 1536}
 """Along the longer side of a region's map."""
 FINEST = 0.0002
-"""Texels of small regions are no smaller [m]."""
+"""Smallest texel, for small regions [m]."""
 LIGHT = {"cloth": Lighting((0.0, 0.78, 0.62), 0.34, 0.8, 0.005), "skin": Lighting((0.0, 0.66, 0.75), 0.45, 0.6, 0.0008)}
 DENT = 0.3
 """Vertices move by at most this share of the tube's radius: neighbours must not pass through each other."""
@@ -98,7 +98,7 @@ class Worn:
         self.memory = np.array([s.what.entry.memory for s in self.sets])
 
     def weights(self, joints: JointPose, actions: Mapping[str, float] | None = None) -> F64:
-        """(S,) how much of each set is there. actions: intensities 0..1 of action units by name."""
+        """(S,) weight of each set. actions: intensities 0..1 of action units by name."""
         return self.drives.weights(joints, actions or {})
 
     def displacement(self, weights: F64) -> F32:
@@ -138,7 +138,7 @@ class Worn:
         return self._texels.covered
 
     def wearing(self, sets: Sequence[WrinkleSet]) -> "Worn":
-        """The same avatar in other sets, for who edits them: only those that are new objects are laid anew."""
+        """The same avatar with other sets, for an editor: only sets that are new objects are computed again."""
         out = copy(self)
         out._maps, out.left_out = dict(self._maps), dict(self.left_out)
         known = {(id(s.what), s.side): s for s in self.sets}
@@ -198,7 +198,7 @@ class Worn:
         vertex = np.flatnonzero(around.attenuation > 0.0)
         height = np.zeros(len(vertex), np.float32)
         if of is not None and entry.lift > 0.0:
-            # What is finer than the mesh would only make it rough.
+            # Detail finer than the mesh would only make it rough.
             edge = np.linalg.norm(np.diff(mesh.vertices[mesh.triangles[around.member[mesh.triangles].all(axis=1)]], axis=1), axis=2)
             seen = smoothed(of, 0.35 * float(np.median(edge)))
             height = read(seen, around.place(mesh.vertices[vertex])) * around.attenuation[vertex] * np.float32(entry.lift)
@@ -229,7 +229,7 @@ class Worn:
         v = around.place(mesh.vertices[mesh.corner_vertex[drawn]])[:, 1]
         # The cloth now seen at v came from below it.
         by = -scale * entry.pulled(v) / around.plane[1] * chart.scale[1]
-        # On its edge cloth goes on into triangles that lie elsewhere on the texture and do not move.
+        # At its edge the cloth continues into triangles that are elsewhere on the texture and do not move.
         edge = np.ones(len(mesh.corner_vertex), np.bool_)
         edge[drawn] = False
         by[np.isin(mesh.corner_vertex[drawn], mesh.corner_vertex[edge])] = 0.0
@@ -289,14 +289,14 @@ def read(of: Map, at: F64) -> F32:
 
 @dataclass(frozen=True)
 class Memory:
-    """How cloth keeps a little of what it was bent to: times [s] in which it takes a crease on and loses it."""
+    """How cloth keeps part of a crease for a while: times [s] in which it takes a crease on and loses it."""
 
     rise: float = 2.0
     fall: float = 30.0
 
     def step(self, kept: F64, weights: F64, share: F64, seconds: float) -> tuple[F64, F64]:
         """kept: (S,) of the step before, zeros at first; share: (S,) `Worn.memory`. Returns what is kept now, and the
-        weights to show: never less than what drives the sets, and a share of what they remember."""
+        weights to show: never less than what drives the sets, and a share of what is kept."""
         away = np.where(weights > kept, self.rise, self.fall)
         kept = weights + (kept - weights) * np.exp(-max(seconds, 0.0) / away)
         return kept, np.maximum(weights, share * kept)

@@ -20,7 +20,7 @@ from vistel.wrinkle.sheet import WrinkleEntry, instances
 
 FOLDER = Path(__file__).with_name("sets")
 MOST_WRINKLES = 1000
-"""Of all sets of a file."""
+"""Most wrinkles in all sets of a file."""
 
 
 class SetEntry(Entry):
@@ -51,7 +51,7 @@ class SetEntry(Entry):
         return self
 
     def pulled(self, v: F64) -> F64:
-        """Motion [m] of the cloth at v; 0 beyond what is said."""
+        """Motion [m] of the cloth at v; 0 beyond the given values."""
         if not self.pull:
             return np.zeros_like(v)
         at, by = zip(*self.pull, strict=True)
@@ -85,8 +85,8 @@ def load_sets(path: Path) -> list[WrinkleSet]:
 
 
 def sets_in(text: str, source: str) -> list[WrinkleSet]:
-    """The sets of a text such as `sets_text` writes: shapes are built-in or in the text itself, for it may be a stranger's.
-    Raises WrinkleError, one line per fault, which begins with `source`."""
+    """The sets of a text such as `sets_text` writes: shapes are built in or in the text itself, since the text may come from
+    another site. Raises WrinkleError, one line per fault, which begins with `source`."""
     return sets_of(toml.parsed(text, source, WrinkleError), _builtin)
 
 
@@ -108,14 +108,14 @@ def sets_of(told: toml.TomlFile, look: Callable[[str], WrinkleShape]) -> list[Wr
     for k, entry in enumerate(file.sets):
         if entry.region not in known:
             raise WrinkleError(told.told([f"sets[{k}].region: is {entry.region!r}, expected one of {', '.join(known)}"]))
-        # A plane of the usual size: off its edges here is off them on everybody.
+        # A plane of the usual size: what leaves it here leaves it on everybody.
         instances(entry.wrinkles, (1.0, 1.0), source, shape, wraps=True, scale=1e-6)
         out.append(WrinkleSet(entry, known[entry.region], {w.shape: shape(w.shape) for w in entry.wrinkles}, source))
     return out
 
 
 def charted(sets: Sequence[WrinkleSet]) -> list[str]:
-    """Regions of sets that want a texture of their own: for `vistel.wrinkle.dressing.dressed`."""
+    """Regions of sets that need a texture of their own, for `vistel.wrinkle.dressing.dressed`."""
     return sorted({each.region.name for each in sets if each.region.charted})
 
 

@@ -1,1 +1,1 @@
-"""The room of the world as messages: encoded, decoded, and run again from a log."""
+"""The state of the world as messages: encoded, decoded, and computed again from a log."""

@@ -1,4 +1,4 @@
-"""From messages to what the world takes in."""
+"""From messages to inputs of the world."""
 
 import logging
 
@@ -19,12 +19,13 @@ log = logging.getLogger("vistel.world")
 
 
 def motion_input(participant: str, sample: MotionSample) -> MotionInput:
-    """A decoded motion as the world takes it."""
+    """A decoded motion as an input of the world."""
     return MotionInput(participant, posture_of(sample), sample.seq, sample.t_ns)
 
 
 def person(participant: str, message: Participant) -> ParticipantBody:
-    """Height and girth of somebody, or the proportions of their own avatar; what cannot be read counts as average."""
+    """Height and girth of a participant, or the proportions of their own avatar. Proportions that cannot be read count as
+    average."""
     build = 1.0
     if message.HasField("proportions"):
         try:
@@ -41,20 +42,20 @@ def person(participant: str, message: Participant) -> ParticipantBody:
 
 
 def command_input(participant: str, message: Command) -> CommandInput:
-    """A command of `participant`, whose key it came on; one in another's name has no action and is refused."""
+    """A command received on the key of `participant`. One in the name of somebody else has no action and is refused."""
     own = message.participant in ("", participant)
     return CommandInput(message.id, participant, action_of(message) if own else None)
 
 
 def prop_input(message: Prop) -> PropInput:
-    """Where a tracked thing is, or one that a mouse leads, as the world takes it."""
+    """The pose of a tracked thing, or of one that a mouse moves, as an input of the world."""
     v, w = message.velocity, message.spin
     speeds = np.array([v.x, v.y, v.z], np.float64), np.array([w.x, w.y, w.z], np.float64)
     return PropInput(message.thing, *pose(message.pose), message.header.t_ns, *speeds, message.led_by, message.let_go)
 
 
 def people_of(inputs: WorldInputs) -> tuple[ParticipantBody, ...]:
-    """Who came in a recorded step."""
+    """Who joined in a recorded step."""
     return tuple(ParticipantBody(p.participant, p.height_m, p.build, _own(p)) for p in inputs.people)
 
 

@@ -1,4 +1,4 @@
-"""From what the world says to messages."""
+"""From states of the world to messages."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.proportions import to_message
 
 STATE_STEPS = 60
-"""Steps from one recorded private state to the next: a second."""
+"""Steps between two recorded private states: a second."""
 
 _FELT = world_pb2.HandForce
 _DIGITS = (_FELT.DIGIT_THUMB, _FELT.DIGIT_INDEX, _FELT.DIGIT_MIDDLE, _FELT.DIGIT_RING, _FELT.DIGIT_LITTLE, _FELT.DIGIT_PALM)
@@ -36,7 +36,7 @@ def carries_state(step: int, begins: bool) -> bool:
 
 
 def world_state(view: WorldView, things: Sequence[world_pb2.Thing] | None = None) -> world_pb2.WorldState:
-    """The whole room at a step, in words. things: their messages, if they have been made already."""
+    """The whole room at a step, in readable fields. things: their messages, if they have been made already."""
     out = world_pb2.WorldState(step=view.step, key=True, participants=view.participants, hash=view.hash or None)
     out.header.t_ns = view.t_ns
     out.things.extend(things if things is not None else [thing_message(t) for t in view.things])
@@ -129,7 +129,7 @@ def ownership(event: ClaimEvent, step: int, t_ns: int) -> world_pb2.Ownership:
 
 
 def input_person(p: ParticipantBody) -> world_pb2.WorldInputs.Person:
-    """Somebody, as recorded with the step they came in."""
+    """A participant, as recorded with the step in which they joined."""
     out = world_pb2.WorldInputs.Person(participant=p.participant, height_m=p.height, build=p.build)
     if (own := p.proportions) is not None:
         out.proportions.CopyFrom(to_message(own.names, own.joint, own.arrays))
@@ -167,14 +167,14 @@ def thing_message(t: Thing) -> world_pb2.Thing:
 
 
 def dent_message(d: DentRecord) -> world_pb2.Dent:
-    """What something has left in a thing."""
+    """A dent in a thing."""
     return world_pb2.Dent(
         number=d.number, thing=d.thing, shape=_primitive(d.shape), depth=d.depth, left_ns=d.left_ns, fade_s=d.fade_ns * 1e-9
     )
 
 
 def bond_message(b: Bond) -> world_pb2.Bond:
-    """What holds a limb and a thing together."""
+    """A bond of a limb and a thing."""
     return world_pb2.Bond(
         number=b.number,
         thing=b.thing,

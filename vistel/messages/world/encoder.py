@@ -1,8 +1,7 @@
-"""Encodes the steps of a world as messages: changes to the message before, and now and then everything.
+"""Encodes the steps of a world as messages: changes since the message before, and at intervals a key frame with everything.
 
-The bytes depend on the steps since the last key frame alone, so that a re-run that begins at a recorded state says the
-same from the next key frame on.
-"""
+The bytes depend on the steps since the last key frame alone, so that a re-run from a recorded state gives the same messages from
+the next key frame on."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -24,8 +23,8 @@ from vistel.wire.world.decoder import check_of, crc_of, crc_of_marks
 KEY_STEPS = 120
 """Steps from one whole message to the next: two seconds."""
 MOST_KEYED = 100
-"""Rooms with up to so many things publish key frames to everybody as often. In larger rooms only who asks gets the whole, so that
-the stream of the others does not grow with the room."""
+"""Rooms with up to this many things publish every key frame to everybody. In larger rooms only those who ask get one, so that the
+stream of the others does not grow with the room."""
 TOGETHER = 2
 """Steps in a message."""
 

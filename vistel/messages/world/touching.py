@@ -1,8 +1,7 @@
-"""Who touches whom, as it is told: limbs that begin to touch at once, those that have ceased to a little later.
+"""Which contacts are published: a new one at once, one that has ended a little later.
 
-A ghost named longer than it acts deforms nothing, because its field no longer reaches; so what trembles at the edge of a
-contact need not be told again and again.
-"""
+A ghost that is listed longer than it acts deforms nothing, because its field no longer reaches the other body. So a contact that
+comes and goes at its edge is not published again and again."""
 
 from collections.abc import Container
 from dataclasses import dataclass, field
@@ -11,12 +10,13 @@ from vistel.space.view import WorldView
 from vistel.wire.world.codec.touches import TouchCode, level_of
 
 LINGER_STEPS = 30
-"""How long a limb that no longer touches stays named."""
+"""How long a limb that no longer touches stays listed."""
 FORCE_STEPS = 12
-"""A force is told no more often than five times a second."""
+"""A force is published at most five times a second."""
 
 FADING = 0.9
-"""What is left of a force a step later that is not there any more, so that the strongest of some steps is told."""
+"""Factor per step by which the published force falls after the real one has ended, so that the strongest of some steps is
+published."""
 
 _Names = tuple[str, str]
 
@@ -37,12 +37,12 @@ class Touching:
         self._step = 0
 
     def begin(self, view: WorldView) -> None:
-        """Forget what was; begin with this step."""
+        """Drop all pairs and begin with this step."""
         self._pairs = {}
         self.step(view)
 
     def step(self, view: WorldView) -> None:
-        """What touches at a step."""
+        """Take in the contacts of a step."""
         self._step = view.step
         people = frozenset(view.participants)
         for g in view.ghosts:
@@ -60,7 +60,7 @@ class Touching:
             pair.force = max(newtons, FADING * pair.force)
 
     def now(self, bodies: Container[str]) -> dict[_Names, TouchCode]:
-        """What is told now. bodies: who and what is in the room."""
+        """The contacts to publish now. bodies: who and what is in the room."""
         out: dict[_Names, TouchCode] = {}
         for names, pair in list(self._pairs.items()):
             least = self._step - LINGER_STEPS

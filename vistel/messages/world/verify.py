@@ -2,7 +2,7 @@
 
 A re-run begins wherever the log's `WorldInputs` carry the state before a step: once a second, and at each start of a
 world. So a log may begin in the middle, the world may have been killed and started again, and after a gap in the
-log the comparison goes on a second later; what could not be compared is counted and told.
+log the comparison goes on a second later; what could not be compared is counted and reported.
 """
 
 import contextlib
@@ -26,7 +26,7 @@ Record = tuple[str, dict[str, str], Any, int]
 """Topic name, names in the key, message, log time [ns]."""
 
 TOLD = ("world_state", "world_key")
-"""Topics of what a step says, in the order of `EncodedStep`."""
+"""Topics that a step publishes, in the order of `EncodedStep`."""
 SETTLE_NS = 1_000_000_000
 """A recorder may write a motion later than the step that used it, by no more than this."""
 MOTIONS_KEPT_NS = 20_000_000_000
@@ -114,7 +114,7 @@ class _Rerun:
         details = self._details.pop((message.step, message.header.t_ns), {})
         begins = message.header.seq == 1
         if begins or (self._world is not None and message.header.seq != self._last_seq + 1):
-            self._world = None  # another life, or a gap: go on from the next state in the log
+            self._world = None  # a new start, or a gap: go on from the next state in the log
         self._last_seq = message.header.seq
         self.lives += begins
         if message.private_state and not self._begin(message, begins):
@@ -124,7 +124,7 @@ class _Rerun:
             return
         try:
             inputs = self._inputs(message)
-        except ValueError as e:  # of a body that cannot be
+        except ValueError as e:  # of an impossible body
             self._world = None
             self._skip(str(e))
             return
