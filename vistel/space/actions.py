@@ -49,11 +49,11 @@ class Size(Enum):
 
 @dataclass(frozen=True)
 class Which:
-    """Which things are meant: all that is said must be true of them; what is empty or None says nothing.
+    """Which things are meant: they must fit every field that is not empty or None.
 
     thing: id; name: as for people, or part of it; shape: "ball", ...; colour: the name of one; shown: how the speaker
     shows it; every: all of them, not one; size: of those of which all else is true, the one with the most or least extent.
-    A Which that says nothing is "this": what is selected, held, pointed at or looked at, in that order.
+    A Which without any field is "this": what is selected, held, pointed at or looked at, in that order.
     """
 
     thing: str = ""
@@ -116,7 +116,7 @@ Angle = Annotated[
 )
 @dataclass(frozen=True)
 class Select(Action):
-    """From now on "this" means these; nothing: an end of that."""
+    """From now on "this" means these things; with none, the selection ends."""
 
     which: Which = THIS
     nothing: bool = False
@@ -332,7 +332,7 @@ class Align(Action):
 @command(typed("hide WHICH"), spoken("hide", phrase("verb.hide", "かくして", "hide", "隠して")))
 @dataclass(frozen=True)
 class Hide(Action):
-    """Show a thing no more; it stays where it is and is felt."""
+    """Hide a thing; it stays where it is and still has contacts."""
 
     which: Which = THIS
 
@@ -340,7 +340,7 @@ class Hide(Action):
 @command(typed("show [WHICH]"), spoken("show", phrase("verb.show", "みせて", "show", "見せて")))
 @dataclass(frozen=True)
 class Show(Action):
-    """Show a thing again that was hidden; "this" is all that is."""
+    """Show a hidden thing again; "this" means all hidden things."""
 
     which: Which = THIS
 
@@ -348,7 +348,7 @@ class Show(Action):
 @command(typed("copy WHICH"), spoken("copy", phrase("verb.copy", "こぴーして", "copy/duplicate", "コピーして")))
 @dataclass(frozen=True)
 class Copy(Action):
-    """Another one like it, beside it."""
+    """Make a copy of a thing beside it."""
 
     which: Which = THIS
 
@@ -395,7 +395,7 @@ class Release(Action):
 @command(typed("attach WHICH to TO"), spoken("attach", phrase("attach.attach", "くっつけて", "attach/fix")))
 @dataclass(frozen=True)
 class Attach(Action):
-    """Fix a thing to another one, as they lie; they must touch, or nearly."""
+    """Fix a thing to another one in their present poses; they must touch, or nearly."""
 
     which: Which
     to: Which
@@ -404,7 +404,7 @@ class Attach(Action):
 @command(typed("detach WHICH"), spoken("detach", phrase("verb.detach", "わけて", "detach/take apart", "分けて")))
 @dataclass(frozen=True)
 class Detach(Action):
-    """Take apart what was attached."""
+    """Separate things that were attached."""
 
     which: Which = THIS
 
@@ -412,22 +412,22 @@ class Detach(Action):
 @command(typed("undo"), spoken("undo", phrase("alone.undo", "もとにもどして", "undo/undo that", "元に戻して")))
 @dataclass(frozen=True)
 class Undo(Action):
-    """Take back the last thing the speaker did."""
+    """Undo the speaker's last change."""
 
 
 @command(typed("redo"), spoken("redo", phrase("alone.redo", "やりなおして", "redo", "やり直して")))
 @dataclass(frozen=True)
 class Redo(Action):
-    """Do again what the speaker has just taken back."""
+    """Redo the speaker's last undone change."""
 
 
 @command(typed("stop"), spoken("stop", phrase("alone.stop", "とめて/とまって", "stop/stop that", "止めて/止まって")))
 @dataclass(frozen=True)
 class Stop(Action):
-    """Whatever the speaker's commands have set in motion stops where it is."""
+    """Stop everything that the speaker's commands have set in motion."""
 
 
 @command(typed("reset"), spoken("reset", phrase("alone.reset", "さいしょから", "start over/reset the room", "最初から")))
 @dataclass(frozen=True)
 class Reset(Action):
-    """Everything back to where it began."""
+    """Put everything back to its beginning."""

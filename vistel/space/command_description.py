@@ -26,7 +26,7 @@ class Quantity:
     tag: that gives the number itself; None: no tag does.
     unit: one typed or spoken unit, in that of the action.
     down: the amounts where a sentence has the tag change = "down"; None: `amounts`.
-    opposite: what becomes of a number, or of one of `amounts`, with that tag.
+    opposite: the function of a number, or of one of `amounts`, that applies with that tag.
     """
 
     placeholder: str

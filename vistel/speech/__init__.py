@@ -1,1 +1,1 @@
-"""Spoken commands: a small acoustic model, a decoder over a finite grammar, and what was meant. No bus, no device."""
+"""Spoken commands: a small acoustic model, a decoder over a finite grammar, and the meaning of sentences. No bus, no device."""

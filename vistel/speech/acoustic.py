@@ -1,4 +1,4 @@
-"""How well each sound of Japanese fits what is heard right now: a small feed-forward net over a window of frames.
+"""The probability of each sound of Japanese at a moment: a small feed-forward net over a window of frames.
 
 The weights are one file in the package (`data/japanese.npz`; `data/japanese.md` beside it says how they were made).
 """
@@ -15,9 +15,9 @@ from vistel.speech.features import BANDS
 from vistel.speech.phones import PHONES
 
 VERSION = 2
-"""Of the weight file: other arrays or another meaning get another number."""
+"""Version of the weight file; it changes when its arrays or their meaning do."""
 STATES = 2 * len(PHONES) - 1
-"""Of the sounds: the pause is one, every other phone has a beginning and an end. 0 is the pause."""
+"""Number of states: one for the pause (0), two, a beginning and an end, for every other phone."""
 FILE = Path(__file__).with_name("data") / "japanese.npz"
 
 
@@ -30,13 +30,11 @@ def state_of(phone: int, part: float) -> int:
 class AcousticModel:
     """A trained net and what the decoder needs beside it.
 
-    offsets: (window,) frames the net sees, counted from the one it judges, rising; the last is how far it looks ahead.
-    start_mean, scale: (BANDS,) mean of the frames before any is heard, and one over their spread after it is taken off.
-    weights, biases: of the layers; all but the last are followed by max(0, x). (in, out) and (out,) float32.
-    log_prior: (STATES,) logarithm of how often each state was trained on.
-    stay: (STATES,) probability that a state lasts another frame.
-    belief: (FEATURES,) weights of what `confidence.py` makes a confidence of.
-    """
+    offsets: (window,) frames that are the net's input, relative to the one it classifies, rising; the last is how far it looks
+    ahead. start_mean, scale: (BANDS,) mean of the frames at the start of a stream, and one over their spread once it is subtracted.
+    weights, biases: of the layers; all but the last are followed by max(0, x). (in, out) and (out,) float32. log_prior: (STATES,)
+    logarithm of how often each state was trained on. stay: (STATES,) probability that a state lasts another frame. belief:
+    (FEATURES,) weights of what `confidence.py` makes a confidence of."""
 
     offsets: tuple[int, ...]
     start_mean: F32
@@ -49,16 +47,16 @@ class AcousticModel:
 
     @property
     def past(self) -> int:
-        """Frames before the one it judges that the net needs."""
+        """Frames before the one it classifies that the net needs."""
         return -self.offsets[0]
 
     @property
     def future(self) -> int:
-        """Frames after the one it judges that the net waits for."""
+        """Frames after the one it classifies that the net needs."""
         return self.offsets[-1]
 
     def windows(self, frames: F32, at: NDArray[np.int64]) -> F32:
-        """(n, len(offsets), BANDS) what the net sees to judge the frames `at`, of normalised and scaled ones."""
+        """(n, len(offsets), BANDS) the net's input for the frames `at`, of normalised and scaled ones."""
         return frames[at[:, None] + np.array(self.offsets)]
 
     def log_posteriors(self, windows: F32) -> F32:
@@ -125,14 +123,14 @@ def japanese() -> AcousticModel:
 
 @dataclass(frozen=True)
 class Adaptation:
-    """What a voice's frames go through before the net: frames @ turn + shift, both (BANDS, ...), of scaled frames."""
+    """A voice's transform of scaled frames before the net: frames @ turn + shift, both (BANDS, ...)."""
 
     turn: F32
     shift: F32
 
 
 class Acoustic:
-    """The net over a stream of normalised frames. Its answer lags `model.future` frames behind them."""
+    """The net over a stream of normalised frames. Its output lags `model.future` frames behind them."""
 
     def __init__(self, model: AcousticModel, adaptation: Adaptation | None = None) -> None:
         self._model = model

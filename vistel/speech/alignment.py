@@ -1,4 +1,4 @@
-"""When each phone was said, for speech of which the phones are known (forced alignment)."""
+"""The time of each phone in speech whose phones are known (forced alignment)."""
 
 from collections.abc import Sequence
 

@@ -1,7 +1,7 @@
 """A finite grammar as arrays: junctions between words, and words as arcs of phones from junction to junction.
 
 The grammar says which sentences there are as patterns: sequences of slots, each with alternatives. Patterns that begin
-or end alike share their junctions, so that the decoder looks at each word once, not once per sentence.
+or end alike share their junctions, so that the decoder evaluates each word once, not once per sentence.
 """
 
 from collections.abc import Iterator, Sequence
@@ -106,7 +106,7 @@ def _check(index: int, pattern: Pattern, number: dict[str, int]) -> None:
 def _shared(patterns: Sequence[Pattern]) -> Iterator[tuple[int, Slot, int]]:
     """Slots between junctions (from, slot, to): 0 is before everything, _END after everything.
 
-    A junction is what may still follow: places after which the same rests of patterns may follow are one.
+    Places after which the same ends of patterns may follow are one junction.
     """
     start = tuple(dict.fromkeys(patterns))
     number = {frozenset(start): 0}

@@ -1,4 +1,4 @@
-"""How far a recognised sentence is to be believed: how much worse than its words any sounds at all would fit."""
+"""The confidence of a recognised sentence: how much better its words fit than arbitrary sounds."""
 
 from collections.abc import Sequence
 
@@ -9,19 +9,19 @@ from vistel.speech.decoder import DecodedSentence
 
 FEATURES = 5
 WHOLE = 1
-"""Which feature is how well the whole sentence fits."""
+"""Index of the feature for how well the whole sentence fits."""
 PACE = 3
-"""Which feature is how far the speed is from the usual."""
+"""Index of the feature for how far the speed of speech is from the usual."""
 SHORTNESS = 4
-"""Which feature is how short the sentence was."""
+"""Index of the feature for how short the sentence was."""
 _USUAL = 3.8
 """Frames that a state lasts when people speak as usual."""
 _SHORT = 30.0
-"""Frames of a short word: so little is soon like something by chance."""
+"""Frames of a short word: so little sound easily resembles a word by chance."""
 
 
 def evidence(sentence: DecodedSentence, garbage: Sequence[float]) -> NDArray[np.float64]:
-    """(FEATURES,) what speaks for a sentence, each of the order of 1.
+    """(FEATURES,) evidence for a sentence, each of the order of 1.
 
     garbage: best score of the garbage loop after each number of frames.
     """

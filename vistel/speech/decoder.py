@@ -1,5 +1,5 @@
-"""The likeliest sentences of an automaton for what is heard, frame by frame (Viterbi, token passing), with a loop over
-all phones beside it that stands for any other talk."""
+"""The likeliest sentences of an automaton for a stream of frames (Viterbi, token passing). A loop over all phones beside it stands
+for any other speech."""
 
 import heapq
 from dataclasses import dataclass
@@ -42,7 +42,7 @@ class Network:
 
 
 def network(automaton: Automaton, model: AcousticModel, word_cost: float = 0.0) -> Network:
-    """word_cost: what every word costs [log], so that noise does not become words.
+    """word_cost: penalty of every word [log], so that noise does not become words.
 
     Raises ValueError where the automaton was compiled for other phones than the model's.
     """

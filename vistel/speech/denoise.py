@@ -1,4 +1,4 @@
-"""Takes steady noise out of a stream: a Wiener filter whose noise is learnt where nobody speaks.
+"""Removes steady noise from a stream: a Wiener filter whose noise is estimated where nobody speaks.
 
 The gain follows Ephraim and Malah's decision-directed estimate (1984); the noise is the running minimum of the smoothed
 spectrum, raised to its mean (Martin 2001, much shortened).
@@ -21,7 +21,7 @@ _FLOOR = 0.2
 _NOISY_DB = 15.0
 """Speech over noise up to which the least gain is `_FLOOR`; above, it rises."""
 _QUIET_DB = 30.0
-"""Speech over noise above which nothing is taken out."""
+"""Speech over noise above which nothing is removed."""
 _FORGET = 0.995
 _BLOCK = round(0.4 * SAMPLE_RATE / STEP)
 _BLOCKS = 4
@@ -30,7 +30,7 @@ _DECISION = 0.96
 
 
 class Denoiser:
-    """`feed` gives as many samples as it gets, `STEP` later."""
+    """`feed` returns as many samples as it takes, delayed by `STEP`."""
 
     def __init__(self) -> None:
         self._in = np.zeros(FRAME - STEP, np.float32)

@@ -1,4 +1,4 @@
-"""What somebody's sentences come to: what is done, asked back, waited for. One for each person who speaks.
+"""Decides what follows from a speaker's sentences: an action, a question back, or nothing. One for each person who speaks.
 
 Time is an argument [ns].
 """
@@ -13,21 +13,21 @@ from vistel.speech.grammar import Language, Said
 from vistel.speech.meaning import MeaningError, Remark, asked_for
 
 PATIENCE_NS = 10_000_000_000
-"""How long yes or no is waited for."""
+"""How long a yes or no is waited for."""
 AWAKE_NS = 8_000_000_000
-"""How long sentences need no wake word after one."""
+"""How long after a sentence the next ones need no wake word."""
 ABSENT = 0.3
-"""By what a reading about things that are not in the room is believed less than one about things that are."""
+"""Factor on the confidence of a reading about things that are not in the room."""
 BRIEF = 0.5
-"""How much of the belief that is wanting a single word must bring besides, where nobody has said that they will speak: knocks
-and other talk sound like one word sooner than like three."""
+"""Share of the way from the required confidence to 1 that a single word must reach in addition while the microphone is always open:
+knocks and other talk are mistaken for one word more often than for three."""
 DOUBT = 0.5
-"""Between this share of what has to be believed, and that, one is asked back."""
+"""Below the required confidence and above this share of it, a question is asked back."""
 
 
 @dataclass(frozen=True)
 class KnownThing:
-    """A thing in the room, as far as words can mean it."""
+    """A thing in the room, with what words can say about it."""
 
     id: str
     name: str
@@ -37,7 +37,7 @@ class KnownThing:
 
 @dataclass(frozen=True)
 class Reading:
-    """One way an utterance may be meant. said: None for none of the grammar."""
+    """One reading of an utterance. said: None where it is not a sentence of the grammar."""
 
     said: Said | None
     confidence: float
@@ -55,7 +55,7 @@ class ResponseKind(Enum):
 
 @dataclass(frozen=True)
 class Response:
-    """What comes of an utterance. said: as understood; action: for the world; reply: to who spoke."""
+    """The result of an utterance. said: as understood; action: for the world; reply: to the speaker."""
 
     outcome: ResponseKind
     said: Said | None = None
@@ -89,7 +89,7 @@ def referents(action: Action) -> list[Which]:
 
 
 def exists(which: Which, things: Sequence[KnownThing]) -> bool:
-    """Whether there is anything that may be meant."""
+    """Whether the room has anything that fits."""
     words = which.name.lower().split()
     return any(
         (not which.thing or t.id == which.thing)
@@ -101,14 +101,14 @@ def exists(which: Which, things: Sequence[KnownThing]) -> bool:
 
 
 def needs_confirmation(action: Action) -> bool:
-    """What is asked back before it is done: it takes away what others may need."""
+    """Actions that are confirmed by a question first, because they remove what others may need."""
     return isinstance(action, ask.Reset) or (isinstance(action, ask.Delete) and action.which.every)
 
 
 @dataclass
 class Dialogue:
-    """accept: the confidence from which a sentence is done at once; wake: sentences need the wake word; wary: the microphone
-    is open all the time, and what sounds like a single word needs more."""
+    """accept: the confidence from which a sentence is done at once; wake: sentences need the wake word; wary: the microphone is
+    always open, so that a single word needs more confidence."""
 
     language: Language
     accept: float = 0.5
@@ -146,7 +146,7 @@ class Dialogue:
         return self.accept + (BRIEF * (1.0 - self.accept) if self.wary and len(said.words) == 1 else 0.0)
 
     def _best(self, readings: Sequence[Reading], things: Sequence[KnownThing]) -> tuple[Said, Action | Remark, float] | None:
-        """The likeliest of those that ask for something; of things that are there rather than others."""
+        """The likeliest of those that ask for something, with preference for things that are in the room."""
         able: list[tuple[float, int, Said, Action | Remark, float]] = []
         for n, r in enumerate(readings):
             if r.said is None:

@@ -4,9 +4,9 @@ from collections import deque
 
 _RECENT = 12
 _BEGIN = 7
-"""Spoken frames among the recent ones with which an utterance begins."""
+"""Spoken frames among the recent ones from which an utterance begins."""
 _SURE = 3
-"""Spoken frames in a row that count as speech once in an utterance: a click is shorter."""
+"""Spoken frames in a row that count as speech within an utterance: a click is shorter."""
 
 
 class Endpointer:

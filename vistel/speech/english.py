@@ -1,7 +1,8 @@
 """The English recogniser: pocketsphinx with its own en-us model, over a graph of words. A `Recogniser` of `recognition.py`.
 
-Beside the grammar a loop of phones hears the same sound; how much worse than that the sentence fits is its confidence.
-"""
+A loop of phones decodes the same sound beside the grammar; a sentence's confidence is how well it fits compared with that loop.
+This is not an `Engine` behind `engines.adapter`: it decodes the grammar itself, so that its texts need no mapping to the grammar,
+and it knows when the words were said."""
 
 import math
 import tempfile
@@ -20,13 +21,13 @@ from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Hypothesis, Sampl
 from vistel.speech.word_graph import word_graph
 
 _SEARCH: Mapping[str, float] = {"bestpath": False, "compallsen": True, "maxhmmpf": 5000, "wip": 0.2, "silprob": 0.05}
-"""Of the beams pocketsphinx's own: wider ones cost five times as much in noise and find no more. Its second pass over a lattice
-of words (bestpath) forgets what sounds came before and after each, and makes "that" of "it"."""
+"""Settings of the search. The beams are pocketsphinx's defaults: wider ones cost five times as much in noise and find no more. Its
+second pass over a lattice of words (bestpath) ignores the sounds before and after each word, and turns "it" into "that"."""
 _ALTERNATIVES = 40
 
 
 class EnglishRecogniser:
-    """Hears English sentences of a grammar in a stream at 16 kHz. Raises EngineError."""
+    """Recognises English sentences of a grammar in a stream at 16 kHz. Raises EngineError."""
 
     def __init__(self, grammar: Grammar, most: int = 5) -> None:
         module = sphinx()
@@ -46,7 +47,7 @@ class EnglishRecogniser:
         self.reset()
 
     def reset(self) -> None:
-        """Forgets the utterance under way and starts counting time anew."""
+        """Drops the current utterance and starts counting time anew."""
         self._segments = Segmenter(clean=True)
         self._said: list[I16] = []
         self._decoded: Hypotheses | None = None
@@ -59,7 +60,7 @@ class EnglishRecogniser:
             if stage is SpeechStage.BEGIN:
                 self._said = []
             self._said.append(sound)
-            if stage is SpeechStage.PAUSE:  # found out now, it is known when it turns out to have been the end
+            if stage is SpeechStage.PAUSE:  # decoded now, so that the result is there if this was the end
                 self._decoded, self._known = self._understood(), True
             elif stage in (SpeechStage.BEGIN, SpeechStage.SPEECH):
                 self._known = False
@@ -68,7 +69,7 @@ class EnglishRecogniser:
         return found
 
     def flush(self) -> list[Hypotheses]:
-        """Ends the utterance that is under way (push to talk let go, end of a file); returns it, if it was one."""
+        """Ends the current utterance (push to talk released, end of a file); returns it, if there is one."""
         return self._finish() if self._segments.flush() else []
 
     def _finish(self) -> list[Hypotheses]:
@@ -77,7 +78,7 @@ class EnglishRecogniser:
         return [heard] if heard is not None else []
 
     def _decode(self) -> None:
-        """The whole utterance at once: its own mean takes microphone and voice out, which a running one does less well."""
+        """The whole utterance at once: its own mean removes microphone and voice better than a running one."""
         sound = np.concatenate(self._said).tobytes()
         for decoder in (self._commands, self._phones):
             decoder.start_utt()

@@ -1,8 +1,7 @@
-"""A user's voice learnt from some minutes of reading: what its frames go through before the net (`Adaptation`).
+"""A user's voice learnt from some minutes of reading: a transform of its frames before the net (`Adaptation`).
 
-One matrix and one shift for every frame are found so that the net, as it is, gives the sounds that were read the highest
-probability: a linear input layer, held near to leaving all as it is. Five minutes tell that much and no more.
-"""
+One matrix and one shift for all frames are found so that the unchanged net gives the sounds that were read the highest probability:
+a linear input layer, regularised towards the identity. Five minutes of speech are enough for that and for no more."""
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -19,20 +18,21 @@ from vistel.speech.recognition import Samples
 
 VERSION = 1
 _ROUNDS = 3
-"""How often the times of the sounds are found anew with what was learnt so far."""
+"""Rounds of forced alignment, each with the transform learnt so far."""
 _PASSES = 3
 _BATCH = 256
 _RATE = 2e-3
 _HOLD = 2e-3
-"""How strongly the matrix is held to leaving all as it is."""
+"""Weight of the regularisation towards the identity."""
 _WORST = -5.0
-"""Mean log posterior of a frame under which a recording does not hold its text."""
+"""Mean log posterior of a frame below which a recording does not fit its text."""
 
 
 def adapt(
     model: AcousticModel, recordings: Iterable[tuple[Samples, str]], seed: int = 1, tell: Callable[[str], None] | None = None
 ) -> Adaptation:
-    """What makes the model fit the voice of `recordings`: (sound at 16 kHz, what was read in kana), one sentence each.
+    """The transform that makes the model fit the voice of `recordings`: (sound at 16 kHz, the text read, in kana), one sentence
+    each.
 
     Raises ValueError, one line, where a text is not kana or none of the recordings holds its text.
     """

@@ -1,5 +1,5 @@
-"""Sound as the acoustic model sees it: every 10 ms the logarithm of the energy in 40 mel bands, the voice's and the
-room's own colour taken off. What is fed in pieces comes out as if fed at once."""
+"""Features for the acoustic model: every 10 ms the logarithm of the energy in 40 mel bands, less the mean of voice and room. Sound
+fed in pieces gives the same frames as sound fed at once."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +42,7 @@ _MEL = _mel_weights() * np.float32((2.0 / _HANN.sum()) ** 2)
 
 
 def as_float(samples: Samples) -> F32:
-    """Samples as float32 with full scale 1; what is no number is silence, what is beyond full scale is clipped."""
+    """Samples as float32 with full scale 1. NaN becomes silence, values beyond full scale are clipped."""
     if samples.dtype == np.int16:
         return samples.astype(np.float32) * np.float32(1.0 / 32768.0)
     return np.clip(np.nan_to_num(samples.astype(np.float32), nan=0.0), -1.0, 1.0)
@@ -90,10 +90,10 @@ def _normalise(frames: F32, mean: F32, state: F32, out: F32, weight: float, long
 
 
 class Normaliser:
-    """Takes off the running mean of what stands out of the quiet: level, microphone, room and long-term voice.
+    """Subtracts the running mean of frames above the quiet: level, microphone, room and long-term voice.
 
     The mean starts at `start` (BANDS,), which weighs `_WEIGHT` frames, and looks back about `_LONGEST` frames of
-    speech. Level over the quiet decides what is learnt from, so an hour of silence leaves the mean as it was.
+    speech. Only frames above the quiet change the mean, so an hour of silence leaves it as it was.
     """
 
     _WEIGHT, _LONGEST = 30.0, 600.0
@@ -111,7 +111,7 @@ class Normaliser:
 
 
 class Resampler:
-    """Brings a stream at 8 to 96 kHz to SAMPLE_RATE."""
+    """Resamples a stream at 8 to 96 kHz to SAMPLE_RATE."""
 
     def __init__(self, rate_hz: float) -> None:
         if not 8000.0 <= rate_hz <= 96000.0:

@@ -152,7 +152,7 @@ class Grammar:
         return next(iter(self.readings(text)), None)
 
     def readings(self, text: str) -> Iterator[Said]:
-        """All that a text may say; where there are several they mean the same, or the grammar is at fault."""
+        """All sentences that a text may be; where there are several, they should mean the same."""
         if text.isascii():
             yield from self._matches("en", "".join(c if c.isalnum() else " " for c in text.lower()).split())
             try:

@@ -15,7 +15,7 @@ from vistel.speech.features import BANDS, FRAME_S, HOP, LogMel, Normaliser, as_f
 from vistel.speech.recognition import Hypotheses, Hypothesis, Samples
 
 ACCEPT = 0.5
-"""The confidence from which a sentence is to be believed, unless somebody decides otherwise."""
+"""The confidence from which a sentence is accepted by default."""
 _BEFORE = 40
 """Frames before speech was noticed that belong to the utterance."""
 _ENOUGH = 14
@@ -27,20 +27,19 @@ _WHOLE = 20.0
 _LONGEST = 1000
 _PIECE = HOP * 10
 _STEADY = 0.3
-"""Spread of the level [log energy] under which nobody spoke: speech falls and swells."""
+"""Spread of the level [log energy] below which nobody spoke: the level of speech varies."""
 _EDGE = 5
 """Frames at either end of an utterance in which sounds begin and end."""
 _PRIOR = 0.6
-"""How much of the priors of training is taken off again."""
+"""Share of the training priors that is subtracted."""
 _WORD_COST = 3.0
 
 
 class JapaneseRecogniser:
-    """Hears sentences of an automaton in a stream at 16 kHz.
+    """Recognises sentences of an automaton in a stream at 16 kHz.
 
-    Other talk comes out as the sentence it is most like, with a low confidence, or not at all. Neither silence nor talk
-    without end makes it grow: an utterance ends after 10 s at the latest.
-    """
+    Other talk gives the most similar sentence with a low confidence, or nothing. Memory is bounded: an utterance ends after 10 s at
+    the latest."""
 
     def __init__(
         self, automaton: Automaton, model: AcousticModel | None = None, adaptation: Adaptation | None = None, most: int = 5
@@ -52,11 +51,11 @@ class JapaneseRecogniser:
         self._normaliser = Normaliser(self._model.start_mean)
         self._prior = np.float32(_PRIOR) * self._model.log_prior
         self.last_evidence: NDArray[np.float64] = np.zeros(FEATURES)
-        """For the best reading of the last utterance that ended: what its confidence was made of."""
+        """The features of the confidence of the best reading of the last utterance."""
         self.reset()
 
     def reset(self) -> None:
-        """Forgets the utterance under way and starts counting time anew; what was learnt of room and voice stays."""
+        """Drops the current utterance and starts counting time anew; what was learnt about room and voice stays."""
         self._mel = LogMel()
         self._acoustic = Acoustic(self._model, self._adaptation)
         self._endpointer = Endpointer()
@@ -81,7 +80,7 @@ class JapaneseRecogniser:
         return found
 
     def flush(self) -> list[Hypotheses]:
-        """Ends the utterance that is under way (push to talk let go, end of a file); returns it, if it was one."""
+        """Ends the current utterance (push to talk released, end of a file); returns it, if there is one."""
         found: list[Hypotheses] = []
         quiet = np.full((self._model.future, BANDS), -6.0, np.float32)
         for row in self._acoustic.feed(quiet):
@@ -91,7 +90,7 @@ class JapaneseRecogniser:
 
     @property
     def pending_frames(self) -> int:
-        """Frames kept of the utterance under way."""
+        """Frames kept of the current utterance."""
         return 0 if self._decoder is None else self._decoder.time
 
     def _hear(self, row: F32, found: list[Hypotheses]) -> None:
@@ -131,7 +130,7 @@ class JapaneseRecogniser:
         found.append(tuple(self._heard(each, confidence(self._model.belief, features)) for each, features in pairs))
 
     def _steady(self, begin: int, end: int) -> bool:
-        """Whether the level hardly moved between these frames, as no speech does: a fan, a held tone, clipped hum."""
+        """Whether the level hardly varied between these frames, unlike speech: a fan, a held tone, clipped hum."""
         first = self._fed - len(self._levels)
         inside = list(self._levels)[max(0, begin + _EDGE - first) : max(0, end - _EDGE - first)]
         return len(inside) > 2 * _EDGE and float(np.std(inside)) < _STEADY

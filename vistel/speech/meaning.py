@@ -1,4 +1,4 @@
-"""From what a sentence means to what is asked of the world, by the descriptions of its commands."""
+"""From the tags of a sentence to an action of the world, by the descriptions of its commands."""
 
 from collections.abc import Callable, Iterable, Mapping
 from enum import Enum
@@ -11,7 +11,7 @@ from vistel.speech.grammar import Meaning
 
 
 class Remark(Enum):
-    """What is said to whoever listens, not to the world."""
+    """Tags for the recogniser itself, not for the world."""
 
     YES = "yes"
     NO = "no"
@@ -20,7 +20,7 @@ class Remark(Enum):
 
 
 class MeaningError(ValueError):
-    """Tags that ask for nothing; the text says what is missing or unknown."""
+    """Tags that give no action; the text says what is missing or unknown."""
 
 
 REMARKS: Mapping[str, Remark] = {r.value: r for r in (Remark.AGAIN, Remark.YES, Remark.NO)}
@@ -74,7 +74,7 @@ def _which(m: Meaning, parameter: Parameter) -> Which:
 
 
 def _quantity(m: Meaning, parameter: Parameter) -> float:
-    """What was said outright, else by degree."""
+    """The number that was said, else the one for the degree that was said."""
     quantity: Quantity = parameter.detail
     down = m.get("change") == "down"
     value = m.get(quantity.tag) if quantity.tag else None

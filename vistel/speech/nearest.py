@@ -1,8 +1,7 @@
-"""The sentence of a grammar that is nearest to a text: for recognisers that write down what they hear, and know no grammar.
+"""The sentence of a grammar that is nearest to a text, for engines that transcribe without a grammar.
 
-Words that are put in, left out or put in another's place cost 1, less where they are spelt alike; the cheapest way through
-the graph of the grammar's words is found by dynamic programming, all places of the text at once.
-"""
+Inserting, leaving out or replacing a word costs 1, replacing less where both are spelt alike. The cheapest path through the graph
+of the grammar's words is found by dynamic programming, for all places of the text at once."""
 
 from dataclasses import dataclass, replace
 from difflib import SequenceMatcher
@@ -16,20 +15,19 @@ from vistel.speech.kana import reading
 from vistel.speech.word_graph import word_graph
 
 _ALIKE = 0.5
-"""Likeness of spelling from which one word put for another costs less."""
+"""Similarity of spelling from which replacing a word costs less than 1."""
 
 
 @dataclass(frozen=True)
 class Near:
-    """said: the nearest sentence; distance: what it costs, per unit of the longer of both: 0 is the same, 1 has nothing in
-    common."""
+    """said: the nearest sentence; distance: its cost per unit of the longer of both: 0 equal, 1 nothing in common."""
 
     said: Said
     distance: float
 
 
 class Nearest:
-    """Finds them; English by words, Japanese by letters of kana and kanji."""
+    """Finds nearest sentences; English by words, Japanese by characters of kana and kanji."""
 
     def __init__(self, grammar: Grammar, language: Language) -> None:
         self._grammar, self._language = grammar, language
@@ -41,7 +39,7 @@ class Nearest:
         self._order = _sorted(self._into)
 
     def units(self, text: str) -> list[str]:
-        """What a text is compared in."""
+        """The units in which texts are compared."""
         if self._language == "ja":
             return list(reading(text))
         return "".join(c if c.isalnum() or c == "'" else " " for c in text.lower()).split()

@@ -18,8 +18,8 @@ class RecogniserError(RuntimeError):
 
 
 def recogniser(language: Language, grammar: Grammar, voice: Path | None = None, chosen: Chosen | None = None) -> Recogniser:
-    """What hears `language`. voice: what `vistel speech enrol` learnt of who speaks; chosen: another engine than the language's
-    own. Raises RecogniserError."""
+    """The recogniser of `language`. voice: what `vistel speech enrol` learnt about the speaker; chosen: another engine than the
+    language's own. Raises RecogniserError."""
     if not grammar.by_language.get(language):
         raise RecogniserError(f"the grammar has no sentence in {NAMES[language]}")
     try:
@@ -33,7 +33,7 @@ def recogniser(language: Language, grammar: Grammar, voice: Path | None = None, 
 
 
 def unrecognisable(language: Language, text: str) -> str | None:
-    """What keeps a word of a grammar from being recognised; None: nothing."""
+    """Why a word of a grammar cannot be recognised; None where it can."""
     if language == "ja":
         try:
             kana_phones(text)
@@ -50,7 +50,7 @@ def unrecognisable(language: Language, text: str) -> str | None:
 
 
 def checked_grammar(*extra: Path) -> tuple[Grammar, list[GrammarFault]]:
-    """The room's grammar and `extra`, without words that no recogniser here knows how to hear."""
+    """The room's grammar and `extra`, without words that no recogniser here can recognise."""
     return load_grammar(*extra, known=unrecognisable)
 
 

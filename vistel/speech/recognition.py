@@ -1,4 +1,4 @@
-"""What a recogniser is and what it says: words with a confidence, best first."""
+"""The interface of a recogniser and its results: words with a confidence, best first."""
 
 from dataclasses import dataclass
 from typing import Protocol
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 SAMPLE_RATE = 16000
-"""Of the sound every recogniser takes [Hz]; `features.Resampler` brings other rates there."""
+"""Sample rate of every recogniser's input [Hz]; `features.Resampler` converts other rates."""
 
 Samples = NDArray[np.int16] | NDArray[np.float32]
 """(n,) mono at SAMPLE_RATE: int16, or float32 with full scale 1."""
@@ -18,7 +18,7 @@ class Hypothesis:
     """One reading of one utterance.
 
     words: the words of the grammar in the order spoken, as the automaton names them.
-    confidence: 0 to 1, how far it is to be believed that somebody said this and not something else.
+    confidence: 0 to 1, the probability that this was said and not something else.
     start_s, end_s: from the first sample fed since `reset` [s].
     """
 
@@ -33,16 +33,16 @@ Hypotheses = tuple[Hypothesis, ...]
 
 
 class Recogniser(Protocol):
-    """Hears a stream of sound and says what was spoken, one finished utterance after the other."""
+    """Recognises speech in a stream of sound, one finished utterance after the other."""
 
     def feed(self, samples: Samples) -> list[Hypotheses]:
         """Takes the next samples, any number of them; returns the utterances that ended in them, oldest first."""
         ...
 
     def flush(self) -> list[Hypotheses]:
-        """Ends the utterance that is under way (push to talk let go, end of a file); returns it, if it was one."""
+        """Ends the current utterance (push to talk released, end of a file); returns it, if there is one."""
         ...
 
     def reset(self) -> None:
-        """Forgets the utterance under way and starts counting time anew; what was learnt of room and voice stays."""
+        """Drops the current utterance and starts counting time anew; what was learnt about room and voice stays."""
         ...

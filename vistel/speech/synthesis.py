@@ -20,12 +20,12 @@ _KANJI = re.compile("[\u4e00-\u9fff]")
 
 
 class SynthesisError(RuntimeError):
-    """A text cannot be said here; one line."""
+    """A text cannot be synthesised here; one line."""
 
 
 @lru_cache
 def voices() -> frozenset[str]:
-    """What is installed of the synthesisers; of flite also its voices."""
+    """The synthesisers that are installed; of flite also its voices."""
     found = {name for name in ("espeak-ng", "flite") if shutil.which(name)}
     if "flite" in found:
         listed = subprocess.run(["flite", "-lv"], capture_output=True, text=True, check=False, timeout=_PATIENCE_S).stdout

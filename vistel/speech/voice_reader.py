@@ -1,4 +1,4 @@
-"""One participant's voice, from messages to sound for a recogniser, when each moment of it was said and how it came."""
+"""One participant's voice, from messages to sound for a recogniser, with capture times and quality of transmission."""
 
 from collections import deque
 from collections.abc import Iterator
@@ -13,28 +13,28 @@ from vistel.speech.features import Resampler
 from vistel.v1.audio_pb2 import Voice
 
 BEHIND_NS = 60_000_000
-"""How long after it was said a moment is listened to, at the least."""
+"""Least delay between capture and recognition."""
 _BEHIND_MOST_NS = 800_000_000
-"""The same, at the most."""
+"""Greatest delay between capture and recognition."""
 _FIRST_NS = 150_000_000
-"""Before anything is known: the first word is not the price of finding out."""
+"""Delay before any was measured: high, so that the first word is not lost."""
 _MARGIN_NS = 2 * FRAME_NS
-"""Over what frames lately needed to come: one is decoded with the one after it, and rounds are a frame apart."""
+"""Margin over the transit of recent frames: one is decoded with the one after it, and rounds are a frame apart."""
 _FORGET = 0.02
-"""How fast it is forgotten that frames came late: so much of the time that passes."""
+"""How fast the delay falls again after late frames, as a share of the time that passes."""
 REST_NS = 1_500_000_000
-"""Silence that is listened to; after it nothing is done until somebody speaks again."""
+"""Silence that is passed on; after it nothing is until somebody speaks again."""
 _BACKLOG_NS = 2_000_000_000
-"""Who was kept from listening hears what was said meanwhile, if it was no longer than this."""
+"""After a stall the sound missed meanwhile is still passed on, up to this length."""
 _KEPT_NS = 15_000_000_000
-"""How long it is known how the voice came: longer than any sentence."""
+"""How long the quality of transmission is kept: longer than any sentence."""
 _FLOOR = 2e-4
-"""Of the noise that stands for silence nobody sent, root mean square."""
+"""Root mean square of the noise that replaces silence that was not sent."""
 
 
 @dataclass(frozen=True)
 class Piece:
-    """20 ms at SAMPLE_RATE. t_ns: when it was said; fresh: the first after a rest: who counts time begins anew."""
+    """20 ms at SAMPLE_RATE. t_ns: when it was captured; fresh: the first after a rest, so that counting time begins anew."""
 
     t_ns: int
     sound: F32
@@ -43,19 +43,18 @@ class Piece:
 
 @dataclass(frozen=True)
 class Reception:
-    """How a stretch of a voice came. talking: share of its frames in which the talker was above the noise at their own
-    microphone; lost: share of its time that was made up, because what was said then never came."""
+    """Quality of transmission of a stretch of a voice. talking: share of its frames in which the talker was above the noise at
+    their own microphone; lost: share of its time that was concealed, because its frames never arrived."""
 
     talking: float
     lost: float
 
 
 class VoiceReader:
-    """`push` what comes, `read` now and then.
+    """`push` messages as they arrive, and `read` at intervals.
 
     How late frames come depends on the microphone (a wireless one holds sound back by 200 ms) and on who else needs the
-    processor: it is measured, and listening stays that much behind. Nobody hears a recogniser's delay as an echo, and
-    sentences with holes are worth nothing.
+    processor: it is measured, and reading is delayed by that much. Delay does not disturb a recogniser, gaps in a sentence do.
     """
 
     def __init__(self) -> None:
@@ -73,11 +72,11 @@ class VoiceReader:
 
     @property
     def resting(self) -> bool:
-        """Nobody speaks; nothing is fed."""
+        """Nobody speaks; nothing is passed on."""
         return self._silent_ns >= REST_NS
 
     def push(self, message: Voice, received_ns: int) -> None:
-        """A frame, and when it came."""
+        """A frame, and when it was received."""
         late_ns = received_ns - message.header.t_ns + _MARGIN_NS
         wanted_ns = max(late_ns, self._behind_ns - _FORGET * FRAME_NS)
         self._behind_ns = min(_BEHIND_MOST_NS, max(BEHIND_NS, wanted_ns))
@@ -87,8 +86,7 @@ class VoiceReader:
             self._talking.append((message.header.t_ns, message.talking))
 
     def read(self, now_ns: int) -> Iterator[Piece]:
-        """All that was said since the last call, piece by piece, none left out however long ago that was; none while there
-        is nothing to listen to."""
+        """The sound since the last call, piece by piece, without gaps however long ago that was; nothing while nobody speaks."""
         due_ns = now_ns - round(self._behind_ns - BEHIND_NS)
         if self._next_ns is None or due_ns - self._next_ns > _BACKLOG_NS:
             self._next_ns, self._silent_ns = due_ns, REST_NS
@@ -110,7 +108,7 @@ class VoiceReader:
         block = self._stream.read(float(at_ns), FRAME, float(BEHIND_NS))
         self._made_up.extend([at_ns - BEHIND_NS] * (self._stream.counters.concealed - before))
         if block is None and not self._ended:
-            self._gap.append(at_ns - BEHIND_NS)  # nothing comes, and nobody has said that nothing will
+            self._gap.append(at_ns - BEHIND_NS)  # frames are missing though no end was announced
         elif self._gap:
             self._made_up.extend(self._gap if block is not None else ())
             self._gap.clear()

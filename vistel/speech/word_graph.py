@@ -1,4 +1,4 @@
-"""The smallest graph of single words that accepts a grammar's sentences, so that a decoder looks at each word once."""
+"""The smallest graph of single words that accepts a grammar's sentences, so that a decoder evaluates each word once."""
 
 from dataclasses import dataclass
 

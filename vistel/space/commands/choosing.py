@@ -1,4 +1,4 @@
-"""Commands about hands, choices and second thoughts."""
+"""Commands for taking and letting go, selecting, hiding, undoing and stopping."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -17,12 +17,12 @@ from vistel.space.holding import holding, ownership
 from vistel.space.state import State
 
 NEAR = 0.03
-"""A hand that is asked to take hold is no further off than this [m]."""
+"""Greatest distance from which a hand can be asked to take hold [m]."""
 
 
 @performs(ask.Select)
 def select(context: Context, action: ask.Select) -> Answer:
-    """ "This" is these things for the speaker from now on; or no things."""
+    """From now on "this" means these things for the speaker, or nothing."""
     ids = () if action.nothing else tuple(context.state.things[n].id for n in context.rows(action.which))
     chosen = dict(context.state.selected) | {context.who: ids}
     return replace(context.state, selected=tuple(sorted((who, some) for who, some in chosen.items() if some))), ids
@@ -109,7 +109,7 @@ def redo(context: Context, action: ask.Redo) -> Answer:
 
 
 def _ids(placed: Sequence[PlacedThing]) -> tuple[str, ...]:
-    """What came back; of what only went away, what went."""
+    """Their ids."""
     return tuple(x.thing.id for x in placed)
 
 

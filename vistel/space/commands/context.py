@@ -1,4 +1,4 @@
-"""The room as it is when somebody asks, and what follows when things change."""
+"""The room at the time of a command, and the state that follows a change of things."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
@@ -40,10 +40,10 @@ class Context:
         return Speaker(self.who, pose_figure(figure, self.state.t_ns), selected, held)
 
     def rows(self, which: Which, *, hidden: bool = False) -> list[int]:
-        """hidden: of the things that nobody is shown."""
+        """hidden: include hidden things."""
         all_of = self.state.things
         rows = [n for n, thing in enumerate(all_of) if thing.hidden] if hidden else range(len(all_of))
-        # As if they were seen: what is hidden is looked for.
+        # As if they were visible: hidden things are meant.
         things = [replace(all_of[n], hidden=False) for n in rows] if hidden else all_of
         position, radius = self.state.motions.position, self.solids.radius
         if hidden:
@@ -92,7 +92,7 @@ class Context:
         return PlacedThing(self.state.things[n], m.position[n].copy(), m.rotation[n].copy())
 
     def dents(self, n: int) -> tuple[DentRecord, ...]:
-        """What has pressed on a thing and is still seen."""
+        """The dents of a thing."""
         return tuple(d for d in self.state.dents if d.thing == self.state.things[n].id)
 
     def ids(self) -> set[str]:

@@ -2,7 +2,7 @@
 
 A superellipsoid or a ring has exponents for that: those below 1 are edges, which go to 0.1, those from 1 on are round, and
 grow points on their way to 1.9; both become rounder towards 1. A bar or a cone has two ends, of which the thinner one is the
-tip; it becomes rounder until it is as thick as the other. What a thing is long and weighs stays.
+tip; it becomes rounder until it is as thick as the other. Length and mass of a thing stay.
 """
 
 from collections.abc import Callable
@@ -24,7 +24,7 @@ ROUND = 1.0
 POINTED = 1.9
 """Exponent of the sharpest points."""
 _LEAST = 0.01
-"""Who is nearer to the end of the way than this is there."""
+"""An exponent this near to its limit counts as at the limit."""
 
 
 @performs(ask.Sharpen)

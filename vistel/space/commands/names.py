@@ -1,4 +1,4 @@
-"""Names that commands know: of colours, and of shapes that can be made. Plain data, so that reading a line needs no mathematics."""
+"""Names that commands know: of colours, and of shapes that can be made. Plain data, so that parsing a line loads no mathematics."""
 
 COLOURS = {
     "red": 0xC23B32FF, "orange": 0xE0762BFF, "yellow": 0xE8B923FF, "green": 0x3F9C5AFF, "blue": 0x2F6DB5FF,

@@ -41,7 +41,7 @@ def obey(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[St
 
 
 def forgotten(state: State, participant: str) -> State:
-    """After somebody has left: what they chose and did is theirs no longer."""
+    """The state after a participant has left: their selection and history are dropped."""
     return replace(
         state,
         history=state.history.without(participant),

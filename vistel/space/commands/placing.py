@@ -1,4 +1,4 @@
-"""Commands that say where things are: they go there as if led by a hand nobody sees."""
+"""Commands that move things: they glide to their places as if carried by an invisible hand."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -54,7 +54,7 @@ def move(context: Context, action: ask.Move) -> Answer:
 
 
 def glide(context: Context, rows: Sequence[int], way: Callable[[int], tuple[F64, F64]]) -> Answer:
-    """Send things on their way; way: shift (3,) and turn (3,) of a row."""
+    """Start glides of things; way: shift (3,) and turn (3,) of a row."""
     state, after, glides = context.state, list[PlacedThing](), list[Glide]()
     for n in rows:
         x = context.placed(n)

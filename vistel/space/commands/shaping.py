@@ -1,4 +1,4 @@
-"""Commands that say what things are, and which there are."""
+"""Commands that change the shape or material of things, and create, copy, join and remove things."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -94,7 +94,7 @@ class Solids:
 
 
 def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
-    """The arrays of `things`; before: those of a moment ago, from which inertias are taken that are known."""
+    """The arrays of `things`; before: earlier arrays, whose known inertias are used again."""
     if before is not None and len(before.things) == len(things) and all(a is b for a, b in zip(things, before.things, strict=True)):
         return before
     primitives = [(n, p) for n, thing in enumerate(things) for p in thing.primitives]

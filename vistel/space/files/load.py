@@ -209,7 +209,7 @@ def _kept_file(path: Path, fixed: bool | None, room: bool) -> Path:
 
 
 def _keep(interior: Interior, kept: Path) -> None:
-    """Whole or not at all; a disk that refuses costs only time."""
+    """Written whole or not at all; where it cannot be written, the file is fitted again next time."""
     with contextlib.suppress(OSError):
         kept.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=kept.parent, prefix=".new") as folder:

@@ -8,13 +8,13 @@ from vistel.figure.making.source import SourceMaterial, SourceMesh
 from vistel.space.files.model import Polymesh
 
 MOST_TRIANGLES = 120_000
-"""Of one thing; a finer one is made coarser."""
+"""Most faces of one thing; a finer mesh is made coarser."""
 _SPANS = ((1.0, 30.0, "metres"), (0.01, 3000.0, "centimetres"), (0.001, 30000.0, "millimetres"))
 """Units that are tried where a file has none: metres of one, longest extent they are believed for, name."""
 
 
 def in_metres(source: SourceMesh, notes: list[str]) -> F64:
-    """(V, 3) the file's points in the house's frame: metres, Y up."""
+    """(V, 3) the file's points in metres, Y up."""
     points = source.points
     if source.up == "Z":
         points = points[:, [0, 2, 1]] * (1.0, 1.0, -1.0)

@@ -15,13 +15,13 @@ from vistel.space.files.cells import Cells
 from vistel.space.things.things import ThingPrimitive
 
 UNSEEN = 0x80808000
-"""Colour of a primitive that is felt and not drawn."""
+"""Colour of a primitive that has contacts and is not drawn."""
 THINNEST = 0.002
 """Least half thickness of a primitive [m]."""
 ABOUT = 0.08
 """Shapes that have no more than this share of a part's volume wrong beyond the best are about as good."""
 MOST_CELLS = 2500
-"""So many of a part's cells say how well a shape fits it."""
+"""Number of a part's cells on which the fit of a shape is measured."""
 
 _TURNS: tuple[F64, ...] = (
     np.eye(3),

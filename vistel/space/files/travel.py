@@ -1,4 +1,4 @@
-"""Polymeshes and their pictures as bytes, for sites without their files. Digests name them.
+"""Polymeshes and their pictures as bytes, for sites without their files, named by digests.
 
 A polymesh goes without its pictures, which several may share: it names them. A digest is of the
 content, not of the bytes, so that a receiver can check the assembled one.
@@ -69,7 +69,7 @@ def unpack_model(data: bytes, digest: str, pictures: Mapping[str, U8]) -> Polyme
     model = Polymesh(a["vertices"], a["triangles"], a["uv"], a["uv_triangles"], a["material"], materials)
     if model.digest != digest:
         raise ValueError("polymesh: it is another one than its name says")
-    # Whoever made it could also have named one that no picture can be made of.
+    # A malicious sender could name one from which no picture can be made.
     faces, places = model.triangles, model.uv_triangles
     sound = (
         len(faces)
@@ -120,7 +120,7 @@ def _read(data: bytes) -> dict[str, NDArray[Any]]:
                 raise ValueError("polymesh: too large")
         with np.load(io.BytesIO(data), allow_pickle=False) as found:
             return {name: found[name] for name in (*_ARRAYS, "materials")}
-    except Exception as fault:  # zip, zlib and numpy each have their own ways to say so
+    except Exception as fault:  # zip, zlib and numpy raise errors of many types
         raise ValueError(f"polymesh: damaged ({fault})") from fault
 
 

@@ -226,7 +226,7 @@ class _Writer:
             UsdShade.MaterialBindingAPI.Apply(subset.GetPrim()).Bind(material)
 
     def _told(self, m: SourceMaterial) -> str:
-        """A material as the attribute tells it."""
+        """A material as the attribute holds it."""
         return json.dumps([m.name, m.colour, _digest(m.picture), *finish_told(m)], ensure_ascii=False)
 
     def _material(self, m: SourceMaterial) -> Any:

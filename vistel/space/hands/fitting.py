@@ -2,7 +2,7 @@
 
 Singh draws fingers on by constraints and keeps them out by collisions. Here both act on the joints: a finger that must
 hold is bent until it touches (constraint). A finger that would enter the thing is kept back (collision), joint by joint
-from the knuckle outwards. The result is kept while the hand holds, and costs nothing meanwhile.
+from the knuckle outwards. The result is kept while the hand holds the thing.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.people import DIGITS, HAND_JOINT, PALM, SIDES, THUMB, Build
 
 PRESS = 0.0004
-"""How far a finger's surface, before it gives, goes into what it touches [m]."""
+"""How far a finger's undeformed surface goes into what it touches [m]."""
 MARGIN = 0.03
 """Distance up to which a finger's distance from a thing is computed [m]."""
 STEPS = 16

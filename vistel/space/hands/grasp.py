@@ -26,10 +26,10 @@ from vistel.space.things.things import Thing
 MARGIN = 0.030
 """How far from a thing digits are watched [m]."""
 TOUCH = 0.006
-"""A digit this near touches: what trackers and gloves leave uncertain [m]."""
+"""A digit this near touches: the uncertainty of trackers and gloves [m]."""
 NEARLY = 0.006
-"""Fingers that have closed twice as far as they must to take hold count as touching from this far [m]: gloves are off by some
-degrees, and nothing stops a hand."""
+"""Fingers that have closed twice as far as they must to take hold count as touching from this far [m]: gloves are wrong by some
+degrees, and no real thing stops the hand."""
 NEARLY_OPPOSED = 0.012
 """The same for what opposes those fingers [m]."""
 OPPOSED = -0.2
@@ -200,8 +200,8 @@ def take(posed: Posed, right: bool, thing: Thing, part: PrimitiveSet, pose: Pose
 
 
 def _fitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, *, whole: bool, led: bool) -> Grasp:
-    """The grasp with thing and fingers laid on each other. whole: the palm holds too; led: the thing may be moved for that,
-    else the hand gives way."""
+    """The grasp with thing and fingers laid on each other. whole: the palm holds too; led: the thing may be moved for that, else
+    the hand is."""
     assert posed.figure.posture is not None
     row, lie = int(grasp.right), grasp.aim
     if whole and led:

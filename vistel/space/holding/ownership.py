@@ -25,7 +25,7 @@ def claim_of(state: State, thing: str) -> Claim | None:
 
 
 def rejected(state: State, participant: str, thing: str) -> State:
-    """Adds an event that tells `participant` the thing's owner."""
+    """Adds an event for `participant` that names the thing's owner."""
     claim = claim_of(state, thing)
     if claim is None or claim.owner == participant:
         return state

@@ -21,7 +21,7 @@ MOST_IN_ALL = 16
 SLID = 0.004
 """A bond in touch is made anew where the limb is when it has slid so far [m]."""
 FADE_NS = 200_000_000
-"""How long a torn bond takes to let go."""
+"""Time in which the bulges of a torn bond fade."""
 NEAR = 0.001
 """A limb this near sticks [m]: contact forces keep bodies slightly apart."""
 FLESH = 30e3
@@ -39,7 +39,7 @@ class Glue:
     flows_s: float
 
     def force(self, gap: float, rest: float) -> float:
-        """With which a bond draws across a gap, `rest` of which it no longer feels [N]."""
+        """Force with which a bond draws across a gap, less its rest length `rest` [N]."""
         return self.stiffness * max(0.0, gap - rest)
 
 
@@ -68,7 +68,7 @@ class StickyTouch:
 class Bond:
     """Holds point_thing (3,), in the thing's frame, to point_body (3,), in the frame of the joint that carries primitive
     `primitive` of `body`, or of the thing `body` [m]. reach: radius of what deforms round it [m]; torn_ns: when it tore, 0
-    while it holds, with torn_force [N]; rest: of the gap, what it no longer feels [m]."""
+    while it holds, with torn_force [N]; rest: rest length [m]."""
 
     number: int
     thing: str

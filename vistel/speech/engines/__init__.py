@@ -1,1 +1,1 @@
-"""Recognisers of others, for those who have a model: Vosk, sherpa-onnx, Whisper, Julius. None is loaded before it is used."""
+"""Speech engines of others, for users who have a model: Vosk, sherpa-onnx, Whisper, Julius. None is loaded before it is used."""

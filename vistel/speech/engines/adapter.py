@@ -1,4 +1,4 @@
-"""Makes a `Recogniser` of an engine that writes down what it hears: cut into utterances, and put back on the grammar."""
+"""Makes a `Recogniser` of an engine that transcribes: sound is cut into utterances, and texts are mapped to the grammar."""
 
 import importlib
 import logging
@@ -69,9 +69,10 @@ class EngineRecogniser:
 
 
 def readings(texts: list[Transcript], nearest: Nearest, start_s: float, end_s: float) -> Hypotheses:
-    """What texts are in the grammar, the likeliest first: the engine's confidence, less the farther a text is from a sentence.
+    """The readings of texts in the grammar, the likeliest first. Confidence is the engine's, lower the farther a text is from a
+    sentence.
 
-    Texts of which none is near one come out as one reading without words; no texts as nothing.
+    Where no text is near a sentence there is one reading without words; without texts there is none.
     """
     if not texts:
         return ()

@@ -1,4 +1,4 @@
-"""Which engine hears a language. Loads nothing, for conference files and command lines."""
+"""The names of speech engines. Loads nothing, for conference files and command lines."""
 
 from dataclasses import dataclass
 from pathlib import Path

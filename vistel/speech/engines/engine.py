@@ -1,4 +1,4 @@
-"""What an engine is, and what is common to finding its package and its model."""
+"""The interface of a speech engine, and how its package and its model are found."""
 
 import importlib
 from dataclasses import dataclass
@@ -15,17 +15,17 @@ class EngineError(RuntimeError):
 
 @dataclass(frozen=True)
 class Transcript:
-    """A text that may have been said, and how sure the engine is of it, 0 to 1; 1 where it does not tell."""
+    """A text that may have been said, and the engine's confidence, 0 to 1; 1 where it gives none."""
 
     text: str
     confidence: float = 1.0
 
 
 class Engine(Protocol):
-    """Writes down one utterance after the other."""
+    """Transcribes one utterance after the other."""
 
     def begin(self) -> None:
-        """An utterance begins; what was heard of one before that was not finished is forgotten."""
+        """An utterance begins; an unfinished one before it is dropped."""
         ...
 
     def feed(self, samples: I16) -> None:
@@ -33,7 +33,7 @@ class Engine(Protocol):
         ...
 
     def finish(self) -> list[Transcript]:
-        """It is over: what was said, the likeliest first; empty for nothing."""
+        """The utterance has ended: what was said, the likeliest first; empty for nothing."""
         ...
 
 
@@ -46,8 +46,8 @@ class Maker(Protocol):
 
 
 def package(name: str, pinned: str, *, engine: str) -> Any:
-    """A module of a package that VISTEL does without. pinned: as pip takes it, the version this was written for. Raises
-    EngineError where it is not installed."""
+    """A module of an optional package. pinned: the version that this code was written for, as pip takes it. Raises EngineError
+    where it is not installed."""
     try:
         return importlib.import_module(name)
     except (ImportError, OSError) as e:

@@ -70,7 +70,7 @@ def julius_phones(kana: str) -> list[str]:
 
 
 class Julius:
-    """Hears an utterance when it is over. The process ends with this object."""
+    """Recognises an utterance when it has ended. The process ends with this object."""
 
     def __init__(self, program: str, model: Path, grammar: Grammar) -> None:
         self._model = model
@@ -101,13 +101,13 @@ class Julius:
             file.writeframes(np.concatenate([_QUIET, *self._said, _QUIET]).tobytes())
         self._said = []
         process = self._process()
-        with contextlib.suppress(OSError):  # what it said before it ended is read below
+        with contextlib.suppress(OSError):  # its output before it ended is read below
             if process.stdin is not None:
                 process.stdin.write(f"{self._sound}\n".encode())
         return transcripts(self._answer(process))
 
     def _process(self) -> subprocess.Popen[bytes]:
-        """It runs, and waits for a file."""
+        """Start the process and wait until it asks for a file."""
         if self._started is None:
             process = subprocess.Popen(
                 self._command, bufsize=0, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT
@@ -118,7 +118,7 @@ class Julius:
         return self._started
 
     def _answer(self, process: subprocess.Popen[bytes]) -> str:
-        """What it says until it asks for the next file."""
+        """Its output until it asks for the next file."""
         out = process.stdout
         said = b""
         while out is not None and not said.endswith(_ASKS):
@@ -148,7 +148,7 @@ def transcripts(said: str) -> list[Transcript]:
     last = 1.0
     for n, words in texts.items():
         values = sure.get(n, [])[1:-1]  # less the silence at both ends
-        last = min(last, sum(values) / len(values) if values else 0.0)  # its order is by likelihood, which knows better
+        last = min(last, sum(values) / len(values) if values else 0.0)  # the order is by likelihood, which is more reliable
         text = "".join(word for word in words.split() if not word.startswith("<"))
         if text:
             out.append(Transcript(text, last))

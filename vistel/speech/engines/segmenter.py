@@ -1,6 +1,6 @@
-"""Cuts a stream of sound into utterances: WebRTC's detector of speech, behind a filter that takes steady noise out.
+"""Cuts a stream of sound into utterances: WebRTC's voice activity detector, behind a filter that removes steady noise.
 
-For recognisers that hear an utterance at a time. What a stage means is said at `SpeechStage`.
+For engines that take an utterance at a time. `SpeechStage` explains the stages.
 """
 
 import math
@@ -21,13 +21,13 @@ FRAME = 480
 FRAME_S = FRAME / SAMPLE_RATE
 _LONGEST_S = 10.0
 _WINDOW_S = 0.24
-"""The beginning and the end of an utterance are found in so much of the latest sound."""
+"""Length of the window of recent sound in which beginnings and ends of utterances are found."""
 _SHARE = 0.85
 """Share of that window's frames that is speech where an utterance begins, and silence where it ends."""
 _STRICT = 2
-"""How sure WebRTC's detector has to be of speech, 0 to 3."""
+"""Aggressiveness of WebRTC's detector, 0 to 3."""
 _FAINT = 0.04
-"""What is softer than this share of the loudest frame of an utterance does not prolong it."""
+"""Frames softer than this share of the loudest frame of an utterance count as silence."""
 _EARLY = 4
 """Silent frames after which an utterance may be over."""
 _LEAD = 3
@@ -35,8 +35,8 @@ _LEAD = 3
 
 
 class SpeechStage(Enum):
-    """BEGIN: the first sound of an utterance, with what came shortly before; SPEECH, SILENCE: the next frame of it; PAUSE:
-    as SILENCE, and it may be over: time to find out what was said; END: the last frame."""
+    """BEGIN: the first sound of an utterance, with what came shortly before; SPEECH, SILENCE: the next frame of it; PAUSE: as
+    SILENCE, and the utterance may be over, so that it can be recognised already; END: the last frame."""
 
     BEGIN = "begin"
     SPEECH = "speech"
@@ -46,7 +46,7 @@ class SpeechStage(Enum):
 
 
 class Segmenter:
-    """clean: whether the sound that is given out went through the filter. Raises `engines.engine.EngineError`."""
+    """clean: whether the returned sound has passed the filter. Raises `engines.engine.EngineError`."""
 
     def __init__(self, *, clean: bool) -> None:
         self._clean = clean
@@ -65,7 +65,7 @@ class Segmenter:
         """Where the utterance began, from the first sample fed."""
 
     def feed(self, samples: Samples) -> Iterator[tuple[SpeechStage, I16]]:
-        """Any number of samples -> what they are of an utterance; nothing where nobody speaks."""
+        """Any number of samples -> stages of utterances with their sound; nothing where nobody speaks."""
         sound = np.nan_to_num(as_float(samples), posinf=0.0, neginf=0.0)
         late = np.concatenate([self._late, sound])
         self._late = late[len(sound) :]

@@ -1,7 +1,7 @@
 """sherpa-onnx: a folder with a transducer (encoder, decoder, joiner) or with SenseVoice (model), and tokens.txt.
 
-A folder whose name has "streaming" in it is heard while somebody speaks, others when the utterance is over. A transducer is told
-the grammar's phrases as hot words where it can spell them: Japanese where its tokens are letters, English with a bpe.vocab.
+A model whose folder has "streaming" in its name recognises while somebody speaks, others when the utterance has ended. A transducer
+gets the grammar's phrases as hot words where it can spell them: Japanese where its tokens are letters, English with a bpe.vocab.
 """
 
 import math
@@ -19,7 +19,7 @@ from vistel.speech.recognition import SAMPLE_RATE
 PACKAGE = "sherpa-onnx==2.0.1"
 _THREADS = 1
 _TAIL_S = 0.6
-"""Quiet after an utterance, for the last words to come out of a streaming model."""
+"""Silence fed after an utterance, so that a streaming model returns the last words."""
 
 
 def make(grammar: Grammar, language: Language, model: Path) -> "Sherpa":
@@ -41,7 +41,7 @@ def hotwords(grammar: Grammar, language: Language, folder: Path) -> tuple[str, .
 
 @cache
 def _recognizer(folder: Path, language: Language, streaming: bool, hot: tuple[str, ...]) -> Any:
-    """Several people at a site share one. What is not there is found here: the library ends the process where it is not."""
+    """Several people at a site share one. Missing files are found here, because the library ends the process without them."""
     sherpa = package("sherpa_onnx", PACKAGE, engine="sherpa")
     find = {"engine": "sherpa"}
     tokens = str(file_of(folder, "tokens.txt", **find))
@@ -68,7 +68,7 @@ def _recognizer(folder: Path, language: Language, streaming: bool, hot: tuple[st
 
 
 class Sherpa:
-    """streaming: whether it hears while somebody speaks."""
+    """streaming: whether it recognises while somebody speaks."""
 
     def __init__(self, recognizer: Any, *, streaming: bool) -> None:
         self._recognizer, self._streaming = recognizer, streaming

@@ -1,4 +1,4 @@
-"""pocketsphinx, which hears English and separates speech from silence: loaded when it is needed."""
+"""pocketsphinx, which recognises English and separates speech from silence: loaded when it is needed."""
 
 from collections.abc import Iterable
 from functools import cache
@@ -23,7 +23,7 @@ def _dictionary() -> Any:
 
 
 _NEVER = {("that", "DH AH T")}
-"""Ways to say a word that commands never have: "that" is weak only before a clause, and then it sounds like "it"."""
+"""Pronunciations that do not occur in commands: "that" is weak only before a clause, and then it sounds like "it"."""
 
 
 def pronunciations(words: Iterable[str]) -> str:

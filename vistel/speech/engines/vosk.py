@@ -1,8 +1,7 @@
-"""Vosk (Kaldi): a folder with a model; https://alphacephei.com/vosk/models. It is told the grammar's English phrases.
+"""Vosk (Kaldi): a folder with a model; https://alphacephei.com/vosk/models. It gets the grammar's English phrases.
 
-A phrase with a word that the model does not know is left out of what it is told, so Japanese, whose models cut words their own
-way, is heard freely and compared with the grammar afterwards.
-"""
+A phrase with a word that the model does not know is left out. Japanese models divide words differently, so Japanese is recognised
+without phrases and compared with the grammar afterwards."""
 
 import json
 import math
@@ -43,7 +42,7 @@ def _model(folder: Path) -> Any:
 
 
 def phrases(grammar: Grammar, language: Language, known: Callable[[str], bool]) -> list[str]:
-    """What Vosk is told of a grammar; empty where it had better hear freely."""
+    """The phrases given to Vosk; empty where it recognises any text."""
     if language != "en":
         return []
     spoken = {w.spoken for s in grammar.by_language.get(language, ()) for p in s.places for w in p.words}
@@ -51,7 +50,7 @@ def phrases(grammar: Grammar, language: Language, known: Callable[[str], bool]) 
 
 
 class Vosk:
-    """Hears while somebody speaks. phrases: see `phrases`."""
+    """Recognises while somebody speaks. phrases: see `phrases`."""
 
     def __init__(self, vosk: Any, model: Any, phrases: list[str]) -> None:
         # "[unk]" takes what is none of them.
@@ -67,7 +66,7 @@ class Vosk:
 
     def feed(self, samples: I16) -> None:
         """As `Engine`."""
-        if self._recognizer.AcceptWaveform(samples.tobytes()):  # it found a pause of its own
+        if self._recognizer.AcceptWaveform(samples.tobytes()):  # Vosk itself has found a pause
             self._texts.append(transcripts(self._recognizer.Result()))
 
     def finish(self) -> list[Transcript]:

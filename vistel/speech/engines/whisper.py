@@ -1,6 +1,6 @@
-"""Whisper through whisper.cpp (pywhispercpp): a file ggml-….bin. It is told examples of the grammar's sentences as a prompt.
+"""Whisper through whisper.cpp (pywhispercpp): a file ggml-….bin. It gets examples of the grammar's sentences as a prompt.
 
-Whisper writes down whatever it hears, and of noise whatever it knows; the grammar decides what of it was a command.
+Whisper transcribes any speech and turns noise into familiar phrases; the grammar decides which texts are commands.
 """
 
 import math
@@ -18,9 +18,9 @@ from vistel.speech.recognition import SAMPLE_RATE
 PACKAGE = "pywhispercpp==1.5.1"
 _MAGIC = b"lmgg"
 _SHORTEST = SAMPLE_RATE + SAMPLE_RATE // 8
-"""Whisper hears nothing in less than a second."""
+"""Whisper recognises nothing in less than a second."""
 _EXAMPLES = 24
-"""Sentences of the prompt: words that are in it are heard more often, and it holds 224 tokens."""
+"""Sentences of the prompt: words in it are recognised more often, and it holds 224 tokens."""
 
 
 def make(grammar: Grammar, language: Language, model: Path) -> "Whisper":
@@ -53,7 +53,7 @@ def prompt(grammar: Grammar, language: Language) -> str:
 
 
 class Whisper:
-    """Hears an utterance when it is over."""
+    """Recognises an utterance when it has ended."""
 
     def __init__(self, model: Any, language: Language, prompt: str) -> None:
         self._model, self._language, self._prompt = model, language, prompt
