@@ -28,8 +28,6 @@ QUICK = {
     "docs/explanation/layers.md",
     "docs/how-to/make-wrinkles.md",
     "docs/how-to/draw-by-scanlines.md",
-    "docs/how-to/polygonise.md",
-    "docs/how-to/trace-a-scene.md",
 }
 """Pages whose commands together take about a minute."""
 NOT_RUN = {
