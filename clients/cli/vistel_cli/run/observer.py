@@ -80,11 +80,12 @@ class Observer:
         return [device.name for device in devices_of(self._conference)]
 
     def missing(self) -> list[str]:
-        """Names of the parts that do not run yet."""
+        """Names of the parts that do not run yet; of a device, what it says about it."""
+        states = [(d, self.devices.get(d, DeviceStatus())) for d in self.expected_devices]
         out = [
-            f"device {d}"
-            for d in self.expected_devices
-            if d not in self.devices or self.devices[d].state != DeviceStatus.STATE_STREAMING
+            f"device {d}{f' ({status.detail})' if status.detail else ''}"
+            for d, status in states
+            if status.state != DeviceStatus.STATE_STREAMING
         ]
         people = {p.name for s in self._conference.sites for p in s.participants if not p.program}
         for site in (s for s in self._conference.sites if s.draws):
