@@ -14,6 +14,7 @@ from vistel_cli.main import app
 
 KINDS = {
     "conference.toml": CONFERENCE,
+    "me.toml": CONFERENCE,
     "mug.glb": GLTF,
     "scan.obj": OBJ,
     "character.vrm": GLTF,

@@ -45,6 +45,10 @@ def _conference(folder: Path) -> None:
     shutil.copyfile(DEMO_FILE, folder / "conference.toml")
 
 
+def _me(folder: Path) -> None:
+    shutil.copyfile(SHIPPED / "conferences" / "me.toml", folder / "me.toml")
+
+
 def _shipped(folder: Path) -> None:
     shutil.copytree(SHIPPED, folder / "examples", ignore=shutil.ignore_patterns("__pycache__"), dirs_exist_ok=True)
 
@@ -153,6 +157,7 @@ def _points(folder: Path) -> None:
 
 EXAMPLES = (
     Example(("conference.toml",), "three sites with simulated devices", "vistel up conference.toml --seconds 20", _conference),
+    Example(("me.toml",), "you and a simulated person", "vistel up me.toml", _me),
     Example(("examples",), "conferences, rooms, scenes, wrinkles, programs", "vistel world show examples/rooms/den.usdz", _shipped),
     Example(("mug.glb",), "a mug", "vistel world show mug.glb", _mug),
     Example(SCAN, "a mesh of a person, without bones", "vistel avatar import scan.obj -o me.usda", _scan),
