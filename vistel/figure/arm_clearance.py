@@ -1,4 +1,4 @@
-"""Arms turned out of the own body: postures made for another body may put an arm inside the trunk, the head or a leg."""
+"""Arms turned out of the body they belong to: postures made for another body may put an arm inside the trunk, head or a leg."""
 
 import math
 from dataclasses import replace
@@ -14,7 +14,7 @@ from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix,
 TOUCH = 0.0
 """How deep the primitives of an arm may press into those of the own body [m]."""
 _BEYOND = 0.0005
-"""How much further than that a turn aims [m], so that few turns are enough."""
+"""Additional distance that a turn aims for [m], so that few turns are enough."""
 _STEPS = 40
 """Turns of an arm, at most."""
 _MOST_TURN = math.radians(5.0)
@@ -52,7 +52,7 @@ def clear_of_body(skeleton: Skeleton, body: Body, posture: Posture, touch: float
 
 
 def _arm_and_rest(body: Body, side: str) -> tuple[I32, I32]:
-    """Primitives of one arm from the upper arm on, and of everything an arm can run into."""
+    """Primitives of one arm from the upper arm on, and of everything that it can collide with."""
     top = JOINT_INDEX[f"{side}_upper_arm"]
     arm: list[int] = []
     rest: list[int] = []

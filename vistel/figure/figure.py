@@ -28,7 +28,7 @@ class FigureState:
 
     vertices, normals: (V, 3) of the avatar's mesh [m, unit]; draw them as `vertices[mesh.corner_vertex]`.
     eyeballs: vertices and normals of each eyeball. joints: every joint; posed: the primitives.
-    report: what the implicit deformation did.
+    report: statistics of the implicit deformation.
     """
 
     vertices: F32
@@ -41,7 +41,7 @@ class FigureState:
 
 _ON_BONE = ("skull", "face")
 _DENT = 0.025
-"""How far the skin of a head yields to what presses on it [m]."""
+"""Greatest depth to which a contact presses the skin of a head [m]."""
 _RISE = 0.004
 """How far the skin of a head rises beside that [m]. Noses and lips stand far out of the one primitive of a face, where its field is
 shallow: the rise beside a finger on the cheek would throw them aside by centimetres."""

@@ -1,6 +1,6 @@
 """A figure in a posture, planned for an engine that skins and deforms elsewhere (see `vistel.implicit.deformation.deform_plan`).
 
-Only the vertices that tell who touches whom are posed here.
+Only the vertices needed to find contacts are posed here.
 """
 
 from collections.abc import Sequence
@@ -39,7 +39,7 @@ class FigurePlanner:
         self._vertices, self._normals = np.zeros_like(mesh.vertices), np.zeros_like(mesh.vertices)
 
     def plan(self, posture: Posture, ghosts: Sequence[GhostSource] = (), displacement: F32 | None = None) -> PlannedPose:
-        """What `Figure.pose` would do, as a plan."""
+        """The same frame as `Figure.pose`, as a plan."""
         figure, planner = self.figure, self.planner
         joints = pose_joints(figure.avatar.skeleton, posture)
         posed = pose_body(figure.avatar.body, joints)

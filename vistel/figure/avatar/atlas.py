@@ -10,7 +10,7 @@ WIDEST = 4096
 
 
 def atlas(pictures: list[U8]) -> tuple[U8, F64]:
-    """One picture that holds all of them, and (N, 4) where each lies: u0, v0, width, height in [0, 1], origin bottom
+    """One picture that holds all of them, and (N, 4) the place of each: u0, v0, width, height in [0, 1], origin bottom
     left. One picture alone stays as it is; many large ones are reduced to what graphics cards take (WIDEST)."""
     if len(pictures) == 1:
         return pictures[0], np.array([[0.0, 0.0, 1.0, 1.0]])

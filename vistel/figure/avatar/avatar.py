@@ -16,8 +16,8 @@ from vistel.figure.skeleton import Skeleton
 
 @dataclass(frozen=True)
 class Target:
-    """A shape that a mesh can be drawn towards, as files of faces bring them: vertices (N,) and by how much they move at its full
-    (N, 3) [m]. name: as its file has it; what it means to a face, `vistel.figure.face.targets` tells."""
+    """A morph target, as in files of faces: vertices (N,) and how far they move at weight 1 (N, 3) [m]. name: as in the file;
+    `vistel.figure.face.targets` gives its meaning for a face."""
 
     name: str
     vertex: I32
@@ -41,7 +41,7 @@ class Mesh:
     limb: (V,) index into `Body.names` of the primitive each vertex belongs to.
     bone, weight: (V, 4) bones (joints, then `vistel.figure.rigid.weights.TWIST_BONES`) that a vertex follows and their
     shares, largest first; None: found from the joint chain.
-    targets: shapes of expressions that its file brought.
+    targets: morph targets of expressions from its file.
     """
 
     vertices: F32
@@ -75,9 +75,9 @@ class Avatar:
     the joints `left_eye` and `right_eye` and fixed to them, so that gaze turns them.
     albedo: (H, W, 3) sRGB texture of the mesh and the eyeballs, first row at the top (v = 1).
     coarser: the same person with fewer and fewer vertices, for pictures in which they are small.
-    registration: transforms of the texture that the texture coordinates have in them.
-    wrinkles: what it wears, as a file of sets says it (`vistel.wrinkle.wrinkle_sets`); empty where nothing is said.
-    patches: what parts of the texture are like beside their colour, of all levels; none where the renderer decides by the limb.
+    registration: transforms of the texture that are already applied to the texture coordinates.
+    wrinkles: its wrinkle sets as the text of a file (`vistel.wrinkle.wrinkle_sets`); empty for none.
+    patches: surface properties of parts of the texture, for all levels; none where the renderer decides by the limb.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Whether an avatar that was read from somewhere can be drawn: nothing in it points beyond what is there."""
+"""Checks whether an avatar from outside can be drawn: no index in it points beyond its arrays."""
 
 from pathlib import Path
 
@@ -21,9 +21,9 @@ MOST_TRIANGLES = 400_000
 MOST_LEVELS = 6
 """Coarser levels of detail."""
 MOST_TARGETS = 300
-"""Expression targets of one mesh."""
+"""Most expression targets of one mesh."""
 MOST_WRINKLES = 1 << 18
-"""Characters of the text that describes the wrinkles it wears."""
+"""Most characters of the text of its wrinkle sets."""
 
 
 class AvatarFileError(ValueError):
@@ -82,7 +82,7 @@ def _check_mesh(mesh: Mesh, primitives: int, where: str) -> None:
 
 
 def check_targets(mesh: Mesh, where: str) -> None:
-    """Raises AvatarFileError, one line that begins with `where`, for targets of vertices that are not there."""
+    """Raises AvatarFileError, one line that begins with `where`, for targets that move missing vertices."""
     if len(mesh.targets) > MOST_TARGETS:
         raise AvatarFileError(f"{where}: {len(mesh.targets)} targets, expected at most {MOST_TARGETS}")
     for t in mesh.targets:

@@ -21,7 +21,7 @@ from vistel.figure.avatar.detail_kernels import (
 )
 
 _AT_ONCE = 0.25
-"""Share of the vertices that may go before costs are computed anew."""
+"""Share of the vertices that may be removed before costs are computed anew."""
 _LONGEST = 2.2
 """Longest edge, as a multiple of that of equal triangles: flat parts must still bend with the joints."""
 
@@ -41,7 +41,7 @@ def with_levels(avatar: Avatar, triangles: Sequence[int]) -> Avatar:
 def coarser(mesh: Mesh, triangles: int) -> Mesh:
     """`mesh` with about `triangles` triangles; more where its shape or its seams allow no fewer.
 
-    What it returns is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a part of the mesh's.
+    The result is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a subset of the mesh's.
     """
     p = mesh.vertices.astype(np.float64)
     tri, corner = mesh.triangles.astype(np.int64), mesh.corner_triangles.astype(np.int64)

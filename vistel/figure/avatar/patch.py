@@ -1,4 +1,4 @@
-"""Patches: what parts of an avatar's texture are like beside their colour, as UsdPreviewSurface and glTF have it."""
+"""Patches: surface properties of parts of an avatar's texture besides colour, as in UsdPreviewSurface and glTF."""
 
 import io
 from collections.abc import Mapping
@@ -23,9 +23,8 @@ class Patch:
 
     box: lowest u and v, highest u and v. roughness, metallic: 0 to 1, where there is no `finish`. finish: (H, W, 3) occlusion,
     roughness, metallic as 0 to 255. normal: (H, W, 3) in the tangent frame, red along u, green along v (up), 128 for none. glow:
-    linear light it gives by itself, times `glow_picture` (H, W, 3) sRGB where there is one. opacity: (H, W), 255 where it is
-    solid; below `cutoff` (0 to 1) nothing is there. blend: half there is half transparent. both_sides: it is seen from behind too.
-    """
+    linear light that it emits, times `glow_picture` (H, W, 3) sRGB where there is one. opacity: (H, W), 255 opaque; below `cutoff`
+    (0 to 1) nothing is drawn. blend: values between are half transparent. both_sides: it is drawn from behind too."""
 
     box: tuple[float, float, float, float] = WHOLE
     roughness: float = 0.5
@@ -41,23 +40,23 @@ class Patch:
 
     @property
     def pictures(self) -> dict[str, U8]:
-        """Those that there are, by the names of their fields."""
+        """Its pictures, by the names of their fields."""
         return {name: picture for name in _PICTURES if (picture := getattr(self, name)) is not None}
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """The same for patches that look the same, wherever they are."""
+        """A key that is equal for patches that look the same, wherever they are."""
         shown: dict[str, object] = dict(self.pictures)
         names = [f.name for f in fields(self) if f.name != "box"]
         return tuple(id(shown[name]) if name in shown else getattr(self, name) for name in names)
 
     def within(self, box: F64) -> "Patch":
-        """On a texture of which the one it was on has become a part; box: left, bottom, width, height of that."""
+        """The patch on a larger texture that contains its texture; box: left, bottom, width, height of that part."""
         low, high = box[:2] + np.array(self.box[:2]) * box[2:], box[:2] + np.array(self.box[2:]) * box[2:]
         return replace(self, box=(float(low[0]), float(low[1]), float(high[0]), float(high[1])))
 
     def evenly(self) -> "Patch":
-        """The same without pictures: as rough and metallic as they are on the whole, all of it there."""
+        """The same without pictures: opaque, with mean roughness and metallic."""
         finish = None if self.finish is None else self.finish.reshape(-1, 3).mean(axis=0) / 255.0
         rough, metal = (self.roughness, self.metallic) if finish is None else (float(finish[1]), float(finish[2]))
         glow = (0.0, 0.0, 0.0) if self.glow_picture is not None else self.glow
@@ -78,7 +77,7 @@ def patch_of(patches: tuple[Patch, ...], uv: NDArray[np.floating], corner_triang
 
 
 def to_arrays(patches: tuple[Patch, ...], *, small: bool = False) -> dict[str, Any]:
-    """As named arrays, pictures encoded: PNG, or where they may be a little other, JPEG."""
+    """As named arrays, pictures encoded as PNG, or as JPEG where small differences are allowed."""
     out: dict[str, Any] = {}
     for k, p in enumerate(patches):
         at = _LEFT.format(k)

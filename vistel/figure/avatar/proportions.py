@@ -1,7 +1,7 @@
-"""What of an avatar others must know to touch it: its joint chain and its primitives, without its skin.
+"""The part of an avatar that contacts need: its joint chain and its primitives, without its skin.
 
 It fits into one small message, so that the world's contacts and stand-ins are right before the avatar has arrived.
-Numbers are kept as float32: who sends, who re-runs a log and who draws compute with the same ones.
+Numbers are kept as float32, so that sender, re-run and renderer compute with equal ones.
 """
 
 from collections.abc import Sequence
@@ -32,7 +32,7 @@ _J = len(JOINTS)
 
 @dataclass(frozen=True)
 class Proportions:
-    """Joint chain and primitives of somebody, comparable and hashable. Make it with `of` or `from_arrays`.
+    """Joint chain and primitives of a person, comparable and hashable. Make it with `of` or `from_arrays`.
 
     names: of the P primitives; numbers: little-endian float32 of rest (J, 3), tip (J, 3), a (P, 3), b (P, 3),
     radius_a (P,), radius_b (P,); joint: (P,).
@@ -44,7 +44,7 @@ class Proportions:
 
     @staticmethod
     def of(skeleton: Skeleton, body: Body) -> "Proportions":
-        """Those of an avatar. Raises ValueError when nobody can be like that."""
+        """Those of an avatar. Raises ValueError for impossible proportions."""
         return Proportions.from_arrays(
             body.names, body.joint.tolist(), skeleton.rest, skeleton.tip, body.a, body.b, body.radius_a, body.radius_b
         )

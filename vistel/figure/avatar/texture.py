@@ -1,10 +1,8 @@
 """Texture registration: how the picture of an avatar lies on each island of its texture coordinates.
 
-An island is a part of the surface whose texture coordinates hang together. About the middle of an island its texture is
-turned, made larger or smaller, and moved, until eyes lie on eyes (Singh §5.1: the wireframe shows the mapping while it is
-registered). What is drawn and exported are the coordinates that come of it; the transforms are kept beside them, so that
-each can be changed or taken back.
-"""
+An island is a part of the surface whose texture coordinates are connected. The texture of an island is turned and scaled about its
+middle and moved, until the picture's eyes lie on the mesh's (Singh §5.1: the wireframe shows the mapping while it is registered).
+The resulting coordinates are drawn and exported; the transforms are kept beside them, so that each can be changed or undone."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -69,8 +67,8 @@ def island_of(avatar: Avatar) -> list[I32]:
 
 
 def registered(avatar: Avatar, new: Registration) -> Avatar:
-    """The avatar with the texture of one island lying as `new` says, from where the mesh's own coordinates have it; its
-    middle is found. Raises ValueError for an island that is not there or a scale that is none."""
+    """The avatar with the registration `new` of one island, relative to the mesh's own coordinates; its middle is computed. Raises
+    ValueError for an unknown island or an impossible scale."""
     of = island_of(avatar)
     last = max(int(numbers.max()) for numbers in of)
     if not 0 <= new.island <= last:
@@ -87,7 +85,7 @@ def registered(avatar: Avatar, new: Registration) -> Avatar:
 
 
 def unregistered(avatar: Avatar, island: int) -> Avatar:
-    """The avatar with the texture of an island where the mesh's own coordinates have it."""
+    """The avatar with the registration of an island removed."""
     for old in avatar.registration:
         if old.island == island:
             left = tuple(r for r in avatar.registration if r.island != island)
@@ -139,7 +137,7 @@ def _moved(avatar: Avatar, island: int, how: Registration, *, back: bool = False
 
     def placed(mesh: Mesh, mine: NDArray[np.bool_]) -> Mesh:
         uv = mesh.uv.astype(np.float64)
-        # The picture goes one way, hence the coordinates the other. Turned in texels: pictures need not be square.
+        # Coordinates move against the picture. Turned in texels, because pictures need not be square.
         if back:
             there = ((uv[mine] - middle) * texels) @ turn.T / texels * how.scale + middle + move
         else:
@@ -151,8 +149,8 @@ def _moved(avatar: Avatar, island: int, how: Registration, *, back: bool = False
 
 
 def _each_level(avatar: Avatar, of: list[I32], island: int, change: Callable[[Mesh, NDArray[np.bool_]], Mesh]) -> Avatar:
-    """`change(mesh, mask of drawn vertices)` done to the meshes of all levels; coarser ones have a part of the finest's
-    drawn vertices, by which islands are known again."""
+    """`change(mesh, mask of drawn vertices)` done to the meshes of all levels; coarser ones have a subset of the finest's drawn
+    vertices, by which their islands are found."""
     finest = (avatar.mesh, *avatar.eyeballs)
     trees = [KDTree(np.hstack([m.vertices[m.corner_vertex], m.uv])) for m in finest]
 

@@ -1,8 +1,7 @@
-"""How one person carries their elbows: the comfort of an arm from a while with its elbow measured.
+"""How one person carries their elbows: the comfort of an arm, learnt while its elbow is measured.
 
-A receiver that is otherwise on the head, worn on the forearm for half a minute, says where the elbow is. What it
-teaches stays: people differ far more from each other than from themselves.
-"""
+The receiver of the head, worn on the forearm for half a minute, gives the place of the elbow. The result stays valid: people differ
+far more from each other than from one day to the next."""
 
 import math
 from collections.abc import Mapping
@@ -21,12 +20,12 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_z
 
 START = Comfort(0.5, 0.14, 0.22, 0.8, 0.6, 0.05, 0.0, 0.0, 0.0, 0.0)
-"""An arm of whom nothing is known: hanging straight, thumb ahead, hand in line with the forearm."""
+"""The initial arm: hanging straight, thumb ahead, hand in line with the forearm."""
 
 _STEP: F64 = np.array([0.3, 0.1, 0.2, 0.5, 0.4, 0.0, 0.4, 0.2, 0.25, 0.35])
-"""How far each weight is tried at first; the weight of keeping still is no matter of comfort."""
+"""First step of each weight; the weight of keeping still is not fitted."""
 _LEAN = 0.5
-"""Millimetres of error that a weight may win for being moved by its step."""
+"""Error that moving a weight by its step must remove [mm]."""
 _MOST_MM = 150.0
 _TAIL = 0.3
 ROUNDS = 240

@@ -1,4 +1,4 @@
-"""What metal does to a magnetic tracker, measured over a grid and taken back.
+"""The distortion of a magnetic tracker by metal, measured over a grid and corrected.
 
 A receiver near metal reads a pose that is off by an amount that depends on where it is, smoothly. Errors of position
 (vector [m]) and of orientation (rotation vector [rad], transmitter frame) are kept at the corners of a grid over the
@@ -21,7 +21,7 @@ from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec,
 
 FORMAT = "vistel distortion 1"
 SMOOTH = 0.05
-"""Weight of neighbouring corners' differences beside a sample: what nothing was measured near is filled in smoothly."""
+"""Weight of differences between neighbouring corners relative to a sample: corners without samples near are filled in smoothly."""
 MOST_CORNERS = 20_000
 
 

@@ -1,4 +1,4 @@
-"""What a calibration found, on file: a person's body (kept for good) and a tracker's set-up (until something is moved)."""
+"""Calibration files: a person's body (valid for good) and a tracker's set-up (valid until something is moved)."""
 
 import json
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ class CalibrationFileError(ValueError):
 
 @dataclass(frozen=True)
 class MeasuredPerson:
-    """A measured person: bones, and how each arm is carried where that was learnt ("left", "right")."""
+    """A measured person: bones, and the comfort of each arm where it was learnt ("left", "right")."""
 
     height_m: float
     skeleton: Skeleton

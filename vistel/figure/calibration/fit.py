@@ -2,7 +2,7 @@
 
 Everything is found by linear least squares about points that stay while something turns (`pivots`): the shoulder while
 the straight arm swings, the elbow while the forearm does, the wrist while the hand does; the neck from two joints, the
-spine from its own curve. What a move does not show stays as a person of that height has it on average.
+spine from its own curve. Bones that the moves do not show stay at the average of that height.
 """
 
 import math
@@ -200,7 +200,7 @@ def _skeleton(
     length: dict[str, tuple[float, float]],
     shortening: float,
 ) -> Skeleton:
-    """The measured bones on an average person; what the spine is longer, the legs are shorter."""
+    """The measured bones on an average person; the legs are shorter by as much as the spine is longer."""
     rest, offsets = expected.rest, expected.offsets
     more = spine - expected.spine
     found: dict[str, F64] = {"hips": rest[0] - (0.0, more, 0.0)}

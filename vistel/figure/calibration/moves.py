@@ -1,4 +1,4 @@
-"""The moves of a calibration: what the participant is asked for, and what their receivers said meanwhile."""
+"""The moves of a calibration: the instructions for the participant, and the samples of their receivers."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -76,7 +76,7 @@ FOREARM_STEPS: tuple[Step, ...] = tuple(
     )
     for side in ("left", "right")
 )
-"""Asked for only where it is to be learnt how somebody carries their arms; before them there is more time."""
+"""Asked for only where the comfort of arms is learnt; there is more time before them."""
 WEAR_S = 20.0
 
 ALL_STEPS = STEPS + FOREARM_STEPS
@@ -125,7 +125,7 @@ def find_beginning(samples: Samples) -> float:
 
 
 REST_S = 1.5
-"""A receiver that is held still for so long was put there on purpose."""
+"""A receiver that is held still for this long was put there on purpose."""
 _REST_M = 0.005
 _APART_M = 0.02
 
@@ -149,7 +149,7 @@ def find_rests(t: F64, p: F64, q: F64) -> tuple[F64, F64]:
 
 
 def step_tracks(step: Step, samples: Samples, begin_s: float) -> dict[str, ReceiverTrack]:
-    """What the receivers said while a move went on, checked. Raises MoveError."""
+    """The receivers' samples during a move, checked. Raises MoveError."""
     times = np.arange(begin_s + TRIM_S, begin_s + step.seconds - TRIM_S, 1.0 / RATE_HZ)
     heard = np.ones(len(times), bool)
     for name in RECEIVERS:

@@ -1,4 +1,4 @@
-"""Least squares for joints that nobody can see: what turns about them gives them away.
+"""Least squares for joints, whose places follow from the motion of what turns about them.
 
 Rotations are (n, 3, 3), positions (n, 3) [m], all seen from one frame. Every fit can lean on what is expected: `trust`
 is how far the expectation may be off [m], beside `NOISE_M` for a sample; what the moves did not show stays as expected.
@@ -14,9 +14,9 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_rotvec, rotvec_from_matrix
 
 NOISE_M = 0.003
-"""What a sample is off by: receiver, skin, and joints that are not quite joints."""
+"""Error of a sample: receiver, skin, and joints that are not ideal."""
 _CORRELATED = 10.0
-"""Neighbouring samples repeat each other's errors; so many count as one."""
+"""Number of neighbouring samples that count as one, because their errors are alike."""
 
 
 class PivotFit(NamedTuple):

@@ -29,7 +29,7 @@ class FaceState:
 
 
 class Countenance:
-    """Keeps what a face did last. Time is an argument."""
+    """Keeps the last state of a face. Time is an argument."""
 
     def __init__(self, rules: FaceRules | None = None) -> None:
         self.rules = builtin_rules() if rules is None else rules
@@ -50,14 +50,14 @@ class Countenance:
         seen = posture.face is not None and bool(np.isfinite(posture.face).any())
         if seen and posture.face is not None:
             target, moved = self._reader.read(posture.face)
-            # Of a mark that is not seen the others tell where it went.
+            # The place of a mark that is not seen follows from the others.
             marks = np.where(np.isfinite(moved), moved, np.tensordot(target, self._patterns, 1))
         else:
             target = np.zeros(len(self._kept))
             if level_db is not None and at_ns is not None:
                 target = by_loudness(self.rules, level_db, (at_ns % 3_600_000_000_000) * 1e-9)
             marks = np.tensordot(target, self._patterns, 1)
-        # A face that comes back after a while does so gently, then it is followed at once.
+        # A face that is found again is eased in, then followed without delay.
         self._trust += ((1.0 if seen else 0.0) - self._trust) * _share(seconds, EASE_S)
         after = SOON_S if seen and self._trust > 0.9 else 0.12 if seen or level_db is not None else EASE_S
         share = _share(seconds, after)

@@ -1,4 +1,4 @@
-"""How strong each action unit is: from the 13 marks, or from how loud somebody speaks."""
+"""Intensities of action units: from the 13 marks, or from the loudness of a voice."""
 
 import math
 
@@ -17,12 +17,12 @@ MOST_ROUNDS = 7
 SWEEPS = 40
 """Sweeps of coordinate descent in each round."""
 FAR_M = 0.06
-"""A mark farther than this from its rest is none of the face."""
+"""A mark farther than this from its rest is ignored."""
 
 
 class MarkReader:
-    """From marks to units: bounded least squares over few of them. One after the other enters what explains most of what is left,
-    a unit alone or both sides of it together, for faces are more often even than not; then all that are in are fitted anew."""
+    """From marks to units: bounded least squares over few of them. In each round the unit that explains most of the remaining
+    motion is added, alone or with its twin, because faces are mostly symmetric; then all added units are fitted anew."""
 
     def __init__(self, rules: FaceRules) -> None:
         self.rules = rules
@@ -103,8 +103,8 @@ SYLLABLES_HZ = 4.3
 
 
 def by_loudness(rules: FaceRules, level_db: float, t_s: float) -> F64:
-    """(K,) intensities of a mouth that speaks so loud, as far as loudness tells: the jaw opens and closes at the rate of
-    syllables, the lips round now and then. t_s: time, so that the same log gives the same picture."""
+    """(K,) intensities of a mouth that speaks at this loudness: the jaw opens and closes at the rate of syllables, the lips round
+    now and then. t_s: time, so that the same log gives the same picture."""
     out = np.zeros(len(rules.units))
     if not math.isfinite(level_db) or level_db <= QUIET_DB:
         return out

@@ -1,4 +1,4 @@
-"""Where on a head the rules of the face act: its eyes, its hinge, and the 13 places that marks are stuck to."""
+"""Where on a head the rules of the face act: its eyes, the hinge of its jaw, and the places of the 13 marks."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from vistel.figure.face.marks import MARK_INDEX, MARKS
 from vistel.figure.skeleton import JOINT_INDEX
 
 EYES_APART = 0.064
-"""Of the head whose millimetres the rules are said in [m]."""
+"""Distance of the eyes of the standard head, to whose size the rules refer [m]."""
 HINGE = np.array((0.0, -0.025, -0.065))
 """Middle of the jaw's joints, from the middle between the eyes."""
 EYEBALL = 0.0128
@@ -40,7 +40,7 @@ class Landmarks:
 
     @property
     def scale(self) -> float:
-        """This head's size in terms of that of the rules."""
+        """This head's size relative to the standard head."""
         return float(np.linalg.norm(self.eyes[0] - self.eyes[1])) / EYES_APART
 
     @property
@@ -50,8 +50,8 @@ class Landmarks:
 
     @staticmethod
     def of_marks(marks: F64, eyes: F64, between: F64 | None = None) -> "Landmarks":
-        """From known places; the hinge is where it is on the usual head, and the lips meet midway between their marks unless
-        it is said."""
+        """From known places; the hinge is where it is on the standard head, and the lips meet midway between their marks unless
+        given."""
         apart = float(np.linalg.norm(eyes[0] - eyes[1])) / EYES_APART
         m = np.asarray(marks, np.float64)
         lips = 0.5 * (m[MARK_INDEX["upper_lip"]] + m[MARK_INDEX["lower_lip"]])

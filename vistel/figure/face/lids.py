@@ -12,11 +12,11 @@ from vistel.geometry.smoothstep import smooth
 SPAN = np.radians(34.0)
 """Along the eyeball, from a lid's edge to where the skin no longer follows it."""
 OVERLAP = np.radians(3.5)
-"""By which the upper lid goes past the lower one's edge, so that no eye looks out between coarse triangles."""
+"""How far the upper lid goes past the lower one's edge, so that the eye does not show between coarse triangles."""
 BESIDE = 0.13
 """How far beside a vertex the lower lid's edge counts, and beyond the slit's ends lids still move [sine of an azimuth]."""
 FOLLOWS_BELOW = 0.35
-"""Share of the upper lid's following of the gaze that the lower one has."""
+"""How far the lower lid follows the gaze, as a share of the upper one."""
 _ACROSS = np.linspace(-0.98, 0.98, 50)
 """Directions in which the slit is looked for: sines of the azimuth."""
 _UP = np.radians(np.linspace(-45.0, 45.0, 61))
@@ -55,7 +55,7 @@ class Slit:
         return np.where(beyond > 0.0, middle, top), np.where(beyond > 0.0, middle, bottom), moves
 
     def lowest(self, across: F64) -> F64:
-        """(M,) the bottom's lowest place near each of these: a coarse edge has teeth."""
+        """(M,) the bottom's lowest place near each of these, because a coarse edge is jagged."""
         near = np.abs(across[:, None] - self.across) <= BESIDE
         own = np.interp(across, self.across, self.bottom)
         return np.minimum(own, np.where(near, self.bottom, np.inf).min(axis=1))

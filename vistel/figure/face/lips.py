@@ -1,8 +1,7 @@
 """Which side of a mouth each vertex of a head belongs to, and which lie inside it.
 
-On skin that is cut along the lips both edges lie in one place at rest: only along the surface it can be told which lip a vertex is
-of.
-"""
+On skin that is cut along the lips both edges are in one place at rest: only distance along the surface shows which lip a vertex
+belongs to."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,13 +13,13 @@ from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.marks import MARK_INDEX
 
 CLEAR_M = 0.0022
-"""So far above or below the line between the lips a vertex is of that lip."""
+"""A vertex this far above or below the line between the lips belongs to that lip [m]."""
 TALL_M = 0.014
 """How far above and below the line between the lips a mouth is looked for [m]."""
 DEEP_M = 0.055
 """How far behind that line a mouth is looked for [m]."""
 INSIDE_M = 0.0065
-"""What lies so far behind other skin is inside the mouth."""
+"""A vertex this far behind other skin is inside the mouth [m]."""
 
 
 def line_of_lips(p: F64, marks: Landmarks) -> tuple[F64, F64]:
@@ -57,7 +56,7 @@ def sides_of_mouth(p: F64, triangles: I64, marks: Landmarks) -> tuple[F64, NDArr
     away = np.full((2, len(box)), np.inf)
     graph = coo_matrix((length, (a, b)), (len(box), len(box))).tocsr()
     for k, sign in enumerate((1.0, -1.0)):
-        # Teeth reach past the line between the lips: only from outside it can be told.
+        # Teeth reach past the line between the lips: they are found by the skin in front of them.
         seeds = np.flatnonzero((sign * up[box] > CLEAR_M) & ~inside[box])
         if len(seeds):
             away[k] = dijkstra(graph, directed=False, indices=seeds, min_only=True)

@@ -1,4 +1,4 @@
-"""The rules of the face as checked data: `action_units.toml` beside this file, or another of its kind."""
+"""The rules of the face as checked data: `action_units.toml` beside this file, or another such file."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -38,7 +38,7 @@ class SkinPull(_Table):
 
 
 class Unit(_Table):
-    """An action unit as its file says it; see the head of action_units.toml."""
+    """An action unit as in its file; see the head of action_units.toml."""
 
     name: Annotated[str, Field(pattern=r"^[A-Z][A-Z0-9]{1,7}$")]
     title: str
@@ -66,7 +66,7 @@ class _File(_Table):
 class OneSided:
     """A unit on one side, or a whole one: side 1 left, -1 right, 0 both.
 
-    pattern: (13, 2) how it moves the marks at its full [m, a standard head].
+    pattern: (13, 2) how it moves the marks at intensity 1 [m, a standard head].
     """
 
     name: str

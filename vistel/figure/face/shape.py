@@ -1,4 +1,4 @@
-"""A face that moves: what every action unit does to the vertices of one head at rest."""
+"""A face that moves: the effect of every action unit on the vertices of one head at rest."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -17,12 +17,12 @@ from vistel.figure.face.targets import half, shapes_of
 from vistel.geometry.smoothstep import smooth
 
 REACH_M = 0.05
-"""How far round a mark the skin follows what the rules leave of its motion [m]."""
+"""How far round a mark the skin follows the part of its motion that the rules do not explain [m]."""
 MOST_REST = 0.012
 """How much of that motion the skin follows, at most [m]."""
 BLINK = "AU45"
 JAW_SIDE = 0.020, 0.080
-"""From the middle to the side, where skin follows the jaw wholly and no longer [m, a standard head]."""
+"""Distances from the middle up to which skin follows the jaw wholly, and from which it no longer does [m, a standard head]."""
 NEUTRAL_GAZE_LID = 0.55
 """Share of the gaze's pitch that the upper lid follows."""
 
@@ -70,7 +70,7 @@ class FaceShape:
         near = np.abs(v - marks.middle) < np.array((0.11, 0.16, 0.12)) * scale
         self.vertex: I64 = np.flatnonzero(near.all(axis=1) & (v[:, 2] > marks.hinge[2] - 0.02 * scale))
         """(F,) those that may move at all."""
-        # After them the marks themselves, which tell how far the rules bring them.
+        # After them the marks themselves, which show how far the rules move them.
         self._p = np.concatenate((v[self.vertex], marks.marks))
         self._below, inside = below_the_lips(self._p, marks), np.zeros(len(self._p), np.bool_)
         if triangles is not None:
@@ -124,7 +124,7 @@ class FaceShape:
         return faces[(faces >= 0).all(axis=1)]
 
     def _own(self, targets: Sequence[Target], count: int) -> None:
-        """Let the units be what the head's own shapes say."""
+        """Replace units by the head's own morph targets."""
         place = np.full(count, -1)
         place[self.vertex] = np.arange(len(self.vertex))
         skin = self._p[:-MARK_COUNT]
@@ -144,7 +144,7 @@ class FaceShape:
                 self._blinks[0 if u.side > 0 else 1] = k
 
     def _blinking(self, e: Expression) -> Expression:
-        """What the lids do as the head's own shapes of blinking, where it has them."""
+        """The head's own morph targets for the lids, where it has them."""
         if max(self._blinks) < 0 or e.lids == (1.0, 1.0):
             return e
         intensity, lids = e.intensity.copy(), list(e.lids)
@@ -155,7 +155,7 @@ class FaceShape:
         return replace(e, intensity=intensity, lids=(lids[0], lids[1]))
 
     def _pulled(self, u: OneSided) -> F64:
-        """(F, 3) what a unit's pulls do at its full."""
+        """(F, 3) displacement by a unit's pulls at intensity 1."""
         total, out = np.zeros(len(self._p)), np.zeros_like(self._p)
         for pull in u.unit.pulls:
             weight = self._falloff(u, pull)
@@ -176,8 +176,8 @@ class FaceShape:
         return weight
 
     def _following(self) -> F64:
-        """(F + 13, 13) how skin follows what the rules leave of each mark's motion: all of it at the mark, none at the others,
-        smoothly between (Wendland's C2 kernel), each lip its own, and nothing where the face ends."""
+        """(F + 13, 13) how skin follows the part of each mark's motion that the rules do not explain: all at the mark, none at the
+        others, smoothly between (Wendland's C2 kernel), separately for each lip, and none beyond the face."""
         p, marks, scale = self._p, self.landmarks, self._scale
         weight = np.stack([_round(p, m, REACH_M * scale) for m in marks.marks], axis=1)
         for name in ("lower_lip", "chin"):
@@ -205,7 +205,7 @@ class FaceShape:
         shut = e.intensity @ self._close[:, eye]
         by = 1.0 - e.lids[eye]
         upper, lower = (float(np.clip(s + by, -0.6, 1.0)) for s in shut)
-        # Looking down the upper lid comes along; it never goes farther than to the lower one.
+        # The upper lid follows a gaze down, never farther than to the lower lid.
         follow = NEUTRAL_GAZE_LID * -e.pitch * (1.0 - max(0.0, upper))
         if abs(upper) < 1e-3 and abs(lower) < 1e-3 and abs(follow) < 1e-3:
             return
@@ -243,7 +243,7 @@ def _jaw_weight(p: F64, below: F64, marks: Landmarks, inside: NDArray[np.bool_])
     last = float(np.arctan2(-chin[1], chin[2]))
     half = abs(m[MARK_INDEX["left_mouth_corner"]][0] - m[MARK_INDEX["right_mouth_corner"]][0]) * 0.5
     aside = np.abs(p[:, 0] - marks.middle[0])
-    # Beside the mouth the cheek stretches over a hand's breadth of angle; towards the jaw's corners skin goes along less and less.
+    # Beside the mouth the cheek stretches over a wide angle; towards the corners of the jaw the skin follows less and less.
     cheek = smooth((angle - (mouth - 0.33)) / 0.60)
     at_lips = (1.0 - smooth((aside / half - 0.45) / 0.5)) * smooth((q[:, 2] - 0.045 * scale) / (0.02 * scale))
     at_lips = np.where(inside, 1.0, at_lips)

@@ -11,7 +11,7 @@ from vistel.figure.face.shape_kernels import lay_expression  # pyright: ignore[r
 
 
 class FaceSkin:
-    """Lays expressions on a posed skin after it has been deformed: what presses on a cheek moves it, the smile stays."""
+    """Adds expressions to a posed skin after its deformation, so that a contact moves a cheek and the smile stays."""
 
     def __init__(self, mesh: Mesh, marks: Landmarks, rules: FaceRules | None = None) -> None:
         self.shape = FaceShape(mesh.vertices, marks, rules, mesh.triangles, mesh.targets)
@@ -31,5 +31,5 @@ class FaceSkin:
         lay_expression(vertices, normals, self.vertex, self.shape.offsets(e), head, self._triangles, self._near, self._index)
 
     def room_offsets(self, head: F64, e: Expression, out: F32) -> None:
-        """The same as offsets (V, 3) in the room, for who lays them elsewhere; out: zero where no face is."""
+        """The same as offsets (V, 3) in the room, for engines that add them elsewhere; out: zero where no face is."""
         out[self.vertex] = self.shape.offsets(e) @ head.T.astype(np.float32)

@@ -1,4 +1,4 @@
-"""What a file's own shapes of expressions mean to a face: their names as action units."""
+"""The meaning of a file's morph targets for a face: their names as action units."""
 
 import re
 import tomllib
@@ -16,12 +16,12 @@ FILE = Path(__file__).with_name("targets.toml")
 _SIDE = re.compile(r"(?<![a-z])(left|right)(?![a-z])|(left|right)$|[ _.-](l|r)$", re.IGNORECASE)
 _VRM = "vrm:"
 SPLIT_M = 0.012
-"""Half of the width over which a shape of both sides goes over from one side to the other [m, a standard head]."""
+"""Half of the width over which a target of both sides is split into two [m, a standard head]."""
 
 
 @dataclass(frozen=True)
 class Meaning:
-    """A unit's name, of which side: 1 left, -1 right, 0 both; rank: of two that mean the same the lower one counts."""
+    """A unit's name and side: 1 left, -1 right, 0 both; rank: of two targets with the same meaning the lower one counts."""
 
     unit: str
     side: int
@@ -29,14 +29,14 @@ class Meaning:
 
 
 def meant(names: Iterable[str]) -> dict[str, Meaning]:
-    """Of the names of shapes those that mean a unit."""
+    """The names of targets that mean a unit, with their meanings."""
     found = {name: _meaning(name) for name in names}
     return {name: m for name, m in found.items() if m is not None}
 
 
 def shapes_of(unit: OneSided, targets: Sequence[Target]) -> tuple[list[Target], bool]:
-    """The shapes among `targets` that are this unit at its full, best first of those that mean it; and whether they are of both
-    sides though the unit is of one."""
+    """The targets that give this unit at intensity 1, the best first; and whether they are of both sides though the unit is of
+    one."""
     meanings = meant(t.name for t in targets)
     found = [(m.rank, abs(m.side - unit.side), t) for t in targets if (m := meanings.get(t.name)) and m.unit == unit.unit.name]
     own = [(rank, t) for rank, apart, t in found if apart == 0]
@@ -45,7 +45,7 @@ def shapes_of(unit: OneSided, targets: Sequence[Target]) -> tuple[list[Target], 
         return [min(own, key=lambda x: x[0])[1]], False
     if both:
         return [min(both, key=lambda x: x[0])[1]], True
-    # Both halves of what is one unit here, as jaws that are rigged in two.
+    # Two targets for one unit, as in jaws that are rigged in two halves.
     halves = [t for _, _, t in found if unit.side == 0]
     return halves, False
 

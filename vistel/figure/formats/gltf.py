@@ -1,9 +1,8 @@
-"""Avatars in glTF 2.0 (.glb) and VRM 1.0 (.vrm): a skinned character for everything that is not VISTEL.
+"""Avatars in glTF 2.0 (.glb) and VRM 1.0 (.vrm): a skinned character for other programs.
 
 Joints are nodes under the house's names, without rotation at rest, as VRM 1.0 wants them; skin and eyeballs are meshes of one skin.
-What only VISTEL knows (primitives, twist bones, bone ends, which drawn vertices are one) goes along in the extension VISTEL_avatar,
-which others pass over; with it nothing is lost. Coarser levels of detail are not kept: reading makes them anew.
-"""
+Data that only VISTEL has (primitives, twist bones, bone ends, which drawn vertices are one) is in the extension VISTEL_avatar,
+which other programs ignore; with it nothing is lost. Coarser levels of detail are not kept: reading makes them anew."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -109,7 +108,7 @@ class _Writer(Binary):
         return {"POSITION": self.accessor(whole[mesh.corner_vertex], bounds=True)}
 
     def _exact(self, mesh: Mesh) -> dict[str, int]:
-        """Accessors of what the drawn vertices do not tell."""
+        """Accessors of data that the drawn vertices lack."""
         out = {
             "vertex": self.accessor(mesh.corner_vertex.astype(np.uint32)[:, None], target=None),
             "uv": self.accessor(mesh.uv.astype(np.float32), target=None),
@@ -168,7 +167,7 @@ def _joint_nodes(avatar: Avatar) -> list[dict[str, Any]]:
 
 
 def _kept(avatar: Avatar) -> dict[str, Any]:
-    """What no other program needs, numbers exactly."""
+    """Data for VISTEL alone, with exact numbers."""
     b = avatar.body
     wears = {"wrinkles": avatar.wrinkles} if avatar.wrinkles else {}
     return wears | {

@@ -46,7 +46,7 @@ def write_materials(into: Binary, avatar: Avatar) -> tuple[dict[str, Any], list[
         kept.append({"numbers": [*p.box, p.roughness, p.metallic, *p.glow, p.cutoff, float(p.blend), float(p.both_sides)]})
         row = _plain(f"patch {k}", 1.0 if p.finish is not None else p.roughness, 1.0 if p.finish is not None else p.metallic)
         if p.opacity is not None:
-            picture("opacity", p.opacity)  # as it is; what others show is the colour with it
+            picture("opacity", p.opacity)  # as it is; other programs use the colour with its alpha
             shown = picture("colour", with_alpha(avatar.albedo, p))
             row["pbrMetallicRoughness"]["baseColorTexture"] = {"index": shown}
             row["alphaMode"] = "BLEND" if p.blend else "MASK"
@@ -90,7 +90,7 @@ def read_patches(document: Document, kept: dict[str, Any]) -> tuple[Patch, ...]:
 
 
 def extensions_used(patches: tuple[Patch, ...]) -> list[str]:
-    """What the materials of these need of glTF's extensions."""
+    """The glTF extensions that the materials of these patches need."""
     moved = any(set(p.pictures) - {"opacity"} for p in patches)
     return [TRANSFORM] * moved + [STRENGTH] * any(max(p.glow) > 1.0 for p in patches)
 

@@ -1,4 +1,4 @@
-"""An avatar as one piece of bytes that can travel: arrays without any code or path in them, and its texture as JPEG.
+"""An avatar as one piece of bytes to send: arrays without any code or path in them, and its texture as JPEG.
 
     "VISTELAV"  format (u32)  bytes of the arrays (u32)  the arrays (.npz, `avatar_file`)  the texture (JPEG)
 
@@ -21,11 +21,11 @@ from vistel.figure.formats.avatar_file import load_avatar, save_avatar
 
 ENDING = ".parcel"
 TEXELS = 2048
-"""Texels along a side of the texture that travels, at most."""
+"""Texels along a side of the texture in a parcel, at most."""
 QUALITY = 90
-"""JPEG quality of the texture that travels."""
+"""JPEG quality of the texture in a parcel."""
 PATCH_TEXELS = 1024
-"""Of the pictures that say what its surface is like beside its colour, along a side."""
+"""Texels along a side of the pictures of patches, at most."""
 MOST_UNPACKED = 256 << 20
 """Bytes of all arrays together."""
 _HEAD = struct.Struct("<8sII")

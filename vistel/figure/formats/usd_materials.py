@@ -83,7 +83,7 @@ class _Material:
         return Sdf.ValueTypeNames
 
     def keep(self, patch: Patch) -> None:
-        """What no input says, and the numbers exactly."""
+        """Attributes for data without an input, and exact numbers."""
         flags = float(patch.blend), float(patch.both_sides)
         numbers = (*patch.box, patch.roughness, patch.metallic, *patch.glow, patch.cutoff, *flags)
         attribute = self.material.GetPrim().CreateAttribute("vistel:patch", self._types.DoubleArray, True, Sdf.VariabilityUniform)

@@ -1,1 +1,1 @@
-"""What lies under the skin of a figure: muscles, bones that show, veins, and how they are blended (Singh §4.1, §4.2)."""
+"""Layers under the skin of a figure: muscles, bones that show, veins, and how they are blended (Singh §4.1, §4.2)."""

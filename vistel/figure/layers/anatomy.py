@@ -21,9 +21,8 @@ SIDES = ("left", "right")
 class AnatomicalSite:
     """A place: `depth` of the way from the bone's axis to the skin (0 axis, 1 skin), along `direction` (any length).
 
-    joint: the bone it is fixed to; along: point of its axis, 0 the joint, 1 the end of the bone; at: joint whose position
-    it goes with where that is not the bone's own: the collar bone's outer end goes with the upper arm's joint.
-    """
+    joint: the bone it is fixed to; along: point of its axis, 0 the joint, 1 the end of the bone; at: joint whose position it
+    follows where that is not the bone's own: the collar bone's outer end follows the upper arm's joint."""
 
     joint: str
     along: float
@@ -64,11 +63,11 @@ class MuscleSpec:
 
 @dataclass(frozen=True)
 class BoneSpec:
-    """A bone that shows where a joint bends: a sphylinder from `start` to `end`, fixed to their joint.
+    """A bone that becomes visible where a joint bends: a sphylinder from `start` to `end`, fixed to their joint.
 
     Lengths across are in parts of half the limb's thickness there: depth of the sites (1 on the skin, 0 so much below it),
     radius, and rise: how much the flesh over it thins out as the skin is drawn tight. hinge: the two joints whose angle
-    drives it; full: the angle from which it shows whole [degrees]. weight: of its field.
+    drives it; full: the angle from which it shows fully [degrees]. weight: of its field.
     """
 
     name: str

@@ -31,7 +31,7 @@ class Bone:
     weight: float
 
     def shown(self, value: float) -> "Bone":
-        """The bone where it is when it shows to a part `value`."""
+        """The bone when it shows by the share `value`."""
         return replace(self, a=self.a + value * self.rise, b=self.b + value * self.rise)
 
     def value(self, joints: JointPose) -> float:

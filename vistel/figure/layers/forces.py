@@ -1,9 +1,8 @@
 """The physical muscle: its pull by length, speed and activation, and the torques of joints (Singh §4.2; mathematics M7.6).
 
 A contractile element with a stiff tendon (Hill 1938, in the form of Zajac 1989): F = F_max (A f_l(l) f_v(v) + f_p(l)), with
-l the belly's length / at rest, which is taken for its best. A path pulls its points together; what joints feel follows
-from where those points are, without moment arms by hand.
-"""
+l the belly's length / at rest, which is taken for its best. A path pulls its points together; the torques of joints follow from the
+places of those points, without tables of moment arms."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -101,7 +100,7 @@ def point_forces(muscles: Muscles, joints: JointPose, pull: F64) -> tuple[F64, F
 
 
 def joint_torques(muscles: Muscles, joints: JointPose, pull: F64) -> F64:
-    """(J, 3) torque [N m], room frame, that pulls (M,) put on what hangs from each joint, about the joint."""
+    """(J, 3) torque [N m], room frame, of pulls (M,) about each joint, on everything below it in the chain."""
     points, force = point_forces(muscles, joints, pull)
     return _torques(joints, muscles.bodies[0], points, force)
 
@@ -113,7 +112,7 @@ def _torques(joints: JointPose, body: NDArray[np.int32], points: F64, force: F64
 
 
 def _below() -> NDArray[np.bool_]:
-    """(J, J) whether joint k is j or hangs from it."""
+    """(J, J) whether joint k is j or below it in the chain."""
     out = np.eye(len(JOINTS), dtype=bool)
     for k in range(1, len(JOINTS)):
         out[:, k] |= out[:, PARENTS[k]]
@@ -135,8 +134,8 @@ class Load:
 
 @dataclass(frozen=True)
 class Effort:
-    """What muscles do against loads: active (M,) in [0, 1], pull (M,) [N]; missing (J, 3): torque that they cannot hold,
-    at the joints that have muscles [N m]."""
+    """Muscles that balance loads: active (M,) in [0, 1], pull (M,) [N]; missing (J, 3): torque that they cannot hold, at the joints
+    that have muscles [N m]."""
 
     active: F64
     pull: F64
@@ -151,9 +150,10 @@ _FIRST = 4.0
 
 
 def effort(muscles: Muscles, joints: JointPose, loads: Sequence[Load]) -> Effort:
-    """Activations that hold `loads` in a posture, the least sum of squares; bones bear what joints do not give way to.
+    """Activations that hold `loads` in a posture, with the least sum of squares; bones bear loads in directions in which joints do
+    not turn.
 
-    There are not all muscles of a body here: what they cannot hold is told.
+    This model does not have all muscles of a body: `Effort.missing` is what they cannot hold.
     """
     body = np.array([JOINT_INDEX[load.joint] for load in loads], np.int32)
     point = np.array([load.point for load in loads], np.float64).reshape(-1, 3)
@@ -171,7 +171,7 @@ def effort(muscles: Muscles, joints: JointPose, loads: Sequence[Load]) -> Effort
         hinge = _HINGED.get(name.partition("_")[2])
         for axis in np.eye(3) if hinge is None else np.array([hinge]):
             a = parent @ axis
-            # At the shoulder others help who are not here: hinges come first.
+            # At the shoulder muscles that are not modelled help: hinges come first.
             share = _FIRST if hinge is not None else 1.0
             rows.append(share * (each[:, j] @ a))
             targets.append(share * float(wanted[j] @ a))

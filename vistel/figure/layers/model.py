@@ -110,7 +110,7 @@ def layered_model(
         ends = (up.a + outer, up.b + outer, max(0.0, float(up.b @ tip) / float(tip @ tip)) * tip)
         a, b, root = (joints.position[bone.joint] + joints.rotation[bone.joint] @ end for end in ends)
         radius = BONE_CORE * bone.radius
-        # Bones that stand on the one that folds hang together with it; the collar bone is there already.
+        # Bones that follow the one that folds are connected with it; the collar bone is included already.
         starts = (a, root) if bone.joint != bone.hinge[0] else (a,)
         shape = union(*(Sphylinder.of_surface(_three(p), _three(b), radius) for p in starts))
         parts.append(LayerPart(bone.name, "bones", shape, frozenset({limb[bone.joint]}), BONE_WEIGHT))
@@ -120,7 +120,7 @@ def layered_model(
 
 
 def _limb_of_joint(avatar: Avatar, groups: I32) -> list[int]:
-    """(J,) limb of each joint, or of what it hangs from."""
+    """(J,) limb of each joint, or of the nearest joint above it."""
     own = {int(j): int(g) for j, g in zip(avatar.body.joint, groups, strict=True)}
     out: list[int] = []
     for j, parent in enumerate(_PARENTS):

@@ -30,7 +30,7 @@ class BellyShape:
         return float(4.0 / 3.0 * np.pi * np.prod(self.half))
 
     def at_length(self, ratio: float) -> "BellyShape":
-        """The belly at `ratio` of its length: as much thicker and wider as keeps its volume, resting on the bone."""
+        """The belly at `ratio` of its length: thicker and wider so that its volume stays, resting on the bone."""
         m = ratio**-0.5
         half = self.half * (m, m, ratio)
         outwards = self.half[0] * (m - 1.0)

@@ -1,4 +1,4 @@
-"""How far each layer moves each vertex of a skin: solved on the implicit model once, scaled by what the layer does later.
+"""How far each layer moves each vertex of a skin: solved on the implicit model once, later scaled by the state of the layer.
 
 The skin's own field is T on it; a layer adds its field as it is now less what it was at rest (Singh §4.1: primitives blend
 with and thus deform the surface that envelops them). A vertex goes along its normal to where the sum is T again.

@@ -1,4 +1,4 @@
-"""The layers of one figure's skin: what it costs in a frame is two small kernels (see `layer_kernels`)."""
+"""The layers of one figure's skin. A frame runs two small kernels (see `layer_kernels`)."""
 
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -35,7 +35,7 @@ _BLENDS = {"deltoid": _TRUNK, "pectoral": _TRUNK, "trapezius": _TRUNK, "collar":
 
 
 class LayeredFigure(Protocol):
-    """A figure whose skin layers move: what they ask of `vistel.figure.figure.Figure`."""
+    """A figure whose skin layers move: the part of `vistel.figure.figure.Figure` that they need."""
 
     avatar: Avatar
     skin: RigidSkin
@@ -45,7 +45,7 @@ class LayeredFigure(Protocol):
 
 @dataclass(frozen=True)
 class Anatomy:
-    """What lies under one person's skin, attached to its bones."""
+    """The layers of one person, attached to their bones."""
 
     muscles: Muscles
     bones: tuple[Bone, ...]
@@ -94,8 +94,8 @@ class SkinLayers:
 
     @property
     def values(self) -> F32:
-        """(C,) what each layer does since the last `skin`: a muscle 1 when it is fully contracted, below 0 stretched; a
-        bone 1 when it shows whole."""
+        """(C,) state of each layer at the last `skin`: of a muscle 1 fully contracted, below 0 stretched; of a bone 1 fully
+        visible."""
         return self._value
 
     def skin(self, joints: JointPose, rows: Rows, dual: F32, matrix: F32, vertices: F32, normals: F32) -> None:
@@ -133,7 +133,7 @@ class SkinLayers:
         )
 
     def __setstate__(self, state: dict[str, Any]) -> None:
-        """After unpickling the arrays lie elsewhere."""
+        """After unpickling, the arrays have other addresses."""
         self.__dict__.update(state)
         for slot, array in list(self._held.items()):
             self._keep(slot, array)
@@ -185,7 +185,7 @@ class SkinLayers:
             self._keep(slot, array)
 
     def _keep_folds(self, figure: LayeredFigure, slope: F64) -> None:
-        """Patches whose skin the implicit component shapes: there what a layer adds to the field has to be told."""
+        """Patches whose skin the implicit component shapes: there a layer also changes the field."""
         index, calibration = figure.deformer.calibration
         blocks, patches, rows, width = calibration.shape
         vertex = index.reshape(blocks, patches, width)

@@ -1,8 +1,8 @@
 """Joints of a person whose mesh has no rig, found from its shape in a T- or A-pose.
 
 Arms: rings of equal distance along the surface from the fingertips have their middles on the arm's axis; where they grow
-to the girth of the trunk, the shoulder begins. Legs: middles of slices. Lengths between are divided as in an average body.
-"""
+to the girth of the trunk, the shoulder begins. Legs: middles of slices. The joints between divide these lengths as in an average
+body."""
 
 from typing import Any
 
@@ -55,7 +55,7 @@ def joints_by_shape(points: F64, triangles: I32) -> dict[str, F64]:
 
 
 def _graph(points: F64, triangles: I32, scale: float) -> Any:
-    """Lengths of the edges between vertices; pieces that nearly touch, as a hand and its sleeve, hang together there."""
+    """Lengths of the edges between vertices; pieces that nearly touch, as a hand and its sleeve, are connected there."""
     ends = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
     ends = np.unique(np.sort(ends, axis=1), axis=0).astype(np.int64)
     size = (len(points), len(points))
@@ -137,7 +137,7 @@ def _leg(points: F64, side: str, sign: float, scale: float, tall: float) -> dict
             ring = beside[np.abs(beside[:, 1] - level) < thick * scale]
             if len(ring) >= 8:
                 break
-        # Hands that hang beside a thigh are further out than it is thick.
+        # Hands beside a thigh are further out than the thigh is thick.
         ring = ring[sign * ring[:, 0] < float(np.min(sign * ring[:, 0])) + 0.24 * scale] if len(ring) else ring
         if len(ring) < 4:
             raise MakingError(f"no {side} leg at a height of {level:.2f} m; {_POSE}")

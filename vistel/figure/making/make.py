@@ -65,7 +65,7 @@ def make_avatar(
     """An avatar of the person in `source`.
 
     unit: metres of one unit, up: "Y" or "Z", height [m]: where they are known better than the file or its proportions say;
-    step: told what is being done. Raises MakingError.
+    step: called with what is being done. Raises MakingError.
     """
     step("parts")
     known = mapped(source.rig)

@@ -1,4 +1,4 @@
-"""Pictures of a material that lie otherwise on the surface than its colour does, laid as that one is; and put together."""
+"""Pictures of a material that are laid differently from its colour, resampled to lie as the colour does; and combined."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field

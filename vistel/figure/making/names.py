@@ -1,4 +1,4 @@
-"""Names of joints in the rigs of others, told as the house's joints: VRM, Mixamo, Unreal, MakeHuman, CMU, Blender."""
+"""VISTEL's names for the joints of other rigs: VRM, Mixamo, Unreal, MakeHuman, CMU, Blender."""
 
 import re
 
@@ -35,7 +35,7 @@ _SIDE_WORDS = {word: joint for joint, words in _SIDED.items() for word in words.
 
 
 def house_joint(name: str) -> str | None:
-    """The house's joint that a rig's joint of that name is, SPINE for any of the trunk's, None for names not known."""
+    """The joint that a rig's joint of that name stands for, SPINE for any of the trunk, None for unknown names."""
     if name in JOINT_INDEX:
         return name
     bare = _PREFIX.sub("", name.strip()).lstrip("_-. ")

@@ -18,7 +18,7 @@ _INSIDE = ("teeth", "tongue", "lash")
 WORN = "worn: "
 """What the names of groups of clothes begin with."""
 _FEWEST = 200
-"""Triangles below which nobody is to be recognised."""
+"""Fewer triangles than this are not a person."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +122,7 @@ class Soundness:
         return self.branching == 0
 
     def notes(self) -> tuple[str, ...]:
-        """One line for each thing that whoever made the mesh may want to mend."""
+        """One line for each fault that the author of the mesh may want to mend."""
         out: list[str] = []
         if self.border:
             out.append(f"{self.holes} holes or open edges ({self.border} edges): they stay open")
@@ -134,7 +134,7 @@ class Soundness:
 
 
 def soundness(triangles: I32, count: int) -> Soundness:
-    """What the edges of triangles over `count` vertices tell."""
+    """The health of a mesh from the edges of its triangles over `count` vertices."""
     ends = np.sort(np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1).astype(np.int64)
     key, uses = np.unique(ends[:, 0] * count + ends[:, 1], return_counts=True)
     border = key[uses == 1]

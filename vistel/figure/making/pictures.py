@@ -41,8 +41,8 @@ def decoded(data: bytes | None, notes: list[str], name: str) -> U8 | None:
 
 
 def alpha_of(data: bytes, largest: int = LARGEST) -> U8 | None:
-    """(H, W) opacity of an encoded picture, made as small as `decode` makes its colours; None where it has none, or cannot be
-    read, which reading its colours tells."""
+    """(H, W) opacity of an encoded picture, in the size that `decode` gives; None where it has none or cannot be read, which
+    `decode` reports."""
     try:
         with _opened(data) as picture:
             if not _transparent(picture) or picture.width * picture.height > MOST_TEXELS:

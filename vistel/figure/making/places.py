@@ -1,4 +1,4 @@
-"""Joints of a rig with names nobody knows, told by where they are and what they hang on."""
+"""Joints of a rig with unknown names, found by their places and parents."""
 
 import numpy as np
 
@@ -59,7 +59,7 @@ def joints_by_place(at: F64, parents: I32, height: float) -> dict[int, str]:
     top = [j for j in top if abs(at[j, 0] - middle[0]) < 0.05 * scale and at[j, 1] > middle[1] - 0.03 * scale]
     top.sort(key=lambda j: (len(above[j]), j))
     if top:
-        # A bone of the neck and one of the head on it, maybe with more on that.
+        # A bone of the neck and one of the head above it, perhaps with more above that.
         neck, *_ = top
         head = [j for j in top if neck in above[j] and at[j, 1] > middle[1] + 0.09 * scale]
         if head:
@@ -80,7 +80,7 @@ def _ancestors(parents: I32, joint: int) -> list[int]:
 
 
 def _chain(at: F64, above: list[list[int]], standard: Skeleton, names: list[str], sign: float, taken: set[int]) -> list[int] | None:
-    """Three joints of one side, each hanging on the one before, that are most like a person's limb of these names."""
+    """Three joints of one side, each the parent of the next, that are most like a person's limb of these names."""
     first0, second0, third0 = (standard.rest[JOINT_INDEX[n]] for n in names)
     long, longer = float(np.linalg.norm(second0 - first0)), float(np.linalg.norm(third0 - second0))
     leg = names[0].endswith("leg")

@@ -1,4 +1,4 @@
-"""What an avatar is made of and how well its primitives hold its mesh."""
+"""The parts of an avatar and how well its primitives fit its mesh."""
 
 from typing import Any
 

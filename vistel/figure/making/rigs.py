@@ -1,4 +1,4 @@
-"""A file's rig, told in the house's joints."""
+"""A file's rig in terms of VISTEL's joints."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What a file of a person's shape held, before anything is known about it."""
+"""The content of a file with a person's shape, before it is interpreted."""
 
 import math
 from collections.abc import Mapping
@@ -12,7 +12,7 @@ from vistel.arrays import F32, F64, I32, U8
 from vistel.figure.avatar.patch import Patch
 
 USD_ENDINGS = (".usda", ".usdc", ".usd", ".usdz")
-"""What names of USD files end in."""
+"""Endings of USD files."""
 
 
 class MakingError(ValueError):
@@ -83,7 +83,7 @@ class SourceTarget:
 class SourceMesh:
     """A mesh as a file holds it. points: (V, 3) in the file's frame and unit; triangles: (F, 3); uv: (T, 2) origin bottom left;
     uv_triangles: (F, 3), -1 where a face has none; group, material: (F,) indices into `groups`, `materials`. unit: metres of one
-    unit and up: "Y" or "Z", where the file says so. notes: what was remarkable. targets: shapes of expressions."""
+    unit and up: "Y" or "Z", where the file says so. notes: remarks. targets: shapes of expressions."""
 
     name: str
     points: F64

@@ -1,4 +1,4 @@
-"""Unit, axes and heading of a person's mesh, found from its proportions; everything found is said."""
+"""Unit, axes and heading of a person's mesh, found from its proportions; everything found is reported in notes."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ UNITS = (
     ("centimetres", 0.01, 90.0, 260.0),
     ("millimetres", 0.001, 500.0, 2600.0),
 )
-"""Names, metres, and the heights of people in them from which the unit is told."""
+"""Units: name, metres, and the heights of people in it by which it is recognised."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Weights of a file's rig, told as shares of the house's bones."""
+"""Weights of a file's rig as shares of VISTEL's bones."""
 
 from collections.abc import Mapping
 

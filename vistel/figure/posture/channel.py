@@ -1,4 +1,4 @@
-"""One sensor's value over time: followed while it speaks, held and then relaxed while silent, eased back on return."""
+"""One sensor's value over time: followed while it arrives, held and then relaxed while it is missing, eased back on return."""
 
 import math
 from typing import NamedTuple

@@ -1,4 +1,4 @@
-"""Hand postures made on purpose: orientations and named finger postures.
+"""Hand postures by definition: orientations and named finger postures.
 
 Finger angles follow `Posture.hands`: thumb roll, abduction, two flexions; then base flexion, abduction, middle and
 end flexion for index, middle, ring and little finger [rad].

@@ -1,4 +1,4 @@
-"""How far joints go, which depends on the other joints of the posture.
+"""Limits of joints, which depend on the other joints of the posture.
 
 Muscles that cross two joints and ligaments that tighten couple them: with a straight knee the ankle bends less (the calf
 spans both), a bent wrist deviates less, fingers spread only while they are straight, an end joint does not bend alone,
@@ -26,8 +26,8 @@ LEAST_ANKLE = math.radians(-40.0)
 FINGER_LIMITS: F64 = np.radians(
     np.array([(-30, 120), (-40, 60), (-30, 75), (-30, 100)] + 4 * [(-30, 100), (-30, 30), (-10, 120), (-10, 95)], np.float64)
 )
-"""(20, 2) least and most of each angle of a hand [rad] whatever the others are: a little wider than `hand_within_limits`, for what
-presses fingers apart, such as a thing in the hand."""
+"""(20, 2) least and greatest value of each angle of a hand [rad] whatever the others are: a little wider than `hand_within_limits`,
+because a thing in the hand can press fingers apart."""
 
 
 def within_limits(posture: Posture) -> Posture:

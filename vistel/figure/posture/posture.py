@@ -78,10 +78,9 @@ class Posture:
 
     dofs: (25,), hands: (2, 20), stance; gaze: (2,) yaw (left positive) and pitch (up positive) of both eyes
     relative to the head [rad]. joints: rotation vectors (3,) of single joints relative to their parents, by name, from a
-    source that knows more of the body than the 25 (each leg, a collar bone, the jaw): they replace what the others say of
-    these joints, and what hangs on them goes along. face: (13, 2) marks as of `vistel.figure.face.marks` [m]; lids: (2,) opening
-    of the left and the right eye, 0 closed .. 1 as at rest; None where nothing is known of them.
-    """
+    source that knows more of the body than the 25 (each leg, a collar bone, the jaw): they replace the angles of these joints in
+    `dofs`, and the joints below them follow. face: (13, 2) marks as of `vistel.figure.face.marks` [m]; lids: (2,) opening of the
+    left and the right eye, 0 closed .. 1 as at rest; None where nothing is known of them."""
 
     dofs: F64 = field(default_factory=lambda: np.zeros(DOF_COUNT))
     hands: F64 = field(default_factory=lambda: np.zeros((2, HAND_DOF_COUNT)))
@@ -160,7 +159,7 @@ def interpolate(a: Posture, b: Posture, t: float) -> Posture:
 
 
 def _between(a: F64 | None, b: F64 | None, t: float) -> F64 | None:
-    """What only one of two postures tells is told in its half."""
+    """Values that only one of two postures has count in its half."""
     if a is None or b is None:
         return a if t < 0.5 else b
     return a + t * (b - a)
@@ -172,7 +171,7 @@ def _quaternion(rotvec: F64) -> F64:
 
 @compiled
 def _replace_joints(parents: NDArray[np.int32], given: NDArray[np.bool_], local: F64, rotation: F64, position: F64) -> None:
-    """Turn the joints `given` by `local` (J, 3) relative to their parents, in place; what hangs on them goes along."""
+    """Turn the joints `given` by `local` (J, 3) relative to their parents, in place; the joints below them follow."""
     before, at = rotation.copy(), position.copy()
     for j in range(1, len(parents)):
         p = parents[j]

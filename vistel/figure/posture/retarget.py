@@ -1,4 +1,4 @@
-"""A measured person's posture on the limbs that others see: hands, head and chest stay where they are in the room."""
+"""Retargets a measured person's posture to the body that others see: hands, head and chest stay where they are in the room."""
 
 from vistel.arrays import F64
 from vistel.figure.posture.limits import SIDES
@@ -20,7 +20,7 @@ class Retargeter:
         self._half_width = 0.5 * (shown.rest[_COLLARS[0]] - shown.rest[_COLLARS[1]])
 
     def retarget(self, t_s: float, posture: Posture) -> Posture:
-        """The posture of the shown person in which they do what the measured one does in `posture`."""
+        """The posture of the shown person that corresponds to `posture` of the measured one."""
         pose = pose_joints(self._measured, posture)
         chest = pose.rotation[_COLLARS[0]]
         middle = 0.5 * (pose.position[_COLLARS[0]] + pose.position[_COLLARS[1]])

@@ -1,8 +1,7 @@
 """The posture from four receivers and two gloves (Singh §6.2; mathematics M8).
 
-Chest to spine and legs, head to neck, wrists to arms. A receiver that falls silent is held, then relaxes; when it
-comes back the body eases over to it. Nothing ever snaps.
-"""
+Chest to spine and legs, head to neck, wrists to arms. The value of a silent receiver is held, then relaxes; when the receiver
+returns, the body moves to its value smoothly."""
 
 import math
 from collections.abc import Mapping
@@ -26,7 +25,7 @@ from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_y,
 
 @dataclass(frozen=True)
 class Solved:
-    """A posture and what it had to do without: names of silent receivers and "left_glove", "right_glove"."""
+    """A posture and what was missing for it: names of silent receivers and "left_glove", "right_glove"."""
 
     posture: Posture
     stale: frozenset[str]
@@ -85,14 +84,14 @@ class PostureSolver:
         hands: tuple[F64 | None, F64 | None] = (None, None),
         elbows: Mapping[str, F64] | None = None,
     ) -> Solved:
-        """The posture at `t_s` from what is heard: receivers (room frame) and hand angles ((20,) left, right).
+        """The posture at `t_s` from measurements: receivers (room frame) and hand angles ((20,) left, right).
 
         elbows: where they are known to point, (3,) from the shoulder in the chest's frame by side; else they are guessed.
 
         Receivers left out are silent. The head's orientation is met exactly, the chest's pose but for the little it leans towards a
         head that the neck cannot carry where it was measured; a wrist within reach is met to less than a millimetre. Joints that
-        would be beyond their limits (`vistel.figure.posture.limits`) are brought to them: first the spine, then what hangs on it.
-        """
+        would be beyond their limits (`vistel.figure.posture.limits`) are brought to them: first the spine, then the joints above
+        it."""
         dt = 0.0 if self._t is None else max(0.0, t_s - self._t)
         self._t = t_s
         stale = {name for name in self._mounts if name not in receivers}

@@ -21,7 +21,7 @@ SETTLED = 0.15
 FOLLOW_S = 0.25
 """Time constant of following."""
 PACE_S = 0.15
-"""Time constant at which the pace of who walks is taken over, so that the feet do not trail behind."""
+"""Time constant at which the speed of walking is estimated, so that the feet do not trail behind."""
 
 
 class StanceFollower:

@@ -37,7 +37,7 @@ class Comfort(NamedTuple):
 
 
 SWIVEL_SPEED = 2.5
-"""Most the elbow may swivel by itself [rad/s]; what the wrist and chest do comes on top."""
+"""Greatest speed at which the elbow swivels by itself [rad/s]; motion of wrist and chest is added."""
 
 W_LIMIT = 50.0
 

@@ -1,4 +1,4 @@
-"""Somebody put together from separately scanned parts, blended at the joints into one closed surface (Singh §5.1)."""
+"""A person assembled from separately scanned parts, blended at the joints into one closed surface (Singh §5.1)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -19,7 +19,7 @@ from vistel.figure.making.source import MakingError, SourceMaterial, SourceMesh
 WELD = 1e-6
 """Vertices of cuts that are one lie no further apart [m]."""
 SHORT = 5e-5
-"""Edges shorter than this are none [m]."""
+"""Edges shorter than this are removed [m]."""
 LARGEST = 1024
 """Texels along a side of a part's picture: all have to go into one."""
 FARTHEST = 4.0
@@ -49,7 +49,7 @@ class Assembled:
 
 
 def assemble(path: Path, step: Callable[[str], None] = lambda _: None) -> Assembled:
-    """The person that the file `path` describes. step: told what is being done. Raises MakingError, OSError."""
+    """The person that the file `path` describes. step: called with what is being done. Raises MakingError, OSError."""
     assembly = read_assembly(path)
     names = [p.part for p in assembly.parts]
     pieces: list[MeshPiece] = []

@@ -56,7 +56,7 @@ class PartFile(_Model):
 
 
 class Seam(_Model):
-    """A joint of two parts that is to be other than found."""
+    """A joint of two parts whose settings differ from those found."""
 
     between: tuple[Name, Name]
     zone: float | None = Field(default=None, gt=0.0, le=0.5)
@@ -75,7 +75,7 @@ class Assembly(_Model):
     """Of the person [m]; as assembled otherwise."""
     parts: list[PartFile] = Field(min_length=2, max_length=40)
     joints: list[Seam] = []
-    """Joints are found wherever the open ends of two parts face each other; here stands what is to be other than that."""
+    """Joints are found wherever the open ends of two parts face each other; these settings replace what is found."""
 
     @model_validator(mode="after")
     def _known(self) -> "Assembly":

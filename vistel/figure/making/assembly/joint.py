@@ -1,10 +1,9 @@
 """Two ends of limbs blended at a joint (Singh §5.1, figure 55a).
 
 The end of each limb near the joint is a point-setblob. In the zone where they hand over, each is drawn in towards its
-centre by just so much that the sum of both fields has the threshold where their surfaces lie: ends that fit together
-come out as they were, without the swelling of a plain sum, and ends that do not pass smoothly into one another. The sum
-is polygonised there, and polygons outside the zone are kept (Singh §3.3.4).
-"""
+centre by just so much that the sum of both fields has the threshold where their surfaces lie: ends that fit together keep their
+shape, without the bulge of a plain sum, and ends that do not fit pass smoothly into one another. The sum is polygonised there, and
+polygons outside the zone are kept (Singh §3.3.4)."""
 
 from dataclasses import dataclass, replace
 from typing import Any
@@ -46,7 +45,7 @@ SEEN = 1e-4
 SMOOTHINGS = 150
 """Rounds in which hidden faces are smoothed."""
 MOST_MOVED = 0.5
-"""How far vertices may move in them, as a share of the radius. Outside the zone they go back afterwards."""
+"""How far vertices may move in them, as a share of the radius. Outside the zone they are put back afterwards."""
 NOWHERE = -2
 LEAST_MARGIN = 0.06
 """Between where a limb's end begins and the zone, in the radius."""
@@ -56,7 +55,7 @@ LARGEST_GAP = 1.6
 
 @dataclass(frozen=True)
 class End:
-    """The border of a part where it meets another: the part's number, the border as vertices of its piece."""
+    """The border at which a part meets another: the part's number, the border as vertices of its piece."""
 
     part: int
     loop: I64

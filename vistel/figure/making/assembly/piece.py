@@ -1,4 +1,4 @@
-"""A piece of somebody's surface: triangles with texture coordinates at their corners, to be cut, closed and put together."""
+"""A piece of a person's surface: triangles with texture coordinates at their corners, to be cut, closed and joined."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -154,7 +154,7 @@ def _snapped(piece: MeshPiece, level: F64) -> F64:
 
 
 def connected(triangles: I64, seeds: I64) -> Mask:
-    """(F,) faces that hang together with vertices `seeds` by shared vertices."""
+    """(F,) faces that are connected with the vertices `seeds` by shared vertices."""
     count = int(triangles.max(initial=0)) + 1
     a, b = triangles.reshape(-1), np.roll(triangles, -1, axis=1).reshape(-1)
     graph = coo_array((np.ones(len(a)), (a, b)), shape=(count, count))

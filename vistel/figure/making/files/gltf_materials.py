@@ -19,7 +19,7 @@ _PLAIN = 64
 
 
 class GltfMaterials:
-    """Reads them. patches: also what they are like beside their colour; notes: gets what was remarkable."""
+    """Reads them. patches: read other surface properties too; notes: receives remarks."""
 
     def __init__(self, document: Document, notes: list[str], *, patches: bool) -> None:
         self._document, self._notes, self._patches = document, notes, patches
@@ -64,7 +64,7 @@ class GltfMaterials:
         return None if data is None else alpha_of(data)
 
     def _patch(self, row: dict[str, Any], name: str, solid: float) -> Patch | None:
-        """None for a material that says nothing but its colour."""
+        """None for a material with nothing but a colour."""
         told, like = row.get("pbrMetallicRoughness"), self.lying(layout(row))
         lit = not {"KHR_materials_unlit", "VRMC_materials_mtoon"} & set(row.get("extensions", {}))
         pbr = as_object(told)

@@ -1,4 +1,4 @@
-"""Nodes of a glTF scene: where they are, what hangs on what, which are drawn; and the joints of a skin's vertices."""
+"""Nodes of a glTF scene: their places, their parents, which are drawn; and the joints of a skin's vertices."""
 
 from collections.abc import Sequence
 from typing import Any

@@ -209,7 +209,7 @@ class _Reader:
         return joints, share, np.array([self.nodes.matrix[j] @ b for j, b in zip(skin["joints"], bind, strict=True)])
 
     def _rigid(self, node: int, count: int) -> NDArray[np.float32] | None:
-        """Shares of a mesh that hangs on a joint, as eyes and hats do."""
+        """Shares of a mesh that is a child of a joint, as eyes and hats are."""
         at = node
         while at >= 0 and at not in self.column:
             at = int(self.nodes.parents[at])

@@ -1,4 +1,4 @@
-"""What a USD file refers to is read from its own folder and from nowhere else."""
+"""Files that a USD file refers to are read only from its own folder."""
 
 from __future__ import annotations
 

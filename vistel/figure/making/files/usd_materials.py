@@ -1,4 +1,4 @@
-"""Materials of USD meshes as a figure needs them: colour or picture of a UsdPreviewSurface, and what it says beside that."""
+"""Materials of USD meshes as a figure needs them: colour or picture of a UsdPreviewSurface, and its other surface properties."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -22,8 +22,7 @@ _DEEP = 8
 
 
 class Materials:
-    """Those of a stage, in the order in which they were met; the first has no name. patches: also what they say beside their
-    colour."""
+    """Those of a stage, in the order in which they were met; the first has no name. patches: read other surface properties too."""
 
     def __init__(self, stage: Any, path: Path, notes: list[str], *, patches: bool) -> None:
         self._stage, self._path, self._notes, self._patches = stage, path, notes, patches

@@ -1,4 +1,4 @@
-"""What a UsdPreviewSurface says beside its colour, each picture laid as that of the colour."""
+"""Surface properties of a UsdPreviewSurface besides colour, each picture laid as that of the colour."""
 
 import math
 from collections.abc import Callable
@@ -20,7 +20,7 @@ _CHANNELS = {"r": 0, "g": 1, "b": 2}
 @dataclass(frozen=True)
 class Inputs:
     """How pictures of inputs are found. picture: (H, W, 3), how it lies, channel that is read; alpha: (H, W) opacity in the
-    picture that feeds an input; note: told what was left out."""
+    picture that feeds an input; note: called with what was left out."""
 
     picture: Callable[[Any], tuple[U8, Lying, str] | None]
     alpha: Callable[[Any], U8 | None]

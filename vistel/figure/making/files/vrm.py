@@ -1,4 +1,4 @@
-"""Which joints a VRM file says are whose: its humanoid map, of VRM 1.0 and of 0.x, and the house's names in VRM's."""
+"""The humanoid map of VRM 1.0 and 0.x: which joint of a file is which bone, in VISTEL's names and in VRM's."""
 
 import re
 from typing import Any
@@ -8,14 +8,14 @@ from vistel.figure.making.names import SPINE
 from vistel.figure.skeleton import JOINT_INDEX
 
 TRUNK = {"spine": "spine_1", "chest": "spine_4", "upperChest": "spine_7"}
-"""VRM's three joints of the trunk among the house's eight."""
+"""VRM's three joints of the trunk among VISTEL's eight."""
 REQUIRED = (
     "hips",
     "spine",
     "head",
     *(f"{side}{bone}" for side in ("left", "right") for bone in ("UpperLeg", "LowerLeg", "Foot", "UpperArm", "LowerArm", "Hand")),
 )
-"""Bones without which a VRM 1.0 file is none."""
+"""Bones that VRM 1.0 requires."""
 
 
 def humanoid(document: Document) -> dict[int, str]:
@@ -59,7 +59,7 @@ def vrm_name(joint: str) -> str | None:
 
 
 def _of_one(bone: str) -> str:
-    """A bone of VRM 0.x under its name in 1.0, where thumbs are told differently."""
+    """A bone of VRM 0.x under its name in 1.0, which names thumbs differently."""
     for side in ("left", "right"):
         if bone == f"{side}ThumbProximal":
             return f"{side}ThumbMetacarpal"
