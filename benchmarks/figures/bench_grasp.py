@@ -14,7 +14,7 @@ from benchmarks.figures import grasp_held_out as held_out
 from benchmarks.figures import grasp_shapes as shapes
 from benchmarks.figures import grasp_trials as trials
 from benchmarks.figures.grasp_depth import deepest
-from benchmarks.row import Row, machine
+from benchmarks.row import Row
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.dynamics.solids import solids
@@ -32,7 +32,7 @@ def run() -> Iterator[Row]:
         raise FileNotFoundError(errno.ENOENT, "no recordings", str(trials.DATA / "hand"))
     true = [trials.run(t) for t in trials.true_trials()]
     false = [trials.run(t) for t in trials.false_trials()]
-    row = partial(Row, "grasp", peer=None, peer_value=None, ratio=None, machine=machine())
+    row = partial(Row, "grasp", peer=None, peer_value=None, ratio=None)
     case = f"recorded hands, {len(true)} true and {len(false)} false grasps"
     found = 100.0 * np.mean([trials.found(r) for r in true])
     wrong = 100.0 * np.mean([r.took is not None for r in false])

@@ -4,7 +4,6 @@ import importlib
 import inspect
 import json
 import sys
-from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -49,10 +48,10 @@ def _run(name: str, thorough: bool, as_json: bool) -> str | None:
     rows: list[dict[str, Any]] = []
     why = None
     try:
-        run = _load(name).run
-        both = "thorough" in inspect.signature(run).parameters
-        for row in run(thorough=thorough) if both else run():
-            rows.append(asdict(row))
+        run, row = _load(name).run, importlib.import_module("benchmarks.row")
+        both, under = "thorough" in inspect.signature(run).parameters, row.conditions()
+        for figure in run(thorough=thorough) if both else run():
+            rows.append(row.line(figure, under))
             if as_json:
                 print(json.dumps(rows[-1]), flush=True)
     except FileNotFoundError as e:
@@ -113,4 +112,4 @@ def _show(rows: list[dict[str, Any]]) -> None:
     for name, sign in peers.items():
         out.print(f"{sign} {name}", soft_wrap=True)
     if rows:
-        out.print(f"on {rows[0]['machine']}", soft_wrap=True)
+        out.print(f"on {rows[0]['machine']}; load {rows[0]['load']:g} at the start", soft_wrap=True)
