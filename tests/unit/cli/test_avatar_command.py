@@ -70,8 +70,8 @@ def test_the_commands_of_the_page_work_in_its_order(folder: Path, monkeypatch: p
     (folder / "skin.png").symlink_to(folder / "scan.png")
     (folder / "face.png").symlink_to(folder / "scan.png")
     small = builtin_avatar("builtin:seed=3", name="eva", height=1.70).coarser[0]
-    _of_others(small, folder / "me.vrm")
-    save_gltf(small, folder / "me.glb")
+    _of_others(small, folder / "character.vrm")
+    save_gltf(small, folder / "character.glb")
     save_usd(small, folder / "character.usdz")
     target = "caucasian-male-young.target.gz"
     (folder / target).symlink_to(shared_data / "human/makehuman/targets" / target)

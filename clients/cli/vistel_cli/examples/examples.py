@@ -18,7 +18,7 @@ MEETING_S = 18
 
 
 def examples(
-    folder: Annotated[Path, typer.Argument(help="Folder to fill; made if it is missing.")],
+    folder: Annotated[Path, typer.Argument(help="Folder to write to; made if it is missing.")],
     recording: Annotated[
         bool, typer.Option("--recording/--no-recording", help="Hold a meeting of 18 s there too, which is recorded.")
     ] = True,
