@@ -62,7 +62,7 @@ def ask(
 def _asker(people: dict[str, str], who: str | None) -> tuple[str, str]:
     """A participant and their site."""
     if not people:
-        fail("nobody takes part in this conference; add a participant to a site of the file", USAGE)
+        fail("nobody takes part in this conference; add a participant to a site of the file")
     name = who or next(iter(people))
     if name not in people:
         fail(f"--as {name}: no such participant; there are {', '.join(people)}", USAGE)

@@ -13,7 +13,7 @@ from vistel.conference.running import Running, router_of, running_conferences
 from vistel.wire.clock import SystemClock
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import USAGE, fail, load_conference, print_warning
+from vistel_cli.terminal import fail, load_conference, print_warning
 
 if TYPE_CHECKING:
     from vistel.conference.model import Conference
@@ -40,7 +40,7 @@ def newest() -> Running:
     """The newest conference that runs on this machine. Ends the command where there is none."""
     here = running_conferences()
     if not here:
-        fail("no conference runs on this machine; start one with `vistel up`, or name the file of one that runs elsewhere", USAGE)
+        fail("no conference runs on this machine; start one with `vistel up`, or name the file of one that runs elsewhere")
     _name_others(here[1:], here[0])
     return here[0]
 
@@ -56,7 +56,7 @@ def endpoint_of(conference: Conference, given: str | None) -> str:
         return router
     there = ", ".join(r.name for r in running_conferences())
     here = f"{conference.name} does not run on this machine{f', but {there} does' if there else ''}"
-    fail(f"{here}; start it with `vistel up`, or name its router: --hub tcp/HOST:7447", USAGE)
+    fail(f"{here}; start it with `vistel up`, or name its router: --hub tcp/HOST:7447")
 
 
 def on_bus(conference: Conference | Running, site: str, hub: str, work: Callable[[Bus], Awaitable[T]]) -> T:

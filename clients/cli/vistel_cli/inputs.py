@@ -15,7 +15,7 @@ import typer
 
 from vistel_cli import kind_of_file as kinds
 from vistel_cli.kind_of_file import Kind, kind_of_file
-from vistel_cli.terminal import USAGE, print_error
+from vistel_cli.terminal import FAILED, USAGE, print_error
 
 
 @dataclass(frozen=True)
@@ -59,11 +59,11 @@ def guarded(command: Any) -> Any:
 
     @functools.wraps(run)
     def checked(**given: Any) -> Any:
-        faults = [f for name, value in given.items() for f in _faults(options.get(name, ""), value, marks.get(name))]
-        for fault in faults:
+        found = [f for name, value in given.items() for f in _faults(options.get(name, ""), value, marks.get(name))]
+        for fault, _ in found:
             print_error(fault)
-        if faults:
-            raise typer.Exit(USAGE)
+        if found:
+            raise typer.Exit(max(code for _, code in found))
         return run(**given)
 
     command.callback = checked
@@ -78,14 +78,15 @@ def parameters(run: Callable[..., Any]) -> dict[str, Takes | None]:
     }
 
 
-def _faults(option: str, value: Any, takes: Takes | None) -> Iterator[str]:
+def _faults(option: str, value: Any, takes: Takes | None) -> Iterator[tuple[str, int]]:
+    """Each with the exit code that it deserves: an option is used wrongly, a file is refused."""
     for one in value if isinstance(value, list | tuple) else [value]:
         if isinstance(one, float) and not math.isfinite(one):
-            yield f"{option} {one}: expected a finite number"
+            yield f"{option} {one}: expected a finite number", USAGE
         if option in ("--seconds", "--at", "--to", "--from") and isinstance(one, float) and one < 0:
-            yield f"{option} {one:g}: expected seconds, 0 or more"
+            yield f"{option} {one:g}: expected seconds, 0 or more", USAGE
         if takes is not None and isinstance(one, str | Path) and (fault := takes.fault(Path(one))):
-            yield f"{option} {fault}".strip()
+            yield f"{option} {fault}".strip(), FAILED
 
 
 def _is_path(path: Path) -> bool:

@@ -1,6 +1,7 @@
 """Commands whose modules are imported when they are called, so that `vistel --help` imports none of them."""
 
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib import import_module
@@ -10,6 +11,9 @@ from typing import Any
 
 import typer
 from typer.core import TyperCommand, TyperGroup
+from typer.exceptions import Abort, TyperException
+
+from vistel_cli.terminal import FAILED
 
 
 @dataclass(frozen=True)
@@ -65,6 +69,20 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
         def resolve_command(self, ctx: Any, args: list[str]) -> Any:
             name, command, rest = super().resolve_command(ctx, args)
             return name, self.loaded(name) if name else command, rest
+
+        def main(self, *words: Any, standalone_mode: bool = True, **given: Any) -> Any:
+            """As of any group; what the words of a command line lack or have too much is told in one line, not in a box."""
+            if not standalone_mode:
+                return super().main(*words, standalone_mode=False, **given)
+            try:
+                code = super().main(*words, standalone_mode=False, **given)
+            except TyperException as e:
+                from vistel_cli.usage import tell
+
+                code = tell(e)
+            except Abort:  # the input ended before a question was answered
+                code = FAILED
+            sys.exit(code)
 
         def loaded(self, name: str) -> Any:
             """The command of that name, imported."""

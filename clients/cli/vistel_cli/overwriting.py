@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from vistel_cli.terminal import USAGE, fail
+from vistel_cli.terminal import fail
 
 Force = Annotated[bool, typer.Option("--force", is_eager=True, help="Write over files that exist.")]
 """An option beside every `out_file`."""
@@ -30,7 +30,7 @@ def keep_existing(*files: Path, force: bool) -> None:
     there = [str(f) for f in files if os.path.exists(f)]  # False, too, where it cannot be known
     if there and not force:
         more = f" (and {len(there) - 1} more)" if len(there) > 1 else ""
-        fail(f"{there[0]}{more}: exists already; name another place, or write over it with --force", USAGE)
+        fail(f"{there[0]}{more}: exists already; name another place, or write over it with --force")
 
 
 def _beside(file: Path) -> list[Path]:

@@ -48,4 +48,4 @@ def load_conference(path: Path, *, room_elsewhere: bool = False) -> Conference:
     except ConferenceError as e:
         for line in str(e).splitlines():
             print_error(line)
-        raise typer.Exit(USAGE) from e
+        raise typer.Exit(FAILED) from e

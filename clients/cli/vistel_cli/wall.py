@@ -46,7 +46,7 @@ def wall(
         fail(f"--site {site}: not in {file}; there are {', '.join(s.name for s in conference.sites)}", USAGE)
     chosen = next((s for s in walls if site in (None, s.name)), None)
     if chosen is None:
-        fail(f"{file}: {site or 'no site'} has {'no ' if site else ''}[[sites.display.screens]]; see how-to/wall-of-screens", USAGE)
+        fail(f"{file}: {site or 'no site'} has {'no ' if site else ''}[[sites.display.screens]]; see how-to/wall-of-screens")
     view = render_config(conference, chosen).view
     seat = seat_place(conference.room, conference.seat_of(view.eyes))
     picture = pattern(view.screens, eyes_at(*seat, view.eye_distance), view.stereo)

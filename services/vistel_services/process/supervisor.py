@@ -58,6 +58,8 @@ class Child:
     process: Process | None = None
     restarts: int = 0
     exits: list[int] = field(default_factory=list)
+    killed: bool = False
+    """By somebody else, while everything was about to stop."""
 
     @property
     def pid(self) -> int | None:
@@ -162,7 +164,8 @@ class Supervisor:
             process.kill()
 
     async def stop(self) -> dict[str, int]:
-        """Stop rank by rank: SIGTERM, then SIGKILL after the grace time. Returns the exit code of each."""
+        """Stop rank by rank: SIGTERM, then SIGKILL after the grace time. Returns the exit code of each; 0 for one that somebody
+        else killed just before: it would have been started again."""
         for task in self._tasks.values():
             task.cancel()
         await asyncio.gather(*self._tasks.values(), return_exceptions=True)
@@ -170,12 +173,17 @@ class Supervisor:
             await self.fork_server.stop()
         for rank in sorted({c.spec.stop_rank for c in self.children.values()}, reverse=True):
             await asyncio.gather(*(_stop(c) for c in self.children.values() if c.spec.stop_rank == rank))
-        return {n: c.process.returncode or 0 for n, c in self.children.items() if c.process}
+        return {n: 0 if c.killed else c.process.returncode or 0 for n, c in self.children.items() if c.process}
 
 
 async def _stop(child: Child) -> None:
-    if child.process is not None and await end(child.process, child.spec.grace_s):
+    if child.process is None:
+        return
+    if await end(child.process, child.spec.grace_s):
         log.error("killed process=%s reason=did not stop within %.0f s", child.spec.name, child.spec.grace_s)
+    elif child.process.returncode == -signal.SIGKILL:
+        child.killed = True
+        log.error("crashed process=%s signal=SIGKILL restart=no, everything stops", child.spec.name)
 
 
 def _exit_text(code: int) -> str:

@@ -154,3 +154,16 @@ def test_a_process_that_hangs_before_its_first_sign_of_life_is_started_again(tmp
         await supervisor.stop()
 
     asyncio.run(scene())
+
+
+def test_a_process_that_is_killed_right_before_the_stop_has_not_failed(tmp_path: Path) -> None:
+    async def scene() -> None:
+        sleeps = ProcessSpec("sleeps", (sys.executable, "-c", "import time; time.sleep(3600)"))
+        supervisor = Supervisor([sleeps], tmp_path / "logs")
+        await supervisor.start()
+        pid = supervisor.children["sleeps"].pid
+        assert pid is not None
+        os.kill(pid, signal.SIGKILL)
+        assert await supervisor.stop() == {"sleeps": 0}
+
+    asyncio.run(scene())

@@ -42,7 +42,7 @@ def test_wrong_usage_says_what_was_expected_in_one_line(person: Path, tmp_path: 
     assert code == 2
     assert "expected one of t-pose" in said
     code, said = run(str(tmp_path / "nobody.usda"), "-o", str(tmp_path / "x.toml"))
-    assert code == 2
+    assert code == 1
     assert "nobody.usda" in said
     code, said = run(str(person), "-o", str(tmp_path / "no" / "x.toml"))
     assert code == 1

@@ -108,6 +108,36 @@ def test_a_device_that_fails_and_comes_back_is_reported_once_each_time() -> None
     during(check)
 
 
+def test_a_device_that_is_only_starting_does_not_fail() -> None:
+    def check(meeting: Meeting) -> None:
+        events = Events(meeting.observer)
+        meeting.device("columbus", "ben-tracker", DeviceStatus.STATE_STARTING, detail="starting")
+        meeting.observer.poll()
+        assert list(events.new()) == ["ben-tracker is starting"]
+        meeting.device("columbus", "ben-tracker", DeviceStatus.STATE_SEARCHING, detail="nothing answers")
+        meeting.observer.poll()
+        assert list(events.new()) == ["ben-tracker fails: nothing answers"]
+        meeting.device("columbus", "ben-tracker", DeviceStatus.STATE_STARTING, detail="starting")
+        meeting.observer.poll()
+        assert list(events.new()) == []
+        meeting.device("columbus", "ben-tracker")
+        meeting.observer.poll()
+        assert list(events.new()) == ["ben-tracker sends again"]
+
+    during(check)
+
+
+def test_a_port_that_does_not_open_is_reported_before_the_conference_is_ready() -> None:
+    def check(meeting: Meeting) -> None:
+        events = Events(meeting.observer)
+        for name in ("ben-tracker", "dora-tracker"):
+            meeting.device("columbus", name, DeviceStatus.STATE_SEARCHING, detail="/dev/ttyUSB0: is not there; plug the device in")
+        meeting.observer.poll()
+        assert list(events.troubles({"ben-tracker"})) == ["dora-tracker fails: /dev/ttyUSB0: is not there; plug the device in"]
+
+    during(check)
+
+
 def test_who_joins_and_who_leaves_is_reported() -> None:
     def check(meeting: Meeting) -> None:
         events = Events(meeting.observer)
@@ -125,7 +155,10 @@ def test_who_joins_and_who_leaves_is_reported() -> None:
 def test_where_there_is_no_terminal_events_are_lines_and_the_table_is_not_drawn() -> None:
     def check(meeting: Meeting) -> None:
         console = Console(width=80, force_terminal=False)
-        with console.capture() as capture, LiveTable(DEMO, meeting.observer, console, 60.0, silent=False) as table:
+        with (
+            console.capture() as capture,
+            LiveTable(DEMO, meeting.observer, Events(meeting.observer), console, 60.0, silent=False) as table,
+        ):
             meeting.device("tokyo", "aiko-tracker", DeviceStatus.STATE_SEARCHING, detail="its port is absent")
             meeting.observer.poll()
             table.update(72.4)
@@ -137,7 +170,10 @@ def test_where_there_is_no_terminal_events_are_lines_and_the_table_is_not_drawn(
 def test_a_terminal_shows_the_legend() -> None:
     def check(meeting: Meeting) -> None:
         console = Console(width=60, force_terminal=True)
-        with console.capture() as capture, LiveTable(DEMO, meeting.observer, console, 60.0, silent=False) as table:
+        with (
+            console.capture() as capture,
+            LiveTable(DEMO, meeting.observer, Events(meeting.observer), console, 60.0, silent=False) as table,
+        ):
             table.update(12.0)
         said = " ".join(re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", capture.get()).split())
         assert "0:12 of 1:00" in said

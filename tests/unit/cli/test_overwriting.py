@@ -36,7 +36,7 @@ def test_a_file_that_exists_stays_as_it_was(words: tuple[str, ...], tmp_path: Pa
         Path(name).write_text("mine")
     Path("new_textures").mkdir()
     done = CliRunner().invoke(app, [str(DEMO_FILE) if w == "demo" else w for w in words])
-    assert done.exit_code == 2
+    assert done.exit_code == 1
     assert "exists already" in done.stderr and "--force" in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert {f.name for f in tmp_path.iterdir()} == {"there.png", "new.png", "new_texture.png", "new_textures"}

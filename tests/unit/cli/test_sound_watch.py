@@ -47,7 +47,7 @@ def watched(*messages: SoundStatus, use: Callable[[SoundWatch], object]) -> None
 
 
 def test_who_speaks_is_shown_with_mouth_to_ear_and_skew_and_the_target_where_it_is_not_reached() -> None:
-    wrong = ["bo: no microphone", "aiko is too loud"]
+    wrong = ["bo: no microphone: no sound card with inputs is attached", "aiko is too loud"]
     watched(told(), use=lambda w: shows(w, ["ben 212 ms (+1)"], wrong))
     watched(told(actual_s=0.25), use=lambda w: shows(w, ["ben 250 ms (wanted 212, +39)"], wrong))
     watched(told(talking=False, acoustic_known=False), use=lambda w: shows(w, [], [*wrong, "acoustic delay unknown"]))

@@ -58,7 +58,7 @@ def test_recordings_are_scored_and_one_is_tried(tmp_path: Path) -> None:
 
 
 def test_what_is_wrong_is_reported_in_one_line(tmp_path: Path) -> None:
-    assert RUN.invoke(app, ["speech", "test", str(tmp_path)]).exit_code == 2
+    assert RUN.invoke(app, ["speech", "test", str(tmp_path)]).exit_code == 1
     assert RUN.invoke(app, ["speech", "try", "--language", "fr"]).exit_code == 2
     missing = RUN.invoke(app, ["speech", "try", str(tmp_path / "none.wav"), "--language", "en"])
-    assert missing.exit_code == 2
+    assert missing.exit_code == 1

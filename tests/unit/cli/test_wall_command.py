@@ -35,7 +35,7 @@ def test_a_conference_without_a_wall_and_an_unknown_site_are_reported_in_a_line(
         ((str(V_WALL), "--site", "mars"), "there are tokyo, columbus, zurich"),
     ):
         code, said = run(*arguments)
-        assert code == 2
+        assert code == (2 if "there are" in expected else 1)
         assert expected in " ".join(said.split())
 
 

@@ -50,7 +50,7 @@ def _run(*words: object, code: int = 0) -> str:
     return done.output
 
 
-def _refused(*words: object, says: str, code: int = 2) -> None:
+def _refused(*words: object, says: str, code: int = 1) -> None:
     said = _run(*words, code=code)
     (line,) = [line for line in said.splitlines() if line.startswith("error:")]
     assert says in line, said
@@ -115,7 +115,7 @@ def test_edit_changes_the_file_and_says_what(room: Path, tmp_path: Path) -> None
 )
 def test_edit_that_cannot_be_done_leaves_the_file_as_it_was(room: Path, changes: tuple[str, ...], says: str) -> None:
     before = room.read_bytes()
-    _refused("edit", room, *changes, says=says)
+    _refused("edit", room, *changes, says=says, code=2)
     assert room.read_bytes() == before
 
 
@@ -155,12 +155,12 @@ def test_export_of_a_log_that_is_none_or_holds_no_world(tmp_path: Path) -> None:
     with LogWriter(empty, SOLO):
         pass
     _refused("export", broken, "-o", tmp_path / "a.usda", says="broken.mcap")
-    _refused("export", empty, "-o", tmp_path / "a.usda", says="no state of the world", code=1)
+    _refused("export", empty, "-o", tmp_path / "a.usda", says="no state of the world")
     _refused("export", tmp_path / "gone.mcap", "-o", tmp_path / "a.usda", says="gone.mcap")
 
 
 def test_export_where_it_makes_no_sense(room: Path, tmp_path: Path) -> None:
-    _refused("export", room, "-o", tmp_path / "a.usda", "--at", "1", says="only of a log")
+    _refused("export", room, "-o", tmp_path / "a.usda", "--at", "1", says="only of a log", code=2)
 
 
 def test_a_time_after_the_end_of_a_log_is_refused(room: Path, tmp_path: Path) -> None:
@@ -172,7 +172,7 @@ def test_a_time_after_the_end_of_a_log_is_refused(room: Path, tmp_path: Path) ->
     for words in (("world", "export", "--at", "12.5", "-o", "a.usda"), ("log", "cut", "--from", "12.5", "-o", "a.mcap")):
         result = CliRunner().invoke(app, [*words[:2], str(tmp_path / "short.mcap"), *words[2:-1], str(tmp_path / words[-1])])
         assert result.exit_code != 0 and f"{words[2]} 12.5: the log ends at 5.0 s" in result.output
-    _refused("export", room, "-o", tmp_path / "a.usda", "--hub", "tcp/127.0.0.1:1", says="need a conference file")
+    _refused("export", room, "-o", tmp_path / "a.usda", "--hub", "tcp/127.0.0.1:1", says="need a conference file", code=2)
     _refused("export", room, "-o", tmp_path / "a.obj", says="expected a name that ends in")
     _refused("export", room, "-o", tmp_path / "gone" / "a.usda", says="there is no directory")
 
@@ -214,15 +214,15 @@ def test_a_folder_that_refuses_is_one_line(room: Path, tmp_path: Path) -> None:
     closed = tmp_path / "closed"
     closed.mkdir()
     closed.chmod(0o500)
-    _refused("export", room, "-o", closed / "a.usda", says="cannot be written", code=1)
+    _refused("export", room, "-o", closed / "a.usda", says="cannot be written")
 
 
 def test_what_is_in_the_way_is_one_line(room: Path, tmp_path: Path) -> None:
     for ending in ("usda", "usdz", "glb"):
         (tmp_path / f"taken.{ending}").mkdir()
-        _refused("export", room, "-o", tmp_path / f"taken.{ending}", "--force", says="cannot be written", code=1)
+        _refused("export", room, "-o", tmp_path / f"taken.{ending}", "--force", says="cannot be written")
     _refused("show", room, "--picture", tmp_path / "gone" / "a.png", says="there is no directory")
-    _refused("show", room, "--picture", tmp_path / "a.png", "--size", "wide", says="size")
+    _refused("show", room, "--picture", tmp_path / "a.png", "--size", "wide", says="size", code=2)
 
 
 def test_a_room_with_nothing_in_it_is_a_room(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from vistel_cli.avatar.files import Json, busy, check_output, facts, report, sav
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import PARTS
 from vistel_cli.overwriting import Force, out_file
-from vistel_cli.terminal import USAGE, fail, out
+from vistel_cli.terminal import fail, out
 
 
 def assemble(
@@ -47,9 +47,9 @@ def assemble(
                 step=lambda text: step(f"fitting: {text}"),
             )
     except MakingError as fault:
-        fail(str(fault) if str(fault).startswith(str(file)) else f"{file}: {fault}", USAGE)
+        fail(str(fault) if str(fault).startswith(str(file)) else f"{file}: {fault}")
     except OSError as fault:
-        fail(f"{fault.filename or file}: cannot be read: {fault.strerror or fault}", USAGE)
+        fail(f"{fault.filename or file}: cannot be read: {fault.strerror or fault}")
     save(made.avatar, output, not as_json)
     joints = [
         {

@@ -141,11 +141,11 @@ def import_(
             )
         fitted = time.perf_counter() - fitting
     except MakingError as fault:
-        fail(str(fault) if "/" in str(fault).partition(": ")[0] else f"{file}: {fault}", USAGE)
+        fail(str(fault) if "/" in str(fault).partition(": ")[0] else f"{file}: {fault}")
     except OSError as fault:
-        fail(f"{fault.filename or file}: cannot be read: {fault.strerror or fault}", USAGE)
+        fail(f"{fault.filename or file}: cannot be read: {fault.strerror or fault}")
     except ValueError as fault:
-        fail(f"{file}: {fault}", USAGE)
+        fail(f"{file}: {fault}")
     save(made.avatar, output, not as_json)
     said = {
         "output": str(output),
@@ -186,7 +186,7 @@ def fit(
     avatar = load(file)
     target = output or file
     if target.suffix.lower() == ".npz":
-        fail(f"{target}: is a cached person; write to another file with -o NAME.usda", USAGE)
+        fail(f"{target}: is a cached person; write to another file with -o NAME.usda")
     check_output(target)
     began = time.perf_counter()
     try:
@@ -217,7 +217,7 @@ def inspect(
 
     avatar = load_or_make(file)
     if sheet is not None and not sheet.parent.is_dir():
-        fail(f"{sheet}: there is no directory {sheet.parent}", USAGE)
+        fail(f"{sheet}: there is no directory {sheet.parent}")
     with busy("inspecting the avatar", not as_json):
         said, fit = inspect_avatar(avatar)
     if sheet is not None:
@@ -256,9 +256,9 @@ def export(
     ending = output.suffix.lower()
     known = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")
     if ending not in known:
-        fail(f"{output}: expected a name that ends in {', '.join(known)}", USAGE)
+        fail(f"{output}: expected a name that ends in {', '.join(known)}")
     if not output.parent.is_dir():
-        fail(f"{output}: there is no directory {output.parent}", USAGE)
+        fail(f"{output}: there is no directory {output.parent}")
     avatar = load_or_make(file, output.stem)
     if ending in USD_ENDINGS:
         save(avatar, output, not as_json)

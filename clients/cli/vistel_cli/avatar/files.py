@@ -31,9 +31,9 @@ def load(file: Path) -> Avatar:
     try:
         return load_any(file)
     except AvatarFileError as fault:
-        fail(str(fault), USAGE)
+        fail(str(fault))
     except OSError as fault:
-        fail(f"{file}: cannot be read: {fault.strerror or fault}", USAGE)
+        fail(f"{file}: cannot be read: {fault.strerror or fault}")
 
 
 def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Avatar:
@@ -66,9 +66,9 @@ def check_output(output: Path) -> None:
     from vistel.figure.making.source import USD_ENDINGS
 
     if output.suffix.lower() not in USD_ENDINGS:
-        fail(f"{output}: expected a name that ends in {', '.join(USD_ENDINGS)}", USAGE)
+        fail(f"{output}: expected a name that ends in {', '.join(USD_ENDINGS)}")
     if not output.parent.is_dir():
-        fail(f"{output}: there is no directory {output.parent}", USAGE)
+        fail(f"{output}: there is no directory {output.parent}")
 
 
 def save(avatar: Avatar, output: Path, show: bool) -> None:

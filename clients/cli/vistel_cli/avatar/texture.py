@@ -102,10 +102,10 @@ def register(
         elif texture is None or (u, v, turn, scale) != (0.0, 0.0, 0.0, 1.0):
             avatar = registered(avatar, Registration(island, (u, v), math.radians(turn), scale))
     except MakingError as fault:
-        fail(f"{texture}: {fault}", USAGE)
+        fail(f"{texture}: {fault}")
     except ValueError as fault:
-        fail(f"{file}: {fault}", USAGE)
+        fail(f"{file}: {fault}")
     except OSError as fault:
-        fail(f"{texture}: cannot be read: {fault.strerror or fault}", USAGE)
+        fail(f"{texture}: cannot be read: {fault.strerror or fault}")
     save(avatar, target, not as_json)
     report(as_json, {"output": str(target), "registered": [r.island for r in avatar.registration]})

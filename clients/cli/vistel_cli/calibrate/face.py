@@ -10,7 +10,7 @@ from vistel_cli.calibrate.pictures import participant, shown
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
-from vistel_cli.terminal import USAGE, fail, out
+from vistel_cli.terminal import fail, out
 
 _STILL_PX = 2.0
 _MOST = 90
@@ -38,7 +38,7 @@ def face(
     """
     person, seed = participant(file, name)
     if person.face is None or person.face.known.calibration != "face":
-        fail(f'{file}: {name} has no face camera; give them [sites.participants.face] with kind = "camera"', USAGE)
+        fail(f'{file}: {name} has no face camera; give them [sites.participants.face] with kind = "camera"')
     path = output or Path(f"{face_name(name)}.json")
     keep_existing(path, force=force)
     # Loads what only this command needs.

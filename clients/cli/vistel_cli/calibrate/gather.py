@@ -27,7 +27,7 @@ from vistel.wire.log import LogError, LogReader
 from vistel_cli.calibrate.ask import Asker, Now, until
 from vistel_cli.devices.session import alone, running
 from vistel_cli.people import person_of
-from vistel_cli.terminal import USAGE, fail
+from vistel_cli.terminal import fail
 from vistel_services import tracker
 
 START_S = 20.0
@@ -71,7 +71,7 @@ class Collected:
 def tracker_of(person: Participant) -> TrackerConfig:
     """The participant's tracker. Ends the command with one line when there is none."""
     if person.tracker is None:
-        fail(f"{person.name}: has no tracker in the conference file", USAGE)
+        fail(f"{person.name}: has no tracker in the conference file")
     return person.tracker
 
 

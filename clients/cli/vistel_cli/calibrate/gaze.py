@@ -43,7 +43,7 @@ def gaze(
     """
     person, seed = participant(file, name)
     if person.eye is None:
-        fail(f"{file}: {name} has no eye camera; give them [sites.participants.eye]", USAGE)
+        fail(f"{file}: {name} has no eye camera; give them [sites.participants.eye]")
     if not (0.3 <= seconds <= 30.0 and 2.0 <= yaw <= 40.0 and 2.0 <= pitch <= 40.0):
         fail("expected --seconds 0.3 to 30 s, --yaw and --pitch 2 to 40 degrees", USAGE)
     path = output or Path(f"{eye_name(name)}.json")

@@ -16,7 +16,7 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE, LOG
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.people import person_of
-from vistel_cli.terminal import USAGE, fail, load_conference, out
+from vistel_cli.terminal import fail, load_conference, out
 
 START_S = 20.0
 
@@ -97,9 +97,9 @@ def _glove_of(conference: Conference, participant: str, side: str) -> Device:
     worn = {d.side: d for d in devices_of_participant(person) if d.kind.role == "glove"}
     found = next((d for s, d in worn.items() if s == side), None)
     if found is None:
-        fail(f"{side}: {participant} wears {' and '.join(sorted(worn)) or 'no'} glove", USAGE)
+        fail(f"{side}: {participant} wears {' and '.join(sorted(worn)) or 'no'} glove")
     if found.kind.calibration != "glove":
-        fail(f"{found.name}: {found.kind.title} needs no calibration", USAGE)
+        fail(f"{found.name}: {found.kind.title} needs no calibration")
     return found
 
 

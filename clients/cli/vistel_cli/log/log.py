@@ -11,7 +11,7 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
 from vistel_cli.log.piece import piece_of
 from vistel_cli.overwriting import Force, out_file
-from vistel_cli.terminal import USAGE, err, fail, out, print_warning
+from vistel_cli.terminal import err, fail, out, print_warning
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -20,7 +20,7 @@ def _open(path: Path, *, warn: bool = True) -> LogReader:
     try:
         reader = LogReader(path)
     except LogError as e:
-        fail(str(e), USAGE)
+        fail(str(e))
     if reader.damage and not reader.end_ns:
         fail(f"{path}: {reader.damage[0]}")
     for line in reader.damage if warn else ():
@@ -105,7 +105,7 @@ def export(
 
 def _copy(reader: LogReader, log: Path, output: Path, begin_ns: int | None, end_ns: int | None) -> None:
     if output.resolve() == log.resolve():
-        fail(f"--out {output}: is the log itself; name another file", USAGE)
+        fail(f"--out {output}: is the log itself; name another file")
     count = 0
     try:
         with LogWriter(output, conference=reader.conference_toml) as writer:

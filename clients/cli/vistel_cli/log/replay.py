@@ -107,7 +107,7 @@ def replay(
     try:
         reader = LogReader(log)
     except LogError as e:
-        fail(str(e), USAGE)
+        fail(str(e))
     for line in reader.damage:
         print_warning(f"{log}: {line}")
     if verify:
@@ -132,7 +132,7 @@ def replay(
 def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Conference:
     """The conference of the log, with the processes a replay needs."""
     if reader.conference is None:
-        fail(f"{log}: holds no conference file; VISTEL did not write it", USAGE)
+        fail(f"{log}: holds no conference file; VISTEL did not write it")
     data = Conference.model_validate(reader.conference).model_dump(mode="json", exclude_none=True)
     known = [s["name"] for s in data["sites"]]
     unknown = sorted(set(sites or []) - set(known))

@@ -15,7 +15,7 @@ from vistel.render.film.usd import write_usd
 from vistel.wire.log import LogReader
 from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_cli.log.piece import piece_of
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.terminal import FAILED, err, fail, out
 
 ENDINGS = (".usda", ".usdc", ".usd")
 
@@ -25,11 +25,11 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
     from vistel.conference.rooms import RoomFileError, interior_of
 
     if output.suffix.lower() not in ENDINGS:
-        fail(f"{output}: expected a name that ends in {', '.join(ENDINGS)}", USAGE)
+        fail(f"{output}: expected a name that ends in {', '.join(ENDINGS)}")
     if not output.parent.is_dir():
-        fail(f"{output}: there is no directory {output.parent}", USAGE)
+        fail(f"{output}: there is no directory {output.parent}")
     if reader.conference is None:
-        fail(f"{log}: holds no conference file; VISTEL did not write it", USAGE)
+        fail(f"{log}: holds no conference file; VISTEL did not write it")
     begin_s, end_s = piece_of(reader, begin_s, end_s)
     conference = with_recorded_avatars(Conference.model_validate(reader.conference), reader)
     begin_ns = reader.begin_ns + round(begin_s * 1e9)

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from vistel_cli.terminal import USAGE, fail
+from vistel_cli.terminal import fail
 
 OutFolder = Annotated[
     Path | None, typer.Option("-o", "--out", help="Folder for films, log and logs of processes; default: a new one in out/.")
@@ -29,7 +29,7 @@ def run_folder(given: Path | None, name: str, *, latest: bool = True) -> Path:
         try:
             given.mkdir(parents=True, exist_ok=True)
         except OSError as e:
-            fail(f"--out {given}: cannot be made: {e.strerror}", USAGE)
+            fail(f"--out {given}: cannot be made: {e.strerror}")
         return given
     stamp = f"{datetime.now():%Y-%m-%dT%H%M}-{name}"
     number = 1
@@ -41,7 +41,7 @@ def run_folder(given: Path | None, name: str, *, latest: bool = True) -> Path:
             number += 1
             continue
         except OSError as e:
-            fail(f"{folder}: cannot be made: {e.strerror}; name another folder with --out", USAGE)
+            fail(f"{folder}: cannot be made: {e.strerror}; name another folder with --out")
         if latest:
             _lead_to(folder)
         return folder

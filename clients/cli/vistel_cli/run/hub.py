@@ -13,7 +13,7 @@ from vistel.conference.paths import RunPaths
 from vistel.wire.background import as_service
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.prepared import prepare
-from vistel_cli.run.up import write_conference
+from vistel_cli.run.up import ended, write_conference
 from vistel_cli.terminal import FAILED, out, print_error, print_warning
 from vistel_services.process import logs
 from vistel_services.process.plan import ProcessPlan
@@ -53,7 +53,7 @@ async def _run(
         logs.configure_file("hub/supervisor", folder / "supervisor.log")
         server = open_fork_server(conference, plans, file, folder, simulators=bool(simulate))
         supervisor = Supervisor(specs, folder, server)
-        supervisor.on_exit = lambda name, code: print_warning(f"{name} ended ({code}); starting it again")
+        supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
         with out.status("loading"):
             await until_loaded(server, stop)
         try:

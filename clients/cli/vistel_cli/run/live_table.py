@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from rich.console import Console, Group, RenderableType
 from rich.live import Live
@@ -12,6 +12,7 @@ from rich.text import Text
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.model import Conference
 from vistel.v1.device_pb2 import DeviceStatus
+from vistel_cli.run.logged_errors import LoggedErrors
 from vistel_cli.run.observer import Observer
 
 LEGEND = (
@@ -24,48 +25,70 @@ GARBAGE_BYTES = 256
 
 class Events:
     """What happens in a running conference, each told once: devices that fail and come back, people who join and leave, what is
-    said to the room, what is wrong with its sound."""
+    said to the room, what is wrong with its sound, what its processes log as errors."""
 
-    def __init__(self, observer: Observer) -> None:
-        self._observer = observer
-        self._sending = {d: _sends(s) for d, s in observer.devices.items()}
+    def __init__(self, observer: Observer, errors: LoggedErrors | None = None) -> None:
+        self._observer, self._errors = observer, errors
+        self._states = {d: _state(s) for d, s in observer.devices.items() if _sends(s)}
         self._skipped = {d: s.bytes_skipped for d, s in observer.devices.items()}
         self._people = _seen(observer)
         self._warnings: set[str] = set()
 
+    def everybody_is_there(self) -> None:
+        """Who is seen now has not joined while the conference goes on."""
+        self._people = _seen(self._observer)
+
     def new(self) -> Iterator[str]:
         """The events since the last call."""
-        for device, status in self._observer.devices.items():
-            sends = _sends(status)
-            if sends != self._sending.get(device, False):
-                yield f"{device} sends again" if sends else f"{device} fails: {status.detail or _state(status)}"
-            self._sending[device] = sends
-            if status.bytes_skipped < self._skipped.get(device, 0):
-                self._skipped[device] = 0
-            if (more := status.bytes_skipped - self._skipped.get(device, 0)) >= GARBAGE_BYTES:
-                yield f"{device} sent {more} bytes that are no frame"
-                self._skipped[device] = status.bytes_skipped
+        yield from self.troubles()
         people = _seen(self._observer)
         yield from (f"{name} joined" for name in sorted(people - self._people))
         yield from (f"{name} left" for name in sorted(self._people - people))
         self._people = people
         yield from self._observer.sound.new_captions()
+
+    def troubles(self, simulated: Collection[str] = ()) -> Iterator[str]:
+        """What fails, and what works again. simulated: devices of which nothing is told, for they are still being started."""
+        for device, status in self._observer.devices.items():
+            if device not in simulated:
+                yield from self._of_device(device, status)
         warnings = {f"{site}: {w}" for site in self._observer.images for w in self._observer.sound.warnings(site)}
         yield from sorted(warnings - self._warnings)
         self._warnings = warnings
+        if self._errors is not None:
+            yield from self._errors.new()
+
+    def _of_device(self, device: str, status: DeviceStatus) -> Iterator[str]:
+        now, before = _state(status), self._states.get(device)
+        if now != before and not (now == "starting" and before != "streaming"):  # what fails is started again and again
+            if now == "streaming" and before is not None:
+                yield f"{device} sends again"
+            elif now == "starting":
+                yield f"{device} is starting"
+            elif now != "streaming" and before in (None, "streaming", "starting"):
+                yield f"{device} fails: {status.detail or now}"
+            self._states[device] = now
+        more = status.bytes_skipped - min(self._skipped.setdefault(device, status.bytes_skipped), status.bytes_skipped)
+        if more >= GARBAGE_BYTES:
+            yield f"{device} sent {more} bytes that are no frame"
+        if more >= GARBAGE_BYTES or status.bytes_skipped < self._skipped[device]:
+            self._skipped[device] = status.bytes_skipped
 
 
 class LiveTable:
     """The table, in place on a terminal and nowhere else; events go above it. Use it in a `with`."""
 
-    def __init__(self, conference: Conference, observer: Observer, console: Console, seconds: float, *, silent: bool) -> None:
-        """seconds: how long the conference lasts; 0: until it is stopped. silent: show nothing."""
+    def __init__(
+        self, conference: Conference, observer: Observer, events: Events, console: Console, seconds: float, *, silent: bool
+    ) -> None:
+        """events: of `observer`. seconds: how long the conference lasts; 0: until it is stopped. silent: show nothing."""
         self._conference, self._observer, self._console, self._seconds = conference, observer, console, seconds
-        self._events = Events(observer)
+        self._events = events
         self._silent = silent
         self._live = Live(console=console, auto_refresh=False, transient=True)
 
     def __enter__(self) -> LiveTable:
+        self._events.everybody_is_there()
         if not self._silent:
             self._live.start()
         return self

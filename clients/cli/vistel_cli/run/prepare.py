@@ -126,6 +126,11 @@ def _compile_figures(conference: Conference) -> None:
     compile_filter()
 
 
+def _say(line: str) -> None:
+    """One write for a line: those of several processes do not mix."""
+    os.write(1, f"{line}\n".encode())
+
+
 def _begin_worker() -> None:
     """Take turns with the other workers; end when the process that began them all has ended; leave Ctrl-C to it."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -133,14 +138,14 @@ def _begin_worker() -> None:
     parent = multiprocessing.parent_process()
     assert parent is not None
     threading.Thread(target=lambda: wait([parent.sentinel]) and os._exit(1), daemon=True).start()
-    compile_in_turn(lambda: print(f"kernel {_doing}", flush=True))
+    compile_in_turn(lambda: _say(f"kernel {_doing}"))
 
 
 def _do(step: Step) -> str:
     """Do it in a worker. Returns what it is called."""
     global _doing
     _doing, function, arguments = step
-    print(f"begun {_doing}", flush=True)
+    _say(f"begun {_doing}")
     function(*arguments)
     return _doing
 
@@ -148,12 +153,12 @@ def _do(step: Step) -> str:
 def _run(conference: Conference) -> None:
     """All steps, on all cores. Raises what a step raises."""
     steps = _steps(conference)
-    print(f"steps {len(steps)}", flush=True)
+    _say(f"steps {len(steps)}")
     context = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")
     with ProcessPoolExecutor(os.cpu_count(), context, _begin_worker) as pool:
         try:
             for done in as_completed([pool.submit(_do, step) for step in steps]):
-                print(f"done {done.result()}", flush=True)
+                _say(f"done {done.result()}")
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             for worker in multiprocessing.active_children():

@@ -11,7 +11,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
-from vistel_cli.terminal import USAGE, fail, out
+from vistel_cli.terminal import fail, out
 from vistel_services.process.plan import HUB
 
 
@@ -26,7 +26,7 @@ async def _run(conference: Conference, listen: str, seconds: float) -> int:
         asyncio.get_running_loop().add_signal_handler(signum, stop.set)
     tls = conference.bus.tls
     if listen.startswith("tls/") and tls is None:
-        fail("--listen tls/...: needs certificates; name them under [bus.tls] in the conference file", USAGE)
+        fail("--listen tls/...: needs certificates; name them under [bus.tls] in the conference file")
     files = (str(tls.ca), str(tls.certificate), str(tls.key)) if tls and listen.startswith("tls/") else None
     sites = [s.name for s in conference.sites]
     access = None

@@ -12,7 +12,7 @@ from rich.table import Table
 
 from vistel.conference.running import running_conferences
 from vistel_cli.run.folders import LATEST, RUNS, runs_in
-from vistel_cli.terminal import USAGE, fail, out
+from vistel_cli.terminal import fail, out
 
 app = typer.Typer(invoke_without_command=True)
 Where = Annotated[Path, typer.Option("--in", help="Folder with the folders of runs.")]
@@ -61,7 +61,7 @@ def clear(keep: Annotated[int, typer.Option(min=0, help="How many of the newest 
         try:
             shutil.rmtree(row["folder"])
         except OSError as e:
-            fail(f"{row['folder']}: cannot be removed: {e.strerror}", USAGE)
+            fail(f"{row['folder']}: cannot be removed: {e.strerror}")
         out.print(f"removed {row['folder']}", soft_wrap=True)
         freed += row["bytes"]
     latest = where / LATEST

@@ -56,7 +56,7 @@ def sim(
         if f.device not in names:
             fail(f"--fault {f.device}: no such simulated device; there are {', '.join(names)}", USAGE)
     if not names:
-        fail('no device of this conference is simulated; set port = "sim"', USAGE)
+        fail('no device of this conference is simulated; set port = "sim"')
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(ports or Path(run), Path(run))
         paths.run.mkdir(parents=True, exist_ok=True)

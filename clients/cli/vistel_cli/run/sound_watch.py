@@ -80,9 +80,14 @@ class SoundWatch:
         status = self._newest.get(site)
         if status is None:
             return []
-        warnings = [f"{m.participant}: no microphone" for m in status.microphones if not m.open and not m.muted]
+        warnings = [
+            f"{m.participant}: no microphone{f': {m.detail}' if m.detail else ''}"
+            for m in status.microphones
+            if not m.open and not m.muted
+        ]
         warnings += [f"{m.participant} is muted" for m in status.microphones if m.muted]
         warnings += [f"{m.participant} is too loud" for m in status.microphones if m.clipped]
+        warnings += [f"no loudspeaker: {status.loudspeaker_detail}"] if status.loudspeaker_detail else []
         return warnings + ([] if status.acoustic_known else ["acoustic delay unknown"])
 
     def new_captions(self) -> list[str]:

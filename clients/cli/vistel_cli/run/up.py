@@ -31,7 +31,8 @@ from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
-from vistel_cli.run.live_table import LiveTable
+from vistel_cli.run.live_table import Events, LiveTable
+from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.prepared import prepare
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
@@ -97,7 +98,7 @@ def with_motion(conference: Conference, motion: str) -> Conference:
     """
     path = Path(motion)
     if not path.exists():
-        fail(f"--motion {motion}: no such file or folder", USAGE)
+        fail(f"--motion {motion}: no such file or folder")
     people = 2 if path.is_dir() else 1
     data = conference.model_dump(mode="json", exclude_none=True)
     left = people
@@ -163,6 +164,7 @@ class _Run:
         bus = await connect(conference, HUB, clock, endpoint)
         serve_clock(bus, clock)
         observer = Observer(conference, bus, clock)
+        events = Events(observer, LoggedErrors(logs_folder))
         plans = hub_processes(conference)
         specs = [host_spec(p, file, endpoint, paths) for p in plans]
         simulators = bool(simulated_names(conference))
@@ -173,7 +175,7 @@ class _Run:
             plans += site_processes(conference, site.name)
         server = open_fork_server(conference, plans, file, logs_folder, simulators=simulators)
         supervisor = Supervisor(specs, logs_folder, server)
-        supervisor.on_exit = lambda name, code: print_warning(f"{name} ended ({code}); starting it again")
+        supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
         started = time.monotonic()
         running = _running(conference, self.source, endpoint, paths.out)
         if not self.as_json:
@@ -182,10 +184,10 @@ class _Run:
         cpu = CpuUse(supervisor)
         try:
             with announced(running):
-                ready_s = await self._until_ready(observer, supervisor, started)
+                ready_s = await self._until_ready(observer, events, supervisor, started)
                 cpu.begin()
                 if ready_s is not None:
-                    await self._until_done(observer)
+                    await self._until_done(observer, events)
                 cpu.end()
         finally:
             if not self.as_json:
@@ -205,16 +207,18 @@ class _Run:
         for what, where in (lines | {"folder": str(self.out)}).items():
             out.print(f"  {what:10}{where}", soft_wrap=True)
 
-    async def _until_ready(self, observer: Observer, supervisor: Supervisor, started: float) -> float | None:
+    async def _until_ready(self, observer: Observer, events: Events, supervisor: Supervisor, started: float) -> float | None:
         """Start everything. Returns the seconds until all sites saw all participants; None when stopped before."""
         with _progress(self.as_json) as bar:
-            everything = len(observer.missing())
+            everything, simulated = len(observer.missing()), simulated_names(self.conference)
             task = bar.add_task("loading", total=everything)
             await until_loaded(supervisor.fork_server, self.stop)
             if not self.stop.is_set():
                 await supervisor.start()
             while not self.stop.is_set():
                 observer.poll()
+                for event in events.troubles(simulated):
+                    bar.console.print(event, soft_wrap=True) if not self.as_json else None
                 missing = observer.missing()
                 shown = ", ".join(missing[:2]) + (f" and {len(missing) - 2} more" if len(missing) > 2 else "")
                 bar.update(task, completed=everything - len(missing), description=f"waiting for {shown}" if missing else "ready")
@@ -227,9 +231,9 @@ class _Run:
                 await _wait(self.stop, 0.1)
         return None
 
-    async def _until_done(self, observer: Observer) -> None:
+    async def _until_done(self, observer: Observer, events: Events) -> None:
         started = time.monotonic()
-        with LiveTable(self.conference, observer, out, self.seconds, silent=self.as_json) as table:
+        with LiveTable(self.conference, observer, events, out, self.seconds, silent=self.as_json) as table:
             while not self.stop.is_set():
                 observer.poll()
                 elapsed = time.monotonic() - started
@@ -262,6 +266,12 @@ class _Run:
         for fault in faults:
             print_error(fault)
         return FAILED if faults else 0
+
+
+def ended(name: str, code: int, log: Path) -> str:
+    """What is said of a process that has ended, with its last words where these say what it cannot use."""
+    why = f": {last_line(log)}" if code == USAGE else ""
+    return f"{name} ended ({code}){why}; starting it again"
 
 
 def _opened_router(conference: Conference) -> Router:

@@ -53,15 +53,15 @@ def polygonise(
         fail("polygonise: --keep-polygons works on even cells; give --resolution instead of --tolerance", USAGE)
     fault = writable(output)
     if fault is not None:
-        fail(f"polygonise: {fault}", USAGE)
+        fail(f"polygonise: {fault}")
     try:
         read = load(scene)
     except SceneError as error:
         for line in str(error).splitlines():
             print_error(line)
-        raise typer.Exit(USAGE) from error
+        raise typer.Exit(FAILED) from error
     if read.shape is None:
-        fail(f"{scene}: shapes: is empty, expected at least one shape to polygonise", USAGE)
+        fail(f"{scene}: shapes: is empty, expected at least one shape to polygonise")
     begin = time.perf_counter()
     bar = _Bar(show=not as_json)
     try:

@@ -17,7 +17,7 @@ from rich.text import Text
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
-from vistel_cli.terminal import USAGE, err, fail, out, print_error
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_error
 
 if TYPE_CHECKING:
     from vistel.implicit.scene import Scene
@@ -104,7 +104,7 @@ def scene_errors_printed() -> Iterator[None]:
     except (SceneError, ShapeError) as e:
         for line in str(e).splitlines():
             print_error(line)
-        raise typer.Exit(USAGE) from e
+        raise typer.Exit(FAILED) from e
 
 
 def opened(scene: Path, output: Path) -> Scene:

@@ -237,7 +237,7 @@ def test_(
     known, hears, tongue = _prepared(language, extra, voice, engine, model)
     files = sorted(p for p in folder.glob("*") if p.suffix.lower() in SOUNDS) if folder.is_dir() else []
     if not files:
-        fail(f"{folder}: holds no recordings ({', '.join(SOUNDS)})", USAGE)
+        fail(f"{folder}: holds no recordings ({', '.join(SOUNDS)})")
     scores = [_scored(path, known, hears, tongue, accept) for path in files]
     commands = [s for s in scores if s.said]
     others = [s for s in scores if not s.said]
@@ -327,7 +327,7 @@ def _recorded(folder: Path, known: Grammar) -> list[tuple[F32, str]]:
             continue
         said.append((_sound_of(path), read.spoken))
     if not said:
-        fail(f"{folder}: holds no recordings of Japanese sentences ({', '.join(SOUNDS)})", USAGE)
+        fail(f"{folder}: holds no recordings of Japanese sentences ({', '.join(SOUNDS)})")
     return said
 
 

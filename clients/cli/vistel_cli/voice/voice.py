@@ -228,4 +228,4 @@ def _person(conference: Conference, who: str | None) -> tuple[str, str]:
 def _check_sound(conference: Conference, *sites: str) -> None:
     """Ends the command with one line when none of the sites has sound, so that nobody waits for an answer."""
     if not any(s.audio for s in conference.sites if s.name in sites):
-        fail(f"{', '.join(sites)}: no sound in this conference; add [sites.audio] to the file", USAGE)
+        fail(f"{', '.join(sites)}: no sound in this conference; add [sites.audio] to the file")

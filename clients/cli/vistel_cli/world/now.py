@@ -15,7 +15,7 @@ from vistel.wire.log import LogError, LogReader
 from vistel.wire.topics import BY_NAME
 from vistel_cli.conference_choice import on_bus
 from vistel_cli.log.piece import check_within
-from vistel_cli.terminal import FAILED, USAGE, err, fail, print_warning
+from vistel_cli.terminal import FAILED, err, fail, print_warning
 
 if TYPE_CHECKING:
     from vistel.space.files import Interior
@@ -40,7 +40,7 @@ def of_log(log: Path, at: float | None) -> tuple[Interior, str]:
     try:
         reader = LogReader(log)
     except LogError as e:
-        fail(str(e), USAGE)
+        fail(str(e))
     if at is not None:
         check_within(reader, "--at", at)
     end_ns = None if at is None else reader.begin_ns + round(at * 1e9)

@@ -21,7 +21,7 @@ from vistel.wire.zenoh.bus import BusError
 from vistel_cli.conference_choice import endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import USAGE, fail, load_conference, out
+from vistel_cli.terminal import fail, load_conference, out
 from vistel_cli.world.move import check_place
 from vistel_services.process import logs
 from vistel_services.process.plan import HUB
@@ -59,7 +59,7 @@ def serve(
     names = [c.name for c in conferences]
     for name in names:
         if names.count(name) > 1:
-            fail(f"world serve: {names.count(name)} of the files are of the conference {name}; each needs a name of its own", USAGE)
+            fail(f"world serve: {names.count(name)} of the files are of the conference {name}; each needs a name of its own")
     endpoints = [endpoint_of(c, hub) for c in conferences]
     logs.configure("hub/worlds")
     try:

@@ -56,7 +56,7 @@ def show(
 
     pixels = picture_size(size) or (960, 540)
     if picture is not None and not picture.parent.is_dir():
-        fail(f"--picture {picture}: there is no directory {picture.parent}", USAGE)
+        fail(f"--picture {picture}: there is no directory {picture.parent}")
     interior = opened(file, show=not as_json)
     if as_json:
         print(json.dumps(_facts(interior)))
@@ -154,16 +154,16 @@ def opened(file: Path, show: bool) -> Interior:
         with busy(f"reading {file.name}", show):
             return load_room(file)
     except RoomFileError as fault:
-        fail(str(fault), USAGE)
+        fail(str(fault))
 
 
 def _check_output(path: Path, *, glb: bool) -> None:
     endings = ENDINGS if glb else ENDINGS[:-1]
     if path.suffix.lower() not in endings:
         more = "" if glb else "; write it elsewhere with -o"
-        fail(f"{path}: expected a name that ends in {', '.join(endings)}{more}", USAGE)
+        fail(f"{path}: expected a name that ends in {', '.join(endings)}{more}")
     if not path.parent.is_dir():
-        fail(f"{path}: there is no directory {path.parent}", USAGE)
+        fail(f"{path}: there is no directory {path.parent}")
 
 
 def _save(interior: Interior, path: Path) -> None:

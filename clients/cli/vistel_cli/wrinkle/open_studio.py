@@ -15,7 +15,7 @@ from vistel_cli.avatar.files import check_output, load_or_make
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import GLTF, USD, WRINKLES
 from vistel_cli.overwriting import Force, out_file
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.terminal import FAILED, err, fail, out
 
 if TYPE_CHECKING:
     from vistel_cli.wrinkle.studio.opened import Opened
@@ -58,15 +58,15 @@ def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
         made = spec.startswith("builtin")
         path = output or Path("avatar.usda" if made else spec)
         if path.suffix.lower() == ".npz" or not path.suffix:
-            fail(f"{path}: cannot be saved to; name a file with -o NAME.usda", USAGE)
+            fail(f"{path}: cannot be saved to; name a file with -o NAME.usda")
         check_output(path)
         if made and path.exists():
-            fail(f"{path}: exists already; open it, or name another with -o", USAGE)
+            fail(f"{path}: exists already; open it, or name another with -o")
         found = load_or_make(spec, path.stem)
         try:
             return Opened(found, path, spec, load_sets(sets) if sets else worn_by(found, spec))
         except WrinkleError as fault:
-            fail(str(fault), USAGE)
+            fail(str(fault))
 
 
 async def _serve(opened: Opened, host: str, port: int, show: bool) -> None:

@@ -77,7 +77,7 @@ def _said(who: Avatar, path: Path, names: list[str], off: bool) -> tuple[str, li
             return sets_text(worn), worn
         return "", [] if off or not who.wrinkles else sets_in(who.wrinkles, f"{path}: wrinkles")
     except WrinkleError as fault:
-        fail(str(fault), USAGE)
+        fail(str(fault))
 
 
 def _fitted(who: Avatar, worn: list[WrinkleSet]) -> dict[str, Any]:

@@ -54,7 +54,7 @@ def show(
     try:
         found = [shape_of(name) for name in shapes] if shapes else list(builtin_shapes().values())
     except WrinkleError as fault:
-        fail(str(fault), USAGE)
+        fail(str(fault))
     if output is not None:
         pictures = [
             np.hstack((drawing(s, size), relief(s, size, wrinkledness=wrinkledness, seed=seed)))
@@ -117,7 +117,7 @@ def draw(
             if bumps is not None:
                 _write(bumps, np.asarray(np.round(127.5 * (bump_normals(of) + 1.0)), np.uint8))
     except WrinkleError as fault:
-        fail(str(fault), USAGE)
+        fail(str(fault))
     report(as_json, {"sheet": str(sheet), **facts})
 
 
@@ -147,7 +147,7 @@ def trace(
     from vistel.wrinkle.shape_file import save_shape
 
     if output.suffix != ".toml":
-        fail(f"{output}: expected a name that ends in .toml", USAGE)
+        fail(f"{output}: expected a name that ends in .toml")
     try:
         towards = None if lamp == "unknown" else math.radians(float(lamp))
     except ValueError:
@@ -177,9 +177,9 @@ def read_picture(path: Path) -> Any:
     try:
         return decode(path.read_bytes(), 8192)
     except OSError as fault:
-        fail(f"{path}: cannot be read: {fault.strerror or fault}", USAGE)
+        fail(f"{path}: cannot be read: {fault.strerror or fault}")
     except MakingError as fault:
-        fail(f"{path}: {fault}", USAGE)
+        fail(f"{path}: {fault}")
 
 
 def _write(path: Path, picture: Any) -> None:

@@ -1,0 +1,73 @@
+"""What processes log as an error and somebody can mend, as lines for a person."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+_LINE = re.compile(r"\S+Z ERROR\s+(?P<node>\S+) \S+ event=(?P<event>\w+) (?P<fields>.*reason=.*)")
+_FIELD = re.compile(r"""(\w+)=('(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|.*?)(?=\s\w+=|\s*$)""")
+_FOR_PROGRAMMERS = ("task_failed", "message_not_written", "engine_failed", "parcel_refused", "asset_not_packed")
+_AFTER = ("shown", "using", "mend")
+"""Fields that stand behind the reason."""
+MOST_BYTES = 1 << 18
+"""Of a log, that are read at once."""
+
+
+class LoggedErrors:
+    """Follows the logs of a run. Each error is told once, however often it is logged."""
+
+    def __init__(self, folder: Path) -> None:
+        """folder: where the processes' logs are."""
+        self._folder = folder
+        self._read: dict[Path, int] = {}
+        self._told: set[str] = set()
+
+    def new(self) -> Iterator[str]:
+        """Those logged since the last call, such as "tokyo/capture: avatar refused (aiko, me.usda): no file; shown: stand-in"."""
+        for path in sorted(self._folder.glob("*.log")):
+            for line in self._lines(path):
+                text = told(line)
+                if text and text not in self._told:
+                    self._told.add(text)
+                    yield text
+
+    def _lines(self, path: Path) -> list[str]:
+        """The lines of a log that are new and whole."""
+        with suppress(OSError), path.open("rb") as stream:
+            stream.seek(self._read.get(path, 0))
+            data = stream.read(MOST_BYTES)
+            whole = data.rfind(b"\n") + 1 or (len(data) if len(data) == MOST_BYTES else 0)
+            self._read[path] = stream.tell() - len(data) + whole
+            return data[:whole].decode("utf-8", "replace").splitlines()
+        return []
+
+
+def told(line: str) -> str:
+    """A line of a log for a person; empty if it is no error that a person can mend."""
+    found = _LINE.match(line)
+    if found is None or found["event"] in _FOR_PROGRAMMERS:
+        return ""
+    fields = {key: _plain(value) for key, value in _FIELD.findall(found["fields"])}
+    what = [value for key, value in fields.items() if list(fields).index(key) < list(fields).index("reason")]
+    subject = f" ({', '.join(what)})" if what else ""
+    after = [f"{key}: {fields[key]}" for key in _AFTER if key in fields]
+    return "; ".join([f"{found['node']}: {found['event'].replace('_', ' ')}{subject}: {fields['reason']}", *after])
+
+
+def last_line(path: Path) -> str:
+    """The last line of a file; empty where there is none."""
+    with suppress(OSError):
+        return next(reversed(path.read_text("utf-8", "replace").splitlines()), "")
+    return ""
+
+
+def _plain(value: str) -> str:
+    """A value as it was before it was written with quotation marks."""
+    if value[:1] in ("'", '"'):
+        with suppress(ValueError, SyntaxError):
+            return str(ast.literal_eval(value))
+    return value
