@@ -28,6 +28,7 @@ from vistel.wire.zenoh.bus import BusError, Router
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
 from vistel_cli.overwriting import Force, keep_existing
+from vistel_cli.run.checks import faults_of
 from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
@@ -54,7 +55,7 @@ def up(
         Takes(BVH, FOLDER),
         typer.Option(help="Motion for the simulated devices: a .bvh file or a folder of 6-DOF recordings."),
     ] = None,
-    plan: Annotated[bool, typer.Option("--plan", help="Only show which processes would run.")] = False,
+    plan: Annotated[bool, typer.Option("--plan", help="Only show which processes would run, and all that would fail.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Run every site of a conference on this machine, with real or simulated devices.
@@ -68,14 +69,20 @@ def up(
       vistel up conference.toml --seconds 60
 
       vistel up --motion recordings/walk.bvh   the first participant moves as recorded
+
+      vistel up conference.toml --plan         only check it
     """
     source = file or DEMO_FILE
     conference = load_conference(source)
+    faults = faults_of(conference, source)
     if motion is not None:
         conference = with_motion(conference, motion)
     if plan:
         _show_plan(conference)
-        return
+    for fault in faults:
+        print_error(fault)
+    if plan or faults:
+        raise typer.Exit(FAILED if faults else 0)
     folder = run_folder(output, source.stem)
     earlier = left_by_a_run(conference, folder)
     keep_existing(*earlier, force=force)

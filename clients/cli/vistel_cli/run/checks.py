@@ -1,0 +1,187 @@
+"""What of a conference cannot run on this machine, found before anything starts: files, motions and ports."""
+
+from __future__ import annotations
+
+import errno
+import socket
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from vistel.conference.device_list import devices_of_site
+from vistel.conference.files import ConferenceError
+from vistel.conference.model import Conference
+from vistel.toml import file as toml
+from vistel.toml.faults import Fault
+from vistel.toml.places import Place, written
+from vistel_cli import kind_of_file as kinds
+from vistel_cli.inputs import Takes
+
+_MEASURED = Takes(kinds.CALIBRATION, kinds.JSON)
+_KINDS = {
+    "grammar": Takes(kinds.GRAMMAR),
+    "calibration": _MEASURED,
+    "body": _MEASURED,
+    "distortion": _MEASURED,
+    "file": Takes(kinds.USD, kinds.GLTF, kinds.OBJ),
+    "voices": Takes(kinds.FOLDER),
+}
+"""What files are expected to be, by the key that names them; others must only be there."""
+_USED = "is in use by another program; end that, or name another port"
+
+
+def faults_of(conference: Conference, source: Path) -> list[str]:
+    """One line for each fault: FILE:LINE: KEY: what is wrong and how to mend it. source: the conference's file."""
+    told = toml.read(source, ConferenceError)
+    faults = [*_file_faults(conference), *_people_faults(conference), *_motion_faults(conference), *_port_faults(conference)]
+    return told.told(sorted(faults, key=lambda fault: told.line(fault.place, fault.said) or 0)).splitlines()
+
+
+def _file_faults(conference: Conference) -> Iterator[Fault]:
+    for place, path in _paths(conference, ()):
+        key = next(str(part) for part in reversed(place) if isinstance(part, str))
+        fault = _KINDS[key].fault(path) if key in _KINDS else _missing(path)
+        if fault:
+            yield _of_file(place, path, fault)
+
+
+def _paths(value: Any, place: Place) -> Iterator[tuple[Place, Path]]:
+    """Every file or folder that is named anywhere in a value, and its place."""
+    if isinstance(value, Path):
+        yield place, value
+    elif isinstance(value, BaseModel):
+        for key in type(value).model_fields:
+            yield from _paths(getattr(value, key), (*place, key))
+    elif isinstance(value, Mapping):
+        for key, inner in value.items():
+            yield from _paths(inner, (*place, key))
+    elif isinstance(value, Sequence) and not isinstance(value, str):
+        for number, inner in enumerate(value):
+            yield from _paths(inner, (*place, number))
+
+
+def _of_file(place: Place, name: Path | str, fault: str) -> Fault:
+    """A fault whose text begins with a file's name: in quotation marks, for it is no key."""
+    return Fault(place, f'"{name}"{fault.removeprefix(str(name))}')
+
+
+def _missing(path: Path) -> str | None:
+    return None if path.exists() else Takes().fault(path)
+
+
+def _people_faults(conference: Conference) -> Iterator[Fault]:
+    """Avatars, cameras' films and microphones' recordings, which the file gives as text."""
+    from vistel.conference.avatar_files import avatar_file
+    from vistel.figure.people.recipe import parse_spec
+
+    for s, site in enumerate(conference.sites):
+        for p, person in enumerate(site.participants):
+            place = ("sites", s, "participants", p)
+            path = avatar_file(person)
+            try:
+                if path is None:
+                    parse_spec(person.avatar, person.name)
+                elif fault := Takes(kinds.USD).fault(path):
+                    beside = "; put it beside the conference file" if not path.exists() else ""
+                    yield _of_file((*place, "avatar"), path, fault + beside)
+            except ValueError as e:
+                yield Fault((*place, "avatar"), str(e).removeprefix("avatar "))
+            for key, camera in (("face", person.face), ("eye", person.eye)):
+                if (
+                    camera
+                    and Path(camera.source).suffix
+                    and "://" not in camera.source
+                    and (fault := _missing(Path(camera.source)))
+                ):
+                    yield _of_file((*place, key, "source"), camera.source, fault)
+        sounds = {("microphone",): site.audio.microphone} if site.audio else {}
+        sounds |= {("microphones", name): one for name, one in site.audio.microphones.items()} if site.audio else {}
+        for key, sound in sounds.items():
+            if sound.lower().endswith(".wav") and (fault := Takes(kinds.SOUND).fault(Path(sound))):
+                yield _of_file(("sites", s, "audio", *key), sound, fault)
+
+
+def _motion_faults(conference: Conference) -> Iterator[Fault]:
+    people = [
+        (("sites", s, "participants", p, "motion"), person.motion)
+        for s, site in enumerate(conference.sites)
+        for p, person in enumerate(site.participants)
+        if person.motion is not None
+    ]
+    if not people:
+        return
+    from vistel_sim.motion import MotionError, open_motion  # loads the mathematics
+
+    for motion, place in {motion: place for place, motion in reversed(people)}.items():
+        path = Path(motion)
+        if path.suffix and (fault := Takes(kinds.BVH, kinds.FOLDER).fault(path)):
+            yield _of_file(place, path, fault)
+            continue
+        try:
+            open_motion(_moved_by(conference, motion))
+        except MotionError as e:
+            yield _of_file(place, motion, str(e))
+
+
+def _moved_by(conference: Conference, motion: str) -> Conference:
+    """The conference in which nobody has another motion."""
+    data = conference.model_dump(mode="json", exclude_none=True)
+    for site in data["sites"]:
+        for person in site["participants"]:
+            if person.get("motion") != motion:
+                person.pop("motion", None)
+    return Conference.model_validate(data)
+
+
+def _port_faults(conference: Conference) -> Iterator[Fault]:
+    """Ports are opened for a moment, all at the same time: two that are the same are found, too."""
+    if conference.bus.mode == "routed" and not conference.bus.endpoints:
+        yield Fault(("bus",), "endpoints: is missing; name the conference's router, such as tcp/192.0.2.7:7447")
+    taken: dict[tuple[int, int], Place] = {}
+    with ExitStack() as opened:
+        for place, kind, host, port in _ports(conference):
+            if (kind, port) in taken:
+                yield Fault(place, f"port {port} is that of {written(taken[kind, port])}, too; name another port")
+                continue
+            taken[kind, port] = place
+            fault = _port_fault(opened, kind, host, port)
+            if fault:
+                yield Fault(place, f"{'UDP ' if kind == socket.SOCK_DGRAM else ''}port {port} {fault}")
+
+
+def _ports(conference: Conference) -> Iterator[tuple[Place, int, str, int]]:
+    """The router's, those of pages for browsers, and those to which phones and tracking suites send: place, kind, host, number."""
+    if conference.bus.mode == "embedded" and conference.bus.endpoints:
+        host, _, port = conference.bus.endpoints[0].partition("/")[2].rpartition(":")
+        if port.isdecimal():
+            yield ("bus", "endpoints", 0), socket.SOCK_STREAM, host.strip("[]"), int(port)
+    for s, site in enumerate(conference.sites):
+        if site.draws and site.display.stream_at and site.display.stream_at[1]:
+            yield ("sites", s, "display", "stream"), socket.SOCK_STREAM, *site.display.stream_at
+        for device in devices_of_site(site):
+            if "udp" in device.kind.connections and device.port.isdecimal():
+                key = "face" if device.kind.role == "face" else "tracker"
+                p = site.participants.index(device.participant) if device.participant else 0
+                yield (
+                    ("sites", s, "participants", p, key, "port"),
+                    socket.SOCK_DGRAM,
+                    getattr(device.config, "listen", "0.0.0.0"),
+                    int(device.port),
+                )
+
+
+def _port_fault(opened: ExitStack, kind: int, host: str, port: int) -> str:
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host or None, port, type=kind, flags=socket.AI_PASSIVE)[0]
+        one = opened.enter_context(socket.socket(family, kind))
+        if kind == socket.SOCK_STREAM:
+            one.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # what a program that has ended left behind is free
+        one.bind(address)
+    except PermissionError:
+        return "may not be opened by you; name one above 1023"
+    except OSError as e:
+        return _USED if e.errno == errno.EADDRINUSE else f"cannot be opened at {host}: {e.strerror or e}"
+    return ""

@@ -1,0 +1,86 @@
+"""`vistel up` and `vistel up --plan` tell everything that would fail, before anything starts."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from vistel.conference.files import DEMO_FILE, load
+from vistel_cli.main import app
+from vistel_cli.run.checks import faults_of
+
+FAULTY = """[bus]
+endpoints = ["tcp/127.0.0.1:{tcp}"]
+[[sites]]
+name = "tokyo"
+[[sites.participants]]
+name = "aiko"
+avatar = "me.usda"
+motion = "walk.bvh"
+tracker = {{ kind = "vmc", port = "{udp}", calibration = "notes.txt" }}
+[[sites]]
+name = "columbus"
+[sites.display]
+stream = "{tcp}"
+[[sites.participants]]
+name = "ben"
+avatar = "builtin:seed=x"
+motion = "clay"
+gloves.left = {{ calibration = "gone.json" }}
+"""
+EXPECTED = (
+    ":2: bus.endpoints[0]: port {tcp} is in use by another program; end that, or name another port",
+    ':7: sites[0].participants[0].avatar: "{folder}/me.usda": expected a USD file; this is an empty file',
+    ':8: sites[0].participants[0].motion: "walk.bvh": no such file',
+    ':9: sites[0].participants[0].tracker.calibration: "{folder}/notes.txt": expected a calibration or a JSON file; this is',
+    ":9: sites[0].participants[0].tracker.port: UDP port {udp} is in use by another program; end that, or name another port",
+    ":13: sites[1].display.stream: port {tcp} is that of bus.endpoints[0], too; name another port",
+    ":16: sites[1].participants[0].avatar: 'builtin:seed=x': seed: expected a whole number",
+    ':17: sites[1].participants[0].motion: "clay": needs a [[room.things]]',
+    ':18: sites[1].participants[0].gloves.left.calibration: "gone.json": no such file',
+)
+
+
+@pytest.fixture
+def taken() -> Iterator[dict[str, int]]:
+    """Ports that are in use."""
+    with socket.socket() as tcp, socket.socket(type=socket.SOCK_DGRAM) as udp:
+        tcp.bind(("127.0.0.1", 0))
+        tcp.listen()
+        udp.bind(("0.0.0.0", 0))
+        yield {"tcp": tcp.getsockname()[1], "udp": udp.getsockname()[1]}
+
+
+@pytest.fixture
+def folder(tmp_path: Path, taken: dict[str, int], monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    Path("c.toml").write_text(FAULTY.format(**taken))
+    Path("notes.txt").write_text("hello\n")
+    Path("me.usda").touch()
+    return tmp_path
+
+
+@pytest.mark.parametrize("options", [[], ["--plan"]], ids=["up", "plan"])
+def test_everything_that_would_fail_is_told_at_once_and_nothing_starts(
+    options: list[str], folder: Path, taken: dict[str, int]
+) -> None:
+    done = CliRunner().invoke(app, ["up", "c.toml", *options])
+    assert done.exit_code == 1
+    lines = done.stderr.splitlines()
+    assert len(lines) == len(EXPECTED), done.stderr
+    for line, expected in zip(lines, EXPECTED, strict=True):
+        assert line.startswith(f"error: c.toml{expected.format(folder=folder, **taken)}")
+    assert ("tokyo/capture" in done.stdout) == bool(options)
+    assert not Path("out").exists()
+
+
+def test_the_demo_has_no_fault_and_its_plan_names_its_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    done = CliRunner().invoke(app, ["up", "--plan"])
+    assert (done.exit_code, done.stderr) == (0, "")
+    assert [line.split()[0] for line in done.stdout.splitlines()][:3] == ["hub/world", "hub/recorder", "tokyo/capture"]
+    assert faults_of(load(DEMO_FILE), DEMO_FILE) == []
