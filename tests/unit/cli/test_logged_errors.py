@@ -17,21 +17,21 @@ def line_of(level: int, text: str, *values: object, node: str = "tokyo/capture")
     return logs._Formatter(node).format(logging.LogRecord("vistel.posture", level, "", 0, text, values, None)) + "\n"
 
 
-def test_an_error_that_a_person_can_mend_is_told_without_the_syntax_of_the_log() -> None:
+def test_an_error_that_a_person_can_mend_is_reported_without_the_syntax_of_the_log() -> None:
     line = line_of(logging.ERROR, REFUSED, "aiko", "my people/me.usda", "no file 'me.usda' beside it; copy it there")
     assert told(line) == (
         "tokyo/capture: avatar refused (aiko, my people/me.usda): no file 'me.usda' beside it; copy it there; shown: stand-in"
     )
 
 
-def test_what_is_no_error_or_a_fault_of_the_program_is_not_told() -> None:
+def test_what_is_no_error_or_a_fault_of_the_program_is_not_reported() -> None:
     assert told(line_of(logging.WARNING, REFUSED, "aiko", "me.usda", "gone")) == ""
     assert told(line_of(logging.ERROR, "event=task_failed service=%s task=%s reason=%r", "world", "step", "x")) == ""
     assert told(line_of(logging.ERROR, "crashed process=hub/world")) == ""
     assert told("no line of a log at all\n") == ""
 
 
-def test_an_error_that_is_logged_again_and_again_is_told_once(tmp_path: Path) -> None:
+def test_an_error_that_is_logged_again_and_again_is_reported_once(tmp_path: Path) -> None:
     errors, log = LoggedErrors(tmp_path), tmp_path / "hub-recorder.log"
     assert list(errors.new()) == []
     line = line_of(logging.ERROR, "event=log_failed path=%s reason=%r lost=%d", "a.mcap", "No space left on device", 3)

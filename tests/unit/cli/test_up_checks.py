@@ -65,7 +65,7 @@ def folder(tmp_path: Path, taken: dict[str, int], monkeypatch: pytest.MonkeyPatc
 
 
 @pytest.mark.parametrize("options", [[], ["--plan"]], ids=["up", "plan"])
-def test_everything_that_would_fail_is_told_at_once_and_nothing_starts(
+def test_everything_that_would_fail_is_reported_at_once_and_nothing_starts(
     options: list[str], folder: Path, taken: dict[str, int]
 ) -> None:
     done = CliRunner().invoke(app, ["up", "c.toml", *options])

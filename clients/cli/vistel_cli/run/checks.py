@@ -86,7 +86,7 @@ def _people_faults(conference: Conference) -> Iterator[Fault]:
                     parse_spec(person.avatar, person.name)
                 elif fault := Takes(kinds.USD).fault(path):
                     beside = "; put it beside the conference file" if not path.exists() else ""
-                    yield _of_file((*place, "avatar"), path, fault + beside)
+                    yield _of_file((*place, "avatar"), person.avatar, fault.removeprefix(str(path)) + beside)
             except ValueError as e:
                 yield Fault((*place, "avatar"), str(e).removeprefix("avatar "))
             for key, camera in (("face", person.face), ("eye", person.eye)):
