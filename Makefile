@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz first bench speech-model proto web looks lock docs clean
+.PHONY: help setup demo test check house warm docs-commands fuzz first bench figures speech-model proto web looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -41,6 +41,9 @@ first: setup  ## how long a new user waits: a fresh clone, installed, to its fir
 
 bench: setup  ## every benchmark, one JSON object per line
 	@$(VENV)/bin/vistel bench --all --json
+
+figures: setup  ## run every benchmark, or BENCH="field deform", and write docs/performance.md
+	@$(PY) -m scripts.figures $(or $(BENCH),--all)
 
 speech-model: setup  ## make the Japanese acoustic model anew (docs/explanation/speech.md)
 	@OPENBLAS_NUM_THREADS=1 $(PY) -m scripts.speech_model.make

@@ -28,7 +28,7 @@ SITES = ("tokyo", "columbus", "zurich")
 PEOPLE = ("aiko", "ben", "carla")
 CATCH_UP_S = 3.0
 """Several times what a process takes that is forked with everything loaded, with both cores full
-(docs/performance.md). Started from nothing a world takes 5 s."""
+(docs/performance-history.md). Started from nothing a world takes 5 s."""
 SETTLED_S = 8.0
 """What came back runs for as long before the next one is killed."""
 
