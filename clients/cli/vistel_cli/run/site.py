@@ -87,4 +87,4 @@ def router(
 
       vistel site router conference.toml --listen tls/0.0.0.0:7447
     """
-    raise typer.Exit(run_router(load_conference(file), listen, seconds))
+    raise typer.Exit(run_router(load_conference(file), file, listen, seconds))
