@@ -1,21 +1,63 @@
 """One figure of one benchmark, and the line that `vistel bench --json` prints of it."""
 
+import operator
 import os
 import platform
 import subprocess
-from dataclasses import asdict, dataclass
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 _ROOT = Path(__file__).resolve().parents[1]
 
 
 @dataclass(frozen=True)
-class Row:
-    """peer: name and version of what was measured beside us in the same run; ratio: ours to the peer's.
+class Target:
+    """What a figure, or its ratio to the peer's, must be. sign: `<=`, `>=` or `=`."""
 
-    target: as text; met: None where this machine cannot tell.
+    sign: str
+    limit: float
+    of_ratio: bool = False
+
+    def __str__(self) -> str:
+        return f"{'ratio ' if self.of_ratio else ''}{self.sign} {self.limit:.3g}"
+
+    def met(self, row: "Row") -> bool | None:
+        """None where there is nothing to compare."""
+        found = row.ratio if self.of_ratio else row.value
+        return None if found is None else bool(_SIGNS[self.sign](found, self.limit))
+
+
+_SIGNS: dict[str, Callable[[float, float], bool]] = {"<=": operator.le, ">=": operator.ge, "=": operator.eq}
+
+
+def at_most(limit: float) -> Target:
+    return Target("<=", limit)
+
+
+def at_least(limit: float) -> Target:
+    return Target(">=", limit)
+
+
+def ratio_at_most(limit: float) -> Target:
+    return Target("<=", limit, of_ratio=True)
+
+
+def ratio_at_least(limit: float) -> Target:
+    return Target(">=", limit, of_ratio=True)
+
+
+NONE_AT_ALL = Target("=", 0.0)
+
+
+@dataclass(frozen=True)
+class Row:
+    """peer: name and version of what was measured beside us in the same run; ratio: ours to the peer's, that of the two values
+    unless it is given. judged: False where this machine cannot tell whether the target is met.
     """
 
     bench: str
@@ -25,25 +67,17 @@ class Row:
     value: float
     peer: str | None = None
     peer_value: float | None = None
-    ratio: float | None = None
-    target: str | None = None
-    met: bool | None = None
+    target: Target | None = field(default=None, kw_only=True)
+    ratio: float | None = field(default=None, kw_only=True)
+    judged: bool = field(default=True, kw_only=True)
 
+    def __post_init__(self) -> None:
+        if self.ratio is None and self.peer_value:
+            object.__setattr__(self, "ratio", self.value / self.peer_value)
 
-def row_beside(
-    bench: str,
-    case: str,
-    metric: str,
-    unit: str,
-    value: float,
-    peer: str | None = None,
-    peer_value: float | None = None,
-    target: str | None = None,
-    met: bool | None = None,
-) -> Row:
-    """A row whose ratio is that of the two values."""
-    ratio = None if peer_value is None else value / peer_value
-    return Row(bench, case, metric, unit, value, peer, peer_value, ratio, target, met)
+    @property
+    def met(self) -> bool | None:
+        return self.target.met(self) if self.target is not None and self.judged else None
 
 
 @dataclass(frozen=True)
@@ -67,7 +101,11 @@ def conditions() -> Conditions:
 
 def line(row: Row, under: Conditions) -> dict[str, Any]:
     """What `vistel bench --json` prints of a figure."""
-    return asdict(row) | asdict(under)
+    names = ("bench", "case", "metric", "unit", "value", "peer", "peer_value", "ratio")
+    told = {name: getattr(row, name) for name in names}
+    short = {name: float(f"{value:.5g}") for name, value in told.items() if isinstance(value, float | np.floating)}
+    target = None if row.target is None else str(row.target)
+    return told | short | {"target": target, "met": row.met} | asdict(under)
 
 
 def _machine() -> str:

@@ -156,10 +156,9 @@ def _table(head: str, rows: Sequence[Sequence[str]]) -> str:
 
 
 def _sentence(name: str) -> str:
-    """What is measured: the first sentence of the benchmark."""
+    """What is measured: the first line of the benchmark."""
     (file,) = (ROOT / "benchmarks").glob(f"*/bench_{name}.py")
-    text = file.read_text("utf-8").split('"""')[1]
-    return " ".join(text.split("\n\n", 1)[0].split())
+    return file.read_text("utf-8").splitlines()[0].strip('"')
 
 
 def _link(line: Line) -> str:

@@ -1,4 +1,4 @@
-"""Three sites at once on one machine: pictures per second of each, with three deforming figures in every picture."""
+"""Three sites meet on one machine: pictures a second at each, with three figures that deform in every picture."""
 
 import json
 import subprocess
@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from benchmarks.row import Row
+from benchmarks.row import Row, at_least
 
 SECONDS = 20
 
@@ -21,7 +21,7 @@ def run() -> Iterator[Row]:
     peer = "Singh's VISTEL (whole world, 1995)"
     for site, figures in report["sites"].items():
         rate = figures["frames_per_s_median"]
-        yield Row("demo", site, "pictures at 640x360", "frames/s", rate, peer, 8.0, rate / 8.0, ">= 12", rate >= 12)
+        yield Row("demo", site, "pictures at 640x360", "frames/s", rate, peer, 8.0, target=at_least(12))
         delay = max(figures["image_delay_s_median"].values()) * 1e3
         yield Row("demo", site, "capture to picture, median", "ms", delay)
     for node, process in report["processes"].items():

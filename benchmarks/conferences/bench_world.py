@@ -1,4 +1,4 @@
-"""The shared world: how long its steps take, how they grow with people and things, what its state costs on the wire."""
+"""The shared world: how long a step takes, how that grows with people and things, and how many bits its state costs."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""Deformation: figures that touch nothing, themselves, each other, against linear blend skinning; contact lists; growth.
+"""How long figures take to deform: touching nothing, themselves, each other, beside other programs; and how that grows.
 
 Ours: the built-in person of about 10,000 vertices and 55 primitives. Parts are timed alone: `skin` is the rigid component (blended
 dual quaternions, normals too), `ghosts` the implicit deformation of the vertices, `normals` those round what it moved, `whole` a
@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.fields.deform_peers import peer
 from benchmarks.fields.deform_scenes import CapsuleBody, body, capsules, hugging
 from benchmarks.figures.figure_peers import linear_blend
-from benchmarks.row import Row, row_beside
+from benchmarks.row import Row, at_least, at_most, ratio_at_most
 from benchmarks.timing import microseconds
 from vistel.figure.figure import Figure
 from vistel.figure.people.builtin import builtin_avatar
@@ -35,13 +35,12 @@ SLOPE = 4.0 * SURFACE_RATIO * (1.0 - SURFACE_RATIO**2)
 """-dF / d(distance / influence radius) of the quartic at the surface."""
 
 
-_row = partial(row_beside, "deform")
+_row = partial(Row, "deform")
 
 
 def _against(case: str, metric: str, unit: str, value: float, name: str, beside: float, most: float | None) -> Row:
     """A row with a peer and the ratio it should not exceed."""
-    target = None if most is None else f"ratio <= {most:.3g}"
-    return _row(case, metric, unit, value, name, beside, target, None if most is None else value / beside <= most)
+    return _row(case, metric, unit, value, name, beside, target=None if most is None else ratio_at_most(most))
 
 
 def run() -> Iterator[Row]:
@@ -94,7 +93,7 @@ def _figures(people: list[Figure]) -> Iterator[Row]:
         yield _row(case, "vertices without a root", "1", report.lost)
         if report.moved:
             each = report.vertex_evaluations
-            yield _row(case, "evaluations per moved vertex", "1", each, target="<= 3", met=each <= 3.0)
+            yield _row(case, "evaluations per moved vertex", "1", each, target=at_most(3))
             yield _row(case, "evaluations per block of 64", "1", report.evaluations)
 
 
@@ -155,7 +154,7 @@ def _three(people: list[Figure]) -> Iterator[Row]:
 
     took = microseconds({"frame": frame}, ROUNDS)["frame"]
     rate = 1e6 / took
-    yield _row("three figures, contact lists and all", "frames", "1/s", rate, target=">= 500", met=rate >= 500)
+    yield _row("three figures, contact lists and all", "frames", "1/s", rate, target=at_least(500))
 
 
 def _contact_lists() -> Iterator[Row]:
@@ -225,7 +224,7 @@ def _growth() -> Iterator[Row]:
         times.append(time_of(body(rod, size), balls(10), 40 if size < 100_000 else 5))
         yield _row(f"a rod of {size} vertices under 10 primitives: ghosts", "time", "us", times[-1])
     exponent = float(np.polyfit(np.log(sizes), np.log(times), 1)[0])
-    yield _row("growth with vertices, 1k to 1M", "exponent", "1", exponent, target="<= 1.05", met=exponent <= 1.05)
+    yield _row("growth with vertices, 1k to 1M", "exponent", "1", exponent, target=at_most(1.05))
     counts = [10, 30, 100, 300, 1_000]
     figure = body(rod, 10_000)
     times = [time_of(figure, balls(n), 10) for n in counts]
@@ -273,6 +272,6 @@ def _field(o: CapsuleBody, a: np.ndarray, b: np.ndarray, points: np.ndarray) -> 
 def _interpenetration() -> Iterator[Row]:
     worst, touching, lost = deepest(POSES)
     case = f"interpenetration, {POSES} random contact poses"
-    yield _row(case, "deepest vertex / radius", "1", worst, target="<= 0.001", met=worst <= 1e-3)
+    yield _row(case, "deepest vertex / radius", "1", worst, target=at_most(1e-3))
     yield _row(case, "vertices in contact", "1", touching)
     yield _row(case, "vertices without a root", "1", lost)

@@ -1,4 +1,4 @@
-"""Meshes: field and surface of a lattice against VTK, scikit-image and Blender; kept polygons and updates (Singh table 3).
+"""Meshes from fields beside VTK, scikit-image and Blender; and scenes like those of Singh's Table 3.
 
 Scene s106 of the peers' scripts: 106 spheres on a shell in a metre cube, 128 points along a side. Theirs is the field by
 NumPy, every primitive in its box, and then the surface; ours both in one, with normals and every vertex on the surface
@@ -22,17 +22,17 @@ from typing import Any
 import numpy as np
 
 import vistel.implicit as vi
-from benchmarks.row import Row, row_beside
+from benchmarks.row import Row, at_most, ratio_at_most
 from vistel.implicit.polygonise import Lattice, Polygonisation, SurfaceMesh, polygonise
 from vistel.implicit.polygonise.retained import Retained
 
 ROUNDS, REPEATS, SIDE = 5, 15, 128
 RESIDUAL = 1e-4
-PEERS = {"flying_edges": 0.6, "scikit_image": 0.2, "blender": 0.15}
+PEERS = {"flying_edges": ratio_at_most(0.6), "scikit_image": ratio_at_most(0.2), "blender": ratio_at_most(0.15)}
 """Peers of `polygonise_peers.py`, and what our time should be of theirs at most."""
 
 
-_row = partial(row_beside, "polygonise")
+_row = partial(Row, "polygonise")
 
 
 def _took(call: Callable[[], object], repeats: int = REPEATS) -> float:
@@ -87,7 +87,7 @@ def _against_peers() -> Iterator[Row]:
         mesh = ours()
         off = float(np.abs(program.shape.field(mesh.vertices) - 0.5).max())
         if not (mesh.watertight and mesh.manifold):
-            raise RuntimeError(f"bench polygonise: {name} is not closed")
+            raise RuntimeError(f"{name} is not closed")
         times: dict[str, list[float]] = {}
         labels: dict[str, str] = {}
         mine: list[float] = []
@@ -99,15 +99,15 @@ def _against_peers() -> Iterator[Row]:
                     times.setdefault(which, []).append(result["ms"])
                     labels[which] = result["name"]
         case = f"{name} at {SIDE}^3, {len(mesh.triangles)} triangles"
-        yield _row(case, "largest |F - T| at a vertex", "1", off, target="<= 1e-4", met=off <= RESIDUAL)
+        yield _row(case, "largest |F - T| at a vertex", "1", off, target=at_most(RESIDUAL))
         value = median(mine)
         if not times:
             yield _row(case, "field and mesh", "ms", value)
         for which, most in PEERS.items():
             if which in times:
                 theirs = median(times[which])
-                target, met = (f"ratio <= {most:g}", value / theirs <= most) if name == "s106" else (None, None)
-                yield _row(case, "field and mesh", "ms", value, labels[which], theirs, target, met)
+                target = most if name == "s106" else None
+                yield _row(case, "field and mesh", "ms", value, labels[which], theirs, target=target)
 
 
 def _peer(scene: str, which: str) -> dict[str, Any] | None:
@@ -166,9 +166,7 @@ def _tolerances() -> Iterator[Row]:
         case = f"106 balls within {1e3 * tolerance:g} mm, {len(mesh.triangles)} triangles"
         yield _row(case, "time", "ms", _took(lambda t=tolerance: polygonise(program, tolerance=t), 3))
         worst = float(off.max())
-        yield _row(
-            case, "farthest middle of a triangle", "mm", 1e3 * worst, target=f"<= {1e3 * tolerance:g}", met=worst <= tolerance
-        )
+        yield _row(case, "farthest middle of a triangle", "mm", 1e3 * worst, target=at_most(1e3 * tolerance))
 
 
 def table_3() -> dict[str, tuple[vi.Shape, int]]:
@@ -234,4 +232,4 @@ def _table_3() -> Iterator[Row]:
             rest = _took(lambda p=program, g=lattice: polygonise(p, lattice=g), 5)
         yield _row(name, "polygonising", "ms", rest)
         if not (mesh.watertight and mesh.manifold):
-            raise RuntimeError(f"bench polygonise: {name} is not closed")
+            raise RuntimeError(f"{name} is not closed")

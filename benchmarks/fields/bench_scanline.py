@@ -1,4 +1,4 @@
-"""Scanline pictures against the project's own ray caster on five scenes of Table 2's make-up, and one edit.
+"""Scanline pictures beside VISTEL's own ray caster: five scenes like those of Singh's Table 2, and one edit.
 
 Both draw the same picture (400 x 400, one ray for a pixel, no shadows, no mirrors) from the same compiled field, one
 thread each, in turn; processor time, medians. The ray caster is measured twice: as it is (packets of 64 rays where it
@@ -12,13 +12,14 @@ import numpy as np
 import vistel.implicit as vi
 from benchmarks.fields.bench_field import alternating
 from benchmarks.fields.scanline_scenes import CLAY, table2
-from benchmarks.row import Row
+from benchmarks.row import Row, at_least, at_most, ratio_at_most
 from vistel.implicit.evaluation.program import compile
 from vistel.implicit.scanline import Scanline, ScanlinePicture
 from vistel.implicit.scene import Scene, encoded
 from vistel.implicit.trace import render
 
-GAIN = 5.7
+TIMES_FASTER = 5.7
+"""Than the ray caster, at least."""
 REPEATS = 15
 
 
@@ -36,24 +37,15 @@ def run() -> Iterator[Row]:
         cast(scene, "numeric")
         a, b = alternating(REPEATS, lambda: Scanline(scene).draw(), lambda: cast(scene))
         _, c = alternating(3, lambda: None, lambda: cast(scene, "numeric"))
-        yield Row("scanline", name, "picture", "ms", 1e3 * a, "own ray caster", 1e3 * b, b / a, f"ratio >= {GAIN}", b / a >= GAIN)
-        yield Row("scanline", name, "picture", "ms", 1e3 * a, "own ray caster, ray by ray", 1e3 * c, c / a)
+        yield Row("scanline", name, "picture", "ms", 1e3 * a, "own ray caster", 1e3 * b, target=ratio_at_most(1 / TIMES_FASTER))
+        yield Row("scanline", name, "picture", "ms", 1e3 * a, "own ray caster, ray by ray", 1e3 * c)
         seen = int((theirs.thing == 1).sum())
         equal = 1 - float((ours.thing != theirs.thing).sum()) / seen
-        yield Row("scanline", name, "equal hit pixels", "1", equal, "own ray caster", target=">= 0.999", met=equal >= 0.999)
+        yield Row("scanline", name, "equal hit pixels", "1", equal, "own ray caster", target=at_least(0.999))
         both = (ours.thing == 1) & (theirs.thing == 1)
         apart = np.abs(encoded(ours.light).astype(int) - encoded(theirs.light).astype(int)).max(axis=2)[both]
         worst = float(np.quantile(apart, 0.999))
-        yield Row(
-            "scanline",
-            name,
-            "difference of shades, 99.9 % of pixels",
-            "1/255",
-            worst,
-            "own ray caster",
-            target="<= 2",
-            met=worst <= 2,
-        )
+        yield Row("scanline", name, "difference of shades, 99.9 % of pixels", "1/255", worst, "own ray caster", target=at_most(2))
     yield from _edits()
 
 
@@ -86,7 +78,7 @@ def _edits() -> Iterator[Row]:
 
     a, b = alternating(REPEATS, edit, lambda: Scanline(row.scene).draw())
     name = "figure 34, one sphere moved"
-    yield Row("scanline", name, "edit, field compiled", "ms", 1e3 * a, "whole picture, likewise", 1e3 * b, b / a)
+    yield Row("scanline", name, "edit, field compiled", "ms", 1e3 * a, "whole picture, likewise", 1e3 * b)
     a, b = alternating(REPEATS, redraw, surface.draw)
-    yield Row("scanline", name, "depths and normals drawn again", "ms", 1e3 * a, "all drawn", 1e3 * b, b / a)
+    yield Row("scanline", name, "depths and normals drawn again", "ms", 1e3 * a, "all drawn", 1e3 * b)
     yield Row("scanline", name, "part of the picture drawn again", "1", picture.redrawn)

@@ -1,4 +1,4 @@
-"""Figures: the time to pose one, how its skin holds in recorded postures, and fitting avatars to bodies.
+"""Figures: the time to pose one, how well its skin holds in recorded postures, and how well avatars fit bodies.
 
 Time is processor time of the one thread, medians, alternating with a Numba kernel of linear blend skinning of the same
 mesh (four weights, float32, positions only). The sweep moves the same mesh by the same bones and weights in three ways,
@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.figures.figure_peers import linear_blend
 from benchmarks.figures.figure_postures import recorded_postures
 from benchmarks.figures.figure_sweep import DUAL, LINEAR, sweep
-from benchmarks.row import Row
+from benchmarks.row import Row, Target, at_most, ratio_at_most
 from benchmarks.timing import microseconds
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
@@ -29,10 +29,12 @@ from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints
 
 _MAKEHUMAN = Path(__file__).resolve().parents[3] / "shared/data/human/makehuman"
 _MALE = _MAKEHUMAN / "targets/caucasian-male-young.target.gz"
-_WITHIN_S, _CLOSE_MM, _MOVED_MM = 20.0, {23: 8.0, 60: 4.0}, 10.0
+_WITHIN_S, _MOVED_MM = at_most(20), at_most(10)
+_CLOSE_MM = {23: at_most(8), 60: at_most(4)}
+"""By number of primitives."""
 _ROUNDS, _POSTURES = 100, 200
-_LAYERS = 1.1
-_SLOWER, _SHARE, _VOLUME, _CROSSING = 1.2, 25.0, 5.0, 0.1
+_LAYERS, _SLOWER = ratio_at_most(1.1), ratio_at_most(1.2)
+_SHARE, _VOLUME, _CROSSING = at_most(25), at_most(5), at_most(0.1)
 
 
 def run() -> Iterator[Row]:
@@ -62,7 +64,6 @@ def _layers(avatar: Avatar) -> Iterator[Row]:
 
     took = microseconds({"bare": lambda: through(bare), "layered": lambda: through(layered)}, 40)
     each = {k: v / len(postures) for k, v in took.items()}
-    ratio = each["layered"] / each["bare"]
     yield Row(
         "figure",
         f"posed figure with muscles and bones, {len(postures)} postures",
@@ -71,9 +72,7 @@ def _layers(avatar: Avatar) -> Iterator[Row]:
         round(each["layered"], 1),
         "the same figure without them",
         round(each["bare"], 1),
-        round(ratio, 3),
-        f"ratio <= {_LAYERS}",
-        ratio <= _LAYERS,
+        target=_LAYERS,
     )
 
 
@@ -92,7 +91,6 @@ def _times(avatar: Avatar) -> Iterator[Row]:
             },
             _ROUNDS,
         )
-        ratio = took["ours"] / took["lbs"]
         yield Row(
             "figure",
             f"posed figure, no contact, {case}",
@@ -101,9 +99,7 @@ def _times(avatar: Avatar) -> Iterator[Row]:
             round(took["ours"], 1),
             name,
             round(took["lbs"], 1),
-            round(ratio, 3),
-            f"ratio <= {_SLOWER}",
-            ratio <= _SLOWER,
+            target=_SLOWER,
         )
     postures = recorded_postures(_POSTURES) or [_bent()]
 
@@ -113,7 +109,7 @@ def _times(avatar: Avatar) -> Iterator[Row]:
                 f.pose(postures[(k + 67 * number) % len(postures)])
 
     share = 1e-4 * microseconds({"second": frames}, 3)["second"]
-    yield _row("three figures at 60 Hz", "share of one core", "%", share, f"value <= {_SHARE:.0f}", share <= _SHARE)
+    yield _row("three figures at 60 Hz", "share of one core", "%", share, _SHARE)
 
 
 def _bent() -> Posture:
@@ -138,18 +134,7 @@ def _sweeps(case: str, avatar: Avatar, postures: list[Posture]) -> Iterator[Row]
             ("self-intersecting triangles, largest", ours.crossing.max(), other.crossing.max(), None),
         ):
             value, beside = 100.0 * float(mine), 100.0 * float(theirs)
-            yield Row(
-                "figure",
-                case,
-                metric,
-                "%",
-                round(value, 3),
-                peer,
-                round(beside, 3),
-                round(value / max(beside, 1e-9), 3),
-                None if target is None else f"value <= {target}",
-                None if target is None else value <= target,
-            )
+            yield Row("figure", case, metric, "%", round(value, 3), peer, round(beside, 3), target=target)
 
 
 def _fits(case: str, source: SourceMesh) -> Iterator[Row]:
@@ -158,12 +143,12 @@ def _fits(case: str, source: SourceMesh) -> Iterator[Row]:
     began = time.perf_counter()
     made = make_avatar(source, name="body", primitives=60)
     took = time.perf_counter() - began
-    yield _row(case, "fit, all steps", "s", took, f"value <= {_WITHIN_S:.0f}", took <= _WITHIN_S)
+    yield _row(case, "fit, all steps", "s", took, _WITHIN_S)
     for count, limit in _CLOSE_MM.items():
         mean = 1e3 * refit(made.avatar, count)[1].mean_distance
-        yield _row(case, f"mean distance, {count} primitives", "mm", mean, f"value <= {limit:.0f}", mean <= limit)
+        yield _row(case, f"mean distance, {count} primitives", "mm", mean, limit)
     moved = 1e3 * _moved_at_rest(made.avatar)
-    yield _row(case, "furthest vertex moved at rest", "mm", moved, f"value <= {_MOVED_MM:.0f}", moved <= _MOVED_MM)
+    yield _row(case, "furthest vertex moved at rest", "mm", moved, _MOVED_MM)
 
 
 def _sources() -> Iterator[tuple[str, SourceMesh]]:
@@ -200,5 +185,5 @@ def _moved_at_rest(avatar: Avatar) -> float:
     return float(np.linalg.norm(figure.pose(Posture()).vertices - rigid, axis=1).max())
 
 
-def _row(case: str, metric: str, unit: str, value: float, target: str, met: bool) -> Row:
-    return Row("figure", case, metric, unit, round(value, 3), target=target, met=met)
+def _row(case: str, metric: str, unit: str, value: float, target: Target) -> Row:
+    return Row("figure", case, metric, unit, round(value, 3), target=target)

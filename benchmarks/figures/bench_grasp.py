@@ -1,4 +1,4 @@
-"""Taking hold: true grasps of recorded hands found and false ones, fingers' penetration, time; `grasp_trials` says what is true.
+"""Taking hold: grasps of recorded hands that are found, false ones, how deep hands are in things, and the time.
 
 Recordings that were held out at first are read from the folder in VISTEL_HELD_OUT_HANDS, if it is set (`grasp_held_out`).
 """
@@ -14,7 +14,7 @@ from benchmarks.figures import grasp_held_out as held_out
 from benchmarks.figures import grasp_shapes as shapes
 from benchmarks.figures import grasp_trials as trials
 from benchmarks.figures.grasp_depth import deepest
-from benchmarks.row import Row
+from benchmarks.row import Row, at_least, at_most
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.dynamics.solids import solids
@@ -23,7 +23,7 @@ from vistel.space.room import meeting_room
 
 SHAPES = 30
 """Things of each kind."""
-LEAST_FOUND, MOST_FALSE, MOST_MM = 95.0, 2.0, 1.0
+LEAST_FOUND, MOST_FALSE, MOST_MM = at_least(95), at_most(2), at_most(1)
 
 
 def run() -> Iterator[Row]:
@@ -32,29 +32,29 @@ def run() -> Iterator[Row]:
         raise FileNotFoundError(errno.ENOENT, "no recordings", str(trials.DATA / "hand"))
     true = [trials.run(t) for t in trials.true_trials()]
     false = [trials.run(t) for t in trials.false_trials()]
-    row = partial(Row, "grasp", peer=None, peer_value=None, ratio=None)
+    row = partial(Row, "grasp")
     case = f"recorded hands, {len(true)} true and {len(false)} false grasps"
     found = 100.0 * np.mean([trials.found(r) for r in true])
     wrong = 100.0 * np.mean([r.took is not None for r in false])
-    yield row(case, "true grasps found", "%", float(found), target=">= 95", met=bool(found >= LEAST_FOUND))
-    yield row(case, "false grasps", "%", float(wrong), target="<= 2", met=bool(wrong <= MOST_FALSE))
+    yield row(case, "true grasps found", "%", float(found), target=LEAST_FOUND)
+    yield row(case, "false grasps", "%", float(wrong), target=MOST_FALSE)
     opened = [r for r in true if r.trial.opens is not None and r.took is not None]
     late = trials.LATE_S * trials.RATE_HZ
     let_go = 100.0 * np.mean([r.left is not None and r.left <= (r.trial.opens or 0) + late for r in opened])
-    yield row(case, "releases found", "%", float(let_go), target=">= 95", met=bool(let_go >= LEAST_FOUND))
+    yield row(case, "releases found", "%", float(let_go), target=LEAST_FOUND)
     depths = np.array([_depth(r) for r in true if r.held is not None and r.posture is not None])
-    yield row(case, "deepest finger, before", "mm", 1e3 * float(depths[:, 0].max()), target=None, met=None)
+    yield row(case, "deepest finger, before", "mm", 1e3 * float(depths[:, 0].max()))
     worst = 1e3 * float(depths[:, 1].max())
-    yield row(case, "deepest finger, held", "mm", worst, target="<= 1", met=worst <= MOST_MM)
+    yield row(case, "deepest finger, held", "mm", worst, target=MOST_MM)
     touching = 100.0 * float(np.mean(depths[:, 2] >= 2))
-    yield row(case, "two digits or more touch", "%", touching, target=None, met=None)
+    yield row(case, "two digits or more touch", "%", touching)
     if (trials.DATA / "body" / "kth_handover").is_dir():
         yield from _hand_over(row)
     yield from _perturbed(row, "other hands and things, recordings worked with", held_out.settled_on(), 2)
-    if held_out.HELD_OUT.is_dir():
-        yield from _perturbed(row, "other hands and things, recordings once held out", held_out.held_out(), 1)
+    if held_out.HELD_OUT is not None:
+        yield from _perturbed(row, "other hands and things, recordings once held out", held_out.held_out(held_out.HELD_OUT), 1)
     yield from _shapes(row)
-    yield row("laying a hand on a thing", "median processor time", "ms", _fit_ms(), target=None, met=None)
+    yield row("laying a hand on a thing", "median processor time", "ms", _fit_ms())
 
 
 def _perturbed(row: partial[Row], case: str, takes: held_out.Takes, each: int) -> Iterator[Row]:
@@ -63,10 +63,10 @@ def _perturbed(row: partial[Row], case: str, takes: held_out.Takes, each: int) -
     case = f"{case}, {len(true)} true and {len(false)} false grasps"
     found = 100.0 * float(np.mean([trials.found(r) for r in true]))
     wrong = 100.0 * float(np.mean([r.took is not None for r in false]))
-    yield row(case, "true grasps found", "%", found, target=">= 95", met=found >= LEAST_FOUND)
-    yield row(case, "false grasps", "%", wrong, target="<= 2", met=wrong <= MOST_FALSE)
+    yield row(case, "true grasps found", "%", found, target=LEAST_FOUND)
+    yield row(case, "false grasps", "%", wrong, target=MOST_FALSE)
     out = float(held_out.left_out(takes))
-    yield row(case, "closings the tracker was not sure of or too brief, left out", "", out, target=None, met=None)
+    yield row(case, "closings the tracker was not sure of or too brief, left out", "", out)
 
 
 def _shapes(row: partial[Row]) -> Iterator[Row]:
@@ -76,16 +76,16 @@ def _shapes(row: partial[Row]) -> Iterator[Row]:
         case = f"hands of 85 to 115 % on {6 * SHAPES} things of every kind, {what}"
         some = list(shapes.laid(hands, np.random.default_rng(23), SHAPES, free=free))
         worst = 1e3 * max(r.after for r in some)
-        yield row(case, "deepest point as they come", "mm", 1e3 * max(r.before for r in some), target=None, met=None)
-        yield row(case, "deepest point as they hold", "mm", worst, target="<= 1", met=worst <= MOST_MM)
+        yield row(case, "deepest point as they come", "mm", 1e3 * max(r.before for r in some))
+        yield row(case, "deepest point as they hold", "mm", worst, target=MOST_MM)
         more = 100.0 * float(np.mean([r.touching >= 2 for r in some]))
-        yield row(case, "two digits or more touch", "%", more, target=None, met=None)
+        yield row(case, "two digits or more touch", "%", more)
 
 
 def _closed() -> list[tuple[F64, F64]]:
-    """Recorded fingers and how far each hand is closed: those once held out if they are there."""
-    if held_out.HELD_OUT.is_dir():
-        takes = held_out.held_out()
+    """Recorded fingers and how far each hand is closed: those once held out where their folder is named."""
+    if held_out.HELD_OUT is not None:
+        takes = held_out.held_out(held_out.HELD_OUT)
         return [trials.recording(t.path, t.left)[:2] for t in takes.grabs]
     fingers, grab, _ = trials.recorded("grab")
     return [(fingers, grab)]
@@ -97,8 +97,8 @@ def _hand_over(row: partial[Row]) -> Iterator[Row]:
     found = 100.0 * float((h.said & right).sum() / right.sum())
     none = ~h.truth & h.sure
     wrong = 100.0 * float((h.said & none).sum() / none.sum())
-    yield row(case, "holding found", "%", found, target=">= 95", met=found >= LEAST_FOUND)
-    yield row(case, "holding said falsely", "%", wrong, target="<= 2", met=wrong <= MOST_FALSE)
+    yield row(case, "holding found", "%", found, target=LEAST_FOUND)
+    yield row(case, "holding said falsely", "%", wrong, target=MOST_FALSE)
 
 
 def _depth(ran: trials.Ran) -> tuple[float, float, int]:

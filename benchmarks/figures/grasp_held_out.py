@@ -27,7 +27,7 @@ from vistel.space.room import TABLE_HEIGHT
 from vistel.space.things.tessellate import tessellate_thing
 from vistel.space.things.things import GraspAxis, Thing, ThingPrimitive
 
-HELD_OUT = Path(os.environ.get("VISTEL_HELD_OUT_HANDS", "/nonexistent"))
+HELD_OUT = Path(os.environ["VISTEL_HELD_OUT_HANDS"]) if "VISTEL_HELD_OUT_HANDS" in os.environ else None
 """Folder of the recordings that were held out: `recorder/recordings` of leapmotion/leapjs-playback at 4ff4b5b."""
 SURE = 0.5
 """The tracker's own confidence, on the average of a closing."""
@@ -68,11 +68,11 @@ def settled_on() -> Takes:
     return Takes((take["grab"],), (take["pinch"],), splay, splay, (wave, splay), 166)
 
 
-def held_out() -> Takes:
+def held_out(folder: Path) -> Takes:
     """The others."""
 
     def take(name: str, left: bool = False) -> Take:
-        return Take(HELD_OUT / f"{name}.json.lz", left)
+        return Take(folder / f"{name}.json.lz", left)
 
     return Takes(
         (take("confidence-demo-half-res"), take("confidence2", left=True), take("test-paddle-rightwards")),

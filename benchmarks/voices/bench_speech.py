@@ -1,4 +1,4 @@
-"""Spoken commands: right, believed, false accepts, how soon, and what listening costs; Japanese and English."""
+"""Spoken commands in Japanese and English: how many are understood, false ones, how soon, and at what cost."""
 
 from collections.abc import Iterator
 

@@ -1,10 +1,10 @@
-"""A clapper: hands that meet in the pictures against the clap in the sound, over links with delay, jitter and loss."""
+"""A person claps: how far the sound at another site is from its picture, over links with delay, jitter and loss."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.row import Row
+from benchmarks.row import Row, at_most
 from benchmarks.wire.sync_conference import FOR_LOSSES, PLAIN, NetworkLink, Sending, clapping
 from vistel.audio.delay_policy import Policy
 
@@ -35,10 +35,10 @@ def run() -> Iterator[Row]:
         ]
         for metric, value, peer, limit in figures:
             unit = "claps" if "claps" in metric else "ms"
-            target, met = (None, None) if limit is None or not wanted else (f"<= {limit:g}", bool(value <= limit))
+            target = None if limit is None or not wanted else at_most(limit)
             named = SINGH if peer is not None else None
             theirs = None if peer is None else float(peer)
-            yield Row("sync", case, metric, unit, float(value), named, theirs, target=target, met=met)
+            yield Row("sync", case, metric, unit, float(value), named, theirs, target=target)
 
 
 def _measured(

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
-from benchmarks.row import Row, conditions, line
+from benchmarks.row import Row, conditions, line, ratio_at_most
 from scripts import figures
 
 
 def _line(bench: str = "field", met: bool | None = True, load: float = 0.5, value: float = 1.0) -> dict[str, Any]:
-    told = line(Row(bench, "a case", "time", "ms", value, "NumPy", 2.0, 0.5, "ratio <= 0.4", met), conditions())
-    return told | {"load": load}
+    told = line(Row(bench, "a case", "time", "ms", value, "NumPy", 2.0, target=ratio_at_most(0.4)), conditions())
+    return told | {"load": load, "met": met}
 
 
 def test_the_page_is_what_the_lines_say() -> None:

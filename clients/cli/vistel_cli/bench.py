@@ -3,6 +3,8 @@
 import importlib
 import inspect
 import json
+import shlex
+import subprocess
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -58,6 +60,11 @@ def _run(name: str, thorough: bool, as_json: bool) -> str | None:
         why = f"{name}: {e.filename}: not here, and needed"
     except ImportError as e:
         why = f"{name}: the package {e.name} is needed"
+    except subprocess.CalledProcessError as e:
+        said = (e.stderr or e.stdout or "").strip().splitlines()
+        why = f"{name}: {shlex.join(e.cmd)} ended with {e.returncode}{': ' + said[-1] if said else ''}"
+    except RuntimeError as e:
+        why = f"{name}: {e}"
     if rows and not as_json:
         _show(rows)
     return why if why or rows else f"{name}: nothing could be measured here; what it needs is missing"
