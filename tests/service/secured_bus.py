@@ -20,22 +20,28 @@ from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
 class Secured:
     """A router with certificates and access rules, and doors to it."""
 
-    def __init__(self, folder: Path, *, all_may_ask: bool = False) -> None:
+    def __init__(self, folder: Path, *, all_may_ask: bool = False, protocol: str = "tls") -> None:
         self.authority = Authority(folder)
-        with socket.socket() as s:
+        self._protocol = protocol
+        with socket.socket(type=socket.SOCK_DGRAM if protocol == "quic" else socket.SOCK_STREAM) as s:
             s.bind(("127.0.0.1", 0))
             self.port = s.getsockname()[1]
         rules = access_rules("demo", ["paris", "tokyo"], observers=["guest"])
         if all_may_ask:  # as it was before the table of topics said who may
             next(r for r in rules["rules"] if r["id"] == "listen-everybody")["key_exprs"] = ["vistel/demo/**"]
-        self.router = Router.open(f"tls/127.0.0.1:{self.port}", tls=self.authority.issue("hub"), access=rules)
+        self.router = Router.open(f"{protocol}/127.0.0.1:{self.port}", tls=self.authority.issue("hub"), access=rules)
         self._doors: list[ZenohBus] = []
         self._sessions: list[zenoh.Session] = []
+
+    @property
+    def endpoint(self) -> str:
+        """Where the router listens."""
+        return f"{self._protocol}/localhost:{self.port}"
 
     def session(self, name: str) -> zenoh.Session:
         """The bus without VISTEL's manners, for whoever holds the certificate `name`."""
         files = self.authority.issue(name)
-        session = zenoh.open(zenoh.Config.from_json5(as_text(client_config([f"tls/localhost:{self.port}"], files))))
+        session = zenoh.open(zenoh.Config.from_json5(as_text(client_config([self.endpoint], files))))
         self._sessions.append(session)
         return session
 
@@ -45,7 +51,7 @@ class Secured:
             conference="demo",
             site=site,
             clock=SystemClock(),
-            endpoints=[f"tls/localhost:{self.port}"],
+            endpoints=[self.endpoint],
             tls=tls or self.authority.issue(site),
             connect_s=connect_s,
             owners=owners,
@@ -62,11 +68,13 @@ class Secured:
         self.router.close()
 
 
-def secured(tmp_path: Path, body: Callable[[Secured], Awaitable[None]], *, all_may_ask: bool = False) -> None:
+def secured(
+    tmp_path: Path, body: Callable[[Secured], Awaitable[None]], *, all_may_ask: bool = False, protocol: str = "tls"
+) -> None:
     """Run `body` with a router. all_may_ask: whoever may listen may subscribe to and ask for everything."""
 
     async def run() -> None:
-        s = Secured(tmp_path, all_may_ask=all_may_ask)
+        s = Secured(tmp_path, all_may_ask=all_may_ask, protocol=protocol)
         try:
             await body(s)
         finally:

@@ -28,7 +28,8 @@ async def first(subscription: Any, site: str = "") -> Any:
             return sample
 
 
-def test_every_site_is_heard_under_its_own_name_and_the_hub_as_the_world(tmp_path: Path) -> None:
+@pytest.mark.parametrize("protocol", ["tls", "quic"])
+def test_every_site_is_heard_under_its_own_name_and_the_hub_as_the_world(tmp_path: Path, protocol: str) -> None:
     async def body(s: Secured) -> None:
         paris, tokyo, hub = await s.door("paris"), await s.door("tokyo"), await s.door("hub")
         commands, results = hub.subscribe(BY_NAME["command"]), paris.subscribe(BY_NAME["command_result"])
@@ -49,10 +50,11 @@ def test_every_site_is_heard_under_its_own_name_and_the_hub_as_the_world(tmp_pat
         late = tokyo.subscribe(BY_NAME["command"])
         assert (await first(late)).message.id == "1", "the last value waits behind the access rules too"
 
-    secured(tmp_path, body)
+    secured(tmp_path, body, protocol=protocol)
 
 
-def test_a_site_cannot_speak_for_another_nor_for_the_world_nor_be_present_as_another(tmp_path: Path) -> None:
+@pytest.mark.parametrize("protocol", ["tls", "quic"])
+def test_a_site_cannot_speak_for_another_nor_for_the_world_nor_be_present_as_another(tmp_path: Path, protocol: str) -> None:
     async def body(s: Secured) -> None:
         paris, tokyo = await s.door("paris"), await s.door("tokyo")
         heard: list[str] = []
@@ -99,7 +101,7 @@ def test_a_site_cannot_speak_for_another_nor_for_the_world_nor_be_present_as_ano
         token.undeclare()
         forged.undeclare()
 
-    secured(tmp_path, body)
+    secured(tmp_path, body, protocol=protocol)
 
 
 def test_an_observer_hears_and_cannot_speak(tmp_path: Path) -> None:

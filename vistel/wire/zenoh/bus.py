@@ -81,7 +81,7 @@ class Router:
         access: Json | None = None,
         connect: Sequence[str] = (),
     ) -> "Router":
-        """Listen on `listen` ("tcp/host:port", "tls/host:port"), by default on a free port of the loopback interface.
+        """Listen on `listen` ("quic/host:port", "tls/…", "tcp/…"), by default on a free port of the loopback interface.
 
         access: who may publish what (`vistel.wire.zenoh.access`). connect: further routers to join. Raises BusError.
         """
@@ -341,7 +341,11 @@ class _ZenohPublication:
         priority = zenoh.Priority.DATA
         if self._cache is not None:
             priority = zenoh.Priority.DATA_LOW if topic.name in _BULK else zenoh.Priority.INTERACTIVE_HIGH
-        self._publisher = session.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP, priority=priority)
+        # Over QUIC, best effort goes in datagrams, which wait for none that is lost; TLS sends both in one stream.
+        reliability = zenoh.Reliability.RELIABLE if self._cache is not None else zenoh.Reliability.BEST_EFFORT
+        self._publisher = session.declare_publisher(
+            key, congestion_control=zenoh.CongestionControl.DROP, priority=priority, reliability=reliability
+        )
         self._queryable = session.declare_queryable(key, self._repeat) if self._cache is not None else None
 
     def undeclare(self) -> None:

@@ -6,7 +6,8 @@ Several of Zenoh's defaults fail badly here, so every session is opened from thi
 - `wait_before_close` below the lease: else a link that was cut for longer than the lease never carries data
   again;
 - reconnect every 250 ms: the default backs off to 4 s;
-- one link per transport: access rules are not enforced on the others;
+- one link per transport: access rules are not enforced on the others. QUIC counts as one;
+- over QUIC, what may be lost goes in datagrams (`mixed_rel`): with one stream for all, a lost packet holds back what follows it;
 - shared memory off, small transmit queues: a queue is latency;
 - nothing larger than `MOST_MESSAGE_BYTES` is gathered from its fragments: the default is 1 GiB.
 """
@@ -38,7 +39,7 @@ def client_config(endpoints: list[str], tls: TlsFiles | None = None, connect_s: 
     return {
         "mode": "client",
         "connect": {
-            "endpoints": endpoints,
+            "endpoints": [_with_datagrams(e) for e in endpoints],
             "timeout_ms": round(connect_s * 1000),
             "exit_on_failure": True,
             "retry": {"period_init_ms": 250, "period_max_ms": 500, "period_increase_factor": 2},
@@ -54,13 +55,13 @@ def router_config(
     """A session that routes. `access`: see `vistel.wire.zenoh.access`; `connect`: routers to join, over a thin link perhaps."""
     config: Json = {
         "mode": "router",
-        "listen": {"endpoints": listen},
+        "listen": {"endpoints": [_with_datagrams(e) for e in listen]},
         "adminspace": {"enabled": False},
         **_common(tls, listens=True),
     }
     if connect:
         config["connect"] = {
-            "endpoints": connect,
+            "endpoints": [_with_datagrams(e) for e in connect],
             "timeout_ms": -1,
             "exit_on_failure": False,
             "retry": {"period_init_ms": 500, "period_max_ms": 500, "period_increase_factor": 1},
@@ -72,6 +73,10 @@ def router_config(
     if access:
         config["access_control"] = access
     return config
+
+
+def _with_datagrams(endpoint: str) -> str:
+    return f"{endpoint}?mixed_rel=1" if endpoint.startswith("quic/") and "?" not in endpoint else endpoint
 
 
 def _common(tls: TlsFiles | None, listens: bool) -> Json:
@@ -87,7 +92,7 @@ def _common(tls: TlsFiles | None, listens: bool) -> Json:
         },
     }
     if tls:
-        link["protocols"] = ["tls"]
+        link["protocols"] = ["tls", "quic"]
         link["tls"] = {
             "root_ca_certificate": str(tls.ca),
             "enable_mtls": True,

@@ -16,15 +16,15 @@ CERTIFICATES = Path("/etc/vistel/certificates")
 
 
 def hub_config(conference: str, sites: list[str], folder: Path = CERTIFICATES) -> Json:
-    """The hub: TLS on port 7447 for the sites, by their certificates."""
-    return router_config(["tls/0.0.0.0:7447"], _files(folder, "hub"), access_rules(conference, sites))
+    """The hub: QUIC and TLS on port 7447 for the sites, by their certificates."""
+    return router_config(["quic/0.0.0.0:7447", "tls/0.0.0.0:7447"], _files(folder, "hub"), access_rules(conference, sites))
 
 
 def site_config(hub: str, site: str, folder: Path = CERTIFICATES) -> Json:
     """A site's own router: plain TCP on its loopback interface only, TLS with the site's certificate to the hub."""
     config = router_config(["tcp/127.0.0.1:7447"], _files(folder, site), connect=[hub])
     link = config["transport"]["link"]
-    link["protocols"] = ["tcp", "tls"]
+    link["protocols"] = ["tcp", "tls", "quic"]
     for name in ("listen_certificate", "listen_private_key"):
         del link["tls"][name]
     return config
