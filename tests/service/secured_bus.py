@@ -5,11 +5,12 @@ from __future__ import annotations
 import asyncio
 import socket
 from collections.abc import Awaitable, Callable
+from datetime import UTC, datetime
 from pathlib import Path
 
 import zenoh
-from certificates import Authority
 
+from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SystemClock
 from vistel.wire.owners import Owners
 from vistel.wire.zenoh.access import access_rules
@@ -21,15 +22,13 @@ class Secured:
     """A router with certificates and access rules, and doors to it."""
 
     def __init__(self, folder: Path, *, all_may_ask: bool = False, protocol: str = "tls") -> None:
-        self.authority = Authority(folder)
+        self.authority = Authority.create(folder, datetime.now(UTC))
         self._protocol = protocol
-        with socket.socket(type=socket.SOCK_DGRAM if protocol == "quic" else socket.SOCK_STREAM) as s:
-            s.bind(("127.0.0.1", 0))
-            self.port = s.getsockname()[1]
+        self.port = free_port(protocol)
         rules = access_rules("demo", ["paris", "tokyo"], observers=["guest"])
         if all_may_ask:  # as it was before the table of topics said who may
             next(r for r in rules["rules"] if r["id"] == "listen-everybody")["key_exprs"] = ["vistel/demo/**"]
-        self.router = Router.open(f"{protocol}/127.0.0.1:{self.port}", tls=self.authority.issue("hub"), access=rules)
+        self.router = Router.open(f"{protocol}/127.0.0.1:{self.port}", tls=self.issue("hub"), access=rules)
         self._doors: list[ZenohBus] = []
         self._sessions: list[zenoh.Session] = []
 
@@ -38,9 +37,13 @@ class Secured:
         """Where the router listens."""
         return f"{self._protocol}/localhost:{self.port}"
 
+    def issue(self, name: str) -> TlsFiles:
+        """A certificate; the hub's is good for this machine's addresses."""
+        return self.authority.issue(name, datetime.now(UTC), hosts=["localhost", "127.0.0.1"] if name == "hub" else ())
+
     def session(self, name: str) -> zenoh.Session:
         """The bus without VISTEL's manners, for whoever holds the certificate `name`."""
-        files = self.authority.issue(name)
+        files = self.issue(name)
         session = zenoh.open(zenoh.Config.from_json5(as_text(client_config([self.endpoint], files))))
         self._sessions.append(session)
         return session
@@ -52,7 +55,7 @@ class Secured:
             site=site,
             clock=SystemClock(),
             endpoints=[self.endpoint],
-            tls=tls or self.authority.issue(site),
+            tls=tls or self.issue(site),
             connect_s=connect_s,
             owners=owners,
         )
@@ -66,6 +69,13 @@ class Secured:
         for bus in self._doors:
             await bus.close()
         self.router.close()
+
+
+def free_port(protocol: str = "tls") -> int:
+    """Of this machine, a moment ago."""
+    with socket.socket(type=socket.SOCK_DGRAM if protocol == "quic" else socket.SOCK_STREAM) as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
 
 
 def secured(

@@ -43,7 +43,7 @@ def test_processes_of_a_conference_join_its_bus_by_its_file_so_that_they_hear_wh
         "vistel/wire/zenoh/bus.py",
         "vistel/conference/connect.py",
         "vistel/conference/connect_running.py",
-        "clients/cli/vistel_cli/run/router.py",
+        "clients/cli/vistel_cli/site/router.py",
     }
     files = [f for room in ("vistel", "services", "clients", "sim") for f in (ROOT / room).rglob("*.py")]
     opening = {str(f.relative_to(ROOT)) for f in files if "ZenohBus.open(" in f.read_text("utf-8")}

@@ -4,8 +4,10 @@ from vistel.conference.device_list import devices_of_site
 from vistel.conference.model import RESERVED, Conference
 from vistel.wire.clock import Clock
 from vistel.wire.owners import Owners
-from vistel.wire.zenoh.bus import ZenohBus
+from vistel.wire.zenoh.bus import BusError, ZenohBus
+from vistel.wire.zenoh.common_names import AUTHORITY
 from vistel.wire.zenoh.config import TlsFiles
+from vistel.wire.zenoh.endpoints import objection
 
 
 def owners_of(conference: Conference) -> Owners:
@@ -21,19 +23,26 @@ def owners_of(conference: Conference) -> Owners:
     return Owners(sites)
 
 
-def tls_files(conference: Conference) -> TlsFiles | None:
-    """The certificates of links to the routers that the file names."""
-    tls = conference.bus.tls if conference.bus.mode == "routed" else None
-    return TlsFiles(tls.ca, tls.certificate, tls.key) if tls is not None else None
+def tls_files(conference: Conference, site: str) -> TlsFiles | None:
+    """The certificates that processes of `site` show on this machine: in a folder those of its name, else the only ones, for a
+    world on a site's machine. Raises BusError where there are none."""
+    tls = conference.bus.tls
+    if tls is None or tls.folder is None:
+        return TlsFiles(tls.ca, tls.certificate, tls.key) if tls and tls.ca and tls.certificate and tls.key else None
+    found = sorted(k.stem for k in tls.folder.glob("*.key") if k.stem != AUTHORITY)
+    if site not in found and len(found) != 1:
+        raise BusError(f"{tls.folder}: no certificate of {site} is here; the host's invitation brings it (vistel site invite)")
+    name = site if site in found else found[0]
+    return TlsFiles(*(tls.folder / f for f in (f"{AUTHORITY}.pem", f"{name}.pem", f"{name}.key")))
 
 
 async def connect(conference: Conference, site: str, clock: Clock, *endpoints: str) -> ZenohBus:
-    """Join as `site`, over the first router of `endpoints` that answers. Raises BusError."""
+    """Join as `site`, over the first router of `endpoints` that answers. Raises BusError, also for plain TCP beyond this machine
+    that the file does not allow."""
+    tls = tls_files(conference, site) if conference.bus.mode == "routed" else None
+    for endpoint in endpoints:
+        if fault := objection(endpoint, tls=tls is not None, insecure=conference.bus.insecure):
+            raise BusError(fault)
     return await ZenohBus.open(
-        conference=conference.name,
-        site=site,
-        clock=clock,
-        endpoints=endpoints,
-        tls=tls_files(conference),
-        owners=owners_of(conference),
+        conference=conference.name, site=site, clock=clock, endpoints=endpoints, tls=tls, owners=owners_of(conference)
     )

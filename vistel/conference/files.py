@@ -6,7 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from vistel.conference.devices import CameraConfig
-from vistel.conference.model import Conference, Participant, RoomConfig
+from vistel.conference.model import Conference, Participant, RoomConfig, Tls
 from vistel.conference.speech import Speech
 from vistel.toml import file as toml
 from vistel.toml.faults import faults_of
@@ -70,7 +70,14 @@ def _with_files(conference: Conference, folder: Path) -> Conference:
         )
         for s in conference.sites
     ]
-    return conference.model_copy(update={"sites": sites, "room": _room_with_files(conference.room, folder)})
+    bus = conference.bus.model_copy(update={"tls": conference.bus.tls and _tls_with_files(conference.bus.tls, folder)})
+    return conference.model_copy(update={"bus": bus, "sites": sites, "room": _room_with_files(conference.room, folder)})
+
+
+def _tls_with_files(tls: Tls, folder: Path) -> Tls:
+    if tls.folder is not None:
+        return Tls(folder=(folder / tls.folder).resolve())
+    return Tls(ca=_beside(tls.ca, folder), certificate=_beside(tls.certificate, folder), key=_beside(tls.key, folder))
 
 
 def _room_with_files(room: RoomConfig, folder: Path) -> RoomConfig:

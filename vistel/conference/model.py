@@ -12,14 +12,24 @@ from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfi
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
 from vistel.conference.speech import Speech
+from vistel.wire.zenoh.endpoints import is_encrypted
 
 
 class Tls(Checked):
-    """Certificates for links between machines (mutual TLS)."""
+    """Certificates for links between machines (mutual TLS): either a folder, the same in every machine's file, or three files."""
 
-    ca: Path
-    certificate: Path
-    key: Path
+    folder: Path | None = None
+    """With ca.pem, and NAME.pem and NAME.key of this machine: its site, or "hub" (`vistel site certs`)."""
+    ca: Path | None = None
+    certificate: Path | None = None
+    key: Path | None = None
+
+    @model_validator(mode="after")
+    def _folder_or_files(self) -> Tls:
+        files = [self.ca, self.certificate, self.key]
+        if (self.folder is None) == (None in files) or (self.folder is not None and files != [None] * 3):
+            raise ValueError("tls: expected either a folder, or ca, certificate and key")
+        return self
 
 
 class BusConfig(Checked):
@@ -30,6 +40,17 @@ class BusConfig(Checked):
     endpoints: list[str] = Field(default=[])
     """routed: "tls/host:7447" or "tcp/host:7447"; embedded: where to listen, default 127.0.0.1:7447, or a free port."""
     tls: Tls | None = None
+    insecure: bool = False
+    """Plain TCP beyond this machine is meant: everybody who reaches the router's port may speak as anybody."""
+
+    @model_validator(mode="after")
+    def _tls_is_used(self) -> BusConfig:
+        if self.tls is not None and self.mode == "embedded":
+            raise ValueError('tls: is for mode = "routed"; the processes of `vistel up` meet on this machine, without certificates')
+        plain = [e for e in self.endpoints if not is_encrypted(e)]
+        if self.tls is not None and plain:
+            raise ValueError(f"endpoints: {plain[0]} is not encrypted; with tls, expected tls/HOST:PORT")
+        return self
 
 
 class Participant(Checked):

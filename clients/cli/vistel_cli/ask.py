@@ -28,7 +28,7 @@ def ask(
 
       vistel ask create red box here
 
-      vistel ask conference.toml undo --hub tcp/192.0.2.7:7447
+      vistel ask conference.toml undo --hub tls/192.0.2.7:7447
     """
     from vistel.session.asking import Answer, Asker
     from vistel.space.commands.phrase import PhraseError, read, usage

@@ -56,7 +56,7 @@ def endpoint_of(conference: Conference, given: str | None) -> str:
         return router
     there = ", ".join(r.name for r in running_conferences())
     here = f"{conference.name} does not run on this machine{f', but {there} does' if there else ''}"
-    fail(f"{here}; start it with `vistel up`, or name its router: --hub tcp/HOST:7447")
+    fail(f"{here}; start it with `vistel up`, or name its router: --hub tls/HOST:7447")
 
 
 def on_bus(conference: Conference | Running, site: str, hub: str, work: Callable[[Bus], Awaitable[T]]) -> T:

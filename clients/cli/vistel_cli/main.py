@@ -18,7 +18,7 @@ COMMANDS = {
     "up": Lazy("vistel_cli.run.up:up", HOSTS),
     "examples": Lazy("vistel_cli.examples.examples:examples", HOSTS),
     "runs": Lazy("vistel_cli.run.runs:app", HOSTS, "List the folders of runs, and clear old ones."),
-    "site": Lazy("vistel_cli.run.site:app", HOSTS, "Take part in a conference across machines."),
+    "site": Lazy("vistel_cli.site.site:app", HOSTS, "Take part in a conference across machines."),
     "world": Lazy("vistel_cli.world.world:app", HOSTS, "Rooms and things on file: show, edit, export."),
     "doctor": Lazy("vistel_cli.devices.doctor:doctor", HOSTS),
     "wall": Lazy("vistel_cli.wall:wall", HOSTS),

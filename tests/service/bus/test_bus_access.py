@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import asyncio
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
-from certificates import Authority
 from secured_bus import Secured, secured
 from waiting import until
 
@@ -15,6 +15,7 @@ from vistel.v1.command_pb2 import Command, CommandResult
 from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.v1.service_pb2 import ClockReply
 from vistel.v1.world_pb2 import WorldSnapshot, WorldState
+from vistel.wire.certificates.authority import Authority
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery, Publisher
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import BusError
@@ -118,7 +119,7 @@ def test_an_observer_hears_and_cannot_speak(tmp_path: Path) -> None:
 
 def test_a_certificate_of_another_authority_is_refused_with_one_clear_line(tmp_path: Path) -> None:
     async def body(s: Secured) -> None:
-        foreign = Authority(tmp_path, "foreign").issue("paris")
+        foreign = Authority.create(tmp_path / "foreign", datetime.now(UTC)).issue("paris", datetime.now(UTC))
         mixed = TlsFiles(s.authority.file, foreign.certificate, foreign.key)
         with pytest.raises(BusError, match="certificates do not match"):
             await s.door("paris", mixed, connect_s=1.0)

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import asyncio
-import shutil
 import socket
-import subprocess
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 import zenoh
 
 from vistel.v1.motion_pb2 import Participant
+from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import ZenohBus
@@ -32,9 +32,11 @@ def test_the_committed_configurations_are_what_the_code_gives_and_zenoh_takes_th
     zenoh.Config.from_json5(text)
 
 
-@pytest.mark.skipif(shutil.which("openssl") is None, reason="openssl is not on this machine")
-def test_the_script_makes_certificates_with_which_a_site_joins_the_hub(tmp_path: Path) -> None:
-    subprocess.run([FOLDER / "certificates.sh", tmp_path / "c", "hub.example.org", "tokyo", "columbus"], check=True, timeout=60)
+def test_certificates_of_the_authority_are_those_with_which_a_site_joins_a_hub_without_python(tmp_path: Path) -> None:
+    authority = Authority.create(tmp_path / "c", datetime.now(UTC))
+    authority.issue("hub", datetime.now(UTC), hosts=["localhost"])
+    for site in ("tokyo", "columbus"):
+        authority.issue(site, datetime.now(UTC))
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         port = s.getsockname()[1]

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import asyncio
 import socket
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
-from certificates import Authority
 from pydantic import ValidationError
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.v1.world_pb2 import WorldState
+from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.access import access_rules
@@ -60,12 +61,12 @@ def test_a_place_that_is_none_or_stands_twice_is_refused(placed: dict[str, Any],
 
 
 def test_a_site_whose_machine_runs_a_world_may_publish_what_worlds_publish_and_no_other_site_may(tmp_path: Path) -> None:
-    authority = Authority(tmp_path)
+    authority, now = Authority.create(tmp_path, datetime.now(UTC)), datetime.now(UTC)
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         port = s.getsockname()[1]
     rules = access_rules("demo", ["osaka", "paris"], worlds=["hub", "osaka"])
-    router = Router.open(f"tls/127.0.0.1:{port}", tls=authority.issue("hub"), access=rules)
+    router = Router.open(f"tls/127.0.0.1:{port}", tls=authority.issue("hub", now, hosts=["localhost"]), access=rules)
 
     async def play() -> None:
         async def door(certificate: str, site: str) -> ZenohBus:
@@ -74,7 +75,7 @@ def test_a_site_whose_machine_runs_a_world_may_publish_what_worlds_publish_and_n
                 site=site,
                 clock=SystemClock(),
                 endpoints=[f"tls/localhost:{port}"],
-                tls=authority.issue(certificate),
+                tls=authority.issue(certificate, now),
             )
 
         osaka, paris, reader = await door("osaka", "hub"), await door("paris", "hub"), await door("paris", "paris")

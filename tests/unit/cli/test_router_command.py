@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from vistel.conference.model import Conference
-from vistel_cli.run.router import how_to_join
+from vistel_cli.site.router import how_to_join
 
 FILE = Path("office.toml")
 SITES = [{"name": name, "participants": [{"name": f"p-{name}"}]} for name in ("tokyo", "columbus")]
@@ -33,4 +33,4 @@ def test_the_commands_for_world_and_sites_are_printed_with_an_address_that_reach
 
 def test_a_router_that_listens_to_its_own_machine_only_says_so() -> None:
     conference = Conference.model_validate({"name": "office", "sites": SITES})
-    assert "--listen tcp/0.0.0.0:7447" in how_to_join(conference, FILE, "tcp/127.0.0.1:7447", "192.168.1.7")[0]
+    assert "certificates" in how_to_join(conference, FILE, "tcp/127.0.0.1:7447", "192.168.1.7")[0]

@@ -5,10 +5,11 @@ any name that is listed as such. A router sees only the certificate of its direc
 the hub's router is the one that decides, and their routers show their site's certificate.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 from vistel.wire.topics import TOPICS, Audience, Publisher
+from vistel.wire.zenoh.common_names import common_name
 
 WORLD_NAME = "world"
 HUB_NAME = "hub"
@@ -27,13 +28,15 @@ def access_rules(
     hosts: Sequence[str] = (),
     world: str = WORLD_NAME,
     hub: str = HUB_NAME,
+    revoked: Collection[str] = (),
 ) -> dict[str, Any]:
     """The `access_control` section of a Zenoh router's configuration.
 
     sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the
     console of a conference, so it may say what the world says; a `world` of its own may say only that. worlds: those of
-    the sites on whose machines a world runs; hosts: those of hosts. Everybody listed may subscribe to and ask for what the table of
-    topics lets them hear, topic by topic; everything else is denied, silently as far as the one denied can see.
+    the sites on whose machines a world runs; hosts: those of hosts; revoked: common names that count no more
+    (`vistel.wire.zenoh.common_names`). Everybody listed may subscribe to and ask for what the table of topics lets
+    them hear, topic by topic; everything else is denied, silently as far as the one denied can see.
     """
     rules: list[dict[str, Any]] = [
         _rule("presence", "ingress", _ASK, [f"vistel/{conference}/alive/**"]),
@@ -52,7 +55,7 @@ def access_rules(
             present = [f"vistel/{conference}/alive/{n}/**" for n in (name, *present_as)]
             rules.append(_rule(f"{name}-alive", "ingress", _PRESENCE, present))
             mine = [f"{name}-say", f"{name}-alive"]
-        subjects.append({"id": name, "cert_common_names": [name]})
+        subjects.append({"id": name, "cert_common_names": [common_name(name, revoked)]})
         policies.append({"rules": [*mine, *(f"listen-{a.value}" for a in hears), "presence", "hear"], "subjects": [name]})
 
     world_keys = _keys(Publisher.WORLD, conference, world)

@@ -10,6 +10,7 @@ import sys
 from pathlib import Path
 
 from vistel.wire.zenoh.access import access_rules
+from vistel.wire.zenoh.common_names import revoked_names
 from vistel.wire.zenoh.config import Json, TlsFiles, as_text, router_config
 
 CERTIFICATES = Path("/etc/vistel/certificates")
@@ -17,7 +18,8 @@ CERTIFICATES = Path("/etc/vistel/certificates")
 
 def hub_config(conference: str, sites: list[str], folder: Path = CERTIFICATES) -> Json:
     """The hub: QUIC and TLS on port 7447 for the sites, by their certificates."""
-    return router_config(["quic/0.0.0.0:7447", "tls/0.0.0.0:7447"], _files(folder, "hub"), access_rules(conference, sites))
+    rules = access_rules(conference, sites, revoked=revoked_names(folder))
+    return router_config(["quic/0.0.0.0:7447", "tls/0.0.0.0:7447"], _files(folder, "hub"), rules)
 
 
 def site_config(hub: str, site: str, folder: Path = CERTIFICATES) -> Json:

@@ -27,7 +27,7 @@ def record(
 
       vistel record --seconds 60                                       the conference that runs on this machine
 
-      vistel record conference.toml --raw --hub tcp/192.0.2.7:7447     one that runs elsewhere
+      vistel record conference.toml --raw --hub tls/192.0.2.7:7447     one that runs elsewhere
     """
     conference, endpoint = chosen(file, hub)
     if raw is not None:

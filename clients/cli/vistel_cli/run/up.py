@@ -25,6 +25,7 @@ from vistel.wire.background import as_service
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh.bus import BusError, Router
+from vistel.wire.zenoh.endpoints import objection
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
 from vistel_cli.overwriting import Force, keep_existing
@@ -284,6 +285,8 @@ def ended(name: str, code: int, log: Path) -> str:
 def _opened_router(conference: Conference) -> Router:
     """The router of the run: where the file says, else at the port that everybody tries first, else at a free one."""
     if conference.bus.endpoints:
+        if fault := objection(conference.bus.endpoints[0], tls=False, insecure=conference.bus.insecure):
+            fail(fault, USAGE)
         try:
             return Router.open(conference.bus.endpoints[0])
         except BusError as e:

@@ -8,35 +8,58 @@ from typing import Annotated
 import typer
 
 from vistel.conference.device_list import simulated_names
+from vistel.conference.model import Conference
 from vistel_cli.conference_choice import Hub, endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
+from vistel_cli.lazy import Lazy, lazy_group
+from vistel_cli.overwriting import Force
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.hub import run_processes
-from vistel_cli.run.router import run_router
+from vistel_cli.site.router import run_router
 from vistel_cli.terminal import USAGE, fail, load_conference
 from vistel_services.process.plan import hub_processes, site_processes
 
-app = typer.Typer(no_args_is_help=True)
+LATER = {
+    "invite": Lazy("vistel_cli.site.invite:invite"),
+    "certs": Lazy("vistel_cli.site.certs:app", line="Make, renew, revoke and list certificates."),
+}
+app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
+Insecure = Annotated[
+    bool, typer.Option(help="Plain TCP beyond this machine is meant: whoever reaches the port may speak as anybody.")
+]
 
 
 @app.command()
 def join(
-    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file, the same at every site.")],
-    site: Annotated[str, typer.Argument(help="Name of this machine's site.")],
+    file: Annotated[Path | None, Takes(CONFERENCE), typer.Argument(help="Conference file, the same at every site.")] = None,
+    site: Annotated[str | None, typer.Argument(help="Name of this machine's site.")] = None,
     hub: Hub = None,
+    invite: Annotated[
+        str | None, typer.Option(help="The host's line, in place of file and site: it brings the file and a certificate.")
+    ] = None,
+    force: Force = False,
     output: OutFolder = None,
+    insecure: Insecure = False,
     seconds: Annotated[float, typer.Option(help="Leave after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
     """Run one site's services and join the conference at a router.
 
     [bold]Example[/bold]
 
-      vistel site join conference.toml tokyo --hub tcp/192.0.2.7:7447
+      vistel site join conference.toml tokyo --hub tls/192.0.2.7:7447
     """
     from vistel_cli.run.room_elsewhere import with_room
 
-    conference = load_conference(file, room_elsewhere=True)
+    if invite is not None:
+        from vistel_cli.site.invite import accept
+
+        if file is not None:
+            fail("--invite brings file and site: name neither", USAGE)
+        file, site = accept(invite, force=force)
+    if file is None or site is None:
+        fail("expected a conference file and the name of this site, or --invite and the line of an invitation", USAGE)
+    conference = _meant(load_conference(file, room_elsewhere=True), insecure)
     try:
         plans = site_processes(conference, site)
     except ValueError as e:
@@ -54,6 +77,7 @@ def world(
     hub: Hub = None,
     output: OutFolder = None,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
+    insecure: Insecure = False,
     recorder: Annotated[bool, typer.Option(help="Run the recorder too, if the conference is recorded.")] = True,
 ) -> None:
     """Run the world (and the recorder) of a conference whose sites join from elsewhere.
@@ -64,7 +88,7 @@ def world(
 
       vistel site world conference.toml --hub tcp/127.0.0.1:7447
     """
-    conference = load_conference(file)
+    conference = _meant(load_conference(file), insecure)
     plans = [p for p in hub_processes(conference) if recorder or "recorder" not in p.services]
     endpoint = endpoint_of(conference, hub)
     folder = run_folder(output, f"{conference.name}-world")
@@ -75,16 +99,24 @@ def world(
 @app.command()
 def router(
     file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file.")],
-    listen: Annotated[str, typer.Option(help="Where to listen; tls/ needs \\[bus.tls] in the file.")] = "tcp/127.0.0.1:7447",
+    listen: Annotated[
+        str | None, typer.Option(help="Where to listen; default: where the file says that the router is, else tcp/127.0.0.1:7447.")
+    ] = None,
+    insecure: Insecure = False,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
     """Run the router of a conference, which also keeps its time. No other router is needed.
 
-    With tls/ the router admits only members with a certificate of the conference's authority. Each may publish only
-    on the topics that the topics table allows.
+    It admits only members with a certificate of the conference's authority (`vistel site certs`). Each may publish only on the
+    topics that the topics table allows. Certificates that are renewed or revoked meanwhile it takes up within a second or two.
 
     [bold]Example[/bold]
 
-      vistel site router conference.toml --listen tls/0.0.0.0:7447
+      vistel site router conference.toml
     """
-    raise typer.Exit(run_router(load_conference(file), file, listen, seconds))
+    raise typer.Exit(run_router(_meant(load_conference(file), insecure), file, listen, seconds))
+
+
+def _meant(conference: Conference, insecure: bool) -> Conference:
+    """The conference, in which plain TCP beyond this machine is meant if --insecure says so."""
+    return conference.model_copy(update={"bus": conference.bus.model_copy(update={"insecure": True})}) if insecure else conference

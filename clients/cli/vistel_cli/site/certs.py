@@ -1,0 +1,206 @@
+"""`vistel site certs`: the certificates of a conference across machines."""
+
+from __future__ import annotations
+
+import json
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.table import Table
+
+from vistel.conference.model import HUB_PLACE, RESERVED, Conference
+from vistel.wire.zenoh.endpoints import host_and_port
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
+from vistel_cli.overwriting import Force, keep_existing
+from vistel_cli.terminal import USAGE, fail, load_conference, out
+
+if TYPE_CHECKING:
+    from vistel.wire.certificates.authority import Authority, Issued
+    from vistel.wire.zenoh.config import TlsFiles
+
+app = typer.Typer(no_args_is_help=True)
+File = Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file with a folder of certificates under \\[bus.tls].")]
+Days = Annotated[int, typer.Option(min=1, max=825, help="How many days certificates are good.")]
+DAYS = 90
+STANDARD_HOSTS = ("localhost", "127.0.0.1", "::1")
+"""Addresses of the hub on its own machine."""
+
+
+@app.command()
+def init(file: File, days: Days = DAYS, force: Force = False) -> None:
+    """Make the authority that signs a conference's certificates, and the certificate of the hub.
+
+    The hub's is good for the addresses that the file names under \\[bus]. Keep the folder on the hub's machine.
+
+    [bold]Example[/bold]
+
+      vistel site certs init conference.toml
+    """
+    from vistel.wire.certificates.authority import Authority
+
+    conference = load_conference(file)
+    folder = folder_of(conference)
+    keep_existing(*(folder / f for f in ("ca.pem", "ca.key", "hub.pem", "hub.key")), force=force)
+    try:
+        authority = Authority.create(folder, datetime.now(UTC))
+        authority.issue(HUB_PLACE, datetime.now(UTC), hosts=hosts_of(conference), valid=timedelta(days=days))
+    except OSError as e:
+        fail(f"{folder}: cannot be written: {e.strerror or e}")
+    out.print(f"{folder}: authority, and certificate of the hub at {', '.join(hosts_of(conference))}", soft_wrap=True)
+
+
+@app.command()
+def add(
+    file: File,
+    names: Annotated[list[str], typer.Argument(help="Sites or observers of the file, or world.")],
+    days: Days = DAYS,
+    force: Force = False,
+) -> None:
+    """Make keys and certificates here, for machines to which you then carry the files.
+
+    Where the other machine can reach this one, `vistel site invite` does without carrying: there the key never leaves its machine.
+
+    [bold]Example[/bold]
+
+      vistel site certs add conference.toml tokyo columbus
+    """
+    conference = load_conference(file)
+    authority = authority_of(conference)
+    for name in names:
+        check_name(conference, name)
+    keep_existing(*(authority.folder / f"{n}.key" for n in names), force=force)
+    for name in names:
+        files = _issued(conference, authority, name, days)
+        out.print(
+            f"{name}: give it {files.ca.name}, {files.certificate.name} and {files.key.name} of {authority.folder}", soft_wrap=True
+        )
+
+
+@app.command()
+def renew(
+    file: File,
+    names: Annotated[list[str] | None, typer.Argument(help="Whose; default: all whose keys are here.")] = None,
+    days: Days = DAYS,
+) -> None:
+    """Make new keys and certificates in place of those that end soon. A router that runs takes up its own at once.
+
+    [bold]Example[/bold]
+
+      vistel site certs renew conference.toml
+    """
+    conference = load_conference(file)
+    authority = authority_of(conference)
+    here = {i.name: i for i in authority.issued() if i.key_here and i.name != "ca"}
+    for name in names or here:
+        check_name(conference, name)
+        if name not in here:
+            fail(f"{name}: its key is not in {authority.folder}; a new invitation renews it: vistel site invite {file} {name}")
+        if here[name].revoked:
+            fail(f"{name}: is revoked; let it in again with vistel site certs add --force, or with an invitation")
+        _issued(conference, authority, name, days)
+        out.print(f"{name}: good for {days} days")
+
+
+@app.command()
+def revoke(file: File, name: Annotated[str, typer.Argument(help="Whose certificates count no more.")]) -> None:
+    """Let nobody in with the certificates that a site has now. The router of the conference applies it within a second or two.
+
+    A new certificate, from `add` or an invitation, lets the site in again.
+
+    [bold]Example[/bold]
+
+      vistel site certs revoke conference.toml tokyo
+    """
+    conference = load_conference(file)
+    authority = authority_of(conference)
+    issued = _issued_to(authority, name)
+    if issued is None or name == "ca":
+        fail(f"{name}: has no certificate in {authority.folder}", USAGE)
+    if issued.revoked:
+        fail(f"{name}: its certificate is revoked already")
+    try:
+        gone = authority.revoke(name)
+    except OSError as e:
+        fail(f"{authority.folder}: cannot be written: {e.strerror or e}")
+    out.print(f"{name}: certificates with the common name {gone} count no more")
+    if name == HUB_PLACE:
+        _issued(conference, authority, name, DAYS)
+        out.print(f"{name}: has a new certificate; give it to every machine on which something of the hub runs")
+
+
+@app.command()
+def show(file: File, as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False) -> None:
+    """List the certificates that were signed: whose, until when, where the key is.
+
+    [bold]Example[/bold]
+
+      vistel site certs show conference.toml
+    """
+    now = datetime.now(UTC)
+    rows = [
+        {
+            "name": "authority" if i.name == "ca" else i.name,
+            "state": i.state(now),
+            "until": f"{i.until:%Y-%m-%d}",
+            "days": (i.until - now).days,
+            "key_here": i.key_here,
+            "common_name": i.common_name,
+            "serial": f"{i.serial:x}",
+        }
+        for i in authority_of(load_conference(file)).issued()
+    ]
+    if as_json:
+        print(json.dumps({"certificates": rows}))
+        return
+    table = Table("of", "", "until", "key", "common name", box=None)
+    for r in rows:
+        key = "here" if r["key_here"] else "there"
+        table.add_row(r["name"], r["state"], f"{r['until']} ({r['days']} days)", key, r["common_name"])
+    out.print(table)
+
+
+def folder_of(conference: Conference) -> Path:
+    """The folder of certificates that the file names. Ends the command where it names none."""
+    tls = conference.bus.tls
+    if tls is None or tls.folder is None:
+        fail(
+            'certificates: put these lines under [bus]: endpoints = ["tls/HOST:7447"] and tls = { folder = "certificates" }', USAGE
+        )
+    return tls.folder
+
+
+def authority_of(conference: Conference) -> Authority:
+    """Ends the command where there is none."""
+    from vistel.wire.certificates.authority import Authority, CertificateError
+
+    try:
+        return Authority(folder_of(conference))
+    except CertificateError as e:
+        fail(f"{e}; vistel site certs init makes the authority, on the hub's machine")
+
+
+def hosts_of(conference: Conference) -> list[str]:
+    """Addresses at which the hub's router is found."""
+    return list(dict.fromkeys([*(host_and_port(e)[0] for e in conference.bus.endpoints), *STANDARD_HOSTS]))
+
+
+def check_name(conference: Conference, name: str) -> None:
+    """Ends the command where the file gives nobody this name."""
+    known = [*(s.name for s in conference.sites), *conference.observers, *RESERVED]
+    if name not in known:
+        fail(f"{name}: no site or observer of the conference; expected one of {', '.join(known)}", USAGE)
+
+
+def _issued(conference: Conference, authority: Authority, name: str, days: int) -> TlsFiles:
+    hosts = hosts_of(conference) if name == HUB_PLACE else ()
+    try:
+        return authority.issue(name, datetime.now(UTC), hosts=hosts, valid=timedelta(days=days))
+    except OSError as e:
+        fail(f"{authority.folder}: cannot be written: {e.strerror or e}")
+
+
+def _issued_to(authority: Authority, name: str) -> Issued | None:
+    return next((i for i in authority.issued() if i.name == name), None)

@@ -1,0 +1,135 @@
+"""The router of a conference, and its clock."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import signal
+import socket
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from vistel.conference.connect import tls_files
+from vistel.conference.model import Conference
+from vistel.wire.clock import SystemClock
+from vistel.wire.clock_sync import serve_clock
+from vistel.wire.zenoh.access import access_rules
+from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
+from vistel.wire.zenoh.common_names import REVOKED, revoked_names
+from vistel.wire.zenoh.endpoints import host_and_port, is_encrypted, objection
+from vistel_cli.terminal import fail, out, print_warning
+from vistel_services.process.plan import HUB
+
+if TYPE_CHECKING:
+    from vistel.wire.zenoh.config import TlsFiles
+
+LOOK_EVERY_S = 1.0
+"""How often a router looks whether certificates were renewed or revoked."""
+EVERYWHERE = ("0.0.0.0", "::")
+
+
+def run_router(conference: Conference, file: Path, listen: str | None, seconds: float) -> int:
+    """Route until Ctrl-C, SIGTERM or `seconds` have passed. Returns the exit code."""
+    listen = listen or _from_file(conference)
+    if fault := objection(listen, tls=conference.bus.tls is not None, insecure=conference.bus.insecure):
+        fail(fault)
+    try:
+        files = tls_files(conference, HUB) if is_encrypted(listen) else None
+        if files and (fault := fault_now(files)):
+            fail(fault)
+        return asyncio.run(_run(conference, file, listen, files, seconds))
+    except BusError as e:
+        fail(str(e))
+
+
+def fault_now(files: TlsFiles) -> str:
+    """Why these certificates are not good now; empty where they are."""
+    from vistel.wire.certificates.authority import fault
+
+    return fault(files, datetime.now(UTC))
+
+
+def _from_file(conference: Conference) -> str:
+    """Where the file says that the router is, on all addresses of this machine."""
+    endpoint = next(iter(conference.bus.endpoints), "tcp/127.0.0.1:7447")
+    host, port = host_and_port(endpoint)
+    protocol = endpoint.partition("/")[0]
+    return f"{protocol}/0.0.0.0:{port}" if is_encrypted(endpoint) and host not in EVERYWHERE else endpoint
+
+
+async def _run(conference: Conference, file: Path, listen: str, files: TlsFiles | None, seconds: float) -> int:
+    stop = asyncio.Event()
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+    both = [listen, listen.replace("tls/", "quic/", 1)] if files and listen.startswith("tls/") else [listen]
+    router = _opened(conference, both, files)
+    clock = SystemClock()
+    reach = listen.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
+    bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[reach], tls=files)
+    serve_clock(bus, clock)
+    out.print(f"router of {conference.name} on {' and '.join(both)}; Ctrl-C stops")
+    for line in how_to_join(conference, file, listen, _own_address()):
+        out.print(f"  {line}", markup=False, soft_wrap=True)
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(seconds or None):
+            seen = _stamps(files)
+            while not stop.is_set():
+                with contextlib.suppress(TimeoutError):
+                    await asyncio.wait_for(stop.wait(), LOOK_EVERY_S)
+                if files and not stop.is_set() and (now := _stamps(files)) != seen:
+                    seen = now
+                    if fault := fault_now(files):
+                        print_warning(f"{fault}; the router goes on with what it had")
+                        continue
+                    router.close()
+                    router = _opened(conference, both, files)
+                    gone = ", ".join(revoked_names(files.ca.parent))
+                    out.print(f"certificates read again{f'; revoked: {gone}' if gone else ''}", soft_wrap=True)
+    await bus.close()
+    router.close()
+    return 0
+
+
+def _opened(conference: Conference, listen: list[str], files: TlsFiles | None) -> Router:
+    """Zenoh reads certificates and rules when a router opens, and then no more."""
+    access = None
+    if files:
+        revoked = revoked_names(files.ca.parent)
+        hosts = list(conference.hosts.values())
+        sites = [s.name for s in conference.sites]
+        places = conference.world.all
+        observers = conference.observers
+        access = access_rules(conference.name, sites, observers=observers, worlds=places, hosts=hosts, hub=HUB, revoked=revoked)
+    return Router.open(listen, tls=files, access=access)
+
+
+def _stamps(files: TlsFiles | None) -> list[tuple[int, int]]:
+    """What shows that a file was written again."""
+    paths = [files.ca, files.certificate, files.key, files.ca.parent / REVOKED] if files else list[Path]()
+    found = [p.stat() if p.exists() else None for p in paths]
+    return [(s.st_mtime_ns, s.st_ino) if s else (0, 0) for s in found]
+
+
+def how_to_join(conference: Conference, file: Path, listen: str, address: str) -> list[str]:
+    """What to type elsewhere, a line each. listen: the router's endpoint; address: of this machine in its network, "" for none."""
+    protocol, _, place = listen.partition("/")
+    host, _, port = place.rpartition(":")
+    if host in ("127.0.0.1", "[::1]", "localhost"):
+        lines = ["only this machine reaches it; for other machines, name its address under [bus], and make certificates"]
+    else:
+        lines = ["in other terminals, here or at other machines:"]
+    if conference.bus.tls and conference.bus.tls.folder:
+        return [*lines, f"vistel site world {file}", f"vistel site invite {file} {' '.join(s.name for s in conference.sites)}"]
+    reach = f"{protocol}/{address}:{port}" if host in ("0.0.0.0", "[::]") and address else listen
+    hub = ("" if conference.bus.endpoints else f" --hub {reach}") + (" --insecure" if conference.bus.insecure else "")
+    sites = (f"vistel site join {file} {s.name}{hub}" for s in conference.sites)
+    return [*lines, f"vistel site world {file}{hub}", *sites]
+
+
+def _own_address() -> str:
+    """This machine's address in its network; empty without a network. Nothing is sent."""
+    with contextlib.suppress(OSError), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.connect(("192.0.2.1", 9))
+        return probe.getsockname()[0]
+    return ""

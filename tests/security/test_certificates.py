@@ -1,0 +1,115 @@
+"""Somebody connects with a certificate that counts no more, or not for that. What it needs: to have had one."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+import subprocess
+import sys
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from secured_bus import Secured, free_port, secured
+from typer.testing import CliRunner
+from waiting import until
+
+from vistel.conference.connect import connect
+from vistel.conference.files import load
+from vistel.wire.certificates.authority import Authority
+from vistel.wire.clock import SystemClock
+from vistel.wire.topics import BY_NAME
+from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
+from vistel_cli.main import app
+
+FILE = """
+name = "demo"
+[bus]
+mode = "routed"
+endpoints = ["tls/localhost:{port}"]
+tls = {{ folder = "certificates" }}
+[[sites]]
+name = "tokyo"
+participants = [{{ name = "ann" }}]
+[[sites]]
+name = "paris"
+participants = [{{ name = "bob" }}]
+"""
+
+
+@pytest.mark.parametrize("days", [-1, 10], ids=["expired", "not good yet"])
+def test_certificates_that_are_not_good_now_do_not_connect(tmp_path: Path, days: int) -> None:
+    async def body(s: Secured) -> None:
+        start = datetime.now(UTC) + timedelta(days=days)
+        files = s.authority.issue("paris", start, valid=timedelta(hours=1))
+        with pytest.raises(BusError, match="certificates do not match"):
+            await s.door("paris", files, connect_s=0.5)
+        assert await (await s.door("tokyo")).query(BY_NAME["clock"], timeout_s=0.1) is None
+
+    secured(tmp_path, body)
+
+
+def test_the_certificate_of_a_site_is_no_router(tmp_path: Path) -> None:
+    async def body(s: Secured) -> None:
+        paris = s.issue("paris")
+        router = Router.open(f"tls/127.0.0.1:{s.port + 1}", tls=paris)
+        try:
+            with pytest.raises(BusError, match="certificates do not match"):
+                await ZenohBus.open(
+                    conference="demo",
+                    site="tokyo",
+                    clock=SystemClock(),
+                    endpoints=[f"tls/localhost:{s.port + 1}"],
+                    tls=s.issue("tokyo"),
+                    connect_s=0.5,
+                )
+        finally:
+            router.close()
+
+    secured(tmp_path, body)
+
+
+def test_a_revoked_certificate_is_cut_off_while_the_router_runs_and_a_new_one_is_let_in(tmp_path: Path) -> None:
+    file = tmp_path / "conference.toml"
+    file.write_text(FILE.format(port=free_port()))
+    vistel("init", file)
+    vistel("add", file, "tokyo", "paris")
+    words = [sys.executable, "-m", "vistel_cli.main", "site", "router", str(file)]
+    router = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    assert router.stdout is not None and router.stdout.readline().startswith("router of demo")
+    conference = load(file)
+
+    async def answered(bus: ZenohBus) -> bool:
+        return await bus.query(BY_NAME["clock"], timeout_s=0.3) is not None
+
+    async def play() -> None:
+        tokyo, paris = [await connect(conference, s, SystemClock(), *conference.bus.endpoints) for s in ("tokyo", "paris")]
+        while not (await answered(tokyo) and await answered(paris)):
+            pass
+        vistel("revoke", file, "tokyo")
+        while await answered(tokyo):
+            pass
+        await until(lambda: paris.connected)
+        while not await answered(paris):
+            pass
+        assert not await answered(tokyo)
+        vistel("add", file, "tokyo", "--force")
+        again = await connect(conference, "tokyo", SystemClock(), *conference.bus.endpoints)
+        while not await answered(again):
+            pass
+        assert not await answered(tokyo), "whoever has the old files stays out"
+        for bus in (tokyo, paris, again):
+            await bus.close()
+
+    try:
+        asyncio.run(play())
+    finally:
+        router.send_signal(signal.SIGINT)
+        assert router.wait() == 0
+    assert [i.state(datetime.now(UTC)) for i in Authority(tmp_path / "certificates").issued()] == ["valid"] * 4
+
+
+def vistel(command: str, *words: str | Path) -> None:
+    """`vistel site certs`, which must end well."""
+    done = CliRunner().invoke(app, ["site", "certs", command, *map(str, words)])
+    assert done.exit_code == 0, done.output

@@ -1,0 +1,174 @@
+"""Somebody wants a certificate that was meant for somebody else. What it needs: to reach the host's port."""
+
+from __future__ import annotations
+
+import asyncio
+import dataclasses
+import json
+import socket
+import ssl
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from cryptography import x509
+from cryptography.hazmat.primitives import hashes, serialization
+from cryptography.hazmat.primitives.asymmetric import ec, rsa
+from cryptography.x509.oid import NameOID
+from hypothesis import given
+from hypothesis import strategies as st
+
+from vistel.wire.certificates.authority import Authority
+from vistel.wire.certificates.enrolment import MOST_REQUEST_BYTES, MOST_WRONG, Enrolment, enrol
+from vistel.wire.certificates.invitation import Invitation, InvitationError
+
+START = datetime(2026, 5, 1, tzinfo=UTC)
+FILE = 'name = "demo"\n'
+
+
+class Host:
+    """An open invitation of tokyo, and a clock."""
+
+    def __init__(self, folder: Path) -> None:
+        self.now = START
+        self.authority = Authority.create(folder, START)
+        self.enrolment = Enrolment(self.authority, "demo", FILE, lambda: self.now)
+        self.invitation = self.enrolment.invite("tokyo", "127.0.0.1", 7448)
+
+    def asked(self, site: str = "tokyo", *, secret: bytes | None = None, request: str | None = None, address: str = "a") -> str:
+        """The error, or "" where a certificate came."""
+        secret = self.invitation.secret if secret is None else secret
+        said = {"site": site, "secret": secret.hex(), "request": request_of("tokyo") if request is None else request}
+        return str(json.loads(self.enrolment.answer(json.dumps(said).encode(), address)).get("error", ""))
+
+
+def request_of(name: str, key: ec.EllipticCurvePrivateKey | rsa.RSAPrivateKey | None = None) -> str:
+    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
+    made = x509.CertificateSigningRequestBuilder().subject_name(subject)
+    signed = made.sign(key or ec.generate_private_key(ec.SECP256R1()), hashes.SHA256())
+    return signed.public_bytes(serialization.Encoding.PEM).decode()
+
+
+@pytest.fixture
+def host(tmp_path: Path) -> Host:
+    return Host(tmp_path / "certificates")
+
+
+def test_a_wrong_secret_gets_no_certificate_and_few_attempts_of_an_address_are_looked_at(host: Host) -> None:
+    for _ in range(MOST_WRONG):
+        assert "not known" in host.asked(secret=bytes(16))
+    assert "too many" in host.asked(), "nor with the right one, for a while"
+    assert host.asked(address="b") == "", "others are not kept out"
+    host.now += timedelta(minutes=2)
+    assert "used already" in host.asked()
+
+
+def test_an_invitation_is_good_once(host: Host) -> None:
+    assert host.asked() == ""
+    assert "used already" in host.asked()
+    assert host.enrolment.waiting == []
+
+
+def test_an_invitation_expires(host: Host) -> None:
+    host.now += timedelta(hours=24, seconds=1)
+    assert "has expired" in host.asked()
+
+
+def test_an_earlier_invitation_of_a_site_ends_with_the_next(host: Host) -> None:
+    host.enrolment.invite("tokyo", "127.0.0.1", 7448)
+    assert "not known" in host.asked()
+
+
+def test_an_invitation_is_good_for_its_site_only(host: Host) -> None:
+    assert "not known" in host.asked(site="paris")
+    host.enrolment.invite("paris", "127.0.0.1", 7448)
+    assert "not known" in host.asked(site="paris"), "nor for another that is invited too"
+    assert "not of tokyo" in host.asked(request=request_of("hub"))
+    assert host.asked(address="b") == "", "a request that was refused uses nothing up"
+
+
+def test_only_a_signed_request_of_an_elliptic_key_is_taken_and_only_its_key(host: Host) -> None:
+    assert "EC P-256" in host.asked(request=request_of("tokyo", rsa.generate_private_key(65537, 2048)))
+    assert "EC P-256" in host.asked(request=request_of("tokyo", ec.generate_private_key(ec.SECP384R1())))
+    assert "cannot be read" in host.asked(request="-----BEGIN CERTIFICATE REQUEST-----\nAAAA\n-----END CERTIFICATE REQUEST-----\n")
+
+
+@given(st.binary(max_size=200) | st.recursive(st.text() | st.integers(), lambda j: st.dictionaries(st.text(), j)).map(json.dumps))
+def test_no_bytes_at_all_are_more_than_refused(tmp_path_factory: pytest.TempPathFactory, line: bytes | str) -> None:
+    host = Host(tmp_path_factory.mktemp("fuzz"))
+    said = host.enrolment.answer(line.encode() if isinstance(line, str) else line, "a")
+    assert json.loads(said).keys() == {"error"}
+
+
+def live(host: Host, attack: object) -> None:
+    """Run `attack`, a function of an invitation with the true port, while the host answers."""
+
+    async def run() -> None:
+        server = await host.enrolment.listen("127.0.0.1", 0)
+        invitation = dataclasses.replace(host.invitation, port=server.sockets[0].getsockname()[1])
+        try:
+            await asyncio.to_thread(attack, invitation)  # type: ignore[arg-type]
+        finally:
+            server.close()
+
+    asyncio.run(run())
+
+
+def test_a_site_is_enrolled_over_a_link_and_its_key_stays_with_it(host: Host) -> None:
+    def play(invitation: Invitation) -> None:
+        got = enrol(Invitation.read(invitation.code))
+        certificate = x509.load_pem_x509_certificate(got.certificate)
+        certificate.verify_directly_issued_by(host.authority.certificate)
+        assert certificate.public_key() == got.key.public_key()
+        assert got.conference == FILE and got.authority == host.authority.file.read_bytes()
+        assert (host.authority.folder / "tokyo.pem").read_bytes() == got.certificate
+        assert not (host.authority.folder / "tokyo.key").exists()
+        with pytest.raises(InvitationError, match="used already"):
+            enrol(invitation)
+
+    live(host, play)
+
+
+def test_a_machine_in_between_is_known_by_its_fingerprint_and_learns_no_secret(host: Host) -> None:
+    other = Enrolment(host.authority, "demo", FILE, lambda: START)
+    heard: list[bytes] = []
+    other.answer = lambda line, address: heard.append(line) or b"{}\n"  # type: ignore[method-assign]
+
+    async def run() -> None:
+        server = await other.listen("127.0.0.1", 0)
+        invitation = dataclasses.replace(host.invitation, port=server.sockets[0].getsockname()[1])
+        with pytest.raises(InvitationError, match="somebody is in between"):
+            await asyncio.to_thread(enrol, invitation)
+        server.close()
+
+    asyncio.run(run())
+    assert b"".join(heard) == b""
+    assert host.enrolment.waiting == ["tokyo"]
+
+
+def test_more_than_a_request_has_is_not_read(host: Host) -> None:
+    def play(invitation: Invitation) -> None:
+        tls = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+        tls.check_hostname, tls.verify_mode = False, ssl.CERT_NONE
+        with socket.create_connection(("127.0.0.1", invitation.port), 10) as plain, tls.wrap_socket(plain) as link:
+            try:
+                for _ in range(100):
+                    link.sendall(b"x" * MOST_REQUEST_BYTES)
+                assert link.recv(100) == b""
+            except OSError:
+                pass  # the link was closed while it was written to
+        assert enrol(invitation).conference == FILE, "and others are answered"
+
+    live(host, play)
+
+
+def test_a_code_that_is_not_whole_is_told(host: Host) -> None:
+    code = host.invitation.code
+    for broken in ("", code[:-1], code + "A", code.replace(":", ":9", 1), code.replace("/", " ", 1)):
+        with pytest.raises(InvitationError, match="not whole"):
+            Invitation.read(broken)
+
+
+def test_an_invitation_of_nobody_is_told(host: Host) -> None:
+    with pytest.raises(InvitationError, match="nobody answers"):
+        enrol(dataclasses.replace(host.invitation, port=9))

@@ -1,0 +1,46 @@
+"""Addresses of routers, such as "tls/hub.example.org:7447"."""
+
+import ipaddress
+
+ENCRYPTED = ("tls", "quic")
+"""Protocols of endpoints whose links are encrypted, with certificates of both ends."""
+DEFAULT_PORT = 7447
+"""Of a router whose address names none."""
+
+
+def is_encrypted(endpoint: str) -> bool:
+    """Whether its links are encrypted."""
+    return endpoint.partition("/")[0] in ENCRYPTED
+
+
+def host_and_port(endpoint: str) -> tuple[str, int]:
+    """Host without brackets, and port, 7447 where none is named."""
+    place = endpoint.partition("/")[2].split("#")[0].split("?")[0]
+    host, colon, port = place.rpartition(":")
+    if not colon or not port.isdecimal():
+        host, port = place, str(DEFAULT_PORT)
+    return host.strip("[]"), int(port)
+
+
+def is_local(endpoint: str) -> bool:
+    """Whether only this machine reaches it."""
+    host = host_and_port(endpoint)[0]
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def objection(endpoint: str, *, tls: bool, insecure: bool = False) -> str:
+    """Why there should be no link to, or listening at, `endpoint`; empty where there may. tls: certificates are named; insecure:
+    plain TCP beyond this machine is meant."""
+    if is_encrypted(endpoint):
+        return "" if tls else f"{endpoint}: needs certificates: tls under [bus] in the conference file (vistel site certs init)"
+    if tls:
+        return f"{endpoint}: is not encrypted, and the conference file names certificates: expected tls/HOST:PORT"
+    if is_local(endpoint) or insecure:
+        return ""
+    return (
+        f"{endpoint}: plain TCP beyond this machine, where everybody who reaches the port may speak as anybody; use certificates "
+        "(vistel site certs init), or say that it is meant: --insecure, or insecure = true under [bus]"
+    )
