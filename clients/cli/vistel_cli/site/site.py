@@ -26,7 +26,7 @@ LATER = {
 }
 app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 Insecure = Annotated[
-    bool, typer.Option(help="Plain TCP beyond this machine is meant: whoever reaches the port may speak as anybody.")
+    bool, typer.Option("--insecure", help="Plain TCP beyond this machine is meant: whoever reaches the port may speak as anybody.")
 ]
 
 
