@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from benchmarks.row import Row, Target, at_least, at_most
 from benchmarks.voices.speech_score import CommandScore, false_accepts, score, share_of_core
-from benchmarks.voices.speech_sounds import CONDITIONS, NoisyRoom, SpokenCommand, commands, held_out, other_talk
+from benchmarks.voices.speech_sounds import CONDITIONS, HTS_TEST, NoisyRoom, SpokenCommand, commands, held_out, other_talk
 from scripts.speech_model import rooms
 from scripts.speech_model.corpus import ESPEAK_TEST, seeded
 from scripts.speech_model.voices import RATE, Manner, missing, resampled
@@ -35,17 +35,20 @@ def rows() -> Iterator[Row]:
         print(f"speech, Japanese: skipped, {reason}", file=sys.stderr, flush=True)
         return
     grammar, _ = load_grammar()
-    said = list(commands(grammar, COUNT, held_out()))
+    voices = held_out()
+    judged = set(voices) == set(HTS_TEST)  # one mood alone is easier than the five that the targets are of
+    who = f"{COUNT} commands, held-out voices {', '.join(voices)}"
+    said = list(commands(grammar, COUNT, voices))
     sounds = [each.sound for each in said[:30]]
     late: list[NDArray[np.float64]] = []
     accepted: list[float] = []
     for condition in CONDITIONS:
         found = _scored(grammar, said, NoisyRoom(condition, sounds))
-        yield _row(f"{COUNT} commands, held-out voice mei, {condition}", "understood", found.right, TARGETS[condition])
+        yield _row(f"{who}, {condition}", "understood", found.right, TARGETS[condition], judged)
         late.append(found.late_s)
         accepted.append(found.accepted)
-        yield _row(f"the same, {condition}", "right and accepted", found.accepted, None)
-    yield _row("over all four conditions", "right and accepted", float(np.mean(accepted)), at_least(90))
+        yield _row(f"{who}, {condition}", "right and accepted", found.accepted, None)
+    yield _row("over all four conditions", "right and accepted", float(np.mean(accepted)), at_least(90), judged)
     p95 = 1000.0 * float(np.nanquantile(np.concatenate(late), 0.95))
     case = "Japanese, end of utterance to result, p95"
     yield Row("speech", case, "latency", "ms", p95, target=at_most(300))
@@ -57,8 +60,8 @@ def rows() -> Iterator[Row]:
     yield from _enrolled(grammar)
 
 
-def _row(case: str, metric: str, value: float, target: Target | None) -> Row:
-    return Row("speech", f"Japanese, {case}", metric, "%", 100.0 * value, target=target)
+def _row(case: str, metric: str, value: float, target: Target | None, judged: bool = True) -> Row:
+    return Row("speech", f"Japanese, {case}", metric, "%", 100.0 * value, target=target, judged=judged)
 
 
 def _recogniser(grammar: Grammar, adaptation: Adaptation | None = None) -> JapaneseRecogniser:

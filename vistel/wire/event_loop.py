@@ -1,6 +1,6 @@
 """Runs asyncio programs on the loop that wakes fastest: uvloop where it is installed, asyncio's own elsewhere.
 
-From a message's publication to its handler in another process uvloop saves about a fifth (docs/performance.md). It
+From a message's publication to its handler in another process uvloop saves about a fifth. It
 starts no processes in groups of their own, so what supervises processes stays on asyncio's.
 """
 
