@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import signal
 import subprocess
 import sys
@@ -10,17 +11,20 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+import typer
 from secured_bus import Secured, free_port, secured
 from typer.testing import CliRunner
 from waiting import until
 
 from vistel.conference.connect import connect
 from vistel.conference.files import load
-from vistel.wire.certificates.authority import Authority
+from vistel.v1.service_pb2 import ClockReply
+from vistel.wire.certificates.authority import Authority, read_key, write_key
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
 from vistel_cli.main import app
+from vistel_cli.site.link import check_link
 
 FILE = """
 name = "demo"
@@ -113,3 +117,45 @@ def vistel(command: str, *words: str | Path) -> None:
     """`vistel site certs`, which must end well."""
     done = CliRunner().invoke(app, ["site", "certs", command, *map(str, words)])
     assert done.exit_code == 0, done.output
+
+
+@pytest.mark.parametrize(
+    ("case", "why"),
+    [
+        ("good", ""),
+        ("nobody there", ""),
+        ("other authority", "the router's certificate is not good here"),
+        ("other address", "IP address mismatch"),
+        ("somebody else's", "is the certificate of paris, which cannot speak for tokyo"),
+        ("expired", "expired on"),
+        ("plain", "is not encrypted"),
+        ("none", "no certificate of tokyo is here"),
+        ("unknown to the router", "answers, but not this certificate"),
+    ],
+)
+def test_who_would_be_refused_is_told_why_before_anything_starts(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], case: str, why: str
+) -> None:
+    async def body(s: Secured) -> None:
+        hub = await s.door("hub")
+        hub.serve(BY_NAME["clock"], lambda _: ClockReply(t_server_ns=7))
+        there = Authority.create(tmp_path / "certificates", datetime.now(UTC)) if case == "other authority" else s.authority
+        valid = timedelta(seconds=-1) if case == "expired" else timedelta(days=30)
+        site = "lima" if case == "unknown to the router" else "tokyo"
+        files = there.issue("paris" if case == "somebody else's" else site, datetime.now(UTC), valid=valid)
+        (tmp_path / "conference.toml").write_text(FILE.replace("tokyo", site).format(port=s.port))
+        mine = tmp_path / "certificates"
+        mine.mkdir(exist_ok=True)
+        (mine / "ca.pem").write_bytes(files.ca.read_bytes())
+        if case != "none":
+            (mine / f"{site}.pem").write_bytes(files.certificate.read_bytes())
+            write_key(mine / f"{site}.key", read_key(files.key))
+        places = {"other address": f"tls/127.0.0.2:{s.port}", "plain": f"tcp/127.0.0.1:{s.port}", "nobody there": "tls/127.0.0.1:9"}
+        endpoint = places.get(case, f"tls/localhost:{s.port}")
+        with contextlib.suppress(typer.Exit):
+            await asyncio.to_thread(check_link, load(tmp_path / "conference.toml"), site, endpoint)
+
+    secured(tmp_path / "host", body, address="0.0.0.0")
+    said = capsys.readouterr().err
+    assert why in said and bool(said) == bool(why)
+    assert len(said.splitlines()) <= 1

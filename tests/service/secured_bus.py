@@ -21,14 +21,14 @@ from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
 class Secured:
     """A router with certificates and access rules, and doors to it."""
 
-    def __init__(self, folder: Path, *, all_may_ask: bool = False, protocol: str = "tls") -> None:
+    def __init__(self, folder: Path, *, all_may_ask: bool = False, protocol: str = "tls", address: str = "127.0.0.1") -> None:
         self.authority = Authority.create(folder, datetime.now(UTC))
         self._protocol = protocol
         self.port = free_port(protocol)
         rules = access_rules("demo", ["paris", "tokyo"], observers=["guest"])
         if all_may_ask:  # as it was before the table of topics said who may
             next(r for r in rules["rules"] if r["id"] == "listen-everybody")["key_exprs"] = ["vistel/demo/**"]
-        self.router = Router.open(f"{protocol}/127.0.0.1:{self.port}", tls=self.issue("hub"), access=rules)
+        self.router = Router.open(f"{protocol}/{address}:{self.port}", tls=self.issue("hub"), access=rules)
         self._doors: list[ZenohBus] = []
         self._sessions: list[zenoh.Session] = []
 
@@ -79,12 +79,17 @@ def free_port(protocol: str = "tls") -> int:
 
 
 def secured(
-    tmp_path: Path, body: Callable[[Secured], Awaitable[None]], *, all_may_ask: bool = False, protocol: str = "tls"
+    tmp_path: Path,
+    body: Callable[[Secured], Awaitable[None]],
+    *,
+    all_may_ask: bool = False,
+    protocol: str = "tls",
+    address: str = "127.0.0.1",
 ) -> None:
     """Run `body` with a router. all_may_ask: whoever may listen may subscribe to and ask for everything."""
 
     async def run() -> None:
-        s = Secured(tmp_path, all_may_ask=all_may_ask, protocol=protocol)
+        s = Secured(tmp_path, all_may_ask=all_may_ask, protocol=protocol, address=address)
         try:
             await body(s)
         finally:

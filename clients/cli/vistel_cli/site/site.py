@@ -16,9 +16,10 @@ from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.overwriting import Force
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.hub import run_processes
+from vistel_cli.site.link import check_link
 from vistel_cli.site.router import run_router
 from vistel_cli.terminal import USAGE, fail, load_conference
-from vistel_services.process.plan import hub_processes, site_processes
+from vistel_services.process.plan import HUB, hub_processes, site_processes
 
 LATER = {
     "invite": Lazy("vistel_cli.site.invite:invite"),
@@ -65,6 +66,7 @@ def join(
     except ValueError as e:
         fail(str(e), USAGE)
     endpoint = endpoint_of(conference, hub)
+    check_link(conference, site, endpoint)
     conference = with_room(conference, site, endpoint)
     simulate = site if simulated_names(conference, site) else None
     code = run_processes(conference, plans, endpoint, run_folder(output, site), seconds, simulate)
@@ -91,6 +93,7 @@ def world(
     conference = _meant(load_conference(file), insecure)
     plans = [p for p in hub_processes(conference) if recorder or "recorder" not in p.services]
     endpoint = endpoint_of(conference, hub)
+    check_link(conference, HUB, endpoint)
     folder = run_folder(output, f"{conference.name}-world")
     code = run_processes(conference, plans, endpoint, folder, seconds)
     raise typer.Exit(code)

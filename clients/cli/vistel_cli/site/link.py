@@ -1,0 +1,79 @@
+"""What would keep this machine from its router, found before anything starts: nobody who is refused is told why by the bus."""
+
+from __future__ import annotations
+
+import socket
+import ssl
+from datetime import UTC, datetime, timedelta
+from typing import TYPE_CHECKING
+
+from vistel.conference.connect import tls_files
+from vistel.conference.model import HUB_PLACE, Conference
+from vistel.wire.topics import BY_NAME
+from vistel.wire.zenoh.bus import BusError
+from vistel.wire.zenoh.endpoints import host_and_port, objection
+from vistel_cli.conference_choice import on_bus
+from vistel_cli.site.router import fault_now
+from vistel_cli.terminal import fail, print_warning
+
+if TYPE_CHECKING:
+    from vistel.wire.bus import Bus
+    from vistel.wire.zenoh.config import TlsFiles
+
+SOON = timedelta(days=14)
+"""A certificate that ends within this is told."""
+PATIENCE_S = 3.0
+"""For a router to answer."""
+
+
+def check_link(conference: Conference, place: str, endpoint: str) -> None:
+    """Ends the command where processes of `place`, a site or the hub, could not join at `endpoint` however often they try. A router
+    that is not there yet is no fault."""
+    try:
+        files = tls_files(conference, place)
+    except BusError as e:
+        fail(str(e))
+    if fault := objection(endpoint, tls=files is not None, insecure=conference.bus.insecure):
+        fail(fault)
+    if files is None:
+        return
+    from vistel.wire.certificates.authority import common_name_of, read_certificate
+
+    if fault := fault_now(files):
+        fail(fault)
+    certificate = read_certificate(files.certificate)
+    name = common_name_of(certificate).split(".")[0]
+    if name not in (place, HUB_PLACE) and not (place == HUB_PLACE and name in ("world", *conference.world.all)):
+        fail(f"{files.certificate}: is the certificate of {name}, which cannot speak for {place}")
+    if certificate.not_valid_after_utc - datetime.now(UTC) < SOON:
+        print_warning(f"{files.certificate}: ends on {certificate.not_valid_after_utc:%Y-%m-%d}; ask the host for a new invitation")
+    try:
+        if fault := refusal(endpoint, files):
+            fail(fault)
+    except OSError:
+        return
+
+    async def answered(bus: Bus) -> bool:
+        return await bus.query(BY_NAME["clock"], timeout_s=PATIENCE_S) is not None
+
+    if not on_bus(conference, place, endpoint, answered):
+        print_warning(f"{endpoint}: answers, but not this certificate: was {name} revoked, or is it no site of the router's file?")
+
+
+def refusal(endpoint: str, files: TlsFiles) -> str:
+    """Why one of both ends refuses the other's certificate; empty where neither does. Raises OSError where nobody answers."""
+    host, port = host_and_port(endpoint)
+    tls = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+    tls.load_verify_locations(files.ca)
+    tls.load_cert_chain(files.certificate, files.key)
+    try:
+        with socket.create_connection((host, port), PATIENCE_S) as plain, tls.wrap_socket(plain, server_hostname=host) as link:
+            link.settimeout(0.3)
+            link.recv(1)  # a server looks at our certificate after we have looked at its own
+    except ssl.SSLCertVerificationError as e:
+        return f"{endpoint}: the router's certificate is not good here: {e.verify_message} (vistel site certs renew, at the host)"
+    except ssl.SSLError as e:
+        return f"{endpoint}: the router refuses {files.certificate}: {(e.reason or str(e)).lower().replace('_', ' ')}"
+    except TimeoutError:  # it waits for us to speak
+        return ""
+    return ""
