@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import av
+import cv2
 import numpy as np
 import psutil
 import pytest
@@ -189,6 +190,17 @@ def test_the_log_is_drawn_as_a_film_to_the_same_picture_each_time(conference: Ru
         frames = [f.to_ndarray(format="gray") for f in video.decode(video=0)]
     assert [f.shape for f in frames] == [(180, 320)] * 3
     assert min(f.std() for f in frames) > 15
+
+
+def test_a_replay_from_devices_begins_with_people_and_things_as_they_were(conference: Run, tmp_path: Path) -> None:
+    _film(conference, tmp_path / "recorded", "--png", "--light", "fast", "--size", "640x360", "--to", "16")
+    recorded = [cv2.imread(str(f)).astype(int) for f in sorted((tmp_path / "recorded" / "zurich").iterdir())]
+    command = [sys.executable, "-m", "vistel_cli.main", "replay", str(conference.out / "conference.mcap"), "--source", "devices"]
+    command += ["--site", "zurich", "--from", "12", "--to", "14", "--speed", "0.25", "--out", str(tmp_path)]
+    subprocess.run(command, capture_output=True, text=True, check=True)
+    with av.open(str(tmp_path / "zurich.mp4")) as video:
+        first = next(video.decode(video=0)).to_ndarray(format="bgr24")
+    assert min(np.abs(first - picture).mean() for picture in recorded) < 15  # an empty table or other postures: more than 20
 
 
 def test_the_log_is_written_as_usd_that_moves_as_the_conference_did(conference: Run, tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from vistel.wire.motion import MotionEncoder, StalePart
 from vistel.wire.proportions import to_message
 from vistel.wire.topics import BY_NAME
 from vistel_services.posture.own_avatar import OwnAvatar, own_avatar, send_parts
+from vistel_services.process.clocks import begin_ns_of
 
 log = logging.getLogger("vistel.posture")
 
@@ -192,7 +193,7 @@ class _Maker:
     async def keep_going(self, clock: Clock) -> None:
         """Continue by the clock while the tracker is silent."""
         tick = 0
-        start_ns = clock.now_ns()
+        start_ns = max(clock.now_ns(), begin_ns_of(clock))
         while True:
             tick += 1
             await clock.sleep_until_ns(start_ns + int(tick * 1e9 / RATE_HZ))

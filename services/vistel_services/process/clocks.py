@@ -16,10 +16,10 @@ class ReplayClock:
     """
 
     def __init__(self, log_ns: int, monotonic_ns: int, speed: float) -> None:
-        self._log_ns, self._monotonic_ns, self.speed = log_ns, monotonic_ns, speed
+        self.log_ns, self._monotonic_ns, self.speed = log_ns, monotonic_ns, speed
 
     def now_ns(self) -> int:
-        return self._log_ns + int((time.monotonic_ns() - self._monotonic_ns) * self.speed)
+        return self.log_ns + int((time.monotonic_ns() - self._monotonic_ns) * self.speed)
 
     async def sleep_until_ns(self, t_ns: int) -> None:
         await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9 / self.speed))
@@ -29,7 +29,12 @@ class ReplayClock:
 
     def text(self) -> str:
         """The form `clock_from_text` reads."""
-        return f"replay:{self._log_ns}:{self._monotonic_ns}:{self.speed!r}"
+        return f"replay:{self.log_ns}:{self._monotonic_ns}:{self.speed!r}"
+
+
+def begin_ns_of(clock: Clock) -> int:
+    """Conference time at which a replay begins; its processes start earlier. 0 for a clock that is no replay's."""
+    return clock.log_ns if isinstance(clock, ReplayClock) else 0
 
 
 def clock_from_text(text: str) -> Clock:

@@ -28,6 +28,7 @@ from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import shared_path
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
+from vistel_services.process.clocks import begin_ns_of
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.drawing_thread import DrawingThread
 from vistel_services.renderer.first_picture import FirstPicture
@@ -203,7 +204,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
                 done_ns = clock.now_ns()
                 first.shown(len(instant.people), drawing.stand_ins)
                 reporter.drawn(instant, done_ns, drawing.stand_ins)
-                somebody = somebody or bool(instant.people)
+                somebody = somebody or (bool(instant.people) and instant.now_ns >= begin_ns_of(clock))
                 late_ns = done_ns - instant.now_ns + max((p.timing.delay_ns for p in instant.people), default=0)
                 outputs.put(done_ns, picture, late_ns, somebody)
             due_ns = max(due_ns + period_ns, clock.now_ns() - period_ns // 4)

@@ -43,7 +43,7 @@ def examples(
                 print_warning(f"{example.files[0]} is left out: {e}")
                 continue
             out.print(
-                Text.assemble((f"{example.files[0]:19}", "bold"), f"{example.what}\n{'':21}{example.command}"), soft_wrap=True
+                Text.assemble((f"{example.files[0]:21}", "bold"), f"{example.what}\n{'':21}{example.command}"), soft_wrap=True
             )
     except OSError as e:
         fail(f"{e.filename or folder}: cannot be written: {e.strerror}", USAGE)

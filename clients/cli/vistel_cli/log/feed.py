@@ -34,8 +34,6 @@ VERBATIM = ("motion", "world_state", "world_key", "world_detail")
 """Topics whose messages their sender numbers; other messages refer to the numbers."""
 GATHERED_NS = 1_300_000_000
 """Raw bytes are logged at most so long after they were read (`vistel.wire.raw_bytes`; a second when a device falls silent)."""
-EARLY_NS = 500_000_000
-"""Before the asked time, at which what lies before it is fed."""
 
 
 class Feeder:
@@ -60,7 +58,7 @@ class Feeder:
         for record in self._reader.records(topics=("participant",), end_ns=begin_ns):
             if record.topic.name in self._topics:
                 self._put(record.topic, record.names, record.message)
-        await self._clock.sleep_until_ns(begin_ns - EARLY_NS)
+        await self._clock.sleep_until_ns(begin_ns)
         for n, (when_ns, topic, names, message) in enumerate(self._in_time(preroll_ns, end_ns)):
             if when_ns > begin_ns and when_ns > self._clock.now_ns():
                 await self._clock.sleep_until_ns(when_ns)

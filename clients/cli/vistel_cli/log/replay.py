@@ -6,7 +6,7 @@ import tempfile
 import time
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.progress import BarColumn, Progress, TextColumn
@@ -35,14 +35,21 @@ from vistel_services.process.clocks import ReplayClock
 from vistel_services.process.plan import HUB, hub_processes, site_processes
 from vistel_services.process.supervisor import Supervisor
 
-PREROLL_S = 2.5
-"""Before the asked time, fed at once: key frames of motion and the world come at least so often."""
+if TYPE_CHECKING:
+    from vistel_services.world.service import Config as WorldConfig
+
+RUN_UP_S = 2.0
+"""All runs for at least so long before the asked time, so that films begin with everything as it was [s of this machine]."""
+PREROLL_NS = 2_500_000_000
+"""Before the run-up, published at once: key frames of motion and the world come at least so often [ns]."""
+STATES_APART_NS = 10_000_000_000
+"""The log has the world's whole state at least so often, even from a busy machine [ns]."""
 LEAD_S = 8.0
 """Time for processes to start before the log's time begins to run [s]."""
 LEAD_FORKED_S = 4.0
 """The same for processes that are forked with everything loaded [s]."""
-WORLD_EARLY_NS = 200_000_000
-"""The world's messages are published this much earlier than the rest, so that the room is known before the first posture [ns]."""
+WORLD_EARLY_S = 0.3
+"""The world begins so long before anything is published, so that it receives all of it [s of this machine]."""
 
 
 class PublishedKind(StrEnum):
@@ -159,6 +166,7 @@ async def _play(
     folder.mkdir(exist_ok=True)
     logs.configure_file("hub/replay", folder / "replay.log")
     begin_ns = reader.begin_ns + int(begin * 1e9)
+    start_ns = max(reader.begin_ns, begin_ns - int(RUN_UP_S * speed * 1e9))
     end_ns = reader.begin_ns + int(end * 1e9)
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(Path(run), output.resolve())
@@ -173,21 +181,26 @@ async def _play(
         server = open_fork_server(conference, plans, file, folder)
         with out.status("loading"):
             await until_loaded(server, stop)
+            world = None
+            if "world" in services:
+                world, start_ns = await asyncio.to_thread(seeded_world, reader, conference, paths, start_ns)
+                begin_ns = max(begin_ns, start_ns)
         router = Router.open()
         lead_s = LEAD_FORKED_S if server is not None and server.ready else LEAD_S
-        clock = ReplayClock(begin_ns, time.monotonic_ns() + int(lead_s * 1e9), speed)
+        clock = ReplayClock(begin_ns, time.monotonic_ns() + int(lead_s * 1e9 + (begin_ns - start_ns) / speed), speed)
         bus = await connect(conference, HUB, clock, router.endpoint)
         specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
         supervisor = Supervisor(specs, folder, server)
-        world = None
+        leading = None
         try:
             await supervisor.start()
             feeder = Feeder(reader, conference, bus, clock, source.value)
-            if "world" in services:
-                world = background.start(_world(reader, conference, router.endpoint, paths, clock, begin_ns), "world")
+            if world is not None:
+                leading = background.start(_lead(world, conference, router.endpoint, clock, start_ns), "world")
+                start_ns += int(WORLD_EARLY_S * speed * 1e9)
             with _progress() as bar:
                 task = bar.add_task(f"starting {len(specs)} processes", total=end - begin)
-                feeding = background.start(feeder.feed(begin_ns - int(PREROLL_S * 1e9), begin_ns, end_ns), "feed")
+                feeding = background.start(feeder.feed(start_ns - PREROLL_NS, start_ns, end_ns), "feed")
                 stopping = background.start(stop.wait(), "stop")
                 while not feeding.done() and not stop.is_set():
                     at = (clock.now_ns() - begin_ns) * 1e-9
@@ -201,35 +214,45 @@ async def _play(
             await clock.sleep_until_ns(min(clock.now_ns(), end_ns) + int(conference.playout.delay * 1e9))
         finally:
             codes = await supervisor.stop()
-        if world is not None:
-            world.cancel()
-            await asyncio.gather(world, return_exceptions=True)
+        if leading is not None:
+            leading.cancel()
+            await asyncio.gather(leading, return_exceptions=True)
     await bus.close()
     router.close()
     for s in conference.sites:
         video = output / f"{s.name}.mp4"
         if video.exists():
             out.print(f"  {video}  {video.stat().st_size / 1e6:.1f} MB", soft_wrap=True)
-    out.print(f"{feeder.fed} messages fed from {source.value}")
+        elif s.display.video and ["renderer"] in s.processes:
+            print_warning(f"{s.name}: no picture was ready in time; take a lower --speed, or --render")
+    out.print(f"{feeder.fed} messages published from the log ({source.value})")
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
     for name, code in bad.items():
         print_error(f"{name} ended with {code}; see {folder}")
     return FAILED if bad else 0
 
 
-async def _world(
-    reader: LogReader, conference: Conference, endpoint: str, paths: RunPaths, clock: ReplayClock, begin_ns: int
-) -> None:
-    """Runs the world in this process. It starts with the log's time, from the state in the log at that time."""
+def seeded_world(reader: LogReader, conference: Conference, paths: RunPaths, latest_ns: int) -> "tuple[WorldConfig, int]":
+    """A world, with its kernels loaded, that goes on from its last state in the log until `latest_ns`, or from the first one after
+    that; and when that state was."""
     from vistel_services.world import service as world  # its kernels take a second to load
 
     config = world.configure(conference, None, paths)
-    for record in reader.records(topics=("world_inputs",), begin_ns=begin_ns - int(PREROLL_S * 1e9), end_ns=begin_ns):
-        if record.message.private_state:
-            world.seed(config, record.message.private_state)
-    await asyncio.to_thread(world.warm_up)
+    records = reader.records(topics=("world_inputs",), begin_ns=latest_ns - STATES_APART_NS, end_ns=latest_ns + STATES_APART_NS)
+    states = [r.message for r in records if r.message.private_state]
+    chosen = next((s for s in reversed(states) if s.header.t_ns <= latest_ns), states[0] if states else None)
+    if chosen is not None:
+        world.seed(config, chosen.private_state)
+    world.warm_up()
+    return config, chosen.header.t_ns if chosen is not None else latest_ns
+
+
+async def _lead(config: "WorldConfig", conference: Conference, endpoint: str, clock: ReplayClock, begin_ns: int) -> None:
+    """Runs the world in this process from `begin_ns` on."""
+    from vistel_services.world import service as world  # loaded by now
+
     bus = await connect(conference, HUB, clock, endpoint)
-    await clock.sleep_until_ns(begin_ns - WORLD_EARLY_NS)
+    await clock.sleep_until_ns(begin_ns)
     try:
         await world.run(config, bus, clock)
     finally:

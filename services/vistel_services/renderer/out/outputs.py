@@ -108,7 +108,7 @@ class Outputs:
 
     def put(self, t_ns: int, rgba: U8, age_ns: int, somebody: bool) -> None:
         """A picture (h, w, 4) RGBA, first row at the bottom, drawn at `t_ns`, of motions then `age_ns` old; nobody changes it from
-        now on. somebody: has been there by now; the empty room before is not worth a film."""
+        now on. somebody: has been there by now; the empty room before is not worth a film, nor a replay's run-up."""
         if self._video is not None and somebody and not self._video.put(t_ns, rgba):
             _LEFT_OUT.labels(self._site).inc()
         if self._stream is not None:
