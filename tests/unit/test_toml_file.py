@@ -35,6 +35,7 @@ class Person(Table):
     name: str
     height: float = 1.7
     awake: bool = True
+    seat: int | Literal["any"] = "any"
 
     @model_validator(mode="after")
     def _no_giants(self) -> Person:
@@ -89,9 +90,11 @@ f = 1'''
 
 
 FAULTS = [
+    ("[people.aiko]\nname = 'a'\nseat = 1.5", "f.toml:3: people.aiko.seat: is 1.5, expected a whole number, or 'any'"),
+    ("people = 1\npeople = 2", "f.toml:2: not valid TOML: Cannot overwrite a value (at its end); this key stands here twice"),
     ("[people.aiko]\nname = 'a'\nheigth = 1.6", "f.toml:3: people.aiko.heigth: unknown key; did you mean height?"),
     ("[people.aiko]\nnmae = 'a'", "f.toml:2: people.aiko.nmae: unknown key; did you mean name?"),
-    ("[people.aiko]\nname = 'a'\nxyz = 1", "f.toml:3: people.aiko.xyz: unknown key; expected one of name, height, awake"),
+    ("[people.aiko]\nname = 'a'\nxyz = 1", "f.toml:3: people.aiko.xyz: unknown key; expected one of name, height, awake, seat"),
     ("[people.aiko]\nheight = 1.6", "f.toml:1: people.aiko.name: is missing"),
     ("[people.aiko]\nname = 'a'\nheight = 'x'", "f.toml:3: people.aiko.height: is 'x', expected a number"),
     ("[people.aiko]\nname = 'a'\nheight = nan", "f.toml:3: people.aiko.height: is nan, expected a finite number"),
@@ -106,7 +109,7 @@ FAULTS = [
     ("[[things]]\nkind = 'ball'\nradius = 0", "f.toml:3: things[0].radius: is 0, expected more than 0"),
     ("[[things]]\nkind = 'bar'\nlength = 1\nends = [1]", "f.toml:4: things[0].ends[1]: is missing"),
     ("[[things]]\nkind = 'bar'\nlength = 1\nends = [1, 2.5]", "f.toml:4: things[0].ends[1]: is 2.5, expected a whole number"),
-    ("a = 1\nb = x\n", "f.toml:2: not valid TOML: Invalid value (column 5)"),
+    ("a = 1\nb = x\n", 'f.toml:2: not valid TOML: Invalid value (column 5); text stands in quotes, "like this"'),
     ("a = " + 10_000 * "[", "f.toml: not valid TOML: nested too deep"),
 ]
 
@@ -124,9 +127,14 @@ def test_all_faults_are_reported_at_once() -> None:
     assert [line.partition(": ")[0] for line in str(error.value).splitlines()] == ["f.toml:1", "f.toml:2", "f.toml:3"]
 
 
+def test_a_mark_with_which_some_editors_begin_a_file_is_no_fault(tmp_path: Path) -> None:
+    (tmp_path / "x").write_bytes(b"\xef\xbb\xbfa = 1\r\n")
+    assert read(tmp_path / "x", ValueError).tables == {"a": 1}
+
+
 def test_a_file_that_is_no_text_or_not_there_is_reported_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "x").write_bytes(b"a = '\xff'")
-    with pytest.raises(ValueError, match=r"x: not valid TOML: byte 5 is no UTF-8 text$"):
+    with pytest.raises(ValueError, match=r"x:1: is no UTF-8 text; save the file as UTF-8$"):
         read(tmp_path / "x", ValueError)
     with pytest.raises(ValueError, match=r"no: cannot be read: No such file or directory$"):
         read(tmp_path / "no", ValueError)

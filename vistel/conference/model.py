@@ -12,7 +12,7 @@ from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfi
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
 from vistel.conference.speech import Speech
-from vistel.wire.zenoh.endpoints import is_encrypted
+from vistel.wire.zenoh.endpoints import endpoint_fault, is_encrypted
 
 
 class Tls(Checked):
@@ -42,6 +42,13 @@ class BusConfig(Checked):
     tls: Tls | None = None
     insecure: bool = False
     """Plain TCP beyond this machine is meant: everybody who reaches the router's port may speak as anybody."""
+
+    @model_validator(mode="after")
+    def _addresses(self) -> BusConfig:
+        for i, fault in enumerate(map(endpoint_fault, self.endpoints)):
+            if fault:
+                raise ValueError(f"endpoints[{i}]: {fault}")
+        return self
 
     @model_validator(mode="after")
     def _tls_is_used(self) -> BusConfig:
@@ -254,7 +261,7 @@ class Conference(Checked):
         for place in self.world.all:
             if place not in places:
                 raise ValueError(f"world: no place {place!r}; expected one of {', '.join(places)}")
-        _no_twice("world", self.world.all)
+        _no_twice([("world.on", self.world.on), *((f"world.waiting[{i}]", w) for i, w in enumerate(self.world.waiting))])
         return self
 
     @property
@@ -264,12 +271,15 @@ class Conference(Checked):
 
     @model_validator(mode="after")
     def _unique(self) -> Conference:
-        _no_twice("sites and observers", [*(s.name for s in self.sites), *self.observers])
+        places = {f"sites[{i}]": s for i, s in enumerate(self.sites)}
+        people = {f"{place}.participants[{i}]": p for place, s in places.items() for i, p in enumerate(s.participants)}
+        observers = [(f"observers[{i}]", name) for i, name in enumerate(self.observers)]
+        _no_twice([*((f"{place}.name", s.name) for place, s in places.items()), *observers])
         for name in (*(s.name for s in self.sites), *self.observers):
             if name in RESERVED:
                 raise ValueError(f"sites: {name!r} is the name of the conference's own {name}; take another")
-        _no_twice("participants", [p.name for s in self.sites for p in s.participants])
-        _no_twice("props", [p.thing for s in self.sites for p in s.props])
+        _no_twice([(f"{place}.name", p.name) for place, p in people.items()])
+        _no_twice([(f"{place}.props[{i}].thing", p.thing) for place, s in places.items() for i, p in enumerate(s.props)])
         trackers = {tracker_name(p.name): p.name for s in self.sites for p in s.participants}
         for prop in (p for s in self.sites for p in s.props):
             if prop.device in trackers:
@@ -277,11 +287,12 @@ class Conference(Checked):
                     f"participants: {trackers[prop.device]}'s tracker would have the name of the tracker of the prop "
                     f"{prop.thing}; name the participant otherwise"
                 )
-        taken = [p.seat for s in self.sites for p in s.participants if p.seat >= 0]
-        _no_twice("seats", [str(t) for t in taken])
-        people = sum(len(s.participants) for s in self.sites)
-        if people > self.room.seats or any(t >= self.room.seats for t in taken):
-            raise ValueError(f"room.seats: {self.room.seats} seats are too few for {people} participants and their seats")
+        _no_twice([(f"{place}.seat", f"seat {p.seat}") for place, p in people.items() if p.seat >= 0])
+        if len(people) > self.room.seats:
+            raise ValueError(f"room.seats: {self.room.seats} seats are too few for {len(people)} participants")
+        for place, p in people.items():
+            if p.seat >= self.room.seats:
+                raise ValueError(f"{place}.seat: is {p.seat}, but the room's seats are 0 to {self.room.seats - 1}")
         return self
 
     def seat_of(self, participant: str) -> int:
@@ -296,7 +307,10 @@ class Conference(Checked):
         raise KeyError(participant)
 
 
-def _no_twice(what: str, names: list[str]) -> None:
-    twice = sorted({n for n in names if names.count(n) > 1})
-    if twice:
-        raise ValueError(f"{what}: {', '.join(twice)} stands more than once; each must have its own")
+def _no_twice(named: list[tuple[str, str]]) -> None:
+    """named: what must differ, each after its place in the file."""
+    seen: set[str] = set()
+    for place, name in named:
+        if name in seen:
+            raise ValueError(f"{place}: {name} stands more than once; each must have its own")
+        seen.add(name)

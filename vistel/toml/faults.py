@@ -71,7 +71,19 @@ def faults_of(error: ValidationError, model: type[BaseModel], tables: Mapping[st
         faults[fault] = None
         if _MEANT in fault.said:
             meant.add((*place[:-1], fault.said.partition(_MEANT)[2].rstrip("?")))
-    return [f for f in faults if not (f.said == _MISSING and f.place in meant)]
+    return _merged([f for f in faults if not (f.said == _MISSING and f.place in meant)])
+
+
+def _merged(faults: list[Fault]) -> list[Fault]:
+    """One fault where a value fits none of several types."""
+    expected: dict[tuple[Place, str], list[str]] = {}
+    for fault in faults:
+        head, _, tail = fault.said.partition("expected ")
+        expected.setdefault((fault.place, head), []).append(tail)
+    return [
+        Fault(place, head + ("expected " if any(tails) else "") + ", or ".join(dict.fromkeys(tails)))
+        for (place, head), tails in expected.items()
+    ]
 
 
 def close(word: object, known: list[str]) -> str:

@@ -13,6 +13,15 @@ from vistel.toml.faults import Fault, faults_of
 from vistel.toml.places import Place, lines_of, named
 
 M = TypeVar("M", bound=BaseModel)
+_MENDS = {
+    "Invalid value": '; text stands in quotes, "like this"',
+    "Illegal character '\\n'": "; close the text with a quotation mark",
+    "Unterminated string": "; close the text with a quotation mark",
+    "Unescaped '\\' in a string": "; write / for \\ in names of files",
+    "Cannot overwrite a value": "; this key stands here twice",
+    "Unclosed array": "; close the list with ]",
+}
+"""How to mend what tomllib says."""
 
 
 @dataclass
@@ -58,11 +67,12 @@ class TomlFile:
 def read(path: Path, error: type[Exception]) -> TomlFile:
     """The tables of a file. Raises `error`, one line that names the file."""
     try:
-        return parsed(path.read_text("utf-8"), path, error)
+        return parsed(path.read_text("utf-8-sig"), path, error)  # some editors begin a file with a mark
     except OSError as e:
         raise error(f"{path}: cannot be read: {e.strerror or e}") from e
     except UnicodeDecodeError as e:
-        raise error(f"{path}: not valid TOML: byte {e.start} is no UTF-8 text") from e
+        line = e.object[: e.start].count(b"\n") + 1
+        raise error(f"{path}:{line}: is no UTF-8 text; save the file as UTF-8") from e
 
 
 def parsed(text: str, source: Path | str, error: type[Exception]) -> TomlFile:
@@ -70,9 +80,10 @@ def parsed(text: str, source: Path | str, error: type[Exception]) -> TomlFile:
     try:
         return TomlFile(source, tomllib.loads(text), text)
     except tomllib.TOMLDecodeError as e:
-        at = re.fullmatch(r"(.*) \(at line (\d+), column (\d+)\)", str(e), re.S)
+        at = re.fullmatch(r"(.*) \(at (?:line (\d+), (column \d+)|end of document)\)", str(e), re.S)
         if at and isinstance(source, Path):
-            raise error(f"{source}:{at[2]}: not valid TOML: {at[1]} (column {at[3]})") from e
+            line, where = at[2] or text.count("\n") + 1, at[3] or "at its end"
+            raise error(f"{source}:{line}: not valid TOML: {at[1]} ({where}){_MENDS.get(at[1], '')}") from e
         raise error(f"{source}: not valid TOML: {e}") from e
     except RecursionError as e:
         raise error(f"{source}: not valid TOML: nested too deep") from e

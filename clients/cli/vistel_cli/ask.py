@@ -10,6 +10,8 @@ import typer
 from vistel.wire.bus import Bus
 from vistel.wire.clock import SystemClock
 from vistel_cli.conference_choice import Hub, endpoint_of, newest, on_bus
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 
@@ -33,7 +35,10 @@ def ask(
     from vistel.session.asking import Answer, Asker
     from vistel.space.commands.phrase import PhraseError, read, usage
 
-    file = Path(words.pop(0)) if words[0].endswith(".toml") else None
+    first = Path(words[0])
+    file = Path(words.pop(0)) if first.suffix == ".toml" or (first.suffix and first.exists()) else None
+    if file is not None and (fault := Takes(CONFERENCE).fault(file)):
+        fail(fault)
     try:
         action = read(" ".join(words))
     except PhraseError as e:

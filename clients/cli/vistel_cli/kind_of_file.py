@@ -128,7 +128,7 @@ def _text(path: Path, head: bytes) -> Kind:
     try:
         text = head.decode("utf-8-sig", "ignore" if len(head) == HEAD_BYTES else "strict")
     except UnicodeDecodeError:
-        return DATA
+        return BROKEN_TOML if path.suffix == ".toml" and b"\0" not in head else DATA
     first = text.lstrip()[:1]
     if path.suffix == ".toml" or re.search(r"^\s*(?:\[+\s*[\w\"'. -]+\]+|[\w-]+\s*=)", text, re.MULTILINE):
         found = _toml(path)
@@ -148,7 +148,7 @@ def _toml(path: Path) -> Kind | None:
     if path.stat().st_size > TOML_BYTES:
         return None
     try:
-        tables = tomllib.loads(path.read_text("utf-8"))
+        tables = tomllib.loads(path.read_text("utf-8-sig"))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError):
         return BROKEN_TOML if path.suffix == ".toml" else None
     return next((kind for keys, kind in _TABLES if keys & tables.keys()), TOML)

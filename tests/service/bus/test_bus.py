@@ -350,7 +350,7 @@ def test_the_hubs_clock_is_measured_and_followed(kind: str) -> None:
 
 def test_no_router_is_one_clear_line() -> None:
     async def run() -> None:
-        with pytest.raises(BusError, match=r"no router answers at tcp/127\.0\.0\.1:9 .*is it running there\?"):
+        with pytest.raises(BusError, match=r"no router answers at tcp/127\.0\.0\.1:9.*is it running there\?"):
             await ZenohBus.open(conference="demo", site="paris", clock=SystemClock(), endpoints=["tcp/127.0.0.1:9"], connect_s=0.5)
 
     asyncio.run(run())

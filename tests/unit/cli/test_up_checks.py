@@ -84,3 +84,14 @@ def test_the_demo_has_no_fault_and_its_plan_names_its_processes(tmp_path: Path, 
     assert (done.exit_code, done.stderr) == (0, "")
     assert [line.split()[0] for line in done.stdout.splitlines()][:3] == ["hub/world", "hub/recorder", "tokyo/capture"]
     assert faults_of(load(DEMO_FILE), DEMO_FILE) == []
+
+
+def test_a_site_that_joins_is_checked_alone_before_it_starts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    site = "[[sites]]\nname = '{0}'\n[[sites.participants]]\nname = '{0}-1'\navatar = '{0}.usda'\n"
+    Path("c.toml").write_text(site.format("tokyo") + site.format("oslo"))
+    done = CliRunner().invoke(app, ["site", "join", "c.toml", "oslo", "--hub", "tcp/127.0.0.1:9"])
+    assert done.exit_code == 1
+    assert done.stderr == (
+        'error: c.toml:10: sites[1].participants[0].avatar: "oslo.usda": no such file; put it beside the conference file\n'
+    )

@@ -48,9 +48,10 @@ def test_automatic_seats_leave_out_the_seats_that_are_named(tmp_path: Path) -> N
     [
         (('name = "small"', 'nmae = "small"'), [":2: nmae: unknown key; did you mean name?"]),
         (("seats = 3", 'seats = "three"'), ["room.seats", "expected a whole number"]),
-        (('name = "columbus"', 'name = "tokyo"'), ["sites", "tokyo stands more than once"]),
-        (('name = "ben"', 'name = "aiko"'), ["participants", "aiko stands more than once"]),
+        (('name = "columbus"', 'name = "tokyo"'), ["sites[1].name", "tokyo stands more than once"]),
+        (('name = "ben"', 'name = "aiko"'), ["participants[0].name", "aiko stands more than once"]),
         (("seats = 3", "seats = 1"), ["room.seats", "too few for 2 participants"]),
+        (("[room]", '[bus]\nendpoints = ["tcp/here"]\n[room]'), ["bus.endpoints[0]: is 'tcp/here', expected tcp/HOST:PORT"]),
         (('name = "aiko"', 'name = "Aiko!"'), ["sites[0].participants[0].name", "lower-case letters"]),
         (("[room]", "[room"), ["not valid TOML"]),
         (('[[sites.participants]]\nname = "aiko"', ""), ["sites[0].participants"]),
@@ -105,5 +106,5 @@ def test_a_missing_file_is_named(tmp_path: Path) -> None:
 def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "c.toml"
     file.write_bytes(b"\xff\xfe\x00name")
-    with pytest.raises(ConferenceError, match="not valid TOML"):
+    with pytest.raises(ConferenceError, match=r"c\.toml:1: is no UTF-8 text; save"):
         load(file)

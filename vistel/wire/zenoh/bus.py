@@ -37,6 +37,7 @@ from vistel.wire.owners import Admission, Owners
 from vistel.wire.reliable import SendCache
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 from vistel.wire.zenoh.config import Json, TlsFiles, as_text, client_config, router_config
+from vistel.wire.zenoh.endpoints import endpoint_fault
 from vistel.wire.zenoh.pump import Pump
 from vistel.wire.zenoh.reliable_reader import ReliableReader
 
@@ -86,6 +87,7 @@ class Router:
         access: who may publish what (`vistel.wire.zenoh.access`). connect: further routers to join. Raises BusError.
         """
         endpoints = [listen] if isinstance(listen, str) else list(listen or [f"tcp/127.0.0.1:{_free_port()}"])
+        _check(endpoints)
         config = router_config(endpoints, _tls(tls), access, list(connect))
         try:
             session = zenoh.open(zenoh.Config.from_json5(as_text(config)))
@@ -147,13 +149,14 @@ class ZenohBus:
         tls: (ca, certificate, key) files. stale_after_ns: None shows late motion too (for a reader of the
         past). owners: whose messages are believed, None: everybody's; `vistel.conference.connect` has them from the file.
         """
+        _check(endpoints)
         config = client_config(list(endpoints), _tls(tls), connect_s)
         try:
             session = await asyncio.to_thread(zenoh.open, zenoh.Config.from_json5(as_text(config)))
         except zenoh.ZError as e:
             where = ", ".join(endpoints)
             hint = "; or the certificates do not match" if tls else ""
-            raise BusError(f"bus: no router answers at {where} ({_reason(e)}); is it running there{hint}?") from e
+            raise BusError(f"bus: no router answers at {where}{_unless_late(e)}; is it running there{hint}?") from e
         loop = asyncio.get_running_loop()
         return ZenohBus(session, conference, site, clock, loop=loop, stale_after_ns=stale_after_ns, owners=owners)
 
@@ -415,6 +418,17 @@ def _free_port() -> int:
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         return s.getsockname()[1]
+
+
+def _check(endpoints: Sequence[str]) -> None:
+    for fault in filter(None, map(endpoint_fault, endpoints)):
+        raise BusError(f"bus: the router's address {fault}")
+
+
+def _unless_late(error: Exception) -> str:
+    """The reason, in brackets, why a router does not answer, if it is another than that there is none."""
+    reason = _reason(error)
+    return "" if "Timeout" in reason else f" ({reason})"
 
 
 def _reason(error: Exception) -> str:

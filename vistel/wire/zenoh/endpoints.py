@@ -1,16 +1,25 @@
 """Addresses of routers, such as "tls/hub.example.org:7447"."""
 
 import ipaddress
+import re
 
 ENCRYPTED = ("tls", "quic")
 """Protocols of endpoints whose links are encrypted, with certificates of both ends."""
 DEFAULT_PORT = 7447
 """Of a router whose address names none."""
+_ENDPOINT = re.compile(r"(?:tcp|tls|quic)/(?:\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]]+):(\d{1,5})(?:[?#].*)?")
 
 
 def is_encrypted(endpoint: str) -> bool:
     """Whether its links are encrypted."""
     return endpoint.partition("/")[0] in ENCRYPTED
+
+
+def endpoint_fault(endpoint: str) -> str:
+    """What is wrong with the address of a router; empty for a good one."""
+    found = _ENDPOINT.fullmatch(endpoint)
+    good = found is not None and int(found[1]) < 1 << 16
+    return "" if good else f"is {endpoint!r}, expected tcp/HOST:PORT, tls/HOST:PORT or quic/HOST:PORT, such as tcp/127.0.0.1:7447"
 
 
 def host_and_port(endpoint: str) -> tuple[str, int]:

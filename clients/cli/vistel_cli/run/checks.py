@@ -13,10 +13,11 @@ from pydantic import BaseModel
 
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.files import ConferenceError
-from vistel.conference.model import Conference
+from vistel.conference.model import Conference, Site
 from vistel.toml import file as toml
 from vistel.toml.faults import Fault
 from vistel.toml.places import Place, written
+from vistel.wire.zenoh.endpoints import host_and_port
 from vistel_cli import kind_of_file as kinds
 from vistel_cli.inputs import Takes
 
@@ -30,14 +31,26 @@ _KINDS = {
     "voices": Takes(kinds.FOLDER),
 }
 """What files are expected to be, by the key that names them; others must only be there."""
+Sites = Sequence[tuple[int, Site]]
+"""Those that run here, each after its number in the file."""
+Port = tuple[Place, int, str, int]
+"""Place, kind, host and number."""
 _USED = "is in use by another program; end that, or name another port"
 
 
-def faults_of(conference: Conference, source: Path) -> list[str]:
-    """One line for each fault: FILE:LINE: KEY: what is wrong and how to mend it. source: the conference's file."""
+def faults_of(conference: Conference, source: Path, site: str | None = None) -> list[str]:
+    """One line for each fault: FILE:LINE: KEY: what is wrong and how to mend it. source: the conference's file. site: the only one
+    that runs here; files and ports of the room, the hub and the others are on other machines."""
     told = toml.read(source, ConferenceError)
-    faults = [*_file_faults(conference), *_people_faults(conference), *_motion_faults(conference), *_port_faults(conference)]
-    return told.told(sorted(faults, key=lambda fault: told.line(fault.place, fault.said) or 0)).splitlines()
+    here = [(i, s) for i, s in enumerate(conference.sites) if site in (None, s.name)]
+    faults: list[Fault] = [
+        *(f for f in _file_faults(conference) if site is None or f.place[:2] in [("sites", i) for i, _ in here]),
+        *_people_faults(here),
+        *_motion_faults(conference, here),
+        *_port_faults(conference, here, whole=site is None),
+    ]
+    faults.sort(key=lambda fault: told.line(fault.place, fault.said) or 0)
+    return told.told(faults).splitlines()
 
 
 def _file_faults(conference: Conference) -> Iterator[Fault]:
@@ -72,12 +85,12 @@ def _missing(path: Path) -> str | None:
     return None if path.exists() else Takes().fault(path)
 
 
-def _people_faults(conference: Conference) -> Iterator[Fault]:
+def _people_faults(sites: Sites) -> Iterator[Fault]:
     """Avatars, cameras' films and microphones' recordings, which the file gives as text."""
     from vistel.conference.avatar_files import avatar_file
     from vistel.figure.people.recipe import parse_spec
 
-    for s, site in enumerate(conference.sites):
+    for s, site in sites:
         for p, person in enumerate(site.participants):
             place = ("sites", s, "participants", p)
             path = avatar_file(person)
@@ -104,10 +117,10 @@ def _people_faults(conference: Conference) -> Iterator[Fault]:
                 yield _of_file(("sites", s, "audio", *key), sound, fault)
 
 
-def _motion_faults(conference: Conference) -> Iterator[Fault]:
+def _motion_faults(conference: Conference, sites: Sites) -> Iterator[Fault]:
     people = [
         (("sites", s, "participants", p, "motion"), person.motion)
-        for s, site in enumerate(conference.sites)
+        for s, site in sites
         for p, person in enumerate(site.participants)
         if person.motion is not None
     ]
@@ -136,13 +149,13 @@ def _moved_by(conference: Conference, motion: str) -> Conference:
     return Conference.model_validate(data)
 
 
-def _port_faults(conference: Conference) -> Iterator[Fault]:
+def _port_faults(conference: Conference, sites: Sites, *, whole: bool) -> Iterator[Fault]:
     """Ports are opened for a moment, all at the same time: two that are the same are found, too."""
-    if conference.bus.mode == "routed" and not conference.bus.endpoints:
+    if whole and conference.bus.mode == "routed" and not conference.bus.endpoints:
         yield Fault(("bus",), "endpoints: is missing; name the conference's router, such as tcp/192.0.2.7:7447")
     taken: dict[tuple[int, int], Place] = {}
     with ExitStack() as opened:
-        for place, kind, host, port in _ports(conference):
+        for place, kind, host, port in [*(_router_port(conference) if whole else ()), *_ports(sites)]:
             if (kind, port) in taken:
                 yield Fault(place, f"port {port} is that of {written(taken[kind, port])}, too; name another port")
                 continue
@@ -152,13 +165,15 @@ def _port_faults(conference: Conference) -> Iterator[Fault]:
                 yield Fault(place, f"{'UDP ' if kind == socket.SOCK_DGRAM else ''}port {port} {fault}")
 
 
-def _ports(conference: Conference) -> Iterator[tuple[Place, int, str, int]]:
-    """The router's, those of pages for browsers, and those to which phones and tracking suites send: place, kind, host, number."""
+def _router_port(conference: Conference) -> Iterator[Port]:
     if conference.bus.mode == "embedded" and conference.bus.endpoints:
-        host, _, port = conference.bus.endpoints[0].partition("/")[2].rpartition(":")
-        if port.isdecimal():
-            yield ("bus", "endpoints", 0), socket.SOCK_STREAM, host.strip("[]"), int(port)
-    for s, site in enumerate(conference.sites):
+        kind = socket.SOCK_DGRAM if conference.bus.endpoints[0].startswith("quic/") else socket.SOCK_STREAM
+        yield ("bus", "endpoints", 0), kind, *host_and_port(conference.bus.endpoints[0])
+
+
+def _ports(sites: Sites) -> Iterator[Port]:
+    """Those of pages for browsers, and those to which phones and tracking suites send."""
+    for s, site in sites:
         if site.draws and site.display.stream_at and site.display.stream_at[1]:
             yield ("sites", s, "display", "stream"), socket.SOCK_STREAM, *site.display.stream_at
         for device in devices_of_site(site):

@@ -18,7 +18,7 @@ from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.hub import run_processes
 from vistel_cli.site.link import check_link
 from vistel_cli.site.router import run_router
-from vistel_cli.terminal import USAGE, fail, load_conference
+from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, print_error
 from vistel_services.process.plan import HUB, hub_processes, site_processes
 
 LATER = {
@@ -50,6 +50,7 @@ def join(
 
       vistel site join conference.toml tokyo --hub tls/192.0.2.7:7447
     """
+    from vistel_cli.run.checks import faults_of
     from vistel_cli.run.room_elsewhere import with_room
 
     if invite is not None:
@@ -65,6 +66,10 @@ def join(
         plans = site_processes(conference, site)
     except ValueError as e:
         fail(str(e), USAGE)
+    if faults := faults_of(conference, file, site):
+        for fault in faults:
+            print_error(fault)
+        raise typer.Exit(FAILED)
     endpoint = endpoint_of(conference, hub)
     check_link(conference, site, endpoint)
     conference = with_room(conference, site, endpoint)
