@@ -72,7 +72,7 @@ class Row:
     judged: bool = field(default=True, kw_only=True)
 
     def __post_init__(self) -> None:
-        if self.ratio is None and self.peer_value:
+        if self.ratio is None and self.peer_value is not None and self.peer_value > 0:
             object.__setattr__(self, "ratio", self.value / self.peer_value)
 
     @property
