@@ -78,7 +78,7 @@ def run() -> Iterator[Row]:
 def _large() -> Iterator[Row]:
     """Pictures of 1280 x 720: processor time of each kind against the mean of the plain one before it and after it. One after
     the other: two OpenGL contexts in a thread disturb each other."""
-    what, one = "CPU time per picture", View(*LARGE, "room", "", False)
+    what, one = "CPU time per picture", View(*LARGE, "room", "")
     more = {
         "both eyes side by side, each 1280x720": (replace(one, width=2 * LARGE[0], stereo=Stereo.SIDE_BY_SIDE), 3, 1.8),
         "20 figures": (one, 20, 2.5),
@@ -105,7 +105,7 @@ def _beside() -> Iterator[Row]:
     """Against other renderers, each between two runs of ours."""
     if "VISTEL_PEER_PYTHON" not in os.environ:
         return
-    plain, smooth = (View(*LARGE, "room", "", False, light="fast", samples=count) for count in (1, 4))
+    plain, smooth = (View(*LARGE, "room", "", light="fast", samples=count) for count in (1, 4))
     ours = {1: "no antialiasing", 4: "4 samples"}
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder) / "scene.npz"
@@ -177,7 +177,7 @@ def _held() -> Iterator[Row]:
 def _held_by(slower: float) -> tuple[float, float]:
     """Frames a second in the last `HELD_S` of twice as many, and the scale then, where drawing takes `slower` times the
     processor time that it takes here. Nobody waits: the time is that machine's."""
-    studio, resolution = _studio(View(*LARGE, "seat", PEOPLE[0].name, False, light="fast")), Resolution(HELD_RATE, LARGE[1])
+    studio, resolution = _studio(View(*LARGE, "seat", PEOPLE[0].name, light="fast")), Resolution(HELD_RATE, LARGE[1])
     now, frames, held = 0.0, 0, 0
     try:
         while now < 2.0 * HELD_S:
