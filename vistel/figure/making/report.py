@@ -55,5 +55,5 @@ def verdict(facts: dict[str, Any]) -> list[str]:
     fit = f"good: skin and primitives are {facts['mean_distance_mm']:g} mm apart on average"
     if bad:
         named = f"{', '.join(bad[:3])}{' and others' if len(bad) > 3 else ''}"
-        fit = f"poor at {len(bad)} of {facts['primitives']} primitives ({named}); `vistel avatar fit` gives it more"
+        fit = f"poor at {len(bad)} of {facts['primitives']} primitives ({named}); `vistel avatar fit` adds some"
     return [f"{facts['name']}: {facts['height_m']:g} m tall, {size}", f"  mesh  {mesh}", f"  fit   {fit}"]

@@ -67,6 +67,8 @@ async def _run(
                     await stop.wait()
         finally:
             codes = await supervisor.stop()
+    for made in sorted(p for p in output.iterdir() if p.suffix in (".mp4", ".mcap")):
+        out.print(f"  {made}  {made.stat().st_size / 1e6:.1f} MB", soft_wrap=True)
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
     for name, code in bad.items():
         print_error(f"{name} ended with {code}; see {output / 'logs'}")

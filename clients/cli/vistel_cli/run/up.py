@@ -307,7 +307,7 @@ def _running(conference: Conference, source: Path, endpoint: str, folder: Path) 
 def _show_report(report: dict[str, Any], folder: Path) -> None:
     for name, s in report["sites"].items():
         delays = ", ".join(f"{p} {d * 1e3:.0f} ms" for p, d in s["image_delay_s_median"].items())
-        out.print(f"{name:10} {s['frames']} frames, {s['frames_per_s_median']} frames/s; delay {delays}")
+        out.print(f"{name:10} {s['frames']} pictures, {s['frames_per_s_median']} pictures/s; delay {delays}")
     for name, s in report.get("sound", {}).items():
         for who, v in s["voices"].items():
             if v["mouth_to_ear_s_median"] is not None:
