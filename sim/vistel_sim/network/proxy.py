@@ -19,8 +19,8 @@ from vistel_sim.network.link import SEGMENT_BYTES, Conditions, Link
 Way = Literal["up", "down", "both"]
 Address = tuple[str, int]
 
-TRY_AGAIN_S = 0.05
-"""How often a new connection over a cut link is tried again [s]."""
+FIRST_TRY_S = 1.0
+"""After so long a connection that nobody answers is tried again the first time (RFC 6298) [s]."""
 WAITING_BYTES = 256 * 1024
 """A stream takes nothing more while so much is on its way: what a socket's buffer holds."""
 
@@ -89,7 +89,7 @@ class _Clients(asyncio.DatagramProtocol):
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
         if opened := self._transports.get(addr):
-            pass_on(self._proxy.up, data, opened.sendto)
+            pass_on(self._proxy.up, data, opened)
         elif addr in self._opening:
             self._opening[addr].append(data)
         else:
@@ -99,28 +99,34 @@ class _Clients(asyncio.DatagramProtocol):
             task.add_done_callback(self._tasks.discard)
 
     async def _open(self, addr: Address) -> None:
-        back = _Answers(self._proxy, lambda data: self._transport.sendto(data, addr))
+        back = _Answers(self._proxy, self._transport, addr)
         opened, _ = await asyncio.get_running_loop().create_datagram_endpoint(lambda: back, remote_addr=self._proxy.to)
         self._transports[addr] = opened
         for data in self._opening.pop(addr):
-            pass_on(self._proxy.up, data, opened.sendto)
+            pass_on(self._proxy.up, data, opened)
 
 
 class _Answers(asyncio.DatagramProtocol):
-    def __init__(self, proxy: DatagramProxy, send: Any) -> None:
+    def __init__(self, proxy: DatagramProxy, near: asyncio.DatagramTransport, addr: Address) -> None:
         self._proxy = proxy
-        self._send = send
+        self._near = near
+        self._addr = addr
 
     def datagram_received(self, data: bytes, addr: Any) -> None:
-        pass_on(self._proxy.down, data, self._send)
+        pass_on(self._proxy.down, data, self._near, self._addr)
 
 
-def pass_on(link: Link, data: bytes, send: Any) -> None:
+def pass_on(link: Link, data: bytes, to: asyncio.DatagramTransport, address: Address | None = None) -> None:
     """A datagram, when the link lets it out."""
     loop = asyncio.get_running_loop()
+
+    def leave() -> None:
+        if not (link.is_cut or to.is_closing()):
+            to.sendto(data, address)
+
     arrives_s = link.datagram(len(data), loop.time())
     if arrives_s is not None:
-        loop.call_at(arrives_s, lambda: None if link.is_cut else send(data))
+        loop.call_at(arrives_s, leave)
 
 
 class StreamProxy(_Proxy):
@@ -168,8 +174,10 @@ class StreamProxy(_Proxy):
         self._tasks.add(task)
         ends = [writer]
         try:
-            while self.up.is_cut or self.down.is_cut:  # nobody answers a new connection
-                await asyncio.sleep(TRY_AGAIN_S)
+            wait_s = FIRST_TRY_S
+            while self.up.is_cut or self.down.is_cut:  # nobody answers; TCP tries again after times that double
+                await asyncio.sleep(wait_s)
+                wait_s *= 2.0
             far_reader, far_writer = await asyncio.open_connection(*self.to)
             ends.append(far_writer)
             up, down = _Stream(self.up, reader, far_writer), _Stream(self.down, far_reader, writer)
