@@ -23,6 +23,7 @@ SUBJECTS = {
     "interest": ("Who hears what of a room", "the-wire"),
     "join": ("Joining late", "the-wire"),
     "pipeline": ("The bus", "the-wire"),
+    "apart": ("Sites apart", "the-wire"),
     "wire": ("The wire", "the-wire"),
     "motion": ("Motion", "motion"),
     "posture": ("Posture", "posture"),

@@ -17,7 +17,7 @@ from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
 from vistel.wire.zenoh.common_names import REVOKED, revoked_names
-from vistel.wire.zenoh.endpoints import host_and_port, is_encrypted, objection
+from vistel.wire.zenoh.endpoints import ENCRYPTED, host_and_port, is_encrypted, objection
 from vistel_cli.terminal import fail, out, print_warning
 from vistel_services.process.plan import HUB
 
@@ -62,7 +62,8 @@ async def _run(conference: Conference, file: Path, listen: str, files: TlsFiles 
     stop = asyncio.Event()
     for signum in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(signum, stop.set)
-    both = [listen, listen.replace("tls/", "quic/", 1)] if files and listen.startswith("tls/") else [listen]
+    where = listen.partition("/")[2]
+    both = [f"{protocol}/{where}" for protocol in ENCRYPTED] if files and is_encrypted(listen) else [listen]
     router = _opened(conference, both, files)
     clock = SystemClock()
     reach = listen.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
