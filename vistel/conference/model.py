@@ -38,7 +38,8 @@ class BusConfig(Checked):
     mode: Literal["embedded", "routed"] = "embedded"
     """embedded: `vistel up` is the router, nothing else to install. routed: the routers in `endpoints`."""
     endpoints: list[str] = Field(default=[])
-    """routed: "quic/host:7447", "tls/host:7447" or "tcp/host:7447"; embedded: where to listen, default 127.0.0.1:7447, or a free port."""
+    """routed: "quic/host:7447", "tls/host:7447" or "tcp/host:7447"; embedded: where to listen, default 127.0.0.1:7447, or a free
+    port."""
     tls: Tls | None = None
     insecure: bool = False
     """Plain TCP beyond this machine is meant: everybody who reaches the router's port may speak as anybody."""
