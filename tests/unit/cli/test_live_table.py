@@ -17,7 +17,7 @@ from vistel.v1.service_pb2 import ImageDelay
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel_cli.run.live_table import LEGEND, Events, LiveTable, sites_table
+from vistel_cli.run.live_table import LEGEND, LEGEND_OF_VOICES, Events, LiveTable, sites_table
 from vistel_cli.run.observer import Observer
 
 DEMO = load(DEMO_FILE)
@@ -108,6 +108,22 @@ def test_a_device_that_fails_and_comes_back_is_reported_once_each_time() -> None
     during(check)
 
 
+def test_what_happens_to_several_devices_at_once_is_one_line() -> None:
+    def check(meeting: Meeting) -> None:
+        events = Events(meeting.observer)
+        devices = [(s.name, d.name) for s in DEMO.sites for d in devices_of_site(s)]
+        for site, device in devices:
+            meeting.device(site, device, DeviceStatus.STATE_SEARCHING, detail=f"/tmp/run/dev/{device}: unplugged")
+        meeting.observer.poll()
+        assert list(events.new()) == ["aiko-tracker, aiko-glove-left and 7 more devices fail: unplugged"]
+        for site, device in devices[:2]:
+            meeting.device(site, device)
+        meeting.observer.poll()
+        assert list(events.new()) == ["aiko-tracker and aiko-glove-left send again"]
+
+    during(check)
+
+
 def test_a_device_that_is_only_starting_does_not_fail() -> None:
     def check(meeting: Meeting) -> None:
         events = Events(meeting.observer)
@@ -152,6 +168,18 @@ def test_who_joins_and_who_leaves_is_reported() -> None:
     during(check)
 
 
+def test_what_others_saw_goes_above_the_table() -> None:
+    def check(meeting: Meeting) -> None:
+        console, events = Console(width=60, force_terminal=False), Events(meeting.observer)
+        with console.capture() as capture, LiveTable(DEMO, meeting.observer, events, console, 60.0, silent=False) as table:
+            events.add("tokyo/renderer ended (-9); starting it again")
+            table.update(3.0)
+            table.update(4.0)
+        assert capture.get() == "0:03  tokyo/renderer ended (-9); starting it again\n"
+
+    during(check)
+
+
 def test_where_there_is_no_terminal_events_are_lines_and_the_table_is_not_drawn() -> None:
     def check(meeting: Meeting) -> None:
         console = Console(width=80, force_terminal=False)
@@ -170,6 +198,8 @@ def test_where_there_is_no_terminal_events_are_lines_and_the_table_is_not_drawn(
 def test_a_terminal_shows_the_legend() -> None:
     def check(meeting: Meeting) -> None:
         console = Console(width=60, force_terminal=True)
+        meeting.sound("tokyo", "ben")
+        meeting.observer.poll()
         with (
             console.capture() as capture,
             LiveTable(DEMO, meeting.observer, Events(meeting.observer), console, 60.0, silent=False) as table,
@@ -177,6 +207,6 @@ def test_a_terminal_shows_the_legend() -> None:
             table.update(12.0)
         said = " ".join(re.sub(r"\x1b\[[0-9;?]*[A-Za-z]", "", capture.get()).split())
         assert "0:12 of 1:00" in said
-        assert LEGEND.split(" · ")[1] in said
+        assert LEGEND + LEGEND_OF_VOICES in said
 
     during(check)

@@ -13,7 +13,7 @@ from vistel.conference.paths import RunPaths
 from vistel.wire.background import as_service
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.prepared import prepare
-from vistel_cli.run.up import ended, write_conference
+from vistel_cli.run.up import at_the_end, ended, write_conference
 from vistel_cli.terminal import FAILED, out, print_error, print_warning
 from vistel_services.process import logs
 from vistel_services.process.plan import ProcessPlan
@@ -71,5 +71,5 @@ async def _run(
         out.print(f"  {made}  {made.stat().st_size / 1e6:.1f} MB", soft_wrap=True)
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}
     for name, code in bad.items():
-        print_error(f"{name} ended with {code}; see {output / 'logs'}")
+        print_error(f"{at_the_end(name, code)}; see {output / 'logs'}")
     return FAILED if bad else 0

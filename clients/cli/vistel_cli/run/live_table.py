@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Iterator
 
 from rich.console import Console, Group, RenderableType
@@ -15,10 +16,8 @@ from vistel.v1.device_pb2 import DeviceStatus
 from vistel_cli.run.logged_errors import LoggedErrors
 from vistel_cli.run.observer import Observer
 
-LEGEND = (
-    "delay: from a movement to its picture · devices: how many send · "
-    "voices: who is heard how late, and how much later (+) than the picture"
-)
+LEGEND = "delay: from a movement to its picture · devices: how many send"
+LEGEND_OF_VOICES = " · voices: who is heard how late, and how much later (+) than the picture"
 GARBAGE_BYTES = 256
 """A device that sends so many useless bytes more is an event."""
 
@@ -33,6 +32,11 @@ class Events:
         self._skipped = {d: s.bytes_skipped for d, s in observer.devices.items()}
         self._people = _seen(observer)
         self._warnings: set[str] = set()
+        self._added: list[str] = []
+
+    def add(self, event: str) -> None:
+        """One that somebody else saw. While a table stands in the terminal, nothing is printed past it."""
+        self._added.append(event)
 
     def everybody_is_there(self) -> None:
         """Who is seen now has not joined while the conference goes on."""
@@ -49,9 +53,13 @@ class Events:
 
     def troubles(self, simulated: Collection[str] = ()) -> Iterator[str]:
         """What fails, and what works again. simulated: devices of which nothing is told, for they are still being started."""
+        added, self._added = self._added, []
+        yield from added
+        alike: dict[str, list[str]] = {}
         for device, status in self._observer.devices.items():
-            if device not in simulated:
-                yield from self._of_device(device, status)
+            for what in self._of_device(device, status) if device not in simulated else ():
+                alike.setdefault(what, []).append(device)
+        yield from (_of_several(devices, what) for what, devices in alike.items())
         warnings = {f"{site}: {w}" for site in self._observer.images for w in self._observer.sound.warnings(site)}
         yield from sorted(warnings - self._warnings)
         self._warnings = warnings
@@ -62,15 +70,16 @@ class Events:
         now, before = _state(status), self._states.get(device)
         if now != before and not (now == "starting" and before != "streaming"):  # what fails is started again and again
             if now == "streaming" and before is not None:
-                yield f"{device} sends again"
+                yield "sends again"
             elif now == "starting":
-                yield f"{device} is starting"
+                yield "is starting"
             elif now != "streaming" and before in (None, "streaming", "starting"):
-                yield f"{device} fails: {status.detail or now}"
+                simulated = rf"^\S+/dev/{re.escape(device)}: "  # its port is in a folder of the run
+                yield f"fails: {re.sub(simulated, '', status.detail) or now}"
             self._states[device] = now
         more = status.bytes_skipped - min(self._skipped.setdefault(device, status.bytes_skipped), status.bytes_skipped)
         if more >= GARBAGE_BYTES:
-            yield f"{device} sent {more} bytes that are no frame"
+            yield f"sent {more} bytes that are no frame"
         if more >= GARBAGE_BYTES or status.bytes_skipped < self._skipped[device]:
             self._skipped[device] = status.bytes_skipped
 
@@ -101,9 +110,10 @@ class LiveTable:
         if self._silent:
             return
         for event in self._events.new():
-            self._console.print(Text.assemble((f"{_clock(elapsed_s)}  ", "dim"), event), soft_wrap=True)
+            self._console.print(Text.assemble((f"{_clock(elapsed_s)}  ", "dim"), event), soft_wrap=not self._console.is_terminal)
         length = f"{_clock(elapsed_s)} of {_clock(self._seconds)}" if self._seconds else _clock(elapsed_s)
-        below = Text(f"{length}, Ctrl-C ends it\n{LEGEND}", style="dim")
+        legend = LEGEND + (LEGEND_OF_VOICES if _sounds(self._conference, self._observer) else "")
+        below = Text(f"{length}, Ctrl-C ends it\n{legend}", style="dim")
         self._live.update(Group(sites_table(self._conference, self._observer), below), refresh=True)
 
 
@@ -113,8 +123,9 @@ def sites_table(conference: Conference, observer: Observer) -> RenderableType:
     table.add_column(overflow="ellipsis", no_wrap=True, max_width=16)
     for _ in range(3):
         table.add_column(justify="right", no_wrap=True)
+    voices = _sounds(conference, observer)
     table.add_column(overflow="fold")
-    table.add_row("site", "pictures/s", "delay", "devices", "voices", style="bold")
+    table.add_row("site", "pictures/s", "delay", "devices", "voices" if voices else "", style="bold")
     for site in conference.sites:
         image = observer.images.get(site.name)
         delay_s = max((s.delay_s for s in image.streams), default=0.0) if image else 0.0
@@ -125,9 +136,24 @@ def sites_table(conference: Conference, observer: Observer) -> RenderableType:
             f"{image.frames_per_s:.1f}" if image else "-",
             f"{delay_s * 1e3:.0f} ms" if delay_s else "-",
             Text(f"{sending} of {len(devices)}" if devices else "-", "" if sending == len(devices) else "yellow"),
-            ", ".join(observer.sound.heard(site.name)) or "-",
+            (", ".join(observer.sound.heard(site.name)) or "-") if voices else "",
         )
     return table
+
+
+def _of_several(devices: list[str], what: str) -> str:
+    """An event of devices to which the same happened at the same time; what: "sends again"."""
+    if len(devices) == 1:
+        return f"{devices[0]} {what}"
+    verb, _, rest = what.partition(" ")
+    plural = {"sends": "send", "is": "are", "fails:": "fail:"}.get(verb, verb)
+    last = devices[-1] if len(devices) < 4 else f"{len(devices) - 2} more devices"
+    return f"{', '.join(devices[: min(len(devices) - 1, 2)])} and {last} {plural} {rest}"
+
+
+def _sounds(conference: Conference, observer: Observer) -> bool:
+    """Whether anybody may be heard."""
+    return any(s.audio is not None or observer.sound.heard(s.name) for s in conference.sites)
 
 
 def _sends(status: DeviceStatus) -> bool:

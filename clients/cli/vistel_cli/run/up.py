@@ -183,7 +183,8 @@ class _Run:
             plans += site_processes(conference, site.name)
         server = open_fork_server(conference, plans, file, logs_folder, simulators=simulators)
         supervisor = Supervisor(specs, logs_folder, server)
-        supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
+        tell = print_warning if self.as_json else events.add
+        supervisor.on_exit = lambda name, code: tell(ended(name, code, supervisor.log_file(name)))
         started = time.monotonic()
         running = _running(conference, self.source, endpoint, paths.out)
         if not self.as_json:
@@ -264,7 +265,7 @@ class _Run:
         report["files"] = {f.name: f.stat().st_size if f.exists() else None for f in files}
         paths.report.write_text(json.dumps(report, indent=2) + "\n", "utf-8")
         faults = [f"{f.name} is missing" for f in files if not f.exists()]
-        faults += [f"{n} ended with {c}; see its log" for n, c in codes.items() if c not in (0, -signal.SIGTERM)]
+        faults += [f"{at_the_end(n, c)}; see its log" for n, c in codes.items() if c not in (0, -signal.SIGTERM)]
         if ready_s is None and not self.stop.is_set():
             faults.append("not all sites saw all participants")
         if self.as_json:
@@ -280,6 +281,11 @@ def ended(name: str, code: int, log: Path) -> str:
     """What is said of a process that has ended, with its last words where these say what it cannot use."""
     why = f": {last_line(log)}" if code == USAGE else ""
     return f"{name} ended ({code}){why}; starting it again"
+
+
+def at_the_end(name: str, code: int) -> str:
+    """What is said of a process that did not end well when everything was stopped."""
+    return f"{name} did not stop in time, and was killed" if code == -signal.SIGKILL else f"{name} ended with {code}"
 
 
 def _opened_router(conference: Conference) -> Router:
