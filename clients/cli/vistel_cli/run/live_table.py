@@ -110,11 +110,21 @@ class LiveTable:
         if self._silent:
             return
         for event in self._events.new():
-            self._console.print(Text.assemble((f"{_clock(elapsed_s)}  ", "dim"), event), soft_wrap=not self._console.is_terminal)
+            self._console.print(self._line(_clock(elapsed_s), event), soft_wrap=not self._console.is_terminal)
         length = f"{_clock(elapsed_s)} of {_clock(self._seconds)}" if self._seconds else _clock(elapsed_s)
         legend = LEGEND + (LEGEND_OF_VOICES if _sounds(self._conference, self._observer) else "")
         below = Text(f"{length}, Ctrl-C ends it\n{legend}", style="dim")
         self._live.update(Group(sites_table(self._conference, self._observer), below), refresh=True)
+
+    def _line(self, clock: str, event: str) -> RenderableType:
+        """An event after its time; on a terminal, further lines of it stand below the first."""
+        if not self._console.is_terminal:
+            return Text.assemble((f"{clock}  ", "dim"), event)
+        line = Table.grid(padding=(0, 2, 0, 0))
+        line.add_column(no_wrap=True, style="dim")
+        line.add_column(overflow="fold")
+        line.add_row(clock, Text(event))
+        return line
 
 
 def sites_table(conference: Conference, observer: Observer) -> RenderableType:
