@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import math
+import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -48,7 +49,9 @@ class Takes:
 
 
 def guarded(command: Any) -> Any:
-    """The command, or the group, whose inputs are checked when it is called: all faults are told, one line each."""
+    """The command, or the group, whose inputs are checked when it is called: all faults are told, one line each. The lines of its
+    help are as long as the terminal is wide."""
+    command.help = command.help and re.sub(r"(?<=\S)\n(?=[^\s*-])", " ", command.help)
     for inner in getattr(command, "commands", {}).values():
         guarded(inner)
     run: Callable[..., Any] | None = command.callback

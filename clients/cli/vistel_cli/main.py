@@ -19,7 +19,7 @@ COMMANDS = {
     "examples": Lazy("vistel_cli.examples.examples:examples", HOSTS),
     "runs": Lazy("vistel_cli.run.runs:app", HOSTS, "List the folders of runs, and clear old ones."),
     "site": Lazy("vistel_cli.site.site:app", HOSTS, "Take part in a conference across machines."),
-    "world": Lazy("vistel_cli.world.world:app", HOSTS, "Rooms and things on file: show, edit, export."),
+    "world": Lazy("vistel_cli.world.world:app", HOSTS, "Rooms: show, edit, export, run and move them."),
     "doctor": Lazy("vistel_cli.devices.doctor:doctor", HOSTS),
     "wall": Lazy("vistel_cli.wall:wall", HOSTS),
     "ask": Lazy("vistel_cli.ask:ask", PARTICIPANTS),

@@ -54,24 +54,24 @@ def up(
     motion: Annotated[
         str | None,
         Takes(BVH, FOLDER),
-        typer.Option(help="Motion for the simulated devices: a .bvh file or a folder of 6-DOF recordings."),
+        typer.Option(help="How the first participants with simulated devices move: a .bvh file or a folder of 6-DOF recordings."),
     ] = None,
     plan: Annotated[bool, typer.Option("--plan", help="Only show which processes would run, and all that would fail.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
     """Run every site of a conference on this machine, with real or simulated devices.
 
-    Its world, recorder and router run here too. Where sites are on several machines, use `vistel site` instead.
+    Its world, recorder and router run here too. Where sites are on several machines, use `vistel site` at each of them.
 
     [bold]Examples[/bold]
 
-      vistel up                                three simulated sites, until Ctrl-C
+      vistel up
 
       vistel up conference.toml --seconds 60
 
-      vistel up --motion recordings/walk.bvh   the first participant moves as recorded
+      vistel up --motion recordings/walk.bvh
 
-      vistel up conference.toml --plan         only check it
+      vistel up conference.toml --plan
     """
     source = file or DEMO_FILE
     conference = load_conference(source)
@@ -260,7 +260,8 @@ class _Run:
             n: {"exit_code": codes.get(n), "restarts": c.restarts, "cpu_percent": cpu.percent(n)}
             for n, c in supervisor.children.items()
         }
-        files = [paths.video(s.name) for s in self.conference.sites if s.draws and s.display.video]
+        films = [s.name for s in self.conference.sites if s.draws and s.display.video]
+        files = [film for name in films for film in paths.videos(name) or [paths.video(name)]]
         files += [paths.log] if self.conference.record else []
         report["files"] = {f.name: f.stat().st_size if f.exists() else None for f in files}
         paths.report.write_text(json.dumps(report, indent=2) + "\n", "utf-8")

@@ -87,9 +87,9 @@ def world(
     insecure: Insecure = False,
     recorder: Annotated[bool, typer.Option(help="Run the recorder too, if the conference is recorded.")] = True,
 ) -> None:
-    """Run the world (and the recorder) of a conference whose sites join from elsewhere.
+    """Run the world (and the recorder) of one conference whose sites join from other machines.
 
-    It ends with the conference. To keep rooms on disk, to run several, or to take a room over, use `vistel world serve`.
+    On a single machine, `vistel up` does this too. Rooms that stay when a conference ends: `vistel world serve`.
 
     [bold]Example[/bold]
 

@@ -41,10 +41,10 @@ def serve(
     wait: Annotated[bool, typer.Option("--wait", help="Wait until a room is moved here.")] = False,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
-    """Run the worlds of conferences here. A world takes over a room that another world leads, while it runs.
+    """Run rooms here, with or without a conference, and keep them on disk.
 
-    When this ends, rooms go back to worlds that wait for them. A conference needs none of this: `vistel up` and
-    `vistel site world` run its world.
+    Each takes over its room from the world that runs it. When this ends, rooms go back to worlds that wait for them. A single
+    conference does not need this: its world is run by `vistel up`, or across machines by `vistel site world`.
 
     [bold]Examples[/bold]
 
