@@ -16,7 +16,7 @@ from vistel.conference.connect import owners_of
 from vistel.v1.audio_pb2 import EquipmentStatus
 from vistel.v1.command_pb2 import Command
 from vistel.v1.motion_pb2 import Motion, Participant
-from vistel.v1.world_pb2 import AssetRequest
+from vistel.v1.world_pb2 import AssetRequest, WorldSnapshot
 from vistel.wire import inbox
 from vistel.wire.assets import MOST_ASKED, AssetShelf
 from vistel.wire.bus import Sample
@@ -25,6 +25,7 @@ from vistel.wire.limits import CUT, MOST_LETTERS, MOST_MESSAGE_BYTES, SITE_BYTES
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.owners import MOST_AHEAD_NS
 from vistel.wire.topics import BY_NAME, TOPICS, Publisher
+from vistel.wire.zenoh import config
 from vistel_services.world.received import MOST_COMMANDS, InputCollector
 
 NOW_NS = 1_000_000_000_000
@@ -152,5 +153,30 @@ def test_a_message_too_large_for_the_bus_is_dropped_and_the_sender_stays(tmp_pat
             await asyncio.sleep(0.05)
         assert set(heard) == {1, 2}
         subscriber.undeclare()
+
+    secured(tmp_path, body)
+
+
+@pytest.mark.parametrize("limited", [False, True], ids=["before", "now"])
+def test_a_flood_of_questions_of_one_site_reaches_the_world_as_a_trickle(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, limited: bool
+) -> None:
+    if not limited:
+        monkeypatch.setattr(config, "question_limits", list)
+
+    async def body(s: Secured) -> None:
+        hub, paris = await s.door("hub"), await s.door("paris")
+        asked: list[bytes] = []
+        hub.serve(BY_NAME["world_snapshot"], lambda request: asked.append(request) or WorldSnapshot())
+        while await paris.query(BY_NAME["world_snapshot"], timeout_s=0.3) is None:
+            pass
+        asked.clear()
+        attacker = s.session("paris")
+        key = BY_NAME["world_snapshot"].pattern("demo")
+        answers = [attacker.get(key) for _ in range(300)]
+        for a in answers:
+            await asyncio.to_thread(list, a)
+        assert (len(asked) >= 250) is not limited
+        assert not limited or len(asked) < 100
 
     secured(tmp_path, body)

@@ -14,6 +14,10 @@ from vistel.wire.zenoh.common_names import common_name
 WORLD_NAME = "world"
 HUB_NAME = "hub"
 
+MOST_QUESTIONS_PER_S = {"world_snapshot": 20.0, "room_plan": 20.0}
+"""By topic, how many questions a second a router passes on from each link: of those that everybody may ask, the ones that cost the
+world work. Others are asked in quick turns (clock, parts of assets), or by those alone who may have the room."""
+
 _SAY = ["put", "delete", "declare_queryable", "reply"]
 _PRESENCE = ["liveliness_token"]
 _ASK = ["declare_subscriber", "query", "declare_liveliness_subscriber", "liveliness_query"]
@@ -71,6 +75,12 @@ def access_rules(
     for observer in observers:
         allow(observer, [])
     return {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}
+
+
+def question_limits() -> list[dict[str, Any]]:
+    """The `downsampling` section of a router's configuration, which Zenoh counts for each link by itself."""
+    rules = [{"key_expr": t.pattern(), "freq": MOST_QUESTIONS_PER_S[t.name]} for t in TOPICS if t.name in MOST_QUESTIONS_PER_S]
+    return [{"id": "questions", "messages": ["query"], "flows": ["ingress"], "rules": rules}]
 
 
 def _keys(publisher: Publisher, conference: str, site: str, *only: str) -> list[str]:

@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from vistel.wire.limits import MOST_MESSAGE_BYTES
+from vistel.wire.zenoh.access import question_limits
 
 LEASE_MS = 2000
 """A silent neighbour is gone after this; presence follows."""
@@ -57,6 +58,7 @@ def router_config(
         "mode": "router",
         "listen": {"endpoints": [_with_datagrams(e) for e in listen]},
         "adminspace": {"enabled": False},
+        "downsampling": question_limits(),
         **_common(tls, listens=True),
     }
     if connect:
