@@ -38,6 +38,10 @@ def test_a_port_with_senders_receives_theirs_alone(caplog: pytest.LogCaptureFixt
     assert caplog.text.count("event=packets_refused") == bool(senders)
 
 
+def test_ports_are_of_this_machine_unless_the_file_says_otherwise() -> None:
+    assert FaceConfig().listen == TrackerConfig(kind="vmc", port="39539").listen == UdpPort().listen == "127.0.0.1"
+
+
 def test_the_file_says_who_may_send_and_where_it_listens() -> None:
     assert FaceConfig(senders=["192.168.1.30"]).senders == ["192.168.1.30"]
     assert TrackerConfig(kind="vmc", port="39539", listen="192.168.1.2").listen == "192.168.1.2"

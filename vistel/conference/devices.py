@@ -86,10 +86,10 @@ Address = Annotated[str, AfterValidator(_address)]
 class UdpPort(Checked):
     """What may reach a device's UDP port."""
 
-    listen: Address = "0.0.0.0"
-    """vmc, live_link: the address of this machine on which packets are received; default: all."""
+    listen: Address = "127.0.0.1"
+    """vmc, live_link: the address of this machine on which packets are received; default: from this machine; "0.0.0.0": all."""
     senders: list[Address] = Field(default=[])
-    """vmc, live_link: whose packets are received; default: everybody's."""
+    """vmc, live_link: whose packets are received there; default: everybody's."""
 
 
 class TrackerConfig(AnyTracker, UdpPort):

@@ -7,6 +7,7 @@ from typing import Literal
 from pydantic import Field, field_validator, model_validator
 
 from vistel.conference.devices import Checked, Name
+from vistel.wire.zenoh.endpoints import is_local
 
 Place = tuple[float, float, float]
 
@@ -72,6 +73,8 @@ class Display(Checked):
     """Write an MP4 of what is shown into the output folder."""
     stream: str = ""
     """Where browsers see it, "HOST:PORT", or a port of this machine only; "": nowhere."""
+    stream_token: str = Field(default="", pattern=r"^$|^[A-Za-z0-9_\-]{16,64}$")
+    """What browsers show to see it; needed where other machines reach it: 16 to 64 letters, digits, _ and -."""
     shared_memory: bool = False
     """Other programs of its machine read it from memory (`vistel.wire.shared_pictures`)."""
     virtual_camera: str = ""
@@ -103,7 +106,8 @@ class Display(Checked):
         """What a browser of the renderer's machine opens; empty for no stream, or for one at any free port."""
         host, port = self.stream_at or ("", 0)
         here = "127.0.0.1" if host == "0.0.0.0" else f"[{host}]" if ":" in host else host
-        return f"http://{here}:{port}/" if port else ""
+        token = f"?token={self.stream_token}" if self.stream_token else ""
+        return f"http://{here}:{port}/{token}" if port else ""
 
     @field_validator("stream")
     @classmethod
@@ -112,6 +116,13 @@ class Display(Checked):
         if stream and not ((found := re.fullmatch(address, stream)) and int(found["port"]) < 65536):
             raise ValueError(f'expected an address and a port, such as "127.0.0.1:8090", or a port, got "{stream}"')
         return stream
+
+    @model_validator(mode="after")
+    def _token_beyond_this_machine(self) -> "Display":
+        host, port = self.stream_at or ("127.0.0.1", 0)
+        if not self.stream_token and not is_local(f"tcp/[{host}]:{port}"):
+            raise ValueError("stream: other machines reach it: expected stream_token that nobody guesses, of 16 letters or more")
+        return self
 
     @model_validator(mode="after")
     def _screens_apart(self) -> "Display":

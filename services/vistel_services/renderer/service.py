@@ -77,7 +77,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     shown, drawn = site.display, render_config(conference, site)
     out = Out(
         paths.video(site.name) if shown.video else None,
-        StreamAddress(*shown.stream_at) if shown.stream_at else None,
+        StreamAddress(*shown.stream_at, shown.stream_token) if shown.stream_at else None,
         bool(site.audio and site.audio.stream),
         paths.video(site.name),
         shared_path(conference.name, site.name) if shown.shared_memory else None,

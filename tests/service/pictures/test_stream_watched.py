@@ -197,3 +197,28 @@ def test_nobody_watching_costs_no_encoding() -> None:
             assert stream._encoder._codec is None
 
     asyncio.run(idle())
+
+
+def test_a_stream_with_a_token_is_read_by_those_who_show_it_and_by_nobody_else() -> None:
+    async def watch() -> None:
+        token = "0123456789abcdef"
+        async with streaming(StreamAddress("127.0.0.1", 0, token)) as stream, aiohttp.ClientSession() as stranger:
+            where = f"http://{stream.address}"
+            assert token not in repr(stream.address)
+            for path in ("/", "/watch.js", "/stream", "/?token=", "/?token=0123456789abcdee", "/stream?token=%00%ff"):
+                async with stranger.get(where + path) as answer:
+                    assert answer.status == 403, path
+            with pytest.raises(aiohttp.WSServerHandshakeError, match="403"):
+                await stranger.ws_connect(f"{where}/stream")
+            jar = aiohttp.CookieJar(unsafe=True)
+            async with aiohttp.ClientSession(cookie_jar=jar) as browser:
+                async with browser.get(f"{where}/?token={token}") as answer:
+                    assert answer.status == 200
+                async with browser.get(f"{where}/watch.js") as answer:
+                    assert answer.status == 200
+                async with browser.ws_connect(f"{where}/stream") as connection:
+                    assert (await connection.receive_json())["kind"] == "hello"
+            async with aiohttp.ClientSession() as program, program.ws_connect(f"{where}/stream?token={token}") as connection:
+                assert (await connection.receive_json())["kind"] == "hello"
+
+    asyncio.run(watch())

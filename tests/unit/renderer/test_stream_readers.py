@@ -164,8 +164,11 @@ def test_no_header_can_break_the_door(host: str, origin: str | None) -> None:
     ],
 )
 def test_a_port_alone_is_of_this_machine(said: str, at: tuple[str, int], local: bool) -> None:
-    assert Display(stream=said).stream_at == at
+    assert Display(stream=said, stream_token="" if local else "0123456789abcdef").stream_at == at
     assert StreamAddress(*at).local is local
+    if not local:
+        with pytest.raises(ValueError, match="expected stream_token"):
+            Display(stream=said)
 
 
 @pytest.mark.parametrize("said", ["no", "host:", ":8090", "1.2.3.4:99999", "http://1.2.3.4:80", "::1:80"])

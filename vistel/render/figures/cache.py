@@ -1,14 +1,13 @@
 """Figures kept on disk, ready to deform: making one takes two seconds of computing, reading it back some hundredths.
 
 They lie in the user's own cache folder, as compiled kernels do, under a name that is a digest of the avatar and of all code that
-makes a figure of it; what is there, and nobody else may write, is believed.
+makes a figure of it. What is there and nobody else may write is believed; it holds no code (`object_file`).
 """
 
 import hashlib
 import inspect
 import logging
 import os
-import pickle
 import sys
 from collections.abc import Sequence
 from dataclasses import fields, is_dataclass
@@ -25,6 +24,7 @@ from vistel.figure.layers import skin
 from vistel.jit.kernel_jit import stamp_of
 from vistel.render.figures import figures
 from vistel.render.figures.figures import AvatarFigure
+from vistel.render.figures.object_file import ObjectFileError, from_bytes, to_bytes
 from vistel.whole_file import whole_file
 from vistel.wrinkle import shown
 from vistel.wrinkle.errors import WrinkleError
@@ -32,6 +32,8 @@ from vistel.wrinkle.wrinkle_sets import FOLDER, WrinkleSet, sets_in, wrinkle_set
 
 log = logging.getLogger("vistel.renderer")
 
+KEPT = ".figure"
+"""The ending of files with figures."""
 MOST_KEPT = 1 << 30
 """Bytes of figures kept; those not used for longest go first."""
 
@@ -43,7 +45,7 @@ def cached_figure(avatar: Avatar, cache: Path | None = None, wears: Sequence[str
     Processes of a machine that want the same one take turns. A folder that cannot be used costs only the keeping.
     """
     folder = default_cache().parent / "figures" if cache is None else cache
-    path = folder / f"{_digest(avatar, wears)}.pickle"
+    path = folder / f"{_digest(avatar, wears)}{KEPT}"
     if (kept := _read(path)) is not None:
         return kept
     with file_lock(path.with_suffix(".lock")):
@@ -75,7 +77,7 @@ def _digest(avatar: Avatar, wears: Sequence[str]) -> str:
 
 
 def _take(digest: hashlib.blake2b, value: object) -> None:
-    """What a value says, however it is laid out and whatever it has worked out meanwhile (its pickle holds both): an avatar
+    """What a value says, however it is laid out and whatever it has worked out meanwhile (its file holds both): an avatar
     that was just made, one that was read and one that a figure was made of have one digest."""
     if isinstance(value, np.ndarray):
         array = np.ascontiguousarray(cast("NDArray[Any]", value))
@@ -107,13 +109,13 @@ def _read(path: Path) -> AvatarFigure | None:
             if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & 0o022):
                 log.warning("event=figure_not_read path=%s reason='others may have written it' action=made_again", path)
                 return None
-            data = file.read()
+            data = np.fromfile(file, np.uint8)
         os.utime(path)
     except OSError:
         return None
     try:
-        person = pickle.loads(data)
-    except Exception as fault:  # a damaged file can raise anything
+        person = from_bytes(data)
+    except ObjectFileError as fault:
         log.warning("event=figure_damaged path=%s reason=%r action=made_again", path, str(fault))
         return None
     return person if isinstance(person, AvatarFigure) else None
@@ -124,14 +126,16 @@ def _write(path: Path, person: AvatarFigure) -> None:
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with whole_file(path, private=True) as stream:
-            pickle.dump(person, stream, 5)
+            stream.writelines(to_bytes(person))
         _make_room(path.parent)
     except OSError as fault:
         log.warning("event=figure_not_kept path=%s reason=%s", path, fault)
 
 
 def _make_room(folder: Path) -> None:
-    files = sorted(folder.glob("*.pickle"), key=lambda f: f.stat().st_mtime, reverse=True)
+    for earlier in folder.glob("*.pickle"):  # of versions that kept figures as such
+        earlier.unlink(missing_ok=True)
+    files = sorted(folder.glob(f"*{KEPT}"), key=lambda f: f.stat().st_mtime, reverse=True)
     total = 0
     for file in files:
         total += file.stat().st_size

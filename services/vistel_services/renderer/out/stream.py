@@ -11,6 +11,7 @@ import contextlib
 import json
 import logging
 import socket
+from dataclasses import replace
 from importlib import import_module, resources
 from typing import TYPE_CHECKING
 
@@ -19,7 +20,7 @@ from prometheus_client import Counter, Gauge
 from vistel.arrays import U8
 from vistel.wire import background
 from vistel.wire.clock import Clock
-from vistel_services.renderer.out.stream_address import StreamAddress, answered
+from vistel_services.renderer.out.stream_address import StreamAddress, admitted, answered
 from vistel_services.renderer.out.stream_encoder import SOUND, StreamEncoder, message
 from vistel_services.renderer.out.stream_reader import Reader, StreamPicture
 
@@ -79,7 +80,7 @@ class Stream:
         await runner.setup()
         await web.TCPSite(runner, self.address.host, self.address.port).start()
         host, port = runner.addresses[0][:2]
-        self.address = StreamAddress(str(host), int(port))
+        self.address = replace(self.address, host=str(host), port=int(port))
         self._stating = background.start(self._state(), "stream state")
         log.info("event=streaming address=http://%s/ reach=%s", self.address, "this_machine" if self.address.local else "network")
 
@@ -140,9 +141,24 @@ class Stream:
 
         if not answered(request.headers.get("Host"), None):
             raise web.HTTPForbidden(text="ask for this page by the address of its machine\n")
+        self._check_token(request)
         name, kind = _SERVED[request.path]
         text = (resources.files("vistel_services.renderer.out") / "page" / name).read_text("utf-8")
-        return web.Response(text=text, content_type=kind, charset="utf-8", headers=_HEADERS)
+        page = web.Response(text=text, content_type=kind, charset="utf-8", headers=_HEADERS)
+        if self.address.token:  # for what the page asks for next
+            page.set_cookie(self._cookie, self.address.token, httponly=True, samesite="Strict")
+        return page
+
+    @property
+    def _cookie(self) -> str:
+        return f"vistel_{self.address.port}"  # browsers have one set of cookies for all ports of a machine
+
+    def _check_token(self, request: web.Request) -> None:
+        from aiohttp import web
+
+        if not admitted(self.address.token, request.query.get("token", request.cookies.get(self._cookie))):
+            log.warning("event=stream_refused by=%s reason='no token'", request.remote)
+            raise web.HTTPForbidden(text="this stream asks for its token: open the address with /?token=... at its end\n")
 
     async def _watch(self, request: web.Request) -> web.StreamResponse:
         from aiohttp import web
@@ -150,6 +166,7 @@ class Stream:
         if not answered(request.headers.get("Host"), request.headers.get("Origin")):
             log.warning("event=stream_refused origin=%r host=%r", request.headers.get("Origin"), request.headers.get("Host"))
             raise web.HTTPForbidden(text="the stream is for its own page only\n")
+        self._check_token(request)
         if len(self._readers) >= MOST_READERS:
             raise web.HTTPServiceUnavailable(text=f"{MOST_READERS} are watching already\n")
         socket_of = request.transport.get_extra_info("socket") if request.transport else None

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import hmac
 import ipaddress
 import socket
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from urllib.parse import urlsplit
 
 
 @dataclass(frozen=True)
 class StreamAddress:
-    """host: of this machine, an address or a name; port: 0 takes a free one."""
+    """host: of this machine, an address or a name; port: 0 takes a free one; token: what readers show, "" for none."""
 
     host: str
     port: int
+    token: str = field(default="", repr=False)
 
     @property
     def local(self) -> bool:
@@ -22,6 +24,11 @@ class StreamAddress:
 
     def __str__(self) -> str:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+
+def admitted(token: str, shown: str | None) -> bool:
+    """Whether who shows `shown` may read a stream with this token."""
+    return not token or hmac.compare_digest(token.encode(), (shown or "").encode())
 
 
 def answered(host: str | None, origin: str | None) -> bool:

@@ -35,7 +35,7 @@ def shown(cache: Path) -> str:
 
 def test_another_process_reads_the_same_figure_to_the_last_bit(tmp_path: Path) -> None:
     made = shown(tmp_path)
-    (kept,) = tmp_path.glob("*.pickle")
+    (kept,) = tmp_path.glob("*.figure")
     before = kept.stat().st_ino
     assert shown(tmp_path) == made
     assert kept.stat().st_ino == before  # it was read, not made again
@@ -44,12 +44,12 @@ def test_another_process_reads_the_same_figure_to_the_last_bit(tmp_path: Path) -
 def test_a_damaged_file_is_made_again(tmp_path: Path) -> None:
     avatar = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
     cached_figure(avatar, tmp_path)
-    (kept,) = tmp_path.glob("*.pickle")
+    (kept,) = tmp_path.glob("*.figure")
     kept.write_bytes(kept.read_bytes()[:1000])
     again = cached_figure(avatar, tmp_path).pose(standing()).skin
     assert isinstance(again, Corners)
     assert np.isfinite(again.positions).all()
-    assert max(file.stat().st_size for file in tmp_path.glob("*.pickle")) > 1_000_000
+    assert max(file.stat().st_size for file in tmp_path.glob("*.figure")) > 1_000_000
 
 
 def test_a_folder_that_cannot_be_used_costs_only_the_keeping(tmp_path: Path) -> None:
@@ -63,6 +63,6 @@ def test_one_file_is_kept_of_an_avatar_made_read_or_shown_before(tmp_path: Path)
     made = replace(read, albedo=np.asfortranarray(read.albedo), skeleton=replace(read.skeleton, rest=read.skeleton.rest.copy()))
     for avatar in (read, read, made):
         cached_figure(avatar, tmp_path)
-    assert len(list(tmp_path.glob("*.pickle"))) == 1
+    assert len(list(tmp_path.glob("*.figure"))) == 1
     cached_figure(replace(read, skeleton=replace(read.skeleton, rest=read.skeleton.rest * 1.001)), tmp_path)
-    assert len(list(tmp_path.glob("*.pickle"))) == 2
+    assert len(list(tmp_path.glob("*.figure"))) == 2
