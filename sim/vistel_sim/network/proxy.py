@@ -14,6 +14,7 @@ from collections import deque
 from collections.abc import AsyncIterator
 from typing import Any, Literal
 
+from vistel.wire import background
 from vistel_sim.network.link import SEGMENT_BYTES, Conditions, Link
 
 Way = Literal["up", "down", "both"]
@@ -82,7 +83,6 @@ class _Clients(asyncio.DatagramProtocol):
         self._proxy = proxy
         self._transports = transports
         self._opening: dict[Address, list[bytes]] = {}
-        self._tasks: set[asyncio.Task[None]] = set()
 
     def connection_made(self, transport: Any) -> None:
         self._transport = transport
@@ -94,9 +94,7 @@ class _Clients(asyncio.DatagramProtocol):
             self._opening[addr].append(data)
         else:
             self._opening[addr] = [data]
-            task = asyncio.ensure_future(self._open(addr))
-            self._tasks.add(task)
-            task.add_done_callback(self._tasks.discard)
+            background.current().start(self._open(addr), "link for another client")
 
     async def _open(self, addr: Address) -> None:
         back = _Answers(self._proxy, self._transport, addr)
