@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True)
 File = Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file with a folder of certificates under \\[bus.tls].")]
-Days = Annotated[int, typer.Option(min=1, max=825, help="How many days certificates are good.")]
+Days = Annotated[int, typer.Option(min=1, max=825, help="How many days the certificates are valid.")]
 DAYS = 90
 STANDARD_HOSTS = ("localhost", "127.0.0.1", "::1")
 """Addresses of the hub on its own machine."""
@@ -33,7 +33,7 @@ STANDARD_HOSTS = ("localhost", "127.0.0.1", "::1")
 def init(file: File, days: Days = DAYS, force: Force = False) -> None:
     """Make the authority that signs a conference's certificates, and the certificate of the hub.
 
-    The hub's is good for the addresses that the file names under \\[bus]. Keep the folder on the hub's machine.
+    The hub's is valid for the addresses that the file names under \\[bus]. Keep the folder on the hub's machine.
 
     [bold]Example[/bold]
 
@@ -61,7 +61,7 @@ def add(
 ) -> None:
     """Make keys and certificates here, for machines to which you then carry the files.
 
-    Where the other machine can reach this one, `vistel site invite` does without carrying: there the key never leaves its machine.
+    If the other machine can reach this one, use `vistel site invite` instead: then no key leaves its machine.
 
     [bold]Example[/bold]
 
@@ -82,10 +82,10 @@ def add(
 @app.command()
 def renew(
     file: File,
-    names: Annotated[list[str] | None, typer.Argument(help="Whose; default: all whose keys are here.")] = None,
+    names: Annotated[list[str] | None, typer.Argument(help="Sites; default: all whose keys are here.")] = None,
     days: Days = DAYS,
 ) -> None:
-    """Make new keys and certificates in place of those that end soon. A router that runs takes up its own at once.
+    """Make new keys and certificates in place of those that expire soon. A router that runs takes up its own at once.
 
     [bold]Example[/bold]
 
@@ -105,8 +105,8 @@ def renew(
 
 
 @app.command()
-def revoke(file: File, name: Annotated[str, typer.Argument(help="Whose certificates count no more.")]) -> None:
-    """Let nobody in with the certificates that a site has now. The router of the conference applies it within a second or two.
+def revoke(file: File, name: Annotated[str, typer.Argument(help="Sites whose certificates become invalid.")]) -> None:
+    """Make the present certificates of a site invalid. A router that runs applies this within two seconds.
 
     A new certificate, from `add` or an invitation, lets the site in again.
 

@@ -26,13 +26,13 @@ PORT = 7448
 def invite(
     file: File,
     sites: Annotated[list[str], typer.Argument(help="Who is invited: sites or observers of the file.")],
-    hours: Annotated[float, typer.Option(min=0.01, max=720, help="How long the invitations are good.")] = 24.0,
+    hours: Annotated[float, typer.Option(min=0.01, max=720, help="How long the invitations are valid.")] = 24.0,
     days: Days = DAYS,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port that the others reach; 0 takes a free one.")] = PORT,
 ) -> None:
     """Invite sites: print one line for each, to be pasted there, and wait until they have their certificates.
 
-    Send each line over a way that only its reader sees. It is good once, for one site, and while this command runs. The conference
+    Send each line by a way that only its reader sees. It is valid once, for one site, and while this command runs. The conference
     file goes with it. The authority's key is needed here (`vistel site certs init`).
 
     [bold]Example[/bold]

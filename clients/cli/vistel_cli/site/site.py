@@ -27,7 +27,7 @@ LATER = {
 }
 app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 Insecure = Annotated[
-    bool, typer.Option("--insecure", help="Plain TCP beyond this machine is meant: whoever reaches the port may speak as anybody.")
+    bool, typer.Option("--insecure", help="Allow plain TCP beyond this machine. Everybody who reaches the port can then send in any name.")
 ]
 
 
@@ -116,7 +116,7 @@ def router(
     """Run the router of a conference, which also keeps its time. No other router is needed.
 
     It admits only members with a certificate of the conference's authority (`vistel site certs`). Each may publish only on the
-    topics that the topics table allows. Certificates that are renewed or revoked meanwhile it takes up within a second or two.
+    topics that the topics table allows. While it runs, it takes up renewed and revoked certificates within two seconds.
 
     [bold]Example[/bold]
 

@@ -128,12 +128,12 @@ def trace(
     lamp: Annotated[str, typer.Option(help="Direction of the lamp: degrees counter-clockwise from the right, or unknown.")] = "90",
     blur: Annotated[float, typer.Option(min=0.5, max=50.0, help="Pixels; about a third of a wrinkle's radius.")] = 3.0,
     strong: Annotated[float, typer.Option(min=0.01, max=1.0, help="Least strength, as a share of the strongest wrinkle's.")] = 0.35,
-    shortest: Annotated[float, typer.Option(min=2.0, help="Shorter ends are pruned \\[pixels].")] = 16.0,
+    shortest: Annotated[float, typer.Option(min=2.0, help="Ends shorter than this are removed \\[pixels].")] = 16.0,
     skin: Annotated[bool, typer.Option("--skin", help="Skin, not cloth.")] = False,
     as_json: Json = False,
     force: Force = False,
 ) -> None:
-    """Make a wrinkle shape from a photograph: thinned edges become curves, their strengths the weights.
+    """Make a wrinkle shape from a photograph: edges become curves, and their strengths the weights.
 
     [bold]Examples[/bold]
 
