@@ -102,12 +102,12 @@ class WorldSite:
         folder = self.config.folder
         assert folder is not None
         kept: dict[str, bytes] = {}
-        for path in folder.iterdir() if folder.exists() else ():
+        for path in filter(Path.is_file, folder.iterdir()) if folder.exists() else ():
             with suppress(FileNotFoundError):  # an old one that the world has just taken away
                 kept[path.name] = path.read_bytes()
         await killed(self._task)
         await self._bus.close()
-        for path in folder.iterdir() if folder.exists() else ():
+        for path in filter(Path.is_file, folder.iterdir()) if folder.exists() else ():
             path.unlink(missing_ok=True)  # the world's disk may still be at work
         for name, data in kept.items():
             (folder / name).write_bytes(data)

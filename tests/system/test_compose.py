@@ -49,6 +49,7 @@ def test_router_world_sites_and_recorder_meet_as_separate_commands(tmp_path: Pat
     port = _free_port()
     compose = yaml.safe_load((ROOT / "docker-compose.yml").read_text())
     text = (ROOT / "deploy/conference.toml").read_text().replace("tcp/router:7447", f"tcp/127.0.0.1:{port}")
+    text = text.replace("/home/vistel/out", str(tmp_path / "out"))
     file = tmp_path / "conference.toml"
     file.write_text(text)
     # Kernels and people are made once; here it is the meeting that counts.

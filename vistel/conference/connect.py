@@ -36,10 +36,11 @@ def tls_files(conference: Conference, site: str) -> TlsFiles | None:
     return TlsFiles(*(tls.folder / f for f in (f"{AUTHORITY}.pem", f"{name}.pem", f"{name}.key")))
 
 
-async def connect(conference: Conference, site: str, clock: Clock, *endpoints: str) -> ZenohBus:
-    """Join as `site`, over the first router of `endpoints` that answers. Raises BusError, also for plain TCP beyond this machine
-    that the file does not allow."""
+async def connect(conference: Conference, site: str, clock: Clock, *routers: str) -> ZenohBus:
+    """Join as `site`, over the first of `routers` that answers, and over another one when it is gone. A router is an endpoint, or
+    several with commas between them. Raises BusError, also for plain TCP beyond this machine that the file does not allow."""
     tls = tls_files(conference, site) if conference.bus.mode == "routed" else None
+    endpoints = [endpoint for each in routers for endpoint in each.split(",")]
     for endpoint in endpoints:
         if fault := objection(endpoint, tls=tls is not None, insecure=conference.bus.insecure):
             raise BusError(fault)

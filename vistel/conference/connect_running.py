@@ -13,4 +13,4 @@ async def connect_running(running: Running, site: str, clock: Clock, hub: str) -
         at: {"participant": frozenset(p for p, there in running.people.items() if there == at)} for at in running.people.values()
     }
     owners = Owners({HUB_NAME: {}, WORLD_NAME: {}} | own)
-    return await ZenohBus.open(conference=running.name, site=site, clock=clock, endpoints=[hub], owners=owners)
+    return await ZenohBus.open(conference=running.name, site=site, clock=clock, endpoints=hub.split(","), owners=owners)

@@ -24,7 +24,7 @@ def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
     """Read and check a conference file. room_elsewhere: the room's file may be missing here because the world's site has it; then
     the seats are not known. Raises ConferenceError."""
     told = toml.read(path, ConferenceError)
-    conference = _with_files(told.checked(Conference, ConferenceError), path.parent)
+    conference = _with_room_kept(_with_files(told.checked(Conference, ConferenceError), path.parent), path)
     room = conference.room.file
     try:
         if room is not None and (room.is_file() or not room_elsewhere):
@@ -36,6 +36,15 @@ def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
     if faults := _room_faults(conference):
         raise ConferenceError(told.told(faults))
     return conference
+
+
+def _with_room_kept(conference: Conference, path: Path) -> Conference:
+    """With the folder in which the room is kept. The demo's own file has none beside it: its room begins anew each time."""
+    world = conference.world
+    if world.folder is None and path == DEMO_FILE:
+        return conference
+    folder = (path.parent / (world.folder or f"{path.stem}-room")).resolve()
+    return conference.model_copy(update={"world": world.model_copy(update={"folder": folder})})
 
 
 def _room_faults(conference: Conference) -> list[str]:

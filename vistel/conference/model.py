@@ -202,7 +202,7 @@ class RoomConfig(Checked):
 
 HUB_PLACE = "hub"
 """Where the router and the recorder are; no site."""
-RESERVED = (HUB_PLACE, "world")
+RESERVED = (HUB_PLACE, "world", "router")
 """Names of certificates that may do more than a site's (`vistel.wire.zenoh.access`)."""
 
 
@@ -213,6 +213,8 @@ class WorldPlaces(Checked):
     """Whose world is the leader at first: a site, on whose machine it then runs, or "hub"."""
     waiting: list[Name] = Field(default=[])
     """Whose worlds wait, so that the room can be moved there while it runs (`vistel world move`)."""
+    folder: Path | None = None
+    """Where the room is kept, on the machine of its world; default: beside the conference file, FILE-room."""
 
     @property
     def all(self) -> list[str]:
@@ -237,6 +239,19 @@ class MotionStream(Checked):
     """How many of the frames before it each message carries once more: what a link loses comes a frame later."""
 
 
+class Recording(Checked):
+    """How large the log may become."""
+
+    minutes: float = Field(default=0.0, ge=0.0)
+    """A new file begins after so long; 0: never for that."""
+    megabytes: float = Field(default=0.0, ge=0.0)
+    """A new file begins when one has so many; 0: never for that."""
+    quota: float = Field(default=0.0, ge=0.0)
+    """Megabytes of all files of a run; the oldest ones go; 0: no limit."""
+    keep_free: float = Field(default=200.0, ge=0.0)
+    """Megabytes of the disk that are left to the room: with less, recording pauses."""
+
+
 class Conference(Checked):
     """A whole conference file."""
 
@@ -253,6 +268,7 @@ class Conference(Checked):
     record: bool = True
     record_raw: bool = True
     """Keep the devices' bytes in the log, so that a replay can start from them."""
+    recording: Recording = Recording()
     standby: bool = True
     """Keep one loaded process on each machine from which all others are forked, so that they start, and start again, at once."""
 

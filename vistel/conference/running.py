@@ -81,10 +81,10 @@ def running_conferences(name: str | None = None) -> list[Running]:
 
 
 def router_of(conference: Conference) -> str | None:
-    """The router of a conference: that of the newest of this name that runs here, unless the file names routers; else the file's
-    first; None where there is neither."""
+    """The router of a conference: that of the newest of this name that runs here, unless the file names routers; else the file's,
+    with commas between them; None where there is neither."""
     here = running_conferences(conference.name) if conference.bus.mode == "embedded" else []
-    return here[0].hub if here else next(iter(conference.bus.endpoints), None)
+    return here[0].hub if here else ",".join(conference.bus.endpoints) or None
 
 
 def _left_behind(path: Path) -> bool:

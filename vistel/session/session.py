@@ -14,6 +14,7 @@ from vistel.session.room_view import RoomView, view_of
 from vistel.space.actions import Action
 from vistel.wire.bus import Bus, Sample
 from vistel.wire.clock import Clock, SystemClock
+from vistel.wire.clock_sync import set_clock
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
@@ -97,6 +98,7 @@ async def opened(conference: Conference, site: str, participant: str, hub: str) 
     """A session in the name of a participant of a site, over the router `hub`. Raises BusError."""
     clock = SystemClock()
     bus = await connect(conference, site, clock, hub)
+    await set_clock(bus, clock)
     session = AsyncSession(bus, clock, participant)
     try:
         yield session

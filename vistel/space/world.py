@@ -18,6 +18,7 @@ from vistel.space.commands.perform import forgotten, obey
 from vistel.space.contact.near import Bodies, placed
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.dynamics.solids import Solids, solids
+from vistel.space.earlier import resumed
 from vistel.space.eyes import Eyes, eyes_of
 from vistel.space.guided_things import guided
 from vistel.space.hands import grasp as hands
@@ -106,6 +107,10 @@ class World:
         """Capture time of the newest motion of each participant in the room [ns]; 0 before the first."""
         return {f.name: f.t_ns for f in self._state.figures}
 
+    def answered(self, participant: str, command: str) -> bool:
+        """Whether the command with this id was answered, of late."""
+        return any((a.id, a.participant) == (command, participant) for a in self._state.ledger.answers)
+
     @property
     def eyes(self) -> dict[str, Eyes]:
         """Eyes of each participant in the last step, without participants that have no motion yet."""
@@ -123,6 +128,11 @@ class World:
         """
         room, state = snapshot.decode(data) if like is None else snapshot.decode(data, like._room, like._state.things)
         return World(room, state, like._solids if like is not None else None)
+
+    def resumed(self, room: Room, t_ns: int) -> "World":
+        """This room of an earlier meeting as `room`, at `t_ns`: things lie where they were left, and everybody has gone."""
+        begins = World(room)
+        return World(room, resumed(self._room, self._state, room, begins._state, t_ns), begins._solids)
 
     def step(self, inputs: StepInputs) -> WorldView:
         """Advance by one step of DT. Bad motions and commands are refused one by one; the step always happens."""

@@ -1,11 +1,14 @@
 """Clocks: the only place of the library that reads one. Times are integer nanoseconds of conference time."""
 
 import asyncio
+import sys
 import threading
 import time
 from collections.abc import AsyncGenerator, Callable
 from contextlib import asynccontextmanager
-from typing import Protocol
+from typing import Protocol, TypeVar
+
+T = TypeVar("T")
 
 
 class Clock(Protocol):
@@ -47,21 +50,46 @@ async def within(clock: Clock, seconds: float) -> AsyncGenerator[None]:
             call_off()
 
 
-class SystemClock:
-    """Conference time from the machine's clock plus an offset that is measured against the hub and slewed.
+async def on_thread(clock: Clock, work: Callable[[], T]) -> T:
+    """What `work` gives, done on a thread. Simulated time stands still meanwhile."""
+    if not isinstance(clock, SimulatedClock):
+        return await asyncio.to_thread(work)
+    clock.held += 1
+    try:
+        return await asyncio.to_thread(work)
+    finally:
+        clock.held -= 1
 
-    Never steps backwards: it runs on the monotonic clock, and `adjust` changes the offset gently.
+
+def running_ns() -> int:
+    """Time since the machine was started, that in which it slept included; nobody sets it."""
+    if sys.platform == "win32":
+        return time.monotonic_ns()
+    return time.clock_gettime_ns(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
+
+
+STEP_NS = 500_000_000
+"""A clock that is off by more is set at once; one that is off by less is slewed, so that no motion jumps."""
+
+
+class SystemClock:
+    """Conference time: the machine's time when this was made, from then on its running time, plus an offset that is measured
+    against the hub. That somebody sets the machine's time changes nothing, and a machine that slept is on time when it wakes.
     """
 
     MAX_SLEW = 0.01
-    """Seconds of correction per second of time, at most, once set."""
+    """Seconds of correction per second of time, at most, while it is slewed."""
+    LOOK_S = 0.5
+    """A sleep looks at the clock so often: it may have been set [s]."""
 
-    def __init__(self) -> None:
-        self._base_ns = time.time_ns() - time.monotonic_ns()
+    def __init__(self, running: Callable[[], int] = running_ns, wall: Callable[[], int] = time.time_ns) -> None:
+        """running: nanoseconds that only grow; wall: nanoseconds since 1970, as the machine has them."""
+        self._running, self._wall = running, wall
+        self._base_ns = wall() - running()
         self._offset_ns = 0.0
         self._target_ns = 0.0
-        self._slewed_at_ns = time.monotonic_ns()
-        self._synchronised = False
+        self._slewed_at_ns = running()
+        self._set = False
         self._lock = threading.Lock()  # of all above: the bus, sound cards and devices ask from threads of their own
 
     def now_ns(self) -> int:
@@ -70,15 +98,20 @@ class SystemClock:
             return self._slewed_ns()
 
     def adjust(self, offset_ns: float) -> None:
-        """Move towards being `offset_ns` ahead of where it is now; the first call steps, later ones slew."""
+        """Move towards being `offset_ns` ahead of where it is now: at once the first time and over STEP_NS, else slowly."""
         with self._lock:
             self._slewed_ns()
             self._target_ns = self._offset_ns + offset_ns
-            if not self._synchronised:
-                self._offset_ns, self._synchronised = self._target_ns, True
+            if not self._set or abs(offset_ns) > STEP_NS:
+                self._offset_ns, self._set = self._target_ns, True
+
+    @property
+    def machine_off_ns(self) -> int:
+        """How far the machine's own time is ahead of conference time now."""
+        return self._wall() - self.now_ns()
 
     def _slewed_ns(self) -> int:
-        mono = time.monotonic_ns()
+        mono = self._running()
         limit = self.MAX_SLEW * (mono - self._slewed_at_ns)
         self._slewed_at_ns = mono
         self._offset_ns += max(-limit, min(limit, self._target_ns - self._offset_ns))
@@ -86,7 +119,9 @@ class SystemClock:
 
     async def sleep_until_ns(self, t_ns: int) -> None:
         """As `Clock.sleep_until_ns`."""
-        await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9))
+        while (left_s := (t_ns - self.now_ns()) * 1e-9) > 0.0:
+            await asyncio.sleep(min(left_s, self.LOOK_S))
+        await asyncio.sleep(0)
 
     def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
         """As `Clock.call_after`."""
@@ -100,6 +135,8 @@ class SimulatedClock:
         self._now_ns = start_ns
         self._sleepers: list[tuple[int, int, Callable[[], object]]] = []
         self._count = 0
+        self.held = 0
+        """Threads for which time stands still."""
 
     def now_ns(self) -> int:
         """The time that was last moved to [ns]."""
@@ -126,7 +163,7 @@ class SimulatedClock:
 
     async def advance_to_ns(self, t_ns: int) -> None:
         """Move to `t_ns`, waking every sleeper on the way in the order of their times."""
-        await _settle()
+        await self._settle()
         while True:
             due = sorted(s for s in self._sleepers if s[0] <= t_ns)
             if not due:
@@ -134,12 +171,15 @@ class SimulatedClock:
             self._now_ns = max(self._now_ns, due[0][0])
             self._sleepers.remove(due[0])
             due[0][2]()
-            await _settle()
+            await self._settle()
         self._now_ns = max(self._now_ns, t_ns)
-        await _settle()
+        await self._settle()
 
-
-async def _settle() -> None:
-    """Let every task that can run do so before time moves on."""
-    for _ in range(20):
-        await asyncio.sleep(0)
+    async def _settle(self) -> None:
+        """Let every task that can run do so before time moves on."""
+        for _ in range(20):
+            await asyncio.sleep(0)
+        while self.held:
+            await asyncio.sleep(0.0002)
+            for _ in range(20):
+                await asyncio.sleep(0)

@@ -5,6 +5,7 @@ The conference file is an attachment; the clock offsets of the nodes, as last se
 after a second, so a recorder that dies loses at most the last second.
 """
 
+import contextlib
 import heapq
 import os
 import tomllib
@@ -53,15 +54,19 @@ class LogWriter:
         self.path = path
         self._file = path.open("wb")
         self._writer = Writer(self._file, chunk_size=CHUNK_BYTES, compression=CompressionType.LZ4)
-        self._writer.start(profile="vistel", library="vistel")
+        self.messages = 0
         self._schemas: dict[str, int] = {}
         self._channels: dict[str, int] = {}
         self._offsets: dict[str, str] = {}
         self._flushed_ns: int | None = None
-        self.messages = 0
-        if conference is not None:
-            self._writer.add_attachment(0, 0, CONFERENCE_FILE, "application/toml", conference.encode("utf-8"))
-        self._file.flush()
+        try:
+            self._writer.start(profile="vistel", library="vistel")
+            if conference is not None:
+                self._writer.add_attachment(0, 0, CONFERENCE_FILE, "application/toml", conference.encode("utf-8"))
+            self._file.flush()
+        except OSError:
+            self.abandon()
+            raise
 
     def write(self, topic: Topic, key: str, message: Message, log_ns: int) -> None:
         """Append a message of `topic` that arrived on `key` at `log_ns`."""
@@ -94,6 +99,13 @@ class LogWriter:
                 self._writer.add_metadata(OFFSETS, self._offsets)
             self._writer.finish()
             self._file.close()
+
+    def abandon(self) -> None:
+        """Let go of a file that the disk takes no more of. What is whole in it stays; a file without a message is removed."""
+        with contextlib.suppress(OSError):
+            self._file.raw.close()
+            if not self.messages:
+                self.path.unlink()
 
     def __enter__(self) -> Self:
         return self

@@ -9,6 +9,7 @@ import typer
 
 from vistel.wire.bus import Bus
 from vistel.wire.clock import SystemClock
+from vistel.wire.clock_sync import set_clock
 from vistel_cli.conference_choice import Hub, endpoint_of, newest, on_bus
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
@@ -52,7 +53,9 @@ def ask(
     name, site = _asker(people, who)
 
     async def asked(bus: Bus) -> Answer:
-        asker = Asker(bus, SystemClock(), name)
+        clock = SystemClock()
+        await set_clock(bus, clock)
+        asker = Asker(bus, clock, name)
         try:
             return await asker.ask(action)
         finally:

@@ -24,7 +24,9 @@ T = TypeVar("T")
 RunningFile = Annotated[
     Path | None, Takes(CONFERENCE), typer.Argument(help="Conference file; default: that of the conference that runs here.")
 ]
-Hub = Annotated[str | None, typer.Option(help="Router; default: that of the conference that runs here, else the file's.")]
+Hub = Annotated[
+    str | None, typer.Option(help="Router, or several: A,B; default: that of the conference that runs here, else the file's.")
+]
 
 
 def chosen(file: Path | None, hub: str | None) -> tuple[Conference, str]:
@@ -46,7 +48,8 @@ def newest() -> Running:
 
 
 def endpoint_of(conference: Conference, given: str | None) -> str:
-    """The router to connect to: `given`; that of the conference of this name that runs here; the file's first endpoint."""
+    """The router to connect to: `given`; that of the conference of this name that runs here; the file's. Several have
+    commas between them."""
     if given:
         return given
     if router := router_of(conference):

@@ -25,7 +25,7 @@ from vistel.v1.service_pb2 import Heartbeat
 from vistel.wire import alive, background, event_loop
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
-from vistel.wire.clock_sync import follow_hub
+from vistel.wire.clock_sync import follow_hub, set_clock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import ZenohBus
 from vistel_services.process import logs, metrics
@@ -99,6 +99,8 @@ async def _main(args: argparse.Namespace) -> int:
             began = time.perf_counter()
             bus = await connect(conference, plan.site, clock, *args.hub)
             log.info("bus joined took_ms=%.0f", (time.perf_counter() - began) * 1e3)
+            if isinstance(clock, SystemClock):
+                await set_clock(bus, clock)  # what a service does first must not be in the past or the future
             port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
             process.start(run_process(conference, plan, paths, bus, clock), "services")
             process.start(_heartbeat(plan, port, bus, clock), "heartbeat")

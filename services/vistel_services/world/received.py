@@ -16,6 +16,7 @@ from vistel.v1.command_pb2 import Command
 from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel.wire.bus import Sample
+from vistel.wire.clock import STEP_NS
 from vistel.wire.motion import MotionDecoder
 
 log = logging.getLogger("vistel.world")
@@ -30,8 +31,8 @@ OLDEST_COMMAND_NS = 5_000_000_000
 """Commands older than this on arrival were meant for a world of the past."""
 MOST_COMMANDS = 256
 """Of one participant between two steps; more are dropped. The world does far fewer a second."""
-CLOCK_RESTART_NS = 1_000_000_000
-"""A motion this much older than the last begins a new life of its sender."""
+CLOCK_RESTART_NS = STEP_NS
+"""A motion this much older than the last begins a new life of its sender, or its clock was set."""
 
 
 _USABLE = (TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED)
@@ -65,6 +66,8 @@ class ReceivedInputs:
     left: list[str] = field(default_factory=list)
     commands: list[tuple[str, Command]] = field(default_factory=list)
     props: list[Prop] = field(default_factory=list)
+    late: list[tuple[str, Command, str]] = field(default_factory=list)
+    """Commands that came too late to be done, and why."""
 
 
 class InputCollector:
@@ -82,6 +85,7 @@ class InputCollector:
         self._arrived = ReceivedInputs()
         self._told: set[tuple[str, str]] = set()
         self._asked: dict[str, int] = {}
+        self._behind_ns: dict[str, int] = {}
 
     def adopt(self, present: Mapping[str, int], recent: Sequence[ReceivedInputs], now_ns: int) -> None:
         """Go on with a world in which somebody is already. present: who, and the time of the motion that the world knows
@@ -131,6 +135,7 @@ class InputCollector:
             return
         if name not in self._people:
             self._join(name, site, sample.received_ns)
+        self._behind_ns[site] = sample.received_ns - decoded.t_ns
         somebody = self._people[name]
         somebody.site, somebody.heard_ns, somebody.moves = site, sample.received_ns, True
         if somebody.last_motion_ns - CLOCK_RESTART_NS < decoded.t_ns <= somebody.last_motion_ns:
@@ -162,14 +167,21 @@ class InputCollector:
 
     def command(self, sample: Sample) -> None:
         """Somebody asks for something."""
-        t_ns = sample.message.header.t_ns
-        if t_ns and sample.received_ns - t_ns > OLDEST_COMMAND_NS:
-            log.info("command too old id=%s participant=%s", sample.message.id, sample.names["participant"])
-            return
-        who = sample.names["participant"]
+        t_ns, who = sample.message.header.t_ns, sample.names["participant"]
         self._asked[who] = self._asked.get(who, 0) + 1
-        if self._asked[who] <= MOST_COMMANDS:
+        if self._asked[who] > MOST_COMMANDS:
+            return
+        late_ns = sample.received_ns - t_ns
+        if t_ns and late_ns > OLDEST_COMMAND_NS:
+            self._arrived.late.append((who, sample.message, self._why_late(sample.names["site"], late_ns)))
+        else:
             self._arrived.commands.append((who, sample.message))
+
+    def _why_late(self, site: str, late_ns: int) -> str:
+        behind_ns = self._behind_ns.get(site, 0)
+        if behind_ns > CLOCK_RESTART_NS:
+            return f"the clock of {site} is {behind_ns * 1e-9:.0f} s behind the conference's; it is being set, ask again"
+        return f"it came {late_ns * 1e-9:.0f} s after it was asked; ask again"
 
     def take(self, now_ns: int) -> ReceivedInputs:
         """What is new since the last call."""

@@ -120,6 +120,7 @@ class Room:
         self._encoder = WorldEncoder()
         self._inputs = bus.publish(BY_NAME["world_inputs"])
         self._results: dict[str, Publication] = {}
+        self._outcomes: deque[tuple[Outcome, int]] = deque()
         self._torn = bus.publish(BY_NAME["bond_torn"])
         self._claims: dict[str, Publication] = {}
         self._forces: dict[tuple[str, bool], Publication] = {}
@@ -135,7 +136,10 @@ class Room:
         passed = max(1, round((t_ns - self._last_ns) / STEP_NS))
         number = self.world.step_number + passed
         arrived = self._subscriptions.collector.take(t_ns)
-        refused = [c for c in arrived.commands if not self._may(*c)]
+        only = f"only a host may put the room back: {', '.join(sorted(self._hosts))}"
+        refused = [(who, c.id, only) for who, c in arrived.commands if not self._may(who, c)]
+        # What was asked of an earlier world, and done then, comes again as the last message of its sender.
+        refused += [(who, c.id, reason) for who, c, reason in arrived.late if not self.world.answered(who, c.id)]
         arrived.commands = [c for c in arrived.commands if self._may(*c)]
         before = self.world.snapshot() if carries_state(number, self._begins) else b""
         inputs = StepInputs(
@@ -156,9 +160,8 @@ class Room:
         self._publish(view)
         for felt in view.hands:
             self._publish_force(felt, view)
-        only = f"only a host may put the room back: {', '.join(sorted(self._hosts))}"
-        for outcome in (*(Outcome(c.id, who, False, only, number) for who, c in refused), *view.outcomes):
-            self._answer(outcome, t_ns)
+        for outcome in (*(Outcome(name, who, False, reason, number) for who, name, reason in refused), *view.outcomes):
+            self._outcomes.append((outcome, t_ns))
         for event in view.claims:
             self._publish_owner(event, view)
         for torn in view.torn:
@@ -169,6 +172,16 @@ class Room:
         _STEPS.inc()
         _PEOPLE.set(len(view.participants))
         _STEP_TIME.observe(time.perf_counter() - started)
+
+    @property
+    def unanswered(self) -> int:
+        """How many commands were done or refused and not answered: their steps may not be on the disk yet."""
+        return len(self._outcomes)
+
+    def answer_commands(self, count: int) -> None:
+        """Answer the first of them."""
+        for _ in range(min(count, len(self._outcomes))):
+            self._answer(*self._outcomes.popleft())
 
     def _may(self, who: str, command: Command) -> bool:
         return not self._hosts or who in self._hosts or command.WhichOneof("action") != "reset"

@@ -27,7 +27,7 @@ from vistel.space.things.things import PhysicsMaterial
 from vistel.space.world import World
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
-from vistel.wire.clock import Clock, sleep
+from vistel.wire.clock import Clock, on_thread, sleep
 from vistel.wire.topics import BY_NAME
 from vistel_services.world.authority import Authority, RestartStates, Start
 from vistel_services.world.room import SAVE_STEPS, STEP_NS, Room, RoomSubscriptions
@@ -79,7 +79,8 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     """The world of a conference. site: on whose machine it is, None at the hub."""
     room = conference.room
     place = site.name if site is not None else HUB_PLACE
-    folder = paths.run / (f"world-{place}" if site is not None else "world")
+    kept = conference.world.folder or paths.run / "room"
+    folder = kept / place if site is not None else kept
     waits = place != conference.world.on
     return Config(room.seats, folder, extras_of(room), room if room.from_files else None, place, waits, frozenset(conference.hosts))
 
@@ -92,21 +93,34 @@ def preload(conference: Conference) -> None:
 def seed(config: Config, state: bytes) -> None:
     """Let the world of `config` begin with a state of a log. Raises OSError, or ValueError for what is none."""
     if config.folder is not None:
-        store.seed(config.folder, state, World.restore(state).step_number)
+        store.seed(config.folder, World.restore(state))
+
+
+def resume(config: Config, earlier: Path, now_ns: int) -> None:
+    """Let the world of `config` begin as an earlier room was left. earlier: its folder, or a snapshot in it. Raises OSError,
+    or ValueError, one line, where no room is."""
+    if config.folder is not None:
+        store.seed(config.folder, store.earlier(earlier).resumed(_begins(config)[0], now_ns))
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Take the room over from whoever leads it, or go on from the disk, or begin; step until cancelled."""
     began = time.perf_counter()
     await asyncio.to_thread(warm_up)
-    interior = await asyncio.to_thread(_from_files, config)
-    begins = meeting_room(config.seats, config.extras) if interior is None else interior.room
+    begins, interior = await asyncio.to_thread(_begins, config)
     shelf = None if interior is None else _shelf(bus, interior)
     warm = time.perf_counter()
     kept = Store(config.folder, _UNSAFE.inc) if config.folder else None
-    given = (lambda term, place: kept.gave(term, place, clock.now_ns())) if kept is not None else (lambda _term, _to: None)
-    authority = Authority(bus, clock, config.place, given)
     subscriptions, led = RoomSubscriptions(bus), _LedRoom()
+
+    def given(term: int, place: str) -> None:
+        if kept is not None:
+            kept.sync()
+            kept.gave(term, place, clock.now_ns())
+        if led.room is not None:
+            led.room.answer_commands(led.room.unanswered)
+
+    authority = Authority(bus, clock, config.place, given)
     bus.serve(BY_NAME["world_snapshot"], lambda request: led.room.answer(request) if led.room and authority.leads else None)
     bus.serve(BY_NAME["world_save"], lambda _: led.room.saved() if led.room and authority.leads else None)
     try:
@@ -142,7 +156,7 @@ async def _start(
         return await _follow(None, authority, subscriptions, kept, begins, clock, away)
     if found is not None:
         return Start(found.world, found.term)
-    return Start(World(begins), kept.next_term() if kept is not None else 0)
+    return Start(World(begins), kept.afresh(clock.now_ns()) if kept is not None else 0)
 
 
 def _away(kept: Store | None, clock: Clock) -> tuple[int, str]:
@@ -200,11 +214,15 @@ async def _lead(
     if kept is not None:
         kept.begin(room.world, start.term)
     saving: asyncio.Task[None] | None = None
+    answering: asyncio.Task[None] | None = None
     due_ns = start.due_ns - STEP_NS if start.due_ns else clock.now_ns()
     leaving: asyncio.CancelledError | None = None
     try:
         while True:
             late_ns = clock.now_ns() - due_ns
+            if late_ns < -FROZEN_NS:
+                log.warning("clock set back by_s=%.1f", -late_ns * 1e-9)
+                due_ns = clock.now_ns()
             due_ns = _next_due(due_ns, clock.now_ns())
             authority.next_step(due_ns)
             try:
@@ -222,20 +240,37 @@ async def _lead(
             if not authority.leads:
                 return room.world
             room.step(due_ns)
+            if room.unanswered and (answering is None or answering.done()):
+                answering = background.start(_answer(room, kept, clock), "answers")
             if kept is not None and room.world.step_number % SAVE_STEPS == 0 and (saving is None or saving.done()):
                 data = kept.rotate(room.world)
                 if data is not None:
                     saving = background.start(asyncio.to_thread(kept.save, data, room.world.step_number), "save")
     finally:
-        if saving is not None:
-            await asyncio.gather(saving, return_exceptions=True)
-        if kept is not None:
-            if authority.leads:
-                kept.end(room.world)
-            else:
-                kept.leave()
-        authority.retire()
+        try:
+            await asyncio.gather(*(task for task in (saving, answering) if task is not None), return_exceptions=True)
+        finally:
+            if kept is not None:
+                if authority.leads:
+                    kept.end(room.world)
+                else:
+                    kept.leave()
+            authority.retire()
         log.info("world stopped step=%d", room.world.step_number)
+
+
+async def _answer(room: Room, kept: Store | None, clock: Clock) -> None:
+    """Answer commands once the disk has the steps that did them. What is done meanwhile waits for the next time, together."""
+    while count := room.unanswered:
+        if kept is not None:
+            await on_thread(clock, kept.sync)
+        room.answer_commands(count)
+
+
+def _begins(config: Config) -> tuple[RoomShape, Interior | None]:
+    """The room as it begins, and what files hold of it."""
+    interior = _from_files(config)
+    return (meeting_room(config.seats, config.extras) if interior is None else interior.room), interior
 
 
 def _from_files(config: Config) -> Interior | None:

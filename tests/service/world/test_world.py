@@ -177,12 +177,12 @@ def test_a_killed_world_goes_on_where_it_was(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("damage", [b"", b"{", b'{"version":99}', b'{"version":1,"seats":3}', b"\x00" * 100])
 def test_a_damaged_snapshot_starts_a_fresh_world(tmp_path: Path, damage: bytes) -> None:
-    damaged = tmp_path / "run" / "world" / "000000-00000000000007.snapshot"
+    damaged = tmp_path / "run" / "room" / "000000-00000000000007.snapshot"
     damaged.parent.mkdir(parents=True)
     damaged.write_bytes(damage)
     site = scenario(tmp_path, lambda s: s.play(0.3))
     assert len(site.rooms()) > 10
-    assert damaged.read_bytes() == damage, "what cannot be read was not kept"
+    assert next(tmp_path.rglob(damaged.name)).read_bytes() == damage, "what cannot be read was not kept"
 
 
 def test_corrupt_payloads_on_every_topic_do_not_stop_the_world(tmp_path: Path) -> None:

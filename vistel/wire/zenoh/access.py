@@ -13,6 +13,8 @@ from vistel.wire.zenoh.common_names import common_name
 
 WORLD_NAME = "world"
 HUB_NAME = "hub"
+ROUTER_NAME = "router"
+"""A second router, which keeps these rules itself and passes on what everybody says."""
 
 MOST_QUESTIONS_PER_S = {"world_snapshot": 20.0, "room_plan": 20.0}
 """By topic, how many questions a second a router passes on from each link: of those that everybody may ask, the ones that cost the
@@ -72,6 +74,7 @@ def access_rules(
             allow(site, own, hears=[Audience.EVERYBODY, *([Audience.HOSTS] if site in hosts else [])])
     allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"), hears=list(Audience))
     allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site, hears=list(Audience))
+    allow(ROUTER_NAME, [f"vistel/{conference}/**"], "*", hears=list(Audience))
     for observer in observers:
         allow(observer, [])
     return {"enabled": True, "default_permission": "deny", "rules": rules, "subjects": subjects, "policies": policies}

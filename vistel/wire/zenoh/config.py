@@ -22,6 +22,8 @@ from vistel.wire.zenoh.access import question_limits
 
 LEASE_MS = 2000
 """A silent neighbour is gone after this; presence follows."""
+OPEN_MS = 800
+"""A router that takes a connection and says nothing for so long hangs, and the next one is tried: the default is ten seconds."""
 
 Json = dict[str, Any]
 
@@ -106,7 +108,11 @@ def _common(tls: TlsFiles | None, listens: bool) -> Json:
             link["tls"] |= {"listen_certificate": str(tls.certificate), "listen_private_key": str(tls.key)}
     return {
         "scouting": {"multicast": {"enabled": False}, "gossip": {"enabled": False}},
-        "transport": {"unicast": {"max_links": 1, "max_sessions": 1000}, "shared_memory": {"enabled": False}, "link": link},
+        "transport": {
+            "unicast": {"max_links": 1, "max_sessions": 1000, "open_timeout": OPEN_MS},
+            "shared_memory": {"enabled": False},
+            "link": link,
+        },
     }
 
 

@@ -153,6 +153,7 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
             s["processes"].append(["audio"])
     data["bus"] = {"mode": "embedded"}
     data["record"] = False
+    data["world"] = {}
     return Conference.model_validate(data)
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire.background import as_service
+from vistel_cli.run.earlier_room import resume
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import at_the_end, ended, write_conference
@@ -24,17 +25,29 @@ COMPUTING = ("posture", "world", "renderer")
 
 
 def run_processes(
-    conference: Conference, plans: list[ProcessPlan], hub: str, output: Path, seconds: float, simulate: str | None = None
+    conference: Conference,
+    plans: list[ProcessPlan],
+    hub: str,
+    output: Path,
+    seconds: float,
+    simulate: str | None = None,
+    earlier: Path | None = None,
 ) -> int:
-    """Supervise `plans`, and the simulated devices of site `simulate`. Returns the exit code.
+    """Supervise `plans`, and the simulated devices of site `simulate`. earlier: a room to begin with. Returns the exit code.
 
     Ends on Ctrl-C, on SIGTERM, or when `seconds` have passed (0: never).
     """
-    return asyncio.run(as_service("supervisor", _run(conference, plans, hub, output, seconds, simulate)))
+    return asyncio.run(as_service("supervisor", _run(conference, plans, hub, output, seconds, simulate, earlier)))
 
 
 async def _run(
-    conference: Conference, plans: list[ProcessPlan], hub: str, output: Path, seconds: float, simulate: str | None = None
+    conference: Conference,
+    plans: list[ProcessPlan],
+    hub: str,
+    output: Path,
+    seconds: float,
+    simulate: str | None = None,
+    earlier: Path | None = None,
 ) -> int:
     stop = asyncio.Event()
     for signum in (signal.SIGINT, signal.SIGTERM):
@@ -45,6 +58,7 @@ async def _run(
         computing = any(service in COMPUTING for plan in plans for service in plan.services)
         if computing and not await prepare(conference, file, stop):
             return 0
+        resume(conference, paths, earlier)
         specs = [host_spec(p, file, hub, paths) for p in plans]
         if simulate:
             specs.append(sim_spec(file, paths, simulate))

@@ -31,6 +31,7 @@ from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.run.checks import faults_of
 from vistel_cli.run.cpu_use import CpuUse
+from vistel_cli.run.earlier_room import FromRoom, kept_line, resume
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
 from vistel_cli.run.live_table import Events, LiveTable
@@ -56,6 +57,7 @@ def up(
         Takes(BVH, FOLDER),
         typer.Option(help="How the first participants with simulated devices move: a .bvh file or a folder of 6-DOF recordings."),
     ] = None,
+    begin: FromRoom = None,
     plan: Annotated[bool, typer.Option("--plan", help="Only show which processes would run, and all that would fail.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
@@ -89,7 +91,8 @@ def up(
     keep_existing(*earlier, force=force)
     for old in earlier:
         old.unlink()
-    raise typer.Exit(asyncio.run(as_service("supervisor", _Run(conference, source, folder, seconds, as_json).run())))
+    running = _Run(conference, source, folder, seconds, as_json, begin)
+    raise typer.Exit(asyncio.run(as_service("supervisor", running.run())))
 
 
 def left_by_a_run(conference: Conference, folder: Path) -> list[Path]:
@@ -128,8 +131,10 @@ def with_motion(conference: Conference, motion: str) -> Conference:
 
 
 def write_conference(conference: Conference, folder: Path) -> Path:
-    """Writes the conference as a file for its processes. Returns its path."""
+    """Writes the conference as a file for its processes. Returns its path. A room that the file keeps nowhere ends with the run."""
     path = folder / "conference.toml"
+    if conference.world.folder is None:
+        conference = conference.model_copy(update={"world": conference.world.model_copy(update={"folder": folder / "room"})})
     path.write_text(tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True)), "utf-8")
     return path
 
@@ -147,8 +152,11 @@ def _show_plan(conference: Conference) -> None:
 class _Run:
     """One run of `vistel up`, from the first process to the report."""
 
-    def __init__(self, conference: Conference, source: Path, output: Path, seconds: float, as_json: bool) -> None:
+    def __init__(
+        self, conference: Conference, source: Path, output: Path, seconds: float, as_json: bool, earlier: Path | None
+    ) -> None:
         self.conference, self.source, self.out, self.seconds, self.as_json = conference, source, output, seconds, as_json
+        self.earlier, self.kept = earlier, dict[str, str]()
         self.stop = asyncio.Event()
 
     async def run(self) -> int:
@@ -166,8 +174,10 @@ class _Run:
         conference = self.conference
         if not await prepare(conference, file, self.stop, silent=self.as_json):
             return 0
+        self.kept = kept_line(conference) if self.earlier is None else {"room": f"as in {self.earlier}"}
+        resume(conference, paths, self.earlier)
         router = _opened_router(conference) if conference.bus.mode == "embedded" else None
-        endpoint = router.endpoint if router else conference.bus.endpoints[0]
+        endpoint = router.endpoint if router else ",".join(conference.bus.endpoints)
         clock = SystemClock()
         bus = await connect(conference, HUB, clock, endpoint)
         serve_clock(bus, clock)
@@ -209,7 +219,13 @@ class _Run:
 
     def _print_beginning(self, running: Running, processes: int) -> None:
         title = Text.assemble((self.source.stem, "bold"), f": {len(self.conference.sites)} sites, {processes} processes")
-        lines = {"bus": running.hub, **running.pages, "metrics": str(self.out / "metrics"), "logs": str(self.out / "logs")}
+        lines = {
+            "bus": running.hub,
+            **running.pages,
+            **kept_line(self.conference),
+            "metrics": str(self.out / "metrics"),
+            "logs": str(self.out / "logs"),
+        }
         for other in running_conferences():
             lines["beside"] = f"{other.name} at {other.hub}, in {other.folder}"
         out.print(title, soft_wrap=True)

@@ -55,7 +55,7 @@ def init(file: File, days: Days = DAYS, force: Force = False) -> None:
 @app.command()
 def add(
     file: File,
-    names: Annotated[list[str], typer.Argument(help="Sites or observers of the file, or world.")],
+    names: Annotated[list[str], typer.Argument(help="Sites or observers of the file, world, or router: a second one.")],
     days: Days = DAYS,
     force: Force = False,
 ) -> None:
@@ -195,7 +195,7 @@ def check_name(conference: Conference, name: str) -> None:
 
 
 def _issued(conference: Conference, authority: Authority, name: str, days: int) -> TlsFiles:
-    hosts = hosts_of(conference) if name == HUB_PLACE else ()
+    hosts = hosts_of(conference) if name in (HUB_PLACE, ROUTER_NAME) else ()
     try:
         return authority.issue(name, datetime.now(UTC), hosts=hosts, valid=timedelta(days=days))
     except OSError as e:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import ssl
 from datetime import UTC, datetime, timedelta
@@ -33,8 +34,9 @@ def check_link(conference: Conference, place: str, endpoint: str) -> None:
         files = tls_files(conference, place)
     except BusError as e:
         fail(str(e))
-    if fault := objection(endpoint, tls=files is not None, insecure=conference.bus.insecure):
-        fail(fault)
+    for each in endpoint.split(","):
+        if fault := objection(each, tls=files is not None, insecure=conference.bus.insecure):
+            fail(fault)
     if files is None:
         return
     from vistel.wire.certificates.authority import common_name_of, read_certificate
@@ -47,10 +49,12 @@ def check_link(conference: Conference, place: str, endpoint: str) -> None:
         fail(f"{files.certificate}: is the certificate of {name}, which cannot speak for {place}")
     if certificate.not_valid_after_utc - datetime.now(UTC) < SOON:
         print_warning(f"{files.certificate}: ends on {certificate.not_valid_after_utc:%Y-%m-%d}; ask the host for a new invitation")
-    try:
-        if fault := refusal(endpoint, files):
-            fail(fault)
-    except OSError:
+    for each in endpoint.split(","):
+        with contextlib.suppress(OSError):
+            if fault := refusal(each, files):
+                fail(fault)
+            break
+    else:
         return
 
     async def answered(bus: Bus) -> bool:

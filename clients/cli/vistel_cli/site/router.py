@@ -6,14 +6,18 @@ import asyncio
 import contextlib
 import signal
 import socket
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vistel.conference.connect import tls_files
+from vistel.conference.connect import connect, tls_files
 from vistel.conference.model import Conference
+from vistel.v1.service_pb2 import ClockProbe
+from vistel.wire import background
 from vistel.wire.clock import SystemClock
-from vistel.wire.clock_sync import serve_clock
+from vistel.wire.clock_sync import follow_hub, serve_clock
+from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
 from vistel.wire.zenoh.common_names import REVOKED, revoked_names
@@ -29,16 +33,46 @@ LOOK_EVERY_S = 1.0
 EVERYWHERE = ("0.0.0.0", "::")
 
 
-def run_router(conference: Conference, file: Path, listen: str | None, seconds: float) -> int:
-    """Route until Ctrl-C, SIGTERM or `seconds` have passed. Returns the exit code."""
+def run_clock(conference: Conference, hub: str, seconds: float) -> int:
+    """Keep the time at somebody else's router, as `run_router` does at its own. Returns the exit code."""
+    try:
+        return asyncio.run(background.as_service("clock", _clock(conference, hub, seconds)))
+    except BusError as e:
+        fail(str(e))
+
+
+async def _clock(conference: Conference, hub: str, seconds: float) -> int:
+    stop = _stop_asked()
+    bus = await connect(conference, HUB, SystemClock(), hub)
+    if await bus.query(BY_NAME["clock"], ClockProbe()) is not None:
+        fail(f"another clock answers at {hub}; one is enough")
+    serve_clock(bus, SystemClock())
+    out.print(f"clock of {conference.name} at {hub}; Ctrl-C stops", soft_wrap=True)
+    with contextlib.suppress(TimeoutError):
+        await asyncio.wait_for(stop.wait(), seconds or None)
+    await bus.close()
+    return 0
+
+
+def _stop_asked() -> asyncio.Event:
+    """Set on Ctrl-C and SIGTERM."""
+    stop = asyncio.Event()
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+    return stop
+
+
+def run_router(conference: Conference, file: Path, listen: str | None, seconds: float, others: Sequence[str] = ()) -> int:
+    """Route until Ctrl-C, SIGTERM or `seconds` have passed. others: routers that were there before. Returns the exit code."""
     listen = listen or _from_file(conference)
-    if fault := objection(listen, tls=conference.bus.tls is not None, insecure=conference.bus.insecure):
-        fail(fault)
+    for endpoint in (listen, *others):
+        if fault := objection(endpoint, tls=conference.bus.tls is not None, insecure=conference.bus.insecure):
+            fail(fault)
     try:
         files = tls_files(conference, HUB) if is_encrypted(listen) else None
         if files and (fault := fault_now(files)):
             fail(fault)
-        return asyncio.run(_run(conference, file, listen, files, seconds))
+        return asyncio.run(background.as_service("router", _run(conference, file, listen, files, seconds, others)))
     except BusError as e:
         fail(str(e))
 
@@ -58,17 +92,19 @@ def _from_file(conference: Conference) -> str:
     return f"{protocol}/0.0.0.0:{port}" if is_encrypted(endpoint) and host not in EVERYWHERE else endpoint
 
 
-async def _run(conference: Conference, file: Path, listen: str, files: TlsFiles | None, seconds: float) -> int:
-    stop = asyncio.Event()
-    for signum in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+async def _run(
+    conference: Conference, file: Path, listen: str, files: TlsFiles | None, seconds: float, others: Sequence[str]
+) -> int:
+    stop = _stop_asked()
     where = listen.partition("/")[2]
     both = [f"{protocol}/{where}" for protocol in ENCRYPTED] if files and is_encrypted(listen) else [listen]
-    router = _opened(conference, both, files)
+    router = _opened(conference, both, files, others)
     clock = SystemClock()
     reach = listen.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
     bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[reach], tls=files)
-    serve_clock(bus, clock)
+    serve_clock(bus, clock, len(others))
+    if others:
+        background.start(follow_hub(bus, clock, f"router-{len(others)}"), "clock")
     out.print(f"router of {conference.name} on {' and '.join(both)}; Ctrl-C stops")
     for line in how_to_join(conference, file, listen, _own_address()):
         out.print(f"  {line}", markup=False, soft_wrap=True)
@@ -84,7 +120,7 @@ async def _run(conference: Conference, file: Path, listen: str, files: TlsFiles 
                         print_warning(f"{fault}; the router goes on with what it had")
                         continue
                     router.close()
-                    router = _opened(conference, both, files)
+                    router = _opened(conference, both, files, others)
                     gone = ", ".join(revoked_names(files.ca.parent))
                     out.print(f"certificates read again{f'; revoked: {gone}' if gone else ''}", soft_wrap=True)
     await bus.close()
@@ -92,7 +128,7 @@ async def _run(conference: Conference, file: Path, listen: str, files: TlsFiles 
     return 0
 
 
-def _opened(conference: Conference, listen: list[str], files: TlsFiles | None) -> Router:
+def _opened(conference: Conference, listen: list[str], files: TlsFiles | None, others: Sequence[str]) -> Router:
     """Zenoh reads certificates and rules when a router opens, and then no more."""
     access = None
     if files:
@@ -102,7 +138,7 @@ def _opened(conference: Conference, listen: list[str], files: TlsFiles | None) -
         places = conference.world.all
         observers = conference.observers
         access = access_rules(conference.name, sites, observers=observers, worlds=places, hosts=hosts, hub=HUB, revoked=revoked)
-    return Router.open(listen, tls=files, access=access)
+    return Router.open(listen, tls=files, access=access, connect=others)
 
 
 def _stamps(files: TlsFiles | None) -> list[tuple[int, int]]:

@@ -14,10 +14,11 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.overwriting import Force
+from vistel_cli.run.earlier_room import FromRoom
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.hub import run_processes
 from vistel_cli.site.link import check_link
-from vistel_cli.site.router import run_router
+from vistel_cli.site.router import run_clock, run_router
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, print_error
 from vistel_services.process.plan import HUB, hub_processes, site_processes
 
@@ -86,10 +87,11 @@ def world(
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
     insecure: Insecure = False,
     recorder: Annotated[bool, typer.Option(help="Run the recorder too, if the conference is recorded.")] = True,
+    begin: FromRoom = None,
 ) -> None:
     """Run the world (and the recorder) of one conference whose sites join from other machines.
 
-    On a single machine, `vistel up` does this too. Rooms that stay when a conference ends: `vistel world serve`.
+    On a single machine, `vistel up` does this too. Several rooms, or one that another world leads: `vistel world serve`.
 
     [bold]Example[/bold]
 
@@ -100,8 +102,27 @@ def world(
     endpoint = endpoint_of(conference, hub)
     check_link(conference, HUB, endpoint)
     folder = run_folder(output, f"{conference.name}-world")
-    code = run_processes(conference, plans, endpoint, folder, seconds)
+    code = run_processes(conference, plans, endpoint, folder, seconds, earlier=begin)
     raise typer.Exit(code)
+
+
+@app.command()
+def clock(
+    file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file.")],
+    hub: Hub = None,
+    insecure: Insecure = False,
+    seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
+) -> None:
+    """Keep a conference's time beside a router that does not: a plain `zenohd`.
+
+    Sites set their clocks by this machine's. `vistel up` and `vistel site router` keep the time themselves.
+
+    [bold]Example[/bold]
+
+      vistel site clock conference.toml --hub tls/hub.example.org:7447
+    """
+    conference = _meant(load_conference(file), insecure)
+    raise typer.Exit(run_clock(conference, endpoint_of(conference, hub), seconds))
 
 
 @app.command()
@@ -110,19 +131,22 @@ def router(
     listen: Annotated[
         str | None, typer.Option(help="Where to listen; default: where the file says that the router is, else tcp/127.0.0.1:7447.")
     ] = None,
+    join: Annotated[list[str] | None, typer.Option(help="Router that was there before, to take over from.")] = None,
     insecure: Insecure = False,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
 ) -> None:
-    """Run the router of a conference, which also keeps its time. No other router is needed.
+    """Run the router of a conference, which also keeps its time. No other router is needed; a second one takes over when it fails.
 
     It admits only members with a certificate of the conference's authority (`vistel site certs`). Each may publish only on the
     topics that the topics table allows. While it runs, it takes up renewed and revoked certificates within two seconds.
 
-    [bold]Example[/bold]
+    [bold]Examples[/bold]
 
       vistel site router conference.toml
+
+      vistel site router conference.toml --listen tls/0.0.0.0:7447 --join tls/hub.example.org:7447
     """
-    raise typer.Exit(run_router(_meant(load_conference(file), insecure), file, listen, seconds))
+    raise typer.Exit(run_router(_meant(load_conference(file), insecure), file, listen, seconds, join or ()))
 
 
 def _meant(conference: Conference, insecure: bool) -> Conference:

@@ -21,7 +21,8 @@ from vistel.wire.zenoh.bus import BusError
 from vistel_cli.conference_choice import endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import fail, load_conference, out
+from vistel_cli.run.earlier_room import FromRoom, resume
+from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_cli.world.move import check_place
 from vistel_services.process import logs
 from vistel_services.process.plan import HUB
@@ -36,7 +37,8 @@ def serve(
     hub: Annotated[
         str | None, typer.Option(help="Router of all of them; default: that of the conference that runs here, else each file's.")
     ] = None,
-    keep: Annotated[Path, typer.Option(help="Folder for snapshots and journals.")] = Path("out/rooms"),
+    keep: Annotated[Path | None, typer.Option(help="Folder for all rooms, instead of where each file keeps its own.")] = None,
+    begin: FromRoom = None,
     place: Annotated[str, typer.Option(help="Name of this place, for `vistel world move`.")] = "hub",
     wait: Annotated[bool, typer.Option("--wait", help="Wait until a room is moved here.")] = False,
     seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0,
@@ -57,23 +59,34 @@ def serve(
     check_place(place)
     conferences = [load_conference(file) for file in files]
     names = [c.name for c in conferences]
+    if begin is not None and len(files) > 1:
+        fail("--from: begins one room; name one conference file", USAGE)
     for name in names:
         if names.count(name) > 1:
             fail(f"world serve: {names.count(name)} of the files are of the conference {name}; each needs a name of its own")
     endpoints = [endpoint_of(c, hub) for c in conferences]
     logs.configure("hub/worlds")
     try:
-        serving = _serve(list(zip(conferences, endpoints, strict=True)), keep, seconds, place, wait)
+        serving = _serve([(kept_in(c, keep), e) for c, e in zip(conferences, endpoints, strict=True)], seconds, place, wait, begin)
         event_loop.run(background.as_service("worlds", serving))
     except BusError as e:
         fail(str(e))
 
 
-async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds: float, at: str, wait: bool) -> None:
+def kept_in(conference: Conference, folder: Path | None) -> Conference:
+    """The conference with its room in a folder for several; None: where it is."""
+    if folder is None:
+        return conference
+    world = conference.world.model_copy(update={"folder": folder / conference.name / "world"})
+    return conference.model_copy(update={"world": world})
+
+
+async def _serve(conferences: list[tuple[Conference, str]], seconds: float, at: str, wait: bool, earlier: Path | None) -> None:
     # The world's kernels take a second to load.
     from vistel_services.world.rooms import Served, serve
 
-    rooms = [Served(c.name, *_room(c, endpoint, keep, at, wait)) for c, endpoint in conferences]
+    rooms = [Served(c.name, *_room(c, endpoint, at, wait)) for c, endpoint in conferences]
+    resume(conferences[0][0], RunPaths(Path(), Path()), earlier, HUB)
     for room, (_, endpoint) in zip(rooms, conferences, strict=True):
         out.print(f"room {room.name} at {endpoint}, kept in {room.config.folder}", soft_wrap=True)
     stop = asyncio.Event()
@@ -88,7 +101,7 @@ async def _serve(conferences: list[tuple[Conference, str]], keep: Path, seconds:
     await asyncio.gather(serving, return_exceptions=True)
 
 
-def _room(conference: Conference, endpoint: str, keep: Path, at: str, wait: bool) -> tuple[Config, Clock, Open, Beside]:
+def _room(conference: Conference, endpoint: str, at: str, wait: bool) -> tuple[Config, Clock, Open, Beside]:
     """The configuration, clock, bus and background task of one room."""
     from vistel_services import world
 
@@ -100,6 +113,5 @@ def _room(conference: Conference, endpoint: str, keep: Path, at: str, wait: bool
     async def keep_time(bus: Bus) -> None:
         await follow_hub(bus, clock, "worlds")
 
-    folder = keep / conference.name
-    config = replace(world.configure(conference, None, RunPaths(folder, folder)), place=at, waits=wait)
+    config = replace(world.configure(conference, None, RunPaths(Path(), Path())), place=at, waits=wait)
     return config, clock, door, keep_time
