@@ -13,7 +13,8 @@ from google.protobuf.message import DecodeError, Message
 from vistel.v1.service_pb2 import ClockOffset, ClockProbe, ClockReply
 from vistel.wire.bus import Bus
 from vistel.wire.clock import STEP_NS, Clock, SystemClock
-from vistel.wire.topics import BY_NAME
+from vistel.wire.release import objection, release
+from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
 
 log = logging.getLogger("vistel.clock")
 
@@ -22,18 +23,25 @@ PERIOD_S = 5.0
 """Two quartz clocks part by a quarter of a millisecond in that time, at most."""
 
 
+MOST_STRANGERS = 16
+"""Versions of sites that cannot be understood, which are told."""
+
+
 @dataclass(frozen=True)
 class Offset:
-    """Add `offset_ns` to the measured clock to get the hub's; wrong by at most `uncertainty_ns`."""
+    """Add `offset_ns` to the measured clock to get the hub's; wrong by at most `uncertainty_ns`. objection: why this machine cannot
+    meet a hub of that version, empty where it can."""
 
     offset_ns: int
     uncertainty_ns: int
+    objection: str = ""
 
 
 def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> None:
     """Answer probes with `clock`'s time: the hub's part. rank: clocks of a lower rank come first, and this one answers while none
     of them is there."""
     first: set[str] = set()
+    strangers: set[str] = set()
 
     def seen(site: str, token: str, alive: bool) -> None:
         kind, _, number = token.partition("-")
@@ -48,7 +56,13 @@ def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> None:
             probe.ParseFromString(request)
         except DecodeError:
             log.warning("clock probe ignored reason='%d bytes that are no ClockProbe'", len(request))
-        return ClockReply(t_client_ns=probe.t_client_ns, t_server_ns=clock.now_ns())
+        theirs = probe.release[:32]
+        if probe.message_version not in (0, MESSAGE_VERSION) and theirs not in strangers and len(strangers) < MOST_STRANGERS:
+            strangers.add(theirs)
+            log.error("site not understood release=%r here=%s reason='its messages differ' mend='update it'", theirs, release())
+        now_ns = clock.now_ns()
+        here = release()
+        return ClockReply(t_client_ns=probe.t_client_ns, t_server_ns=now_ns, release=here, message_version=MESSAGE_VERSION)
 
     bus.serve(BY_NAME["clock"], answer)
     bus.announce(f"clock-{rank}")
@@ -61,7 +75,8 @@ async def measure_offset(bus: Bus, clock: Clock, probes: int = PROBES) -> Offset
     missed = 0
     for _ in range(probes):
         sent_ns = clock.now_ns()
-        reply: ClockReply | None = await bus.query(BY_NAME["clock"], ClockProbe(t_client_ns=sent_ns))
+        probe = ClockProbe(t_client_ns=sent_ns, release=release(), message_version=MESSAGE_VERSION)
+        reply: ClockReply | None = await bus.query(BY_NAME["clock"], probe)
         back_ns = clock.now_ns()
         missed += reply is None
         if missed > 1 and best is None:
@@ -70,7 +85,7 @@ async def measure_offset(bus: Bus, clock: Clock, probes: int = PROBES) -> Offset
             continue
         half = (back_ns - sent_ns) // 2
         if best is None or half < best.uncertainty_ns:
-            best = Offset(reply.t_server_ns - sent_ns - half, half)
+            best = Offset(reply.t_server_ns - sent_ns - half, half, objection(reply.release, reply.message_version))
     return best
 
 
@@ -83,25 +98,27 @@ async def set_clock(bus: Bus, clock: SystemClock) -> Offset | None:
     if offset is not None and abs(offset.offset_ns) > offset.uncertainty_ns:
         clock.adjust(offset.offset_ns)
         if abs(offset.offset_ns) > STEP_NS:
-            log.warning(
-                "clock set by_s=%.3f uncertainty_s=%.3f %s", offset.offset_ns * 1e-9, offset.uncertainty_ns * 1e-9, why(clock)
-            )
+            log.warning("clock set by_s=%.3f %s", offset.offset_ns * 1e-9, _why(clock))
     return offset
 
 
-def why(clock: SystemClock) -> str:
-    """What a person does about a machine whose time differs from the conference's."""
+def machine_is_off(clock: SystemClock) -> str:
+    """By how much the machine's own time differs from the conference's; empty where by less than STEP_NS."""
     ahead_s = clock.machine_off_ns * 1e-9
-    if abs(ahead_s) < STEP_NS * 1e-9:
-        return "reason='the machine slept, or the hub was started again'"
-    told = f"this machine is {abs(ahead_s):.1f} s {'ahead of' if ahead_s > 0 else 'behind'} the hub"
-    return f"reason='{told}' mend='here it is corrected; set the time of the machine that is wrong: timedatectl set-ntp true'"
+    off = abs(ahead_s) > STEP_NS * 1e-9
+    return f"this machine's time is {abs(ahead_s):.1f} s {'ahead of' if ahead_s > 0 else 'behind'} the hub's" if off else ""
+
+
+def _why(clock: SystemClock) -> str:
+    if off := machine_is_off(clock):
+        return f'reason="{off}" mend="corrected here; set the time of the machine that is wrong: timedatectl set-ntp true"'
+    return "reason='the machine slept, or the hub was started again'"
 
 
 async def follow_hub(bus: Bus, clock: SystemClock, node: str, period_s: float = PERIOD_S) -> None:
     """Keep `clock` on the hub's time and publish how far it was off, until cancelled."""
     publication = bus.publish(BY_NAME["clock_offset"], node=node)
-    reachable = True
+    reachable, told = True, ""
     while True:
         offset = await set_clock(bus, clock)
         if (offset is not None) != reachable:
@@ -109,6 +126,9 @@ async def follow_hub(bus: Bus, clock: SystemClock, node: str, period_s: float = 
             mend = "" if reachable else " mend='no clock is there; start one: vistel site clock FILE'"
             log.warning("clock hub=%s%s", "answers" if reachable else "silent", mend)
         if offset is not None:
+            if offset.objection != told:
+                told = offset.objection
+                log.error("hub not understood reason=%r", told)
             message = ClockOffset(node=node, offset_ns=offset.offset_ns, uncertainty_ns=offset.uncertainty_ns)
             message.header.t_ns = clock.now_ns()
             publication.put(message)

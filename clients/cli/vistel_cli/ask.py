@@ -54,7 +54,9 @@ def ask(
 
     async def asked(bus: Bus) -> Answer:
         clock = SystemClock()
-        await set_clock(bus, clock)
+        offset = await set_clock(bus, clock)
+        if offset is not None and offset.objection:
+            return Answer(False, (), offset.objection)
         asker = Asker(bus, clock, name)
         try:
             return await asker.ask(action)

@@ -9,14 +9,15 @@ import socket
 import subprocess
 import sys
 from collections.abc import Iterator
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
-from certificates import Authority
 from waiting import until
 
 from vistel.v1.command_pb2 import Command
+from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import measure_offset, serve_clock
 from vistel.wire.topics import BY_NAME
@@ -124,17 +125,20 @@ def test_the_second_clock_answers_only_while_the_first_is_gone(routers: tuple[li
 
 
 def test_under_certificates_a_second_router_passes_on_what_each_site_may_say_and_no_more(tmp_path: Path) -> None:
-    authority = Authority(tmp_path)
+    now = datetime.now(UTC)
+    authority = Authority.create(tmp_path, now)
     ports = [free_port(), free_port()]
     endpoints = [f"tls/localhost:{port}" for port in ports]
     rules = access_rules("demo", ["paris", "tokyo"])
-    first = Router.open(f"tls/127.0.0.1:{ports[0]}", tls=authority.issue("hub"), access=rules)
-    second = Router.open(f"tls/127.0.0.1:{ports[1]}", tls=authority.issue("router"), access=rules, connect=[endpoints[0]])
+    first = Router.open(f"tls/127.0.0.1:{ports[0]}", tls=authority.issue("hub", now, hosts=["localhost"]), access=rules)
+    second = Router.open(
+        f"tls/127.0.0.1:{ports[1]}", tls=authority.issue("router", now, hosts=["localhost"]), access=rules, connect=[endpoints[0]]
+    )
 
     async def play() -> None:
-        paris = await door("paris", endpoints[:1], tls=authority.issue("paris"))
-        tokyo = await door("tokyo", endpoints[1:], tls=authority.issue("tokyo"))
-        false = await door("paris", endpoints[1:], tls=authority.issue("tokyo"))
+        paris = await door("paris", endpoints[:1], tls=authority.issue("paris", now))
+        tokyo = await door("tokyo", endpoints[1:], tls=authority.issue("tokyo", now))
+        false = await door("paris", endpoints[1:], tls=authority.issue("tokyo", now))
         heard = paris.subscribe(BY_NAME["command"], queue_all=True, polled=True)
         got: set[str] = set()
 

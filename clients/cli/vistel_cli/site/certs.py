@@ -11,6 +11,7 @@ import typer
 from rich.table import Table
 
 from vistel.conference.model import HUB_PLACE, RESERVED, Conference
+from vistel.wire.zenoh.access import ROUTER_NAME
 from vistel.wire.zenoh.endpoints import host_and_port
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from vistel.conference.connect import tls_files
 from vistel.conference.model import HUB_PLACE, Conference
-from vistel.wire.topics import BY_NAME
+from vistel.wire.clock import SystemClock
+from vistel.wire.clock_sync import Offset, machine_is_off, set_clock
 from vistel.wire.zenoh.bus import BusError
 from vistel.wire.zenoh.endpoints import host_and_port, objection
 from vistel_cli.conference_choice import on_bus
@@ -38,6 +39,8 @@ def check_link(conference: Conference, place: str, endpoint: str) -> None:
         if fault := objection(each, tls=files is not None, insecure=conference.bus.insecure):
             fail(fault)
     if files is None:
+        if any(map(_reached, endpoint.split(","))):
+            _greet(conference, place, endpoint)
         return
     from vistel.wire.certificates.authority import common_name_of, read_certificate
 
@@ -56,12 +59,31 @@ def check_link(conference: Conference, place: str, endpoint: str) -> None:
             break
     else:
         return
-
-    async def answered(bus: Bus) -> bool:
-        return await bus.query(BY_NAME["clock"], timeout_s=PATIENCE_S) is not None
-
-    if not on_bus(conference, place, endpoint, answered):
+    if not _greet(conference, place, endpoint):
         print_warning(f"{endpoint}: answers, but not this certificate: was {name} revoked, or is it no site of the router's file?")
+
+
+def _greet(conference: Conference, place: str, endpoint: str) -> bool:
+    """Whether the hub's clock answers. Ends the command where its version cannot be met; tells of a clock that is off."""
+    clock = SystemClock()
+
+    async def asked(bus: Bus) -> Offset | None:
+        return await set_clock(bus, clock)
+
+    offset = on_bus(conference, place, endpoint, asked)
+    if offset is None:
+        return False
+    if offset.objection:
+        fail(offset.objection)
+    if machine_is_off(clock):
+        print_warning(f"{machine_is_off(clock)}; VISTEL corrects it for itself. Set the time of the machine that is wrong")
+    return True
+
+
+def _reached(endpoint: str) -> bool:
+    with contextlib.suppress(OSError), socket.create_connection(host_and_port(endpoint), PATIENCE_S):
+        return True
+    return False
 
 
 def refusal(endpoint: str, files: TlsFiles) -> str:

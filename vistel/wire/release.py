@@ -1,0 +1,31 @@
+"""Versions of VISTEL that meet: those that speak the same messages, whatever else is new in one of them.
+
+A field that one version does not know is passed over (protocol buffers), so releases meet as long as `MESSAGE_VERSION` is the same;
+it changes only with a major release.
+"""
+
+from functools import cache
+from importlib import metadata
+
+from vistel.wire.topics import MESSAGE_VERSION
+
+
+@cache
+def release() -> str:
+    """The version that is installed here."""
+    try:
+        return metadata.version("vistel")
+    except metadata.PackageNotFoundError:
+        return "of unknown version"
+
+
+def objection(theirs: str, messages: int) -> str:
+    """Why this machine and a hub with release `theirs` cannot meet, and what to update; empty where they can. messages: its
+    MESSAGE_VERSION, 0 of a hub that does not say."""
+    if messages in (0, MESSAGE_VERSION):
+        return ""
+    behind, newer = ("this machine", theirs) if messages > MESSAGE_VERSION else ("the hub", release())
+    return (
+        f"the hub has VISTEL {theirs[:32]}, this machine {release()}, and their messages differ; "
+        f"update {behind}: pip install --upgrade 'vistel=={newer}'"
+    )
