@@ -28,7 +28,7 @@ LATER = {
 }
 app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 Insecure = Annotated[
-    bool, typer.Option("--insecure", help="Allow plain TCP beyond this machine. Everybody who reaches the port can then send in any name.")
+    bool, typer.Option("--insecure", help="Allow plain TCP beyond this machine: anybody at the port can then send in any name.")
 ]
 
 
