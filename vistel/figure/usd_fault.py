@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import re
+
 
 def reason(fault: Exception) -> str:
-    """The last line of a `Tf.ErrorException`; what it quotes of a damaged file may be no text."""
+    """The last line of a `Tf.ErrorException`, without the place in OpenUSD's source; what it quotes of a damaged file may be no
+    text."""
     try:
-        return (str(fault).splitlines() or ["no reason is known"])[-1].strip()
+        last = (str(fault).splitlines() or ["no reason is known"])[-1].strip()
+        return re.sub(r"^.*Error in '.*?' at line \d+ in file \S+ : '(.*)'$", r"\1", last)
     except UnicodeDecodeError:
         return "it holds bytes that are no text"

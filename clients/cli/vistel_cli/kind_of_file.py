@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +25,7 @@ class Kind:
 
     def told(self, path: Path) -> str:
         """This is ..., and what to do with it."""
-        return f"this is {self.name}" + (f": {self.command.replace('FILE', str(path))}" if self.command else "")
+        return f"this is {self.name}" + (f": {self.command.replace('FILE', shlex.quote(str(path)))}" if self.command else "")
 
 
 MISSING = Kind("missing")

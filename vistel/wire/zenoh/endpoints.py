@@ -43,6 +43,8 @@ def is_local(endpoint: str) -> bool:
 def objection(endpoint: str, *, tls: bool, insecure: bool = False) -> str:
     """Why there should be no link to, or listening at, `endpoint`; empty where there may. tls: certificates are named; insecure:
     plain TCP beyond this machine is meant."""
+    if not endpoint.startswith(("tcp/", *(f"{protocol}/" for protocol in ENCRYPTED))):
+        return f"the router's address {endpoint_fault(endpoint)}"
     if is_encrypted(endpoint):
         return "" if tls else f"{endpoint}: needs certificates: tls under [bus] in the conference file (vistel site certs init)"
     if tls:

@@ -141,7 +141,8 @@ def import_(
             )
         fitted = time.perf_counter() - fitting
     except MakingError as fault:
-        fail(str(fault) if "/" in str(fault).partition(": ")[0] else f"{file}: {fault}")
+        of_a_file = str(fault).startswith(str(file)) or "/" in str(fault).partition(": ")[0]
+        fail(str(fault) if of_a_file else f"{file}: {fault}")
     except OSError as fault:
         fail(f"{fault.filename or file}: cannot be read: {fault.strerror or fault}")
     except ValueError as fault:
