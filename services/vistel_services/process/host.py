@@ -27,7 +27,7 @@ from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub, set_clock
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh.bus import ZenohBus
+from vistel.wire.zenoh.bus import BusError, ZenohBus
 from vistel_services.process import logs, metrics
 from vistel_services.process.clocks import clock_from_text
 from vistel_services.process.plan import ProcessPlan, find
@@ -135,7 +135,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     logs.configure(args.node, args.log_level)
     try:
         return event_loop.run(_main(args))
-    except (ConferenceError, ValueError) as e:
+    except (BusError, ConferenceError, ValueError) as e:
         print(e, file=sys.stderr)
         return 2
 

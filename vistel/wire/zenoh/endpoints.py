@@ -5,9 +5,10 @@ import re
 
 ENCRYPTED = ("tls", "quic")
 """Protocols of endpoints whose links are encrypted, with certificates of both ends."""
+PLAIN = ("tcp", "udp")
 DEFAULT_PORT = 7447
 """Of a router whose address names none."""
-_ENDPOINT = re.compile(r"(?:tcp|tls|quic)/(?:\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]]+):(\d{1,5})(?:[?#].*)?")
+_ENDPOINT = re.compile(r"(?:tcp|udp|tls|quic)/(?:\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]]+):(\d{1,5})(?:[?#].*)?")
 
 
 def is_encrypted(endpoint: str) -> bool:
@@ -43,7 +44,7 @@ def is_local(endpoint: str) -> bool:
 def objection(endpoint: str, *, tls: bool, insecure: bool = False) -> str:
     """Why there should be no link to, or listening at, `endpoint`; empty where there may. tls: certificates are named; insecure:
     plain TCP beyond this machine is meant."""
-    if not endpoint.startswith(("tcp/", *(f"{protocol}/" for protocol in ENCRYPTED))):
+    if endpoint.partition("/")[0] not in (*PLAIN, *ENCRYPTED):
         return f"the router's address {endpoint_fault(endpoint)}"
     if is_encrypted(endpoint):
         return "" if tls else f"{endpoint}: needs certificates: tls under [bus] in the conference file (vistel site certs init)"
