@@ -82,7 +82,7 @@ def test_an_authority_that_is_not_there_is_told(tmp_path: Path) -> None:
         ("tcp/localhost.example.org:7447", False, False, "anybody"),
         ("udp/[::]:7447", False, False, "anybody"),
         ("tcp/192.0.2.7:7447", False, True, ""),
-        ("nonsense", False, False, "anybody"),
+        ("nonsense", False, False, "expected tcp/HOST:PORT"),
     ],
 )
 def test_plain_links_beyond_this_machine_need_to_be_meant(endpoint: str, tls: bool, insecure: bool, why: str) -> None:
