@@ -55,6 +55,8 @@ def faults_of(conference: Conference, source: Path, site: str | None = None) -> 
 
 def _file_faults(conference: Conference) -> Iterator[Fault]:
     for place, path in _paths(conference, ()):
+        if place == ("world", "folder"):  # it is made
+            continue
         key = next(str(part) for part in reversed(place) if isinstance(part, str))
         fault = _KINDS[key].fault(path) if key in _KINDS else _missing(path)
         if fault:
