@@ -18,9 +18,9 @@ from waiting import until
 
 from vistel.conference.connect import connect
 from vistel.conference.files import load
-from vistel.v1.service_pb2 import ClockReply
 from vistel.wire.certificates.authority import Authority, read_key, write_key
 from vistel.wire.clock import SystemClock
+from vistel.wire.clock_sync import serve_clock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
 from vistel_cli.main import app
@@ -138,7 +138,7 @@ def test_who_would_be_refused_is_told_why_before_anything_starts(
 ) -> None:
     async def body(s: Secured) -> None:
         hub = await s.door("hub")
-        hub.serve(BY_NAME["clock"], lambda _: ClockReply(t_server_ns=7))
+        serve_clock(hub, SystemClock())
         there = Authority.create(tmp_path / "certificates", datetime.now(UTC)) if case == "other authority" else s.authority
         valid = timedelta(seconds=-1) if case == "expired" else timedelta(days=30)
         site = "lima" if case == "unknown to the router" else "tokyo"
