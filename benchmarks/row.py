@@ -82,8 +82,9 @@ class Row:
 
 @dataclass(frozen=True)
 class Conditions:
-    """Under which a benchmark runs. commit: with + where files differ from it; load: processes that wanted a core in the minute
-    before."""
+    """Under which a benchmark runs. commit: with + where files but those of docs/ differ from it; load: processes that wanted a
+    core in the minute before.
+    """
 
     commit: str
     date: str
@@ -94,7 +95,7 @@ class Conditions:
 def conditions() -> Conditions:
     """Those of now."""
     load = os.getloadavg()[0]
-    changed = "+" if _git("status", "--porcelain", "--untracked-files=no") else ""
+    changed = "+" if _git("status", "--porcelain", "--untracked-files=no", "--", ".", ":!docs") else ""
     date = datetime.now(UTC).date().isoformat()
     return Conditions(_git("rev-parse", "--short=8", "HEAD") + changed, date, _machine(), round(load, 1))
 
