@@ -74,7 +74,8 @@ def run_router(conference: Conference, file: Path, listen: str | None, seconds: 
             fail(fault)
         return asyncio.run(background.as_service("router", _run(conference, file, listen, files, seconds, others)))
     except BusError as e:
-        fail(str(e))
+        used = "; end what runs there, or choose another port with --listen" if "already in use" in str(e) else ""
+        fail(f"{e}{used}")
 
 
 def fault_now(files: TlsFiles) -> str:
