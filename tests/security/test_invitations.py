@@ -7,10 +7,13 @@ import dataclasses
 import json
 import socket
 import ssl
+import subprocess
+import sys
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
+import typer
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec, rsa
@@ -18,9 +21,12 @@ from cryptography.x509.oid import NameOID
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vistel.wire.certificates.authority import Authority
+from vistel.conference.connect import tls_files
+from vistel.conference.files import load
+from vistel.wire.certificates.authority import Authority, fault
 from vistel.wire.certificates.enrolment import MOST_REQUEST_BYTES, MOST_WRONG, Enrolment, enrol
 from vistel.wire.certificates.invitation import Invitation, InvitationError
+from vistel_cli.site.invite import _folder_name, accept
 
 START = datetime(2026, 5, 1, tzinfo=UTC)
 FILE = 'name = "demo"\n'
@@ -172,3 +178,40 @@ def test_a_code_that_is_not_whole_is_told(host: Host) -> None:
 def test_an_invitation_of_nobody_is_told(host: Host) -> None:
     with pytest.raises(InvitationError, match="nobody answers"):
         enrol(dataclasses.replace(host.invitation, port=9))
+
+
+def test_what_an_invitation_brings_is_kept_in_a_folder_and_nothing_is_written_over(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "conference.toml"
+    file.write_text(
+        'name = "office"\n[bus]\nmode = "routed"\nendpoints = ["tls/127.0.0.1:7447"]\ntls = { folder = "certificates" }\n'
+        '[[sites]]\nname = "tokyo"\nparticipants = [{ name = "ann" }]\n'
+    )
+    Authority.create(tmp_path / "certificates", datetime.now(UTC))
+    words = [sys.executable, "-m", "vistel_cli.main", "site", "invite", str(file), "tokyo", "--port", "0"]
+    host = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
+    assert host.stdout is not None
+    code = next(line.split()[-1] for line in host.stdout if "--invite" in line)
+    there = tmp_path / "there"
+    there.mkdir()
+    monkeypatch.chdir(there)
+    kept, site = accept(code, force=False)
+    assert (str(kept), site) == ("office/conference.toml", "tokyo")
+    files = tls_files(load(kept), "tokyo")
+    assert files is not None and fault(files, datetime.now(UTC)) == ""
+    assert not (tmp_path / "certificates/tokyo.key").exists(), "the key stays where it was made"
+    assert host.wait() == 0
+    before = kept.read_bytes()
+    for again, why in ((False, "exists already"), (True, "nobody answers")):
+        with pytest.raises(typer.Exit):
+            accept(code, force=again)
+        assert why in capsys.readouterr().err
+    assert kept.read_bytes() == before
+
+
+@pytest.mark.parametrize("folder", ['"/etc"', '".."', '"a/b"', '"."', '""', "1", '"a\\u0000b"', None])
+def test_a_conference_file_from_elsewhere_is_not_kept_outside_its_folder(folder: str | None) -> None:
+    text = "[bus]\n" if folder is None else f"[bus.tls]\nfolder = {folder}\n"
+    assert _folder_name(text) == ""
+    assert _folder_name('[bus.tls]\nfolder = "certificates"\n') == "certificates"

@@ -90,7 +90,15 @@ class Authority:
         self, name: str, key: ec.EllipticCurvePublicKey, now: datetime, *, hosts: Sequence[str] = (), valid: timedelta = VALID
     ) -> bytes:
         """A certificate (PEM) for somebody else's key; kept in the folder. Raises OSError."""
-        subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, common_name(name, revoked_names(self.folder)))])
+        pem = self.signed(common_name(name, revoked_names(self.folder)), key, now, hosts=hosts, valid=valid)
+        _write(self.folder / f"{name}.pem", pem)
+        return pem
+
+    def signed(
+        self, name: str, key: ec.EllipticCurvePublicKey, now: datetime, *, hosts: Sequence[str] = (), valid: timedelta = VALID
+    ) -> bytes:
+        """A certificate (PEM) with this common name, which is kept nowhere."""
+        subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
         uses = [ExtendedKeyUsageOID.CLIENT_AUTH, *([ExtendedKeyUsageOID.SERVER_AUTH] if hosts else [])]
         builder = (
             _builder(subject, self.certificate.subject, key, now, valid)
@@ -99,9 +107,7 @@ class Authority:
         )
         if hosts:
             builder = builder.add_extension(x509.SubjectAlternativeName([_host(h) for h in hosts]), critical=False)
-        pem = builder.sign(self._key, hashes.SHA256()).public_bytes(serialization.Encoding.PEM)
-        _write(self.folder / f"{name}.pem", pem)
-        return pem
+        return builder.sign(self._key, hashes.SHA256()).public_bytes(serialization.Encoding.PEM)
 
     def revoke(self, name: str) -> str:
         """Its certificates count no more, once routers have read the list. Returns their common name. Raises OSError."""

@@ -16,16 +16,31 @@ from rich.text import Text
 
 from vistel.devices.kind import Finding, load
 from vistel.devices.registry import kinds, packaged_kinds
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import FAILED, out
 
 
-def doctor(as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False) -> None:
+def doctor(
+    attack: Annotated[
+        Path | None,
+        Takes(CONFERENCE),
+        typer.Option(help="Attack the running router of this conference file instead, on the host's machine; it harms no meeting."),
+    ] = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
+) -> None:
     """List the equipment of this machine, and the substitute for each missing part.
 
-    [bold]Example[/bold]
+    [bold]Examples[/bold]
 
       vistel doctor
+
+      vistel doctor --attack conference.toml     what one's own router stops
     """
+    if attack is not None:
+        from vistel_cli.site.attack import report
+
+        raise typer.Exit(report(attack, as_json))
     findings = [check() for check in CHECKS] + _devices() + [_disk()]
     if as_json:
         out.print_json(data=[asdict(f) for f in findings])
