@@ -60,9 +60,11 @@ def join(
         if file is not None:
             fail("--invite brings file and site: name neither", USAGE)
         file, site = accept(invite, force=force)
-    if file is None or site is None:
+    if file is None:
         fail("expected a conference file and the name of this site, or --invite and the line of an invitation", USAGE)
     conference = _meant(load_conference(file, room_elsewhere=True), insecure)
+    if site is None:
+        fail(f"expected the name of this site after the file: {', '.join(s.name for s in conference.sites)}", USAGE)
     try:
         plans = site_processes(conference, site)
     except ValueError as e:
