@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import socket
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -16,9 +17,10 @@ from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.v1.service_pb2 import ClockReply
 from vistel.v1.world_pb2 import WorldSnapshot, WorldState
 from vistel.wire.certificates.authority import Authority
+from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery, Publisher
 from vistel.wire.zenoh.access import access_rules
-from vistel.wire.zenoh.bus import BusError
+from vistel.wire.zenoh.bus import BusError, ZenohBus
 from vistel.wire.zenoh.config import TlsFiles
 
 
@@ -160,3 +162,18 @@ def test_every_topic_of_the_table_has_exactly_its_publishers_in_the_rules() -> N
         else:
             assert topic.pattern("demo") in may["hub"]
             assert topic.pattern("demo") not in may["world"] | may["paris"]
+
+
+def test_where_nobody_answers_over_udp_a_site_joins_over_tls(tmp_path: Path) -> None:
+    async def body(s: Secured) -> None:
+        with socket.socket(type=socket.SOCK_DGRAM) as silent:
+            silent.bind(("127.0.0.1", 0))
+            blocked = f"quic/127.0.0.1:{silent.getsockname()[1]}"
+            clock, files = SystemClock(), s.issue("tokyo")
+            bus = await ZenohBus.open(
+                conference="demo", site="tokyo", clock=clock, endpoints=[blocked, s.endpoint], tls=files, connect_s=6.0
+            )
+        assert bus.connected
+        await bus.close()
+
+    secured(tmp_path, body)

@@ -36,10 +36,10 @@ from vistel.wire.inbox import QUEUE_LIMIT, STALE_AFTER_NS, Inbox, wake
 from vistel.wire.owners import Admission, Owners
 from vistel.wire.reliable import SendCache
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
-from vistel.wire.zenoh.config import Json, TlsFiles, as_text, client_config, router_config
-from vistel.wire.zenoh.endpoints import endpoint_fault
+from vistel.wire.zenoh.config import Json, TlsFiles, as_text, router_config
 from vistel.wire.zenoh.pump import Pump
 from vistel.wire.zenoh.reliable_reader import ReliableReader
+from vistel.wire.zenoh.session import BusError, check_endpoints, close_session, open_session, reason
 
 log = logging.getLogger("vistel.bus")
 
@@ -55,10 +55,6 @@ _PUBLISHED_ONCE = frozenset({"avatar_part"})
 """Reliable topics with very many keys, each published once: their heartbeats become rarer and rarer."""
 _RAREST_HEARTBEAT = 64
 """Periods of BEAT_S between two heartbeats of such a key, at most."""
-
-
-class BusError(RuntimeError):
-    """The bus cannot be reached; the text says where and what to check."""
 
 
 class Router:
@@ -87,18 +83,18 @@ class Router:
         access: who may publish what (`vistel.wire.zenoh.access`). connect: further routers to join. Raises BusError.
         """
         endpoints = [listen] if isinstance(listen, str) else list(listen or [f"tcp/127.0.0.1:{_free_port()}"])
-        _check(endpoints)
+        check_endpoints(endpoints)
         config = router_config(endpoints, _tls(tls), access, list(connect))
         try:
             session = zenoh.open(zenoh.Config.from_json5(as_text(config)))
         except zenoh.ZError as e:
-            raise BusError(f"bus: cannot listen on {', '.join(endpoints)}: {_reason(e)}") from e
+            raise BusError(f"bus: cannot listen on {', '.join(endpoints)}: {reason(e)}") from e
         return Router(session, endpoints)
 
     def close(self) -> None:
         """Stop routing; clients keep trying to come back to the same endpoint."""
         closed(self)
-        _close_session(self._session)
+        close_session(self._session)
 
 
 class ZenohBus:
@@ -146,17 +142,14 @@ class ZenohBus:
     ) -> "ZenohBus":
         """Connect to the first router of `endpoints` that answers within `connect_s`. Raises BusError.
 
+        Where none answers over the protocol of the first endpoint (a network without UDP), the next protocol gets its share of that
+        time, and the session stays with the protocol that was answered.
+
         tls: (ca, certificate, key) files. stale_after_ns: None shows late motion too (for a reader of the
         past). owners: whose messages are believed, None: everybody's; `vistel.conference.connect` has them from the file.
         """
-        _check(endpoints)
-        config = client_config(list(endpoints), _tls(tls), connect_s)
-        try:
-            session = await asyncio.to_thread(zenoh.open, zenoh.Config.from_json5(as_text(config)))
-        except zenoh.ZError as e:
-            where = ", ".join(endpoints)
-            hint = "; or the certificates do not match" if tls else ""
-            raise BusError(f"bus: no router answers at {where}{_unless_late(e)}; is it running there{hint}?") from e
+        check_endpoints(endpoints)
+        session = await open_session(endpoints, _tls(tls), connect_s)
         loop = asyncio.get_running_loop()
         return ZenohBus(session, conference, site, clock, loop=loop, stale_after_ns=stale_after_ns, owners=owners)
 
@@ -301,7 +294,7 @@ class ZenohBus:
     def _close_now(self) -> None:
         closed(self)
         self._held.clear()
-        _close_session(self._session)
+        close_session(self._session)
 
     def _filled(self, topic: Topic, names: dict[str, str]) -> dict[str, str]:
         mine = {"conference": self.conference, "site": self.site}
@@ -420,31 +413,7 @@ def _free_port() -> int:
         return s.getsockname()[1]
 
 
-def _check(endpoints: Sequence[str]) -> None:
-    for fault in filter(None, map(endpoint_fault, endpoints)):
-        raise BusError(f"bus: the router's address {fault}")
-
-
-def _unless_late(error: Exception) -> str:
-    """The reason, in brackets, why a router does not answer, if it is another than that there is none."""
-    reason = _reason(error)
-    return "" if "Timeout" in reason else f" ({reason})"
-
-
-def _reason(error: Exception) -> str:
-    return str(error).split(" at /")[0].strip()
-
-
 def _undeclare(held: list[Any]) -> None:
     for thing in held:
         with contextlib.suppress(zenoh.ZError):
             thing.undeclare()
-
-
-def _close_session(session: zenoh.Session, deadline_s: float = 2.0) -> None:
-    """Close; a close that hangs on a dead link is left to a thread that dies with the process."""
-    if session.is_closed():
-        return
-    closing = threading.Thread(target=session.close, daemon=True)
-    closing.start()
-    closing.join(deadline_s)

@@ -22,8 +22,9 @@ from vistel.wire.zenoh.access import question_limits
 
 LEASE_MS = 2000
 """A silent neighbour is gone after this; presence follows."""
-OPEN_MS = 800
-"""A router that takes a connection and says nothing for so long hangs, and the next one is tried: the default is ten seconds."""
+OPEN_MS = 3000
+"""A router that takes a connection and says nothing for so long hangs, and the next one is tried. The default is ten seconds; with
+one second nobody meets over a link of 150 ms one way that loses 5 % (docs/explanation/networks.md)."""
 
 Json = dict[str, Any]
 

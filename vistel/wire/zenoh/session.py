@@ -1,0 +1,67 @@
+"""A session of Zenoh: opened over the first protocol that is answered, closed within a time."""
+
+# zenoh's stubs leave return types out
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+import asyncio
+import logging
+import threading
+from collections.abc import Sequence
+
+import zenoh
+
+from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
+from vistel.wire.zenoh.endpoints import endpoint_fault
+
+log = logging.getLogger("vistel.bus")
+
+
+class BusError(RuntimeError):
+    """The bus cannot be reached; the text says where and what to check."""
+
+
+async def open_session(endpoints: Sequence[str], tls: TlsFiles | None, connect_s: float) -> zenoh.Session:
+    """Raises BusError. Zenoh stays at an endpoint that takes packets and never answers: each protocol is tried by itself."""
+    by_protocol: dict[str, list[str]] = {}
+    for endpoint in endpoints:
+        by_protocol.setdefault(endpoint.partition("/")[0], []).append(endpoint)
+    failure: zenoh.ZError | None = None
+    for protocol, group in by_protocol.items():
+        config = client_config(group, tls, connect_s / len(by_protocol))
+        try:
+            session = await asyncio.to_thread(zenoh.open, zenoh.Config.from_json5(as_text(config)))
+        except zenoh.ZError as e:
+            failure = e
+            continue
+        if failure is not None:
+            log.warning("no router answers over %s; %s is used, where losses delay motion", next(iter(by_protocol)), protocol)
+        return session
+    assert failure is not None
+    where = ", ".join(endpoints)
+    hint = "; or the certificates do not match" if tls else ""
+    raise BusError(f"bus: no router answers at {where}{_unless_late(failure)}; is it running there{hint}?") from failure
+
+
+def check_endpoints(endpoints: Sequence[str]) -> None:
+    """Raises BusError for the first that is no address of a router."""
+    for fault in filter(None, map(endpoint_fault, endpoints)):
+        raise BusError(f"bus: the router's address {fault}")
+
+
+def _unless_late(error: Exception) -> str:
+    """The reason, in brackets, why a router does not answer, if it is another than that there is none."""
+    why = reason(error)
+    return "" if "Timeout" in why else f" ({why})"
+
+
+def reason(error: Exception) -> str:
+    """What Zenoh says, without the place in its source."""
+    return str(error).split(" at /")[0].strip()
+
+
+def close_session(session: zenoh.Session, deadline_s: float = 2.0) -> None:
+    """Close; a close that hangs on a dead link is left to a thread that dies with the process."""
+    if session.is_closed():
+        return
+    closing = threading.Thread(target=session.close, daemon=True)
+    closing.start()
+    closing.join(deadline_s)
