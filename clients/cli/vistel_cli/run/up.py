@@ -222,7 +222,7 @@ class _Run:
         lines = {
             "bus": running.hub,
             **running.pages,
-            **kept_line(self.conference),
+            **self.kept,
             "metrics": str(self.out / "metrics"),
             "logs": str(self.out / "logs"),
         }
