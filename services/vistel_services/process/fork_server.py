@@ -6,7 +6,8 @@ Loading is most of what a start costs: the compiler's modules, compiled kernels,
 standard output when done and reads orders on standard input, a line of JSON each: {"module": what has a `main`, "log":
 FILE, "arguments": [what it takes], "title": what `ps` shows}. Each is answered with the number of the process that does
 it. That process is no child of this one: it is orphaned at birth, and whoever has made itself the reaper of orphans
-(`vistel_services.process.forking`) becomes its parent. When the input ends, this process ends; what it forked lives on.
+(`vistel_services.process.forking`) becomes its parent. When the input ends, this process ends; what it forked lives on, until
+that parent ends too.
 
 Forking is sound as long as this process has one thread and holds nothing that cannot be shared: no bus, no OpenGL, no
 event loop. With a second thread it refuses to begin.
@@ -22,6 +23,7 @@ import importlib
 import json
 import logging
 import os
+import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -37,6 +39,8 @@ from vistel_services.process import logs
 from vistel_services.process.forking import READY
 
 log = logging.getLogger("vistel.fork_server")
+
+_PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True)
@@ -84,7 +88,8 @@ def fork(order: Order) -> int:
     reading, writing = os.pipe()
     between = os.fork()
     if between == 0:
-        os.write(writing, str(os.fork() or _become(order)).encode())
+        own = os.getpid()
+        os.write(writing, str(os.fork() or _become(order, own)).encode())
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
@@ -93,11 +98,12 @@ def fork(order: Order) -> int:
     return pid
 
 
-def _become(order: Order) -> NoReturn:
-    """Be what `order` says, as a freshly started process would be, and end as it does."""
+def _become(order: Order, parent: int) -> NoReturn:
+    """Be what `order` says, as a freshly started process would be, and end as it does. parent: who has forked it, and ends now."""
     code = 1
     try:
         os.setpgid(0, 0)
+        _end_with_reaper(parent)
         _write_to(order.log)
         setproctitle(order.title)
         code = int(importlib.import_module(order.module).main(order.arguments) or 0)
@@ -108,6 +114,15 @@ def _become(order: Order) -> NoReturn:
     finally:
         logging.shutdown()
         os._exit(code)
+
+
+def _end_with_reaper(parent: int) -> None:
+    """SIGTERM for this process when the reaper of orphans, its parent after `parent`, dies without a word: nobody else ends it."""
+    while os.getppid() == parent:
+        time.sleep(0.001)  # there is no event to wait for
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
+    if os.getppid() == 1:
+        raise SystemExit(1)  # it was quicker
 
 
 def _write_to(log_file: str) -> None:

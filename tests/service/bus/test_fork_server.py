@@ -125,6 +125,35 @@ def test_a_process_is_forked_and_forked_again_when_it_dies(tmp_path: Path) -> No
     _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one"), play)
 
 
+SUPERVISED = """
+import asyncio, sys
+from pathlib import Path
+sys.path[:0] = [{tests!r}]
+import test_fork_server as t
+async def main(folder):
+    keeps = t.ForkServer.open(t._server_spec(folder), folder / "fork-server.log")
+    runs = t.Supervisor([t._worker(folder, "one")], folder, keeps)
+    await keeps.settled()
+    await runs.start()
+    await t.until(lambda: t._said(runs) == t.FORKED)
+    print(runs.children["a/one"].pid, flush=True)
+    await asyncio.sleep(600)
+asyncio.run(main(Path({folder!r})))
+"""
+
+
+def test_when_the_supervisor_is_killed_what_was_forked_for_it_ends(tmp_path: Path) -> None:
+    code = SUPERVISED.format(tests=str(Path(__file__).parent), folder=str(tmp_path))
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(sys.path)}
+    supervising = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE, text=True, env=environment)
+    assert supervising.stdout is not None
+    worker = psutil.Process(int(supervising.stdout.readline()))
+    assert worker.ppid() == supervising.pid
+    supervising.kill()
+    supervising.communicate()
+    worker.wait(timeout=30)
+
+
 @pytest.mark.parametrize(("what", "code"), [("return", 5), ("exit", 7), ("raise", 1)])
 def test_a_forked_process_ends_with_the_code_it_would_have_ended_with(tmp_path: Path, what: str, code: int) -> None:
     async def play(runs: Supervisor) -> None:
