@@ -28,7 +28,6 @@ import zenoh
 from google.protobuf.message import DecodeError, Message
 
 from vistel.wire import background
-from vistel.wire.at_exit import close_at_exit, closed
 from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.fence import Fence
@@ -36,6 +35,7 @@ from vistel.wire.inbox import QUEUE_LIMIT, STALE_AFTER_NS, Inbox, wake
 from vistel.wire.owners import Admission, Owners
 from vistel.wire.reliable import SendCache
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
+from vistel.wire.zenoh.at_exit import close_at_exit, closed
 from vistel.wire.zenoh.config import Json, TlsFiles, as_text, router_config
 from vistel.wire.zenoh.pump import Pump
 from vistel.wire.zenoh.reliable_reader import ReliableReader

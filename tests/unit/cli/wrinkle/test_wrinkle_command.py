@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from vistel_cli.main import app
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[4]
 SHEET = ROOT / "examples/wrinkles/sleeve.toml"
 PICTURE = next(ROOT.glob("tests/looks/golden/*.png"))
 
