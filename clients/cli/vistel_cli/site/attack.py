@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
+from rich.text import Text
 
 from vistel.conference.model import HUB_PLACE, Conference
 from vistel.wire.topics import BY_NAME
@@ -63,7 +64,7 @@ def report(file: Path, as_json: bool) -> int:
         table = Table("who", "tries", "", box=None)
         for a in attempts:
             word, colour = words[a.stopped]
-            table.add_row(a.who, a.tries, f"[{colour}]{word}[/]" if out.is_terminal else word)
+            table.add_row(a.who, a.tries, Text(word, colour))
         out.print(table)
     return FAILED if any(a.stopped is False for a in attempts) else 0
 
