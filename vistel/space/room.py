@@ -22,6 +22,11 @@ SEAT_GAP = 0.28
 """From the table's edge to the seats' centres [m]."""
 ELBOW_ROOM = 0.60
 """Least arc between two seats [m]."""
+MOST_ROUND = 40
+"""Seats round one table, which then fills the room; of more, TABLE_SEATS are at a table and the others in rows round it."""
+TABLE_SEATS = 14
+ROW_GAP = 0.8
+"""From one row of seats to the next [m]."""
 ROOM_RADIUS = 4.0
 """Things are kept within this distance of the table's centre [m]."""
 
@@ -113,8 +118,8 @@ class Room:
 
 
 def seat_radius(seats: int) -> float:
-    """Distance of the seats from the table's centre [m]; grows when more people need elbow room."""
-    return max(0.78, ELBOW_ROOM * seats / (2.0 * math.pi))
+    """Distance from the table's centre of the seats at it [m]; grows when more people need elbow room."""
+    return max(0.78, ELBOW_ROOM * (seats if seats <= MOST_ROUND else TABLE_SEATS) / (2.0 * math.pi))
 
 
 def table_radius(seats: int) -> float:
@@ -125,12 +130,15 @@ def table_radius(seats: int) -> float:
 def seat_pose(seats: int, index: int) -> tuple[F64, float]:
     """Position (3,) on the floor under seat `index` of `seats` [m] and heading [rad], facing the centre.
 
-    Seat 0 is at -Z and faces +Z; the others follow with rising heading. Raises ValueError for no such seat.
+    Seat 0 is at -Z and faces +Z; the others follow with rising heading, row by row. Raises ValueError for no such seat.
     """
     if not 0 <= index < seats:
         raise ValueError(f"seat: expected 0 to {seats - 1}, got {index}")
-    heading = 2.0 * math.pi * index / seats
-    radius = seat_radius(seats)
+    first, radius, row = 0, seat_radius(seats), seats if seats <= MOST_ROUND else TABLE_SEATS
+    while index >= first + row:
+        first, radius = first + row, radius + ROW_GAP
+        row = min(seats - first, math.floor(2.0 * math.pi * radius / ELBOW_ROOM))
+    heading = 2.0 * math.pi * (index - first) / row
     # + 0.0 turns -0.0 into 0.0, so that equal places print and hash alike.
     position = np.array([-radius * math.sin(heading), 0.0, -radius * math.cos(heading)]) + 0.0
     return position, heading

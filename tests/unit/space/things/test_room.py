@@ -5,11 +5,11 @@ import math
 import numpy as np
 import pytest
 
-from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room, seat_pose, table_radius
+from vistel.space.room import BATON, ROOM_RADIUS, TABLE_HEIGHT, meeting_room, seat_pose, table_radius
 from vistel.space.things.things import ThingPrimitive
 
 
-@pytest.mark.parametrize("seats", [1, 2, 3, 5, 12])
+@pytest.mark.parametrize("seats", [1, 2, 3, 5, 12, 40, 100])
 def test_every_seat_faces_the_centre_of_the_table(seats: int) -> None:
     for index in range(seats):
         position, heading = seat_pose(seats, index)
@@ -18,9 +18,12 @@ def test_every_seat_faces_the_centre_of_the_table(seats: int) -> None:
         np.testing.assert_allclose(facing, -position / np.linalg.norm(position), atol=1e-12)
 
 
-def test_twelve_people_have_elbow_room() -> None:
-    places = np.array([seat_pose(12, i)[0] for i in range(12)])
-    assert np.linalg.norm(places - np.roll(places, 1, axis=0), axis=1).min() > 0.58
+@pytest.mark.parametrize("seats", [12, 40, 41, 100])
+def test_everybody_has_elbow_room_within_the_walls(seats: int) -> None:
+    places = np.array([seat_pose(seats, i)[0] for i in range(seats)])
+    apart = np.linalg.norm(places[:, None] - places[None], axis=2) + np.eye(seats)
+    assert apart.min() > 0.58
+    assert np.hypot(places[:, 0], places[:, 2]).max() < ROOM_RADIUS
 
 
 def test_a_seat_that_does_not_exist_is_named() -> None:
@@ -28,7 +31,7 @@ def test_a_seat_that_does_not_exist_is_named() -> None:
         seat_pose(3, 3)
 
 
-@pytest.mark.parametrize("seats", [1, 3, 12])
+@pytest.mark.parametrize("seats", [1, 3, 12, 100])
 def test_loose_things_lie_on_the_table_and_have_unique_ids(seats: int) -> None:
     room = meeting_room(seats)
     assert len({t.id for t in room.things}) == len(room.things)
