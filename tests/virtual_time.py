@@ -54,6 +54,8 @@ class LoopClock:
     def now_ns(self) -> int:
         return round(asyncio.get_running_loop().time() * 1e9)
 
+    steady_ns = now_ns
+
     async def sleep_until_ns(self, t_ns: int) -> None:
         await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9))
 

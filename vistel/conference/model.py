@@ -216,6 +216,14 @@ class WorldPlaces(Checked):
     folder: Path | None = None
     """Where the room is kept, on the machine of its world; default: beside the conference file, FILE-room."""
 
+    lease: str = Field(default="file", pattern=r"^(file|kubernetes|etcd://[A-Za-z0-9.\-]+:\d+(,[A-Za-z0-9.\-]+:\d+)*)$")
+    """What decides who leads: "file", a lock on this machine; "etcd://HOST:PORT", of several members with commas; "kubernetes"."""
+
+    @property
+    def lease_encrypted(self) -> bool:
+        """Whether the lease is reached with the certificates of `[bus.tls]`: in an etcd on another machine."""
+        return self.lease.startswith("etcd://") and not all(map(_is_here, self.lease[len("etcd://") :].split(",")))
+
     @property
     def all(self) -> list[str]:
         """All places, the first one first."""
@@ -279,6 +287,11 @@ class Conference(Checked):
             if place not in places:
                 raise ValueError(f"world: no place {place!r}; expected one of {', '.join(places)}")
         _no_twice([("world.on", self.world.on), *((f"world.waiting[{i}]", w) for i, w in enumerate(self.world.waiting))])
+        if self.world.lease_encrypted and self.bus.tls is None:
+            raise ValueError(f"world.lease: {self.world.lease} is on another machine, which needs certificates: [bus.tls]")
+        apart = self.bus.mode == "routed" and not all(_is_here(e.partition("/")[2]) for e in self.bus.endpoints)
+        if apart and len(self.world.all) > 1 and self.world.lease == "file":
+            raise ValueError('world.lease: "file" is for worlds on one machine; expected "etcd://HOST:PORT" or "kubernetes"')
         return self
 
     @property
@@ -322,6 +335,11 @@ class Conference(Checked):
                 if p.name == participant:
                     return seat
         raise KeyError(participant)
+
+
+def _is_here(address: str) -> bool:
+    """Whether HOST:PORT is of this machine alone."""
+    return address.startswith(("127.", "localhost:", "[::1]:"))
 
 
 def _no_twice(named: list[tuple[str, str]]) -> None:

@@ -2,7 +2,7 @@
 where it was.
 
 Files are TERM-STEP.snapshot and TERM-STEP.journal: the state after a step, with its CRC-32, and what went into the steps after it;
-TERM.away says that a world elsewhere was given the room under that term, so that nobody goes on from what is old here. A file is
+A file is
 never written to twice by two worlds, because each speaks under a term of its own and locks the folder, and none is changed once it
 is done; those older than the last two snapshots go. A room that is not gone on with is kept in a folder of its own.
 """
@@ -84,32 +84,24 @@ class Store:
         """The newest room that can be read, or that of the file `snapshot`, with what was journaled since."""
         return next((found.world for found, _ in self._worlds(snapshot)), None)
 
-    def afresh(self, now_ns: int) -> int:
-        """The term of a room that begins anew. What is here, and was not resumed, goes into a folder of its own, which is told."""
-        term = self._folder.next_term()
+    @property
+    def newest_term(self) -> int:
+        """The highest term under which something stands here; -1 when nothing does."""
+        return self._folder.next_term() - 1
+
+    def set_aside(self, now_ns: int) -> None:
+        """A room begins anew: what is here, and was not resumed, goes into a folder of its own, which is told."""
         try:
-            if not term or not self._folder.lock():
-                return term
+            if self.newest_term < 0 or not self._folder.lock():
+                return
             newest = self.newest()
             aside = self._folder.set_aside(newest.t_ns if newest is not None else now_ns)
         except OSError as e:
             self._tell(e, "folder of an earlier room")
-            return term
+            return
         self._foreign.clear()
         why = self._unused or "no snapshot in it can be used"
         log.warning("earlier room kept path=%s reason=%r mend='to resume it: --from %s'", aside, why, aside)
-        return term
-
-    def away(self, now_ns: int) -> tuple[int, str] | None:
-        """Under which term, and where, the room was led when it left this disk, if that is not known to be over."""
-        for path in sorted(self._folder.path.glob("*.away"), key=lambda p: p.stem.zfill(10), reverse=True):
-            try:
-                place, since = path.read_text("utf-8").split()
-                if abs(now_ns - int(since)) < RESUMED_S * 1e9:
-                    return int(path.stem), place
-            except (OSError, ValueError) as e:
-                log.error("note of who leads not read path=%s reason=%s", path, e)
-        return None
 
     def _worlds(self, snapshot: str = "") -> Iterator[tuple[Found, int]]:
         """What can be read, the newest first, and how many steps were journaled since its snapshot."""
@@ -159,16 +151,8 @@ class Store:
         self._term = term
         self._resume(world)
         with contextlib.suppress(OSError):
-            for path in [*self._folder.path.glob("*.away"), *self._folder.path.glob("*.part")] if self._folder.lock() else []:
-                path.unlink(missing_ok=True)  # parts: of a world killed in writing
-
-    def gave(self, term: int, place: str, now_ns: int) -> None:
-        """The room leaves this disk: from now on its newest steps are at `place`, which may be a world that keeps them here."""
-        try:
-            (self._folder.path / f"{term:06d}.away").write_text(f"{place or '-'} {now_ns}", "utf-8")
-        except OSError as e:
-            self._tell(e, "note of who leads")
-        self._folder.unlock()
+            for path in self._folder.path.glob("*.part") if self._folder.lock() else ():  # of a world killed in writing
+                path.unlink(missing_ok=True)
 
     def append(self, data: bytes) -> None:
         """One step, before what came of it is said (`journal.record`)."""

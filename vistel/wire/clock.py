@@ -27,6 +27,10 @@ class Clock(Protocol):
         set meanwhile does not change it."""
         ...
 
+    def steady_ns(self) -> int:
+        """Time from an arbitrary moment that is never set and passes while the machine sleeps."""
+        ...
+
 
 async def sleep(clock: Clock, seconds: float) -> None:
     """As `asyncio.sleep`, on `clock`."""
@@ -127,6 +131,10 @@ class SystemClock:
         """As `Clock.call_after`."""
         return asyncio.get_running_loop().call_later(seconds, callback).cancel
 
+    def steady_ns(self) -> int:
+        """As `Clock.steady_ns`."""
+        return running_ns()
+
 
 class SimulatedClock:
     """Time that moves only when told to: for tests and for replaying a log faster than it was recorded."""
@@ -141,6 +149,8 @@ class SimulatedClock:
     def now_ns(self) -> int:
         """The time that was last moved to [ns]."""
         return self._now_ns
+
+    steady_ns = now_ns
 
     async def sleep_until_ns(self, t_ns: int) -> None:
         """As `Clock.sleep_until_ns`: until `advance_to_ns` gets there."""

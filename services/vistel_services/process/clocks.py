@@ -21,6 +21,8 @@ class ReplayClock:
     def now_ns(self) -> int:
         return self.log_ns + int((time.monotonic_ns() - self._monotonic_ns) * self.speed)
 
+    steady_ns = now_ns
+
     async def sleep_until_ns(self, t_ns: int) -> None:
         await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9 / self.speed))
 

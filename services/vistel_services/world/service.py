@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from prometheus_client import Counter, Gauge
 
+from vistel.conference.connect import tls_files
 from vistel.conference.model import HUB_PLACE, Conference, Site
 from vistel.conference.model import RoomConfig as RoomKeys
 from vistel.conference.paths import RunPaths
@@ -27,9 +28,12 @@ from vistel.space.things.things import PhysicsMaterial
 from vistel.space.world import World
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
-from vistel.wire.clock import Clock, on_thread, sleep
+from vistel.wire.clock import Clock, on_thread
 from vistel.wire.topics import BY_NAME
+from vistel.wire.zenoh.config import TlsFiles
 from vistel_services.world.authority import Authority, RestartStates, Start
+from vistel_services.world.lease.kinds import open_lease
+from vistel_services.world.lease.leadership import Leadership
 from vistel_services.world.room import SAVE_STEPS, STEP_NS, Room, RoomSubscriptions
 
 if TYPE_CHECKING:
@@ -40,11 +44,10 @@ log = logging.getLogger("vistel.world")
 
 CATCH_UP_STEPS = 6
 """A world that is late by no more than this steps faster; what is beyond is left out."""
-FROZEN_NS = 1_000_000_000
-"""A world that was late by so much may have been taken for dead: it looks for another leader before it publishes."""
-LOOK_ROUND_S = 0.05
 ALONE_S = 20.0
 """How long a world that is to wait does so when nobody leads: those that are to lead may still be starting."""
+SET_BACK_NS = 1_000_000_000
+"""A next step that is so far ahead was due by a clock that has been set since."""
 LEAVING_S = 1.0
 """How long a world that is told to stop waits for another one to take the room over."""
 
@@ -57,7 +60,8 @@ class Config:
     """seats: of the room; folder: what the world goes on from after a crash, None to keep nothing; extras: things
     that were put into the room; room: what the conference file says of it, where files hold some of it; place: where
     this world is; waits: it leads only when it is asked to, or nobody else does;
-    hosts: who alone may put the room back, empty: everybody."""
+    hosts: who alone may put the room back, empty: everybody; lease: what decides who leads; lease_file: of a lease "file", None:
+    shared with nobody; lease_tls: certificates for etcd on another machine."""
 
     seats: int
     folder: Path | None = None
@@ -66,6 +70,9 @@ class Config:
     place: str = HUB_PLACE
     waits: bool = False
     hosts: frozenset[str] = frozenset()
+    lease: str = "file"
+    lease_file: Path | None = None
+    lease_tls: TlsFiles | None = None
 
 
 @dataclass
@@ -82,7 +89,11 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     kept = conference.world.folder or paths.run / "room"
     folder = kept / place if site is not None else kept
     waits = place != conference.world.on
-    return Config(room.seats, folder, extras_of(room), room if room.from_files else None, place, waits, frozenset(conference.hosts))
+    files, hosts = room if room.from_files else None, frozenset(conference.hosts)
+    tls = tls_files(conference, place) if conference.world.lease_encrypted else None
+    shared = paths.run if conference.bus.mode == "embedded" else kept
+    lease = conference.world.lease, shared / "lease", tls
+    return Config(room.seats, folder, extras_of(room), files, place, waits, hosts, *lease)
 
 
 def preload(conference: Conference) -> None:
@@ -111,75 +122,47 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     shelf = None if interior is None else _shelf(bus, interior)
     warm = time.perf_counter()
     kept = Store(config.folder, _UNSAFE.inc) if config.folder else None
+    lease = open_lease(config.lease, config.lease_file, bus.conference, config.place, clock, config.lease_tls)
+    leadership = Leadership(lease, clock)
     subscriptions, led = RoomSubscriptions(bus), _LedRoom()
 
-    def given(term: int, place: str) -> None:
+    def given() -> None:
         if kept is not None:
-            kept.sync()
-            kept.gave(term, place, clock.now_ns())
+            kept.leave()
         if led.room is not None:
             led.room.answer_commands(led.room.unanswered)
 
-    authority = Authority(bus, clock, config.place, given)
+    authority = Authority(bus, clock, leadership, config.place, given)
     bus.serve(BY_NAME["world_snapshot"], lambda request: led.room.answer(request) if led.room and authority.leads else None)
     bus.serve(BY_NAME["world_save"], lambda _: led.room.saved() if led.room and authority.leads else None)
     try:
-        start = await _start(config, authority, subscriptions, kept, begins, clock)
-        log.info("world ready kernels_ms=%.0f restore_ms=%.0f", (warm - began) * 1e3, (time.perf_counter() - warm) * 1e3)
+        starts = not config.waits or not await authority.somebody(ALONE_S)
+        if starts and config.waits:
+            log.warning("nobody leads the room; not waiting any longer place=%s", config.place)
+        log.info("world ready kernels_ms=%.0f", (warm - began) * 1e3)
         while True:
-            world = await _lead(start, config.hosts, authority, subscriptions, kept, bus, clock, led)
+            start = await _follow(authority, subscriptions, kept, begins, clock, starts)
+            await _lead(start, config.hosts, authority, subscriptions, kept, bus, clock, led)
             subscriptions.close()
-            subscriptions = RoomSubscriptions(bus)
-            start = await _follow(Start(world, start.term), authority, subscriptions, kept, begins, clock)
+            subscriptions, starts = RoomSubscriptions(bus), False
     finally:
         subscriptions.close()
+        await leadership.close()
         if shelf is not None:
             shelf.close()
 
 
-async def _start(
-    config: Config, authority: Authority, subscriptions: RoomSubscriptions, kept: Store | None, begins: RoomShape, clock: Clock
-) -> Start:
-    """From where to lead, at the earliest moment at which this world is to."""
-    found = kept.load(begins, clock.now_ns()) if kept is not None else None
-    if found is not None:
-        authority.resume(found.term)
-    if config.waits:
-        if await authority.somebody(ALONE_S):
-            return await _follow(None, authority, subscriptions, kept, begins, clock, _away(kept, clock))
-        log.warning("nobody leads the room; not waiting any longer place=%s", config.place)
-    start = await authority.take_over(begins, lambda people: subscriptions.follow_motion(people, clock))
-    if start is not None:
-        return start
-    away = _away(kept, clock)
-    if authority.outranked or (away[0] >= 0 and (found is None or away[0] > found.term)):
-        return await _follow(None, authority, subscriptions, kept, begins, clock, away)
-    if found is not None:
-        return Start(found.world, found.term)
-    return Start(World(begins), kept.afresh(clock.now_ns()) if kept is not None else 0)
-
-
-def _away(kept: Store | None, clock: Clock) -> tuple[int, str]:
-    """Highest term under which the room is known to have been led elsewhere, and where."""
-    return (kept.away(clock.now_ns()) if kept is not None else None) or (-1, "")
-
-
 async def _follow(
-    own: Start | None,
-    authority: Authority,
-    subscriptions: RoomSubscriptions,
-    kept: Store | None,
-    begins: RoomShape,
-    clock: Clock,
-    newest: tuple[int, str] = (-1, ""),
+    authority: Authority, subscriptions: RoomSubscriptions, kept: Store | None, begins: RoomShape, clock: Clock, starts: bool
 ) -> Start:
-    """Wait, listening, until this world is to lead. own: its state when it fell silent, None if it never had one."""
+    """Wait, listening, until this world is to lead."""
+    new = World(begins)
 
-    def complete() -> Start:
+    def on_disk() -> Start:
         found = kept.load(begins, clock.now_ns()) if kept is not None else None
-        if found is not None and (own is None or (found.term, found.world.step_number) > (own.term, own.world.step_number)):
+        if found is not None:
             return Start(found.world, found.term)
-        return own if own is not None else Start(World(begins), -1)
+        return Start(new, kept.newest_term if kept is not None else -1)
 
     def received() -> World | None:
         try:
@@ -190,10 +173,13 @@ async def _follow(
 
     listening = background.start(subscriptions.listen(clock), "listen")
     try:
-        states = RestartStates(complete, received)
-        return await authority.follow(states, begins, lambda people: subscriptions.follow_motion(people, clock), newest)
+        states = RestartStates(on_disk, received)
+        start = await authority.follow(states, begins, lambda people: subscriptions.follow_motion(people, clock), starts)
     finally:
         listening.cancel()
+    if start.world is new and kept is not None:
+        kept.set_aside(clock.now_ns())
+    return start
 
 
 async def _lead(
@@ -205,11 +191,10 @@ async def _lead(
     bus: Bus,
     clock: Clock,
     led: _LedRoom,
-) -> World:
-    """Step until another world leads; the state then. Cancelled, it gives the room to one that waits, or keeps it on disk."""
+) -> None:
+    """Step as long as this world leads. Cancelled, it gives the room to one that waits, or keeps it on disk."""
     room = Room(start.world, bus, subscriptions, kept, clock.now_ns(), hosts)
     authority.listen(lambda site, token, alive: subscriptions.collector.presence(site, token, alive, clock.now_ns()))
-    authority.lead(start)
     led.room = room
     if kept is not None:
         kept.begin(room.world, start.term)
@@ -218,16 +203,14 @@ async def _lead(
     due_ns = start.due_ns - STEP_NS if start.due_ns else clock.now_ns()
     leaving: asyncio.CancelledError | None = None
     try:
+        await authority.lead(start)
         while True:
-            late_ns = clock.now_ns() - due_ns
-            if late_ns < -FROZEN_NS:
-                log.warning("clock set back by_s=%.1f", -late_ns * 1e-9)
+            if due_ns - clock.now_ns() > SET_BACK_NS:
+                log.warning("clock set back by_s=%.1f", (due_ns - clock.now_ns()) * 1e-9)
                 due_ns = clock.now_ns()
             due_ns = _next_due(due_ns, clock.now_ns())
             authority.next_step(due_ns)
             try:
-                if late_ns > FROZEN_NS:
-                    await sleep(clock, LOOK_ROUND_S)
                 await (clock.sleep_until_ns(due_ns) if leaving is None else authority.until_over(clock.sleep_until_ns(due_ns)))
             except asyncio.CancelledError as e:
                 if leaving is not None or not authority.followed:
@@ -238,7 +221,7 @@ async def _lead(
             if leaving is not None and (authority.late or not authority.leads):
                 raise leaving
             if not authority.leads:
-                return room.world
+                return
             room.step(due_ns)
             if room.unanswered and (answering is None or answering.done()):
                 answering = background.start(_answer(room, kept, clock), "answers")
@@ -255,7 +238,7 @@ async def _lead(
                     kept.end(room.world)
                 else:
                     kept.leave()
-            authority.retire()
+            await authority.retire()
         log.info("world stopped step=%d", room.world.step_number)
 
 

@@ -19,7 +19,7 @@ from vistel.v1.command_pb2 import Command, CommandResult, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.v1.world_pb2 import WorldHandoverRequest
 from vistel.wire.clock import SimulatedClock
-from vistel.wire.fence import LEASE_NS
+from vistel.wire.fence import HEARD_NS
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.presence import WAITS, WorldToken
@@ -103,21 +103,21 @@ def test_who_takes_a_room_and_is_never_heard_of_loses_it_again(tmp_path: Path) -
         await site.play(0.3)
         stranger = site.network.bus("demo", "hub", site.clock)
         stranger.announce(WorldToken(0, "5742a46e", WAITS, "osaka").text)
-        request = WorldHandoverRequest(phase=TAKE, term=1, place="osaka")
+        request = WorldHandoverRequest(phase=TAKE, term=0, place="osaka")
         reply = await stranger.query(BY_NAME["world_handover"], request)
         assert reply is not None and reply.private_state and reply.due_ns - site.clock.now_ns() <= STEP_NS
-        again = await stranger.query(BY_NAME["world_handover"], WorldHandoverRequest(phase=TAKE, term=2, place="osaka"))
-        assert again is None, "two were given one room"
+        other = await stranger.query(BY_NAME["world_handover"], WorldHandoverRequest(phase=TAKE, term=1, place="osaka"))
+        assert other is None, "nobody has steps of that term"
         count = len(steps(site))
         await site.clock.advance_to_ns(site.clock.now_ns() + TICK_NS)
         site.record()
         assert len(steps(site)) == count
         for _ in range(300):
-            if site._bus is not None and site._bus.fence.own == 2:
+            if site._bus is not None and site._bus.fence.own == 1:
                 break
             await site.play(TICK_NS * 1e-9)
         await site.play(0.3)
-        assert steps(site)[-1][1] == 2
+        assert steps(site)[-1][1] == 1
 
     scenario(tmp_path, play)
 
@@ -158,7 +158,7 @@ def test_what_a_world_publishes_that_no_longer_leads_is_dropped(tmp_path: Path) 
         say(new, 1, 4)
         assert [s.message.step for s in heard.take()] == [1, 2, 4]
         assert reader.counters.fenced == 1
-        await clock.advance_to_ns(START_NS + LEASE_NS + 1)
+        await clock.advance_to_ns(START_NS + HEARD_NS + 1)
         say(old, 0, 5)  # nobody of a higher term has spoken for so long
         assert [s.message.step for s in heard.take()] == [5]
 
@@ -185,7 +185,7 @@ def test_an_error_in_one_room_stops_no_other_and_that_one_goes_on_where_it_was(
             return {name: [s.message.step for s in reader.take()] for name, reader in readers.items()}
 
         task = asyncio.create_task(rooms.serve([served("one"), served("two")]))
-        await until(lambda: len(clock._sleepers) == 2)
+        await until(lambda: len(clock._sleepers) == 4)  # steps and leases
         before = await ticks(30)
         assert all(len(steps) >= 29 for steps in before.values())
         broken = {"yes": True}
@@ -200,7 +200,7 @@ def test_an_error_in_one_room_stops_no_other_and_that_one_goes_on_where_it_was(
         monkeypatch.setattr(World, "step", failing)
         during = await ticks(30)
         assert len(during["two"]) == 30, "the other room stood still as well"
-        await until(lambda: len(clock._sleepers) == 2)
+        await until(lambda: len(clock._sleepers) == 4)  # steps and leases
         after = await ticks(30)
         assert len(after["two"]) == 30 and len(after["one"]) >= 28
         assert after["one"][0] > before["one"][-1], "it began anew"

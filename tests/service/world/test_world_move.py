@@ -19,7 +19,6 @@ import pytest
 from waiting import until
 from world_site import CONFERENCE, PEOPLE, TICK_NS, WorldSite, ended, killed, scenario
 
-from vistel.persistence.store import Store
 from vistel.space.world import World
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Vec3
@@ -186,8 +185,6 @@ def test_who_gave_the_room_away_and_starts_again_alone_remembers_that_it_is_else
             await site.kill()
             await site.play(0.2)
             await osaka.kill()
-        folder = site.config.folder
-        assert folder is not None and Store(folder).away(site.clock.now_ns()) == (1, "osaka")
         count = len(said(site))
         bus = site.network.bus("demo", "hub", site.clock)
         task = asyncio.create_task(world.run(site.config, bus, site.clock))
@@ -199,15 +196,6 @@ def test_who_gave_the_room_away_and_starts_again_alone_remembers_that_it_is_else
         await ended(task, site.clock)
 
     scenario(tmp_path, play)
-
-
-def test_a_note_of_who_leads_that_is_old_or_broken_keeps_nobody_from_leading(tmp_path: Path) -> None:
-    store, now_ns = Store(tmp_path), 10**18
-    store.gave(4, "osaka", now_ns)
-    assert store.away(now_ns + 10**9) == (4, "osaka")
-    assert store.away(now_ns + 10**12) is None
-    (tmp_path / "000005.away").write_bytes(b"\xff\xfe")
-    assert store.away(now_ns) == (4, "osaka")
 
 
 def test_who_leads_is_seen_from_presence() -> None:

@@ -26,7 +26,9 @@ async def _live(endpoint: str, place: str, folder: Path, waits: bool) -> None:
 
     clock = SystemClock()
     bus = await ZenohBus.open(conference="demo", site="hub", clock=clock, endpoints=[endpoint])
-    config = replace(world.configure(CONFERENCE, None, RunPaths(folder, folder)), place=place, waits=waits)
+    config = replace(
+        world.configure(CONFERENCE, None, RunPaths(folder, folder)), place=place, waits=waits, lease_file=folder.parent / "lease"
+    )
     life = asyncio.create_task(world.run(config, bus, clock))
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, life.cancel)
     await asyncio.gather(life, return_exceptions=True)

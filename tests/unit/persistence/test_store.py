@@ -61,7 +61,8 @@ def test_a_room_that_is_not_resumed_is_kept_and_told_in_one_line_and_begins_the_
     assert found is None
     begins = meeting_room(seats, extras)
     new = World(begins)
-    store.begin(new, store.afresh(NOW_NS))
+    store.set_aside(NOW_NS)
+    store.begin(new, 1)
     for n in range(1, 9):  # long enough that what is older goes
         new.step(StepInputs(n, NOW_NS + n))
         data = store.rotate(new)
@@ -128,7 +129,7 @@ def test_two_conferences_never_write_into_one_folder_and_the_second_is_told(
     assert [r for r in caplog.records if "another conference that runs keeps its room there" in r.getMessage()]
     with pytest.raises(OSError, match="another conference that runs"):
         seed(tmp_path, world)
-    one.gave(1, "hub", NOW_NS)
+    one.leave()
     assert two.rotate(World(meeting_room(3))) is None
     assert len(list(tmp_path.glob("*.journal"))) >= 1 and not two._unsafe
 
