@@ -12,7 +12,7 @@ from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfi
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
 from vistel.conference.speech import Speech
-from vistel.wire.zenoh.endpoints import endpoint_fault, is_encrypted
+from vistel.wire.zenoh.endpoints import endpoint_fault, is_encrypted, is_local
 
 
 class Tls(Checked):
@@ -222,7 +222,7 @@ class WorldPlaces(Checked):
     @property
     def lease_encrypted(self) -> bool:
         """Whether the lease is reached with the certificates of `[bus.tls]`: in an etcd on another machine."""
-        return self.lease.startswith("etcd://") and not all(map(_is_here, self.lease[len("etcd://") :].split(",")))
+        return self.lease.startswith("etcd://") and not all(is_local(f"tcp/{m}") for m in self.lease[len("etcd://") :].split(","))
 
     @property
     def all(self) -> list[str]:
@@ -289,7 +289,7 @@ class Conference(Checked):
         _no_twice([("world.on", self.world.on), *((f"world.waiting[{i}]", w) for i, w in enumerate(self.world.waiting))])
         if self.world.lease_encrypted and self.bus.tls is None:
             raise ValueError(f"world.lease: {self.world.lease} is on another machine, which needs certificates: [bus.tls]")
-        apart = self.bus.mode == "routed" and not all(_is_here(e.partition("/")[2]) for e in self.bus.endpoints)
+        apart = self.bus.mode == "routed" and not all(map(is_local, self.bus.endpoints))
         if apart and len(self.world.all) > 1 and self.world.lease == "file":
             raise ValueError('world.lease: "file" is for worlds on one machine; expected "etcd://HOST:PORT" or "kubernetes"')
         return self
@@ -335,11 +335,6 @@ class Conference(Checked):
                 if p.name == participant:
                     return seat
         raise KeyError(participant)
-
-
-def _is_here(address: str) -> bool:
-    """Whether HOST:PORT is of this machine alone."""
-    return address.startswith(("127.", "localhost:", "[::1]:"))
 
 
 def _no_twice(named: list[tuple[str, str]]) -> None:

@@ -12,16 +12,16 @@ import ssl
 import subprocess
 from collections.abc import AsyncIterator, Iterator
 from contextlib import asynccontextmanager, contextmanager
-from datetime import datetime
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import aiohttp
 import pytest
 from aiohttp import web
-from certificates import Authority
 from waiting import until
 
+from vistel.wire.certificates.authority import Authority
 from vistel.wire.zenoh.config import TlsFiles
 
 
@@ -101,12 +101,12 @@ class KubernetesApi:
 @asynccontextmanager
 async def kubernetes(folder: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[tuple[KubernetesApi, Path]]:
     """The API over TLS, and a pod's folder with its account."""
-    authority = Authority(folder)
-    files = authority.issue("kubernetes")
+    now = datetime.now(UTC)
+    files = Authority.create(folder, now).issue("kubernetes", now, hosts=["127.0.0.1"])
     api = KubernetesApi("s3cret")
     (folder / "token").write_text(api.token + "\n")
     (folder / "namespace").write_text("meetings")
-    shutil.copy(authority.file, folder / "ca.crt")
+    shutil.copy(files.ca, folder / "ca.crt")
     tls = ssl.create_default_context(ssl.Purpose.CLIENT_AUTH)
     tls.load_cert_chain(files.certificate, files.key)
     app, path = web.Application(), "/apis/coordination.k8s.io/v1/namespaces/meetings/leases"

@@ -12,15 +12,16 @@ import sys
 from collections.abc import AsyncIterator, Awaitable, Callable
 from contextlib import AsyncExitStack, asynccontextmanager
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 import pytest
-from certificates import Authority
 from lease_stores import answers, etcd, kubernetes
 from pydantic import ValidationError
 
 from vistel.conference.model import Conference
+from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.world.presence import MOST_TERM
 from vistel_services.world.lease.etcd import EtcdLease
@@ -189,9 +190,11 @@ def test_a_lock_whose_file_was_removed_is_held_no_longer(tmp_path: Path) -> None
 
 
 def test_etcd_on_another_machine_is_asked_with_certificates_and_refuses_who_has_none(tmp_path: Path) -> None:
-    authority = Authority(tmp_path)
-    mine, stranger = authority.issue("hub"), ssl.create_default_context(cafile=authority.file)
-    with etcd(tmp_path, authority.issue("etcd")) as address:
+    now = datetime.now(UTC)
+    authority = Authority.create(tmp_path, now)
+    mine = authority.issue("hub", now)
+    stranger = ssl.create_default_context(cafile=mine.ca)
+    with etcd(tmp_path, authority.issue("etcd", now, hosts=["127.0.0.1"])) as address:
 
         async def play() -> None:
             lease = open_lease(f"etcd://{address}", None, "demo", "hub", SimulatedClock(1), mine)
