@@ -18,6 +18,7 @@ program ffmpeg ffmpeg           # what is given to other programs
 program glslangValidator glslang-tools
 program openssl openssl
 program cc gcc libc6-dev        # the kernel's headers
+program etcd etcd-server        # leases of rooms
 command -v chromium chromium-browser google-chrome >/dev/null || missing+=(chromium)
 libraries=$(PATH=$PATH:/sbin:/usr/sbin ldconfig -p 2>/dev/null || true)
 [[ $libraries == *libportaudio.so.2* ]] || missing+=(libportaudio2)

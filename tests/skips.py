@@ -19,6 +19,7 @@ ALLOWED = (
     r"clients/web/node_modules",
     r"vrpn_server",
     r"docker compose is not on this machine",
+    r"etcd is not on this machine",  # a package, which not everybody may install
     r"mounting a file system is not allowed here",
     r"this user may write everywhere",  # root
     # Another system, processor or driver than that of the machine; what it has instead is tested there.

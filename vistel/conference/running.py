@@ -23,7 +23,7 @@ if TYPE_CHECKING:  # slow to load
 class Running:
     """A conference that runs, called `name`. hub: its router, such as "tcp/127.0.0.1:7447"; file: its conference file; folder:
     where its films, log and report go; started_ns: since the epoch; people: participants, with their sites; pages: addresses
-    for browsers by site."""
+    for browsers by site; run: the folder of its ports and sockets."""
 
     name: str
     hub: str
@@ -32,6 +32,7 @@ class Running:
     started_ns: int
     people: dict[str, str] = field(default_factory=dict[str, str])
     pages: dict[str, str] = field(default_factory=dict[str, str])
+    run: str = ""
 
 
 def running_folder() -> Path:

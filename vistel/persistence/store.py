@@ -1,10 +1,9 @@
 """What a room keeps on disk: snapshots, and between them a journal of every step, so that a world that was killed goes on
 where it was.
 
-Files are TERM-STEP.snapshot and TERM-STEP.journal: the state after a step, with its CRC-32, and what went into the steps after it;
-A file is
-never written to twice by two worlds, because each speaks under a term of its own and locks the folder, and none is changed once it
-is done; those older than the last two snapshots go. A room that is not gone on with is kept in a folder of its own.
+Files are TERM-STEP.snapshot and TERM-STEP.journal: the state after a step, with its CRC-32, and what went into the steps after it.
+A file is never written to by two worlds, because each speaks under a term of its own and locks the folder, and none is changed once
+it is done; those older than the last two snapshots go. A room that is not gone on with is kept in a folder of its own.
 """
 
 from __future__ import annotations

@@ -196,7 +196,7 @@ class _Run:
         tell = print_warning if self.as_json else events.add
         supervisor.on_exit = lambda name, code: tell(ended(name, code, supervisor.log_file(name)))
         started = time.monotonic()
-        running = _running(conference, self.source, endpoint, paths.out)
+        running = _running(conference, self.source, endpoint, paths)
         if not self.as_json:
             self._print_beginning(running, len(specs))
         ready_s: float | None = None
@@ -320,11 +320,11 @@ def _opened_router(conference: Conference) -> Router:
         return Router.open()
 
 
-def _running(conference: Conference, source: Path, endpoint: str, folder: Path) -> Running:
+def _running(conference: Conference, source: Path, endpoint: str, paths: RunPaths) -> Running:
     """What others are told about the run."""
     pages = {site.name: site.display.stream_page for site in conference.sites if site.draws and site.display.stream_page}
     people = {p.name: site.name for site in conference.sites for p in site.participants}
-    return Running(conference.name, endpoint, str(source.resolve()), str(folder), time.time_ns(), people, pages)
+    return Running(conference.name, endpoint, str(source.resolve()), str(paths.out), time.time_ns(), people, pages, str(paths.run))
 
 
 def _show_report(report: dict[str, Any], folder: Path) -> None:

@@ -13,6 +13,7 @@ import typer
 from vistel.conference.connect import connect
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.conference.running import running_conferences
 from vistel.wire import background, event_loop
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
@@ -113,5 +114,6 @@ def _room(conference: Conference, endpoint: str, at: str, wait: bool) -> tuple[C
     async def keep_time(bus: Bus) -> None:
         await follow_hub(bus, clock, "worlds")
 
-    config = replace(world.configure(conference, None, RunPaths(Path(), Path())), place=at, waits=wait)
+    run = next((Path(r.run) for r in running_conferences(conference.name) if r.hub == endpoint), conference.world.folder or Path())
+    config = replace(world.configure(conference, None, RunPaths(run, Path())), place=at, waits=wait)
     return config, clock, door, keep_time
