@@ -202,10 +202,10 @@ class Authority:
                 free_ns, self._behind, self._told = 0, "", False
             elif now_ns - self._gave_ns >= SUCCESSOR_S * 1e9 or self._steps is None or seen.term > self._steps.term:
                 free_ns = free_ns or now_ns
-                mine, patient = self._newest(states.kept()), now_ns - free_ns < SUCCESSOR_S * 1e9
+                mine, patient = self._newest(states.kept, seen.led_term), now_ns - free_ns < SUCCESSOR_S * 1e9
                 if mine.term < seen.led_term and not patient:
                     await self._take(seen.led_term, begins, follow_motion)
-                    mine = self._newest(mine)
+                    mine = self._newest(states.kept, seen.led_term)
                 start = await self._next(seen, mine, states, starts, patient)
                 if start is not None:
                     return start
@@ -262,8 +262,11 @@ class Authority:
         log.info("room taken over term=%d step=%d", term, self._steps.world.step_number)
         return True
 
-    def _newest(self, kept: Start) -> Start:
-        return kept if self._steps is None else max(self._steps, kept, key=lambda s: s.newness)
+    def _newest(self, kept: Callable[[], Start], led_term: int) -> Start:
+        """Reading what is kept takes a second or two: not where this world has the last leader's steps in memory."""
+        if self._steps is None:
+            return kept()
+        return self._steps if self._steps.term >= led_term else max(self._steps, kept(), key=lambda s: s.newness)
 
     def _fall_behind(self, reason: str, mend: str, patient: bool) -> None:
         """Another's steps are waited for: that is logged once, if they do not come soon."""

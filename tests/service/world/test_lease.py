@@ -189,6 +189,22 @@ def test_a_lock_whose_file_was_removed_is_held_no_longer(tmp_path: Path) -> None
     assert not asyncio.run(lease.renew())
 
 
+def test_a_disk_that_refuses_ends_no_room_and_is_reported(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / "no-folder").write_bytes(b"")
+    alone = FileLease(tmp_path / "no-folder/lease", "hub")
+    assert asyncio.run(alone.acquire(Holder(), 0)) and "lease not shared" in caplog.text
+    full = FileLease(tmp_path / "lease", "hub")
+    (tmp_path / "lease").mkdir()  # so that nothing can be written there
+    with pytest.raises(LeaseStoreError):
+        asyncio.run(full.acquire(Holder(), 0))
+    (tmp_path / "lease").rmdir()
+    assert asyncio.run(full.acquire(Holder(), 0))
+    (tmp_path / "lease").unlink()
+    (tmp_path / "lease").mkdir()
+    assert asyncio.run(full.note_led()) and "leader not noted" in caplog.text
+    assert asyncio.run(full.holder()) == Holder(0, True, 0, "hub")
+
+
 def test_etcd_on_another_machine_is_asked_with_certificates_and_refuses_who_has_none(tmp_path: Path) -> None:
     now = datetime.now(UTC)
     authority = Authority.create(tmp_path, now)

@@ -1,11 +1,13 @@
 """A lease among the worlds of one machine: a lock of the operating system, which goes with the process that holds it.
 
-FILE.lock is locked, FILE has what is known of the holder. A process that hangs holds it until it is killed.
+FILE.lock is locked, FILE has what is known of the holder. A process that hangs holds it until it is killed. A disk that refuses
+ends no room: then the lock, if it can be had, keeps others out, and nothing is noted.
 """
 
 from __future__ import annotations
 
 import json
+import logging
 import math
 import os
 import sys
@@ -22,15 +24,20 @@ else:
     import fcntl
 
 
+log = logging.getLogger("vistel.world")
+
+
 class FileLease:
-    """See `Lease`. Its folder must be on a disk of this machine; None: one of its own, so that it is shared with nobody."""
+    """See `Lease`. Its folder must be on a disk of this machine; None, or one that cannot be written: one of its own, so that it is
+    shared with nobody."""
 
     lasts_s = math.inf
 
     def __init__(self, path: Path | None, place: str) -> None:
+        path = path if path is not None and _writable(path) else None
         self._own = tempfile.TemporaryDirectory(prefix="vistel-lease-") if path is None else None
         self._path, self._place = path or Path(self._own.name if self._own else "", "lease"), place
-        self._lock = self._path.with_name(self._path.name + ".lock")
+        self._lock = _lock_of(self._path)
         self._handle = -1
         self._known = Holder()
 
@@ -48,20 +55,20 @@ class FileLease:
 
     async def acquire(self, seen: Holder, term: int) -> bool:
         """As `Lease.acquire`."""
+        if self._handle >= 0:
+            return False
+        taken = False
         try:
-            handle = self._locked()
-            if handle < 0:
-                return False
-            known = self._read()
-            if known.term != seen.term:
-                os.close(handle)
-                return False
-            self._handle = handle
-            self._write(replace(known, term=term, held=True))
+            self._handle = self._locked()
+            if self._handle >= 0 and (known := self._read()).term == seen.term:
+                self._write(replace(known, term=term, held=True))
+                taken = True
         except OSError as e:
-            await self.release()
             raise self._error(e) from e
-        return True
+        finally:
+            if not taken:
+                await self.release()
+        return taken
 
     async def renew(self) -> bool:
         """As `Lease.renew`. A lock whose file has been taken away keeps nobody out any more."""
@@ -74,10 +81,7 @@ class FileLease:
         """As `Lease.note_led`."""
         if not await self.renew():
             return False
-        try:
-            self._write(replace(self._known, led_term=self._known.term, led_place=self._place))
-        except OSError as e:
-            raise self._error(e) from e
+        self._write(replace(self._known, led_term=self._known.term, led_place=self._place))
         return True
 
     async def release(self) -> None:
@@ -111,9 +115,26 @@ class FileLease:
             raise LeaseStoreError(f"{self._path} holds no lease; remove it") from e
 
     def _write(self, known: Holder) -> None:
-        with whole_file(self._path, private=True, sync=True) as out:
-            out.write(json.dumps(asdict(known)).encode())
         self._known = known
+        try:
+            with whole_file(self._path, private=True, sync=True) as out:
+                out.write(json.dumps(asdict(known)).encode())
+        except OSError as e:
+            log.error("leader not noted path=%s reason=%r", self._path, e.strerror)
 
     def _error(self, error: OSError) -> LeaseStoreError:
         return LeaseStoreError(f"{self._path}: {error.strerror}")
+
+
+def _lock_of(path: Path) -> Path:
+    return path.with_name(path.name + ".lock")
+
+
+def _writable(path: Path) -> bool:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        _lock_of(path).touch(0o600)
+    except OSError as e:
+        log.error("lease not shared path=%s reason=%r; worlds beside this one do not know of it", path, e.strerror)
+        return False
+    return True
