@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from vistel.conference.device_names import prop_tracker_name, tracker_name
 from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PropTracker, TrackerConfig
@@ -260,6 +260,22 @@ class Recording(Checked):
     """Megabytes of the disk that are left to the room: with less, recording pauses."""
 
 
+class Monitoring(Checked):
+    """Where a machine says how its processes are: /metrics, /healthz and /readyz. Empty: nowhere."""
+
+    listen: str = ""
+    """Address and port for the processes of a site, the world or the recorder."""
+    router: str = ""
+    """The same for the router."""
+
+    @field_validator("listen", "router")
+    @classmethod
+    def _is_address(cls, address: str) -> str:
+        if address and endpoint_fault(f"tcp/{address}"):
+            raise ValueError(f'expected an address and a port, such as "127.0.0.1:9464", got "{address}"')
+        return address
+
+
 class Conference(Checked):
     """A whole conference file."""
 
@@ -277,6 +293,7 @@ class Conference(Checked):
     record_raw: bool = True
     """Keep the devices' bytes in the log, so that a replay can start from them."""
     recording: Recording = Recording()
+    monitoring: Monitoring = Monitoring()
     standby: bool = True
     """Keep one loaded process on each machine from which all others are forked, so that they start, and start again, at once."""
 

@@ -6,6 +6,7 @@ the round trip. Of several probes the one with the shortest round trip is the be
 
 import asyncio
 import logging
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from google.protobuf.message import DecodeError, Message
@@ -115,8 +116,10 @@ def _why(clock: SystemClock) -> str:
     return "reason='the machine slept, or the hub was started again'"
 
 
-async def follow_hub(bus: Bus, clock: SystemClock, node: str, period_s: float = PERIOD_S) -> None:
-    """Keep `clock` on the hub's time and publish how far it was off, until cancelled."""
+async def follow_hub(
+    bus: Bus, clock: SystemClock, node: str, period_s: float = PERIOD_S, measured: Callable[[Offset], object] = lambda _: None
+) -> None:
+    """Keep `clock` on the hub's time, publish how far it was off and tell `measured`, until cancelled."""
     publication = bus.publish(BY_NAME["clock_offset"], node=node)
     reachable, told = True, ""
     while True:
@@ -132,4 +135,5 @@ async def follow_hub(bus: Bus, clock: SystemClock, node: str, period_s: float = 
             message = ClockOffset(node=node, offset_ns=offset.offset_ns, uncertainty_ns=offset.uncertainty_ns)
             message.header.t_ns = clock.now_ns()
             publication.put(message)
+            measured(offset)
         await asyncio.sleep(period_s)

@@ -164,6 +164,11 @@ class Inbox:
         """Whether a RELIABLE inbox should be fed no more for now. From any thread."""
         return len(self._raw) + len(self._ready) >= RELIABLE_LIMIT or self._raw_bytes + self._ready_bytes >= RELIABLE_BYTES
 
+    @property
+    def waiting(self) -> int:
+        """How many messages have arrived and were not taken. From any thread."""
+        return len(self._raw) + len(self._raw_newest) + len(self._ready)
+
     def take(self) -> list[Sample]:
         """As `Subscription.take`. Raises OverflowedError where a RELIABLE topic has lost messages."""
         self._drain()

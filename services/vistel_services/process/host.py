@@ -72,12 +72,15 @@ async def _heartbeat(plan: ProcessPlan, port: int, bus: ZenohBus, clock: Clock) 
     dropped = metrics.DroppedMessages(bus.counters)
     beat = bus.publish(BY_NAME["heartbeat"], node=plan.label)
     started_ns = time.monotonic_ns()
+    due_s = time.monotonic()
     while True:
+        metrics.export_state(bus.waiting, clock, time.monotonic() - due_s)
         message = Heartbeat(node=plan.node, services=plan.services, pid=os.getpid(), metrics_port=port)
         message.uptime_ns = time.monotonic_ns() - started_ns
         message.header.t_ns = clock.now_ns()
         beat.put(message)
         dropped.export()
+        due_s = time.monotonic() + 1.0
         await asyncio.sleep(1.0)
 
 
@@ -107,7 +110,7 @@ async def _main(args: argparse.Namespace) -> int:
             if "renderer" in plan.services and os.getpgrp() == os.getpid():
                 process.start(_give_way(GIVE_WAY_AFTER_S), "priority")
             if isinstance(clock, SystemClock):
-                process.start(follow_hub(bus, clock, plan.label), "clock")
+                process.start(follow_hub(bus, clock, plan.label, measured=metrics.export_offset), "clock")
             with metrics.announced(paths.metrics(plan.node), plan.node, port):
                 await stop.wait()
     except background.TaskFailedError:

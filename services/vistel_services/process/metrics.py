@@ -5,18 +5,40 @@ from __future__ import annotations
 import contextlib
 import json
 import logging
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from prometheus_client import Counter, Gauge, start_http_server
 
 from vistel.wire.bus import BusCounters
+from vistel.wire.clock import Clock, SystemClock
+from vistel.wire.clock_sync import Offset
 
 log = logging.getLogger("vistel.metrics")
 _UP = Gauge("vistel_process_start_time_seconds", "When this process started", ["node", "services"])
 _DROPPED = Counter("vistel_bus_dropped_total", "Messages that this process's bus dropped and did not give to a service", ["reason"])
 _REFUSED = Counter("vistel_bus_refused_total", "Messages in the name of somebody who belongs to another site", ["topic"])
+_WAITING = Gauge("vistel_bus_waiting_count", "Messages that have arrived and that no service has read", ["topic"])
+_OFFSET = Gauge("vistel_clock_offset_seconds", "How far this process's clock was behind the hub's when it was last measured")
+_UNCERTAINTY = Gauge("vistel_clock_uncertainty_seconds", "By how much that measurement is wrong, at most")
+_MACHINE = Gauge("vistel_clock_machine_ahead_seconds", "How far the machine's own time is ahead of the conference's")
+_LAG = Gauge("vistel_process_lag_seconds", "How late this process was when it last wanted to do something")
+
+
+def export_offset(offset: Offset) -> None:
+    """The last measurement of the clock."""
+    _OFFSET.set(offset.offset_ns * 1e-9)
+    _UNCERTAINTY.set(offset.uncertainty_ns * 1e-9)
+
+
+def export_state(waiting: Mapping[str, int], clock: Clock, lag_s: float) -> None:
+    """How this process is now. waiting: messages that wait, by topic."""
+    for topic, count in waiting.items():
+        _WAITING.labels(topic).set(count)
+    if isinstance(clock, SystemClock):
+        _MACHINE.set(clock.machine_off_ns * 1e-9)
+    _LAG.set(lag_s)
 
 
 class DroppedMessages:

@@ -23,6 +23,7 @@ import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
+from weakref import WeakSet
 
 import zenoh
 from google.protobuf.message import DecodeError, Message
@@ -123,6 +124,7 @@ class ZenohBus:
         self._epoch = secrets.randbits(63) | 1
         self._publications: dict[str, _ZenohPublication] = {}
         self._readers: list[ReliableReader] = []
+        self._inboxes = WeakSet[Inbox]()
         self._held: list[Any] = []  # zenoh undeclares what nobody refers to
         self._beating: asyncio.Task[None] | None = None
         self._background = background.current()
@@ -193,6 +195,7 @@ class ZenohBus:
             fence=self.fence,
             admission=self._admission,
         )
+        self._inboxes.add(inbox)
         pattern = topic.pattern(self.conference, **names)
         if topic.delivery is Delivery.RELIABLE:
             reader = ReliableReader(self._session, pattern, inbox, loop=self._loop, clock=self._clock, counters=self.counters)
@@ -207,6 +210,14 @@ class ZenohBus:
         held.append(Pump(self._session, pattern, QUEUE_LIMIT, arrived))
         self._held.append(held)
         return inbox
+
+    @property
+    def waiting(self) -> dict[str, int]:
+        """How many messages of each subscribed topic have arrived and were not taken."""
+        out = dict[str, int]()
+        for inbox in self._inboxes:
+            out[inbox.topic.name] = out.get(inbox.topic.name, 0) + inbox.waiting
+        return out
 
     async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
         """As `Bus.query`: the first valid answer of all who serve the topic."""

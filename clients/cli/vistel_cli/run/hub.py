@@ -17,6 +17,7 @@ from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import at_the_end, ended, write_conference
 from vistel_cli.terminal import FAILED, out, print_error, print_warning
 from vistel_services.process import logs
+from vistel_services.process.monitoring import monitored
 from vistel_services.process.plan import ProcessPlan
 from vistel_services.process.supervisor import Supervisor
 
@@ -68,19 +69,20 @@ async def _run(
         server = open_fork_server(conference, plans, file, folder, simulators=bool(simulate))
         supervisor = Supervisor(specs, folder, server)
         supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
-        with out.status("loading"):
-            await until_loaded(server, stop)
-        try:
-            if not stop.is_set():
-                await supervisor.start()
-            out.print(
-                f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}", soft_wrap=True
-            )
-            with contextlib.suppress(TimeoutError):
-                async with asyncio.timeout(seconds or None):
-                    await stop.wait()
-        finally:
-            codes = await supervisor.stop()
+        with monitored(conference.monitoring.listen, paths.out / "metrics", [p.node for p in plans]):
+            with out.status("loading"):
+                await until_loaded(server, stop)
+            try:
+                if not stop.is_set():
+                    await supervisor.start()
+                out.print(
+                    f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}", soft_wrap=True
+                )
+                with contextlib.suppress(TimeoutError):
+                    async with asyncio.timeout(seconds or None):
+                        await stop.wait()
+            finally:
+                codes = await supervisor.stop()
     for made in sorted(p for p in output.iterdir() if p.suffix in (".mp4", ".mcap")):
         out.print(f"  {made}  {made.stat().st_size / 1e6:.1f} MB", soft_wrap=True)
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}

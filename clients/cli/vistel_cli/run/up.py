@@ -40,6 +40,7 @@ from vistel_cli.run.observer import Observer
 from vistel_cli.run.prepared import prepare
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
 from vistel_services.process import logs
+from vistel_services.process.monitoring import monitored
 from vistel_services.process.plan import HUB, hub_processes, site_processes
 from vistel_services.process.supervisor import Supervisor
 
@@ -202,7 +203,8 @@ class _Run:
         ready_s: float | None = None
         cpu = CpuUse(supervisor)
         try:
-            with announced(running):
+            nodes = [p.node for p in plans]
+            with announced(running), monitored(conference.monitoring.listen, paths.out / "metrics", nodes):
                 ready_s = await self._until_ready(observer, events, supervisor, started)
                 cpu.begin()
                 if ready_s is not None:

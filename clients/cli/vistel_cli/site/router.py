@@ -23,6 +23,7 @@ from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
 from vistel.wire.zenoh.common_names import REVOKED, revoked_names
 from vistel.wire.zenoh.endpoints import ENCRYPTED, host_and_port, is_encrypted, objection
 from vistel_cli.terminal import fail, out, print_warning
+from vistel_services.process.monitoring import monitored
 from vistel_services.process.plan import HUB
 
 if TYPE_CHECKING:
@@ -109,7 +110,7 @@ async def _run(
     out.print(f"router of {conference.name} on {' and '.join(both)}; Ctrl-C stops")
     for line in how_to_join(conference, file, listen, _own_address()):
         out.print(f"  {line}", markup=False, soft_wrap=True)
-    with contextlib.suppress(TimeoutError):
+    with contextlib.suppress(TimeoutError), monitored(conference.monitoring.router, Path(), ()):
         async with asyncio.timeout(seconds or None):
             seen = _stamps(files)
             while not stop.is_set():
