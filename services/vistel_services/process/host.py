@@ -135,7 +135,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--alive", type=Path, help="file of signs of life, for the supervisor")
     parser.add_argument("--log-level", default="INFO")
     args = parser.parse_args(arguments)
-    logs.configure(args.node, args.log_level)
+    logs.configure(args.node, args.log_level, redirected=args.alive is not None)
     try:
         return event_loop.run(_main(args))
     except (BusError, ConferenceError, ValueError) as e:

@@ -99,7 +99,7 @@ def up(
 def left_by_a_run(conference: Conference, folder: Path) -> list[Path]:
     """The films, log, report and process logs of an earlier run in `folder`."""
     paths = RunPaths(folder, folder)
-    files = [paths.log, paths.report, *(v for s in conference.sites for v in paths.videos(s.name)), *folder.glob("logs/*.log")]
+    files = [paths.log, paths.report, *(v for s in conference.sites for v in paths.videos(s.name)), *folder.glob("logs/*.log*")]
     return [f for f in files if f.exists()]
 
 
