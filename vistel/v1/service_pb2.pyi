@@ -85,3 +85,23 @@ class Heartbeat(_message.Message):
     pid: int
     metrics_port: int
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., node: _Optional[str] = ..., services: _Optional[_Iterable[str]] = ..., uptime_ns: _Optional[int] = ..., pid: _Optional[int] = ..., metrics_port: _Optional[int] = ...) -> None: ...
+
+class FaultRequest(_message.Message):
+    __slots__ = ("name", "target", "seconds", "amount")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    TARGET_FIELD_NUMBER: _ClassVar[int]
+    SECONDS_FIELD_NUMBER: _ClassVar[int]
+    AMOUNT_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    target: str
+    seconds: float
+    amount: float
+    def __init__(self, name: _Optional[str] = ..., target: _Optional[str] = ..., seconds: _Optional[float] = ..., amount: _Optional[float] = ...) -> None: ...
+
+class FaultReply(_message.Message):
+    __slots__ = ("refused", "struck")
+    REFUSED_FIELD_NUMBER: _ClassVar[int]
+    STRUCK_FIELD_NUMBER: _ClassVar[int]
+    refused: str
+    struck: str
+    def __init__(self, refused: _Optional[str] = ..., struck: _Optional[str] = ...) -> None: ...

@@ -10,7 +10,12 @@ PAGE = Path(__file__).resolve().parents[2] / "docs/reference/topics.md"
 
 _DELIVERY = {Delivery.NEWEST: "newest wins", Delivery.RELIABLE: "reliable", Delivery.QUERY: "query"}
 _PUBLISHER = {Publisher.SITE: "its site", Publisher.WORLD: "the world", Publisher.HUB: "the hub"}
-_AUDIENCE = {Audience.EVERYBODY: "everybody", Audience.HOSTS: "worlds and hosts", Audience.WORLDS: "worlds"}
+_AUDIENCE = {
+    Audience.EVERYBODY: "everybody",
+    Audience.HOSTS: "worlds and hosts",
+    Audience.WORLDS: "worlds",
+    Audience.HUB: "the hub",
+}
 
 
 def page() -> str:

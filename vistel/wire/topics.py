@@ -43,6 +43,8 @@ class Audience(Enum):
     """Those below, and the sites of the conference's hosts."""
     WORLDS = "worlds"
     """The hub, the world, and the sites on whose machines worlds run."""
+    HUB = "hub"
+    """The hub alone: who has its certificate, which is the host of the conference."""
 
 
 @dataclass(frozen=True)
@@ -170,6 +172,8 @@ TOPICS: tuple[Topic, ...] = (
           "asks the world at a place to take the room over", Audience.HOSTS),
     Topic("clock", "vistel/{conference}/clock", service_pb2.ClockReply, 0, _Q, _H, False,
           "conference time"),
+    Topic("fault", "vistel/{conference}/fault", service_pb2.FaultReply, 0, _Q, _H, False,
+          "breaks something of a conference of `vistel up`, to see what it stands", Audience.HUB),
 )  # fmt: skip
 
 BY_NAME: dict[str, Topic] = {t.name: t for t in TOPICS}

@@ -21,6 +21,7 @@ COMMANDS = {
     "site": Lazy("vistel_cli.site.site:app", HOSTS, "Take part in a conference across machines."),
     "world": Lazy("vistel_cli.world.world:app", HOSTS, "Rooms: show, edit, export, run and move them."),
     "doctor": Lazy("vistel_cli.devices.doctor:doctor", HOSTS),
+    "fault": Lazy("vistel_cli.faults.fault:fault", HOSTS),
     "wall": Lazy("vistel_cli.wall:wall", HOSTS),
     "ask": Lazy("vistel_cli.ask:ask", PARTICIPANTS),
     "voice": Lazy("vistel_cli.voice.voice:app", PARTICIPANTS, "Microphones, loudspeakers and equipment of a running conference."),

@@ -166,6 +166,11 @@ class StreamProxy(_Proxy):
             if stream.link is self.up:
                 stream.close_far_end()
 
+    def reset(self) -> None:
+        """All connections are closed at both ends; new ones are taken."""
+        for task in self._tasks:
+            task.cancel()
+
     async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         task = asyncio.current_task()
         assert task is not None

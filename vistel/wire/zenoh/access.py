@@ -20,6 +20,7 @@ MOST_QUESTIONS_PER_S = {"world_snapshot": 20.0, "room_plan": 20.0}
 """By topic, how many questions a second a router passes on from each link: of those that everybody may ask, the ones that cost the
 world work. Others are asked in quick turns (clock, parts of assets), or by those alone who may have the room."""
 
+_WORLDS_HEAR = [audience for audience in Audience if audience is not Audience.HUB]
 _SAY = ["put", "delete", "declare_queryable", "reply"]
 _PRESENCE = ["liveliness_token"]
 _ASK = ["declare_subscriber", "query", "declare_liveliness_subscriber", "liveliness_query"]
@@ -69,10 +70,10 @@ def access_rules(
     for site in sites:
         own = _keys(Publisher.SITE, conference, site)
         if site in worlds:
-            allow(site, own + world_keys + hub_site, hub, hears=list(Audience))
+            allow(site, own + world_keys + hub_site, hub, hears=_WORLDS_HEAR)
         else:
             allow(site, own, hears=[Audience.EVERYBODY, *([Audience.HOSTS] if site in hosts else [])])
-    allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"), hears=list(Audience))
+    allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"), hears=_WORLDS_HEAR)
     allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site, hears=list(Audience))
     allow(ROUTER_NAME, [f"vistel/{conference}/**"], "*", hears=list(Audience))
     for observer in observers:

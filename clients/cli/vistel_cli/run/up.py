@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import signal
 import tempfile
@@ -26,6 +27,9 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh.bus import BusError, Router
 from vistel.wire.zenoh.endpoints import objection
+from vistel_cli.faults.effects import Struck
+from vistel_cli.faults.links import Links, endpoint_of, simulated_links
+from vistel_cli.faults.striker import Striker
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
 from vistel_cli.overwriting import Force, keep_existing
@@ -59,6 +63,9 @@ def up(
         typer.Option(help="How the first participants with simulated devices move: a .bvh file or a folder of 6-DOF recordings."),
     ] = None,
     begin: FromRoom = None,
+    links: Annotated[
+        bool, typer.Option("--simulate-links", help="Put a link between each site and the router that `vistel fault` can cut.")
+    ] = False,
     plan: Annotated[bool, typer.Option("--plan", help="Only show which processes would run, and all that would fail.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
@@ -81,6 +88,8 @@ def up(
     faults = faults_of(conference, source)
     if motion is not None:
         conference = with_motion(conference, motion)
+    if links and conference.bus.mode != "embedded":
+        fail("--simulate-links: is for conferences whose router is that of `vistel up`", USAGE)
     if plan:
         _show_plan(conference)
     for fault in faults:
@@ -92,7 +101,7 @@ def up(
     keep_existing(*earlier, force=force)
     for old in earlier:
         old.unlink()
-    running = _Run(conference, source, folder, seconds, as_json, begin)
+    running = _Run(conference, source, folder, seconds, as_json, begin, links)
     raise typer.Exit(asyncio.run(as_service("supervisor", running.run())))
 
 
@@ -154,10 +163,10 @@ class _Run:
     """One run of `vistel up`, from the first process to the report."""
 
     def __init__(
-        self, conference: Conference, source: Path, output: Path, seconds: float, as_json: bool, earlier: Path | None
+        self, conference: Conference, source: Path, output: Path, seconds: float, as_json: bool, earlier: Path | None, links: bool
     ) -> None:
         self.conference, self.source, self.out, self.seconds, self.as_json = conference, source, output, seconds, as_json
-        self.earlier, self.kept = earlier, dict[str, str]()
+        self.earlier, self.kept, self.simulate_links = earlier, dict[str, str](), links
         self.stop = asyncio.Event()
 
     async def run(self) -> int:
@@ -179,7 +188,17 @@ class _Run:
         resume(conference, paths, self.earlier)
         router = _opened_router(conference) if conference.bus.mode == "embedded" else None
         endpoint = router.endpoint if router else ",".join(conference.bus.endpoints)
-        clock = SystemClock()
+        async with contextlib.AsyncExitStack() as stack:
+            links: Links = {}
+            if router is not None and self.simulate_links:
+                opening = simulated_links(endpoint, (s.name for s in conference.sites), conference.seed)
+                links = await stack.enter_async_context(opening)
+            return await self._run_processes(paths, file, logs_folder, router, endpoint, links)
+
+    async def _run_processes(
+        self, paths: RunPaths, file: Path, logs_folder: Path, router: Router | None, endpoint: str, links: Links
+    ) -> int:
+        conference, clock = self.conference, SystemClock()
         bus = await connect(conference, HUB, clock, endpoint)
         serve_clock(bus, clock)
         observer = Observer(conference, bus, clock)
@@ -190,12 +209,15 @@ class _Run:
         if simulators:
             specs.append(sim_spec(file, paths))
         for site in conference.sites:
-            specs += [host_spec(p, file, endpoint, paths) for p in site_processes(conference, site.name)]
+            there = endpoint_of(links[site.name]) if links else endpoint
+            specs += [host_spec(p, file, there, paths) for p in site_processes(conference, site.name)]
             plans += site_processes(conference, site.name)
         server = open_fork_server(conference, plans, file, logs_folder, simulators=simulators)
         supervisor = Supervisor(specs, logs_folder, server)
         tell = print_warning if self.as_json else events.add
         supervisor.on_exit = lambda name, code: tell(ended(name, code, supervisor.log_file(name)))
+        struck = Struck(supervisor, router, links, clock, conference.world.folder or paths.run, events.add)
+        striker = Striker(struck, bus)
         started = time.monotonic()
         running = _running(conference, self.source, endpoint, paths)
         if not self.as_json:
@@ -213,10 +235,11 @@ class _Run:
         finally:
             if not self.as_json:
                 out.print("stopping …")
+            await striker.mend()
             codes = await supervisor.stop()
             await bus.close()
-            if router:
-                router.close()
+            if struck.router:
+                struck.router.close()
         return self._finish(observer, supervisor, codes, cpu, paths, ready_s)
 
     def _print_beginning(self, running: Running, processes: int) -> None:

@@ -1,0 +1,48 @@
+"""python -m vistel_sim.chaos --minutes 30 --seed 1: random faults under a conference of four sites, and whether it stood them."""
+
+import argparse
+import os
+import sys
+from pathlib import Path
+
+from vistel.wire import background, event_loop
+from vistel_sim.chaos.report import examine
+from vistel_sim.chaos.run import run, save
+
+
+def main() -> int:
+    """Returns the exit code: 1 where something that must hold did not."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--minutes", type=float, default=30.0, help="of faults; some quiet before and after them comes on top")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--quiet", type=float, default=20.0, help="seconds without faults before and after them")
+    parser.add_argument("--out", type=Path, default=Path("out/chaos"), help="folder for logs; a new one within it is used")
+    args = parser.parse_args()
+    folder = _free(args.out.resolve())
+    print(f"logs in {folder}", flush=True)
+    outcome = event_loop.run(background.as_service("chaos", run(folder, args.seed, args.minutes * 60.0, args.quiet)))
+    save(outcome, folder / "outcome.json")
+    found = examine(folder, outcome)
+    for line in found.told:
+        print(line)
+    for invariant, lines in found.violations.items():
+        print(f"{'VIOLATED' if lines else 'held    '}  {invariant}")
+        for line in lines:
+            print(f"          {line}")
+    sys.stdout.flush()
+    return 1 if any(found.violations.values()) else 0
+
+
+def _free(top: Path) -> Path:
+    """A new folder in `top`."""
+    number = 1
+    while True:
+        try:
+            (made := top / str(number)).mkdir(parents=True)
+            return made
+        except FileExistsError:
+            number += 1
+
+
+if __name__ == "__main__":
+    os._exit(main())  # the bus's threads wait in native code
