@@ -1,23 +1,33 @@
 """An event loop whose time jumps from one timer to the next: seconds of devices, drivers and services in a fraction of one.
 
-Ports and sockets stay real, so before every jump the loop looks once more whether something has arrived: the kernel hands
-bytes over a pseudo-terminal by a thread of its own. What comes later than that look is read at the next timer, as on
-a machine that is busy; no result depends on how fast or how loaded this one is. Nothing here may wait for other threads
-or processes.
+Ports and sockets stay real. The kernel hands bytes over a pseudo-terminal by a thread of its own, which a busy machine may
+keep waiting: what a simulated port sends is waited for, and before every jump the loop looks once more whether something has
+arrived. So no result depends on how fast or how loaded the machine is. Nothing here may wait for other threads or processes.
 """
 
 from __future__ import annotations
 
 import asyncio
+import fcntl
 import selectors
+import struct
+import termios
+import time
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
+from unittest.mock import patch
+
+from vistel_sim.pty_port import PtyPort
 
 T = TypeVar("T")
 
 START_S = 1_000.0
 """A loop's time at its beginning."""
 _LOOK_S = 0.0002
+_MOST_S = 5.0
+"""Longer than a busy kernel takes to hand bytes over; a reader in another process may have taken them [s]."""
+_HELD = 4000
+"""A kernel holds about so many bytes for the reader of a port (4096 on Linux)."""
 
 
 class _Selector(selectors.DefaultSelector):  # type: ignore[misc, valid-type]
@@ -65,5 +75,23 @@ class LoopClock:
 
 def run(main: Coroutine[Any, Any, T]) -> T:
     """As `asyncio.run`, in virtual time."""
-    with asyncio.Runner(loop_factory=VirtualTimeLoop) as runner:
+    with patch.object(PtyPort, "_hand_over", _hand_over_and_wait), asyncio.Runner(loop_factory=VirtualTimeLoop) as runner:
         return runner.run(main)
+
+
+_hand_over = PtyPort._hand_over
+
+
+def _hand_over_and_wait(port: PtyPort) -> None:
+    """As a port does it; then wait in real time until what it wrote can be read."""
+    wanted = min(_waiting(port) + len(port._rest), _HELD)
+    _hand_over(port)
+    wanted -= len(port._rest)
+    give_up_s = time.monotonic() + _MOST_S
+    while _waiting(port) < wanted and time.monotonic() < give_up_s:
+        time.sleep(0.0)  # the kernel's thread has its turn
+
+
+def _waiting(port: PtyPort) -> int:
+    """How many bytes a reader of this port would find."""
+    return struct.unpack("i", fcntl.ioctl(port._slave, termios.FIONREAD, b"\0\0\0\0"))[0]
