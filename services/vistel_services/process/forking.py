@@ -65,32 +65,29 @@ class ForkedProcess:
         assert self.returncode is not None
         return self.returncode
 
-    def send_signal(self, signum: int) -> None:
-        """Raises ProcessLookupError when it has ended."""
-        if self.returncode is not None:
-            raise ProcessLookupError
-        os.kill(self.pid, signum)
-
-    def kill(self) -> None:
-        self.send_signal(signal.SIGKILL)
-
 
 Process = asyncio.subprocess.Process | ForkedProcess
+
+
+def send_signal(process: Process, signum: int) -> None:
+    """To a process that may have ended. asyncio's own `send_signal` asks first whether it has, which takes its exit code away
+    from who waits for it (they are told 255)."""
+    if process.returncode is None:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(process.pid, signum)
 
 
 async def end(process: Process, grace_s: float) -> bool:
     """SIGTERM, then SIGKILL after the grace time; whether it took that."""
     if process.returncode is not None:
         return False
-    with contextlib.suppress(ProcessLookupError):
-        process.send_signal(signal.SIGTERM)
+    send_signal(process, signal.SIGTERM)
     try:
         async with asyncio.timeout(grace_s):
             await process.wait()
         return False
     except TimeoutError:
-        with contextlib.suppress(ProcessLookupError):
-            process.kill()
+        send_signal(process, signal.SIGKILL)
         await process.wait()
         return True
 
@@ -146,7 +143,7 @@ class ForkServer:
         except asyncio.CancelledError:  # nobody would know of a process that is on its way
             forked = await forking
             if forked is not None:
-                forked.kill()
+                send_signal(forked, signal.SIGKILL)
                 await forked.wait()
             raise
 
@@ -162,8 +159,7 @@ class ForkServer:
                 return ForkedProcess(pid) if pid else None
             except (TimeoutError, ValueError, OSError) as e:
                 log.error("not forked process=%s reason=%r log=%s", title, e, self._log_file)
-                with contextlib.suppress(ProcessLookupError):
-                    process.kill()
+                send_signal(process, signal.SIGKILL)
                 return None
 
     async def stop(self) -> None:

@@ -7,7 +7,6 @@ when it fails, each is started from nothing.
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import logging
 import signal
 from collections.abc import Callable, Sequence
@@ -15,7 +14,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from vistel.wire import alive, background
-from vistel_services.process.forking import ForkServer, Process, end
+from vistel_services.process.forking import ForkServer, Process, end, send_signal
 
 log = logging.getLogger("vistel.supervisor")
 
@@ -158,10 +157,9 @@ class Supervisor:
             silent, seen = silent + 1 if last == seen else 0, last
             most_s = self._starting_s if seen == before else self._silent_s
         log.error("event=process_hangs process=%s silent_s=%.0f log=%s", spec.name, most_s, self.log_file(spec.name))
-        with contextlib.suppress(ProcessLookupError):
-            process.send_signal(signal.SIGABRT)
-            await asyncio.sleep(ABORT_S)
-            process.kill()
+        send_signal(process, signal.SIGABRT)
+        await asyncio.sleep(ABORT_S)
+        send_signal(process, signal.SIGKILL)
 
     async def stop(self) -> dict[str, int]:
         """Stop rank by rank: SIGTERM, then SIGKILL after the grace time. Returns the exit code of each; 0 for one that somebody
