@@ -26,6 +26,12 @@ def shared_data() -> Path:
     return path
 
 
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_auto_num_workers() -> int:
+    """One more than there are cores: whole conferences wait for most of their time."""
+    return (os.cpu_count() or 1) + 1
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Files with slow tests come first: run side by side, none of them is left for one process at the end."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}

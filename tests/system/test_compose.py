@@ -15,7 +15,7 @@ from waiting import wait_until
 
 from vistel.wire.log import LogReader
 
-pytestmark = [pytest.mark.alone, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -20,7 +20,7 @@ from waiting import wait_until
 
 from vistel.conference.running import running_conferences
 
-pytestmark = [pytest.mark.alone, pytest.mark.slow, pytest.mark.timeout(3000)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(3000)]
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMAND = re.compile(r"(\.venv/bin/)?vistel [a-z]|(make|cp|python|sudo|pip) ")

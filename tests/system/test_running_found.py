@@ -16,7 +16,7 @@ from waiting import wait_until
 import vistel
 from vistel.conference.running import Running, running_conferences
 
-pytestmark = [pytest.mark.alone, pytest.mark.slow]
+pytestmark = pytest.mark.slow
 
 VISTEL = (sys.executable, "-m", "vistel_cli.main")
 CONFERENCE = """name = "{name}"

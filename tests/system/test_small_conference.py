@@ -17,7 +17,7 @@ import psutil
 import pytest
 from small_site import SMALL_SITE
 
-pytestmark = [pytest.mark.alone, pytest.mark.slow, pytest.mark.timeout(900)]
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(900)]
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 FILE = f"""
