@@ -76,6 +76,8 @@ class Config:
     losses: Losses = "rare"
     repeats: int = 0
     """How many earlier frames each motion message repeats."""
+    crowded: bool = False
+    """Of the conference."""
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -129,4 +131,4 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         )
         for p in site.props
     )
-    return Config(site.name, tuple(people), props, conference.motion.losses, conference.motion.repeats)
+    return Config(site.name, tuple(people), props, conference.motion.losses, conference.motion.repeats, conference.crowded)

@@ -276,6 +276,10 @@ class Monitoring(Checked):
         return address
 
 
+CROWD = 12
+"""With more participants, a site receives only some of them in full (`vistel.wire.interest`)."""
+
+
 class Conference(Checked):
     """A whole conference file."""
 
@@ -310,6 +314,11 @@ class Conference(Checked):
         if apart and len(self.world.all) > 1 and self.world.lease == "file":
             raise ValueError('world.lease: "file" is for worlds on one machine; expected "etcd://HOST:PORT" or "kubernetes"')
         return self
+
+    @property
+    def crowded(self) -> bool:
+        """Whether there are too many for everybody to receive everybody in full."""
+        return sum(len(s.participants) for s in self.sites) > CROWD
 
     @property
     def hosts(self) -> dict[str, str]:

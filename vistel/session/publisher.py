@@ -5,17 +5,18 @@ from vistel.messages.postures import sample_of
 from vistel.v1.motion_pb2 import Participant
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel.wire.motion import MotionEncoder
+from vistel.wire.motion_publication import MotionPublication
 from vistel.wire.topics import BY_NAME
 
 
 class ParticipantPublisher:
     """Announces a participant of the bus's site and publishes their postures."""
 
-    def __init__(self, bus: Bus, clock: Clock, participant: str, display_name: str, avatar: str, height_m: float) -> None:
+    def __init__(
+        self, bus: Bus, clock: Clock, participant: str, display_name: str, avatar: str, height_m: float, *, crowded: bool
+    ) -> None:
         self._clock = clock
-        self._encoder = MotionEncoder()
-        self._motion = bus.publish(BY_NAME["motion"], participant=participant)
+        self._motion = MotionPublication(bus, participant, crowded=crowded)
         about = Participant(participant=participant, site=bus.site, display_name=display_name, avatar=avatar, height_m=height_m)
         about.header.t_ns = clock.now_ns()
         about.header.source = f"{bus.site}/program"
@@ -27,4 +28,4 @@ class ParticipantPublisher:
         t_ns = self._clock.now_ns() if t_ns is None else t_ns
         face = None if posture.face is None else posture.face.reshape(-1)
         sample = sample_of(posture, self._motion.next_seq, t_ns, gaze=posture.gaze, face=face, lids=posture.lids)
-        self._motion.put(self._encoder.encode(sample))
+        self._motion.put(sample)

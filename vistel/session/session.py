@@ -31,8 +31,10 @@ class LivePosture(NamedTuple):
 class AsyncSession:
     """Watches a running room and gives commands in the name of `participant`."""
 
-    def __init__(self, bus: Bus, clock: Clock, participant: str) -> None:
+    def __init__(self, bus: Bus, clock: Clock, participant: str, *, crowded: bool = False) -> None:
+        """crowded: of the conference."""
         self.participant = participant
+        self._crowded = crowded
         self._room = RoomView()
         self._bus, self._clock = bus, clock
         self._world = WorldListener(bus, clock)
@@ -90,7 +92,8 @@ class AsyncSession:
 
     def publish(self, display_name: str = "", avatar: str = "", height_m: float = 1.75) -> ParticipantPublisher:
         """Take part with a body: announce the participant, then `put` postures. Other sites draw them as `avatar`."""
-        return ParticipantPublisher(self._bus, self._clock, self.participant, display_name or self.participant, avatar, height_m)
+        name = display_name or self.participant
+        return ParticipantPublisher(self._bus, self._clock, self.participant, name, avatar, height_m, crowded=self._crowded)
 
 
 @asynccontextmanager
@@ -99,7 +102,7 @@ async def opened(conference: Conference, site: str, participant: str, hub: str) 
     clock = SystemClock()
     bus = await connect(conference, site, clock, hub)
     await set_clock(bus, clock)
-    session = AsyncSession(bus, clock, participant)
+    session = AsyncSession(bus, clock, participant, crowded=conference.crowded)
     try:
         yield session
     finally:

@@ -39,6 +39,8 @@ class Config:
     latency_s: float = 0.0
     delay_unit: str = ""
     memory: Path | None = None
+    crowded: bool = False
+    """Of the conference."""
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config | None:
@@ -72,4 +74,5 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         audio.latency,
         unit,
         paths.run / f"{site.name}-microphones.json",
+        conference.crowded,
     )

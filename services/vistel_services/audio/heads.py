@@ -4,31 +4,41 @@ from __future__ import annotations
 
 from typing import Protocol
 
+import numpy as np
+
 from vistel.audio.spatial import Head, SourceDirection, source_direction
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.messages.postures import posture_of
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.bus import Bus
+from vistel.wire.interest import MotionSubscriptions
 from vistel.wire.motion import MotionDecoder, MotionSample
 from vistel.wire.topics import BY_NAME
 
 _HEAD = JOINT_INDEX["head"]
 _DEFAULT_HEIGHT_M = 1.75
+_STALE_NS = 1_000_000_000
+"""Of two streams the newer frame counts; a frame that is older by more begins a new life of its sender."""
 
 
 class _Frame(Protocol):
+    t_ns: int
+
     def sample(self) -> MotionSample: ...
 
 
 class Heads:
     """Receives everybody's motion; decodes only what `directions` needs."""
 
-    def __init__(self, bus: Bus, listener: str) -> None:
+    def __init__(self, bus: Bus, listener: str, *, crowded: bool = False) -> None:
+        """crowded: of the conference."""
         self._listener = listener
         self._participants = bus.subscribe(BY_NAME["participant"], polled=True)
-        self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
+        self._motion = MotionSubscriptions(bus, crowded, [listener])
         self._decoders: dict[str, MotionDecoder] = {}
+        self.far: dict[str, float] = {}
+        """How far from the listener everybody was at the last `directions` [m]."""
         self._newest: dict[str, _Frame] = {}
         self._skeletons: dict[str, Skeleton] = {}
 
@@ -39,7 +49,9 @@ class Heads:
         listener = heads.get(self._listener)
         if listener is None:
             return {}
-        return {name: source_direction(listener, head) for name, head in heads.items() if name != self._listener}
+        others = {name: head for name, head in heads.items() if name != self._listener}
+        self.far = {name: float(np.linalg.norm(head.position - listener.position)) for name, head in others.items()}
+        return {name: source_direction(listener, head) for name, head in others.items()}
 
     def close(self) -> None:
         """Close the subscriptions."""
@@ -51,11 +63,12 @@ class Heads:
             height = sample.message.height_m
             self._skeletons[sample.message.participant] = standard_skeleton(height if 0.5 <= height <= 2.6 else _DEFAULT_HEIGHT_M)
         for sample in self._motion.take():
-            self._receive(sample.names["participant"], sample.message)
+            self._receive(sample.names["participant"], sample.key, sample.message)
 
-    def _receive(self, name: str, message: Motion) -> None:
-        frame = self._decoders.setdefault(name, MotionDecoder()).open(message)
-        if frame is not None:
+    def _receive(self, name: str, key: str, message: Motion) -> None:
+        frame = self._decoders.setdefault(key, MotionDecoder()).open(message)
+        known = self._newest.get(name)
+        if frame is not None and (known is None or not 0 < known.t_ns - frame.t_ns < _STALE_NS):
             self._newest[name] = frame
 
     def _head(self, name: str, frame: _Frame) -> Head:

@@ -21,6 +21,7 @@ from vistel_services.audio.microphone_switches import MicrophoneSwitches
 from vistel_services.audio.outputs import Loudspeaker
 from vistel_services.audio.unit import DelayUnit
 from vistel_services.audio.voice_sender import VoiceSender
+from vistel_services.audio.voice_subscriptions import VoiceSubscriptions
 
 log = logging.getLogger("vistel.audio")
 
@@ -80,6 +81,7 @@ class _Site:
                 config.bitrate,
                 self._switches[m.participant],
                 config.repeats,
+                bus.publish(BY_NAME["voice_level"], participant=m.participant) if config.crowded else None,
             )
             for m in config.microphones
         ]
@@ -87,11 +89,11 @@ class _Site:
         self._loudspeaker = Loudspeaker(config.loudspeaker, clock)
         self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
         self._status = bus.publish(BY_NAME["sound_status"])
-        self._voices = bus.subscribe(BY_NAME["voice"], queue_all=True, polled=True)
+        self._voices = VoiceSubscriptions(bus, config.crowded, [m.participant for m in config.microphones])
         self._replies = bus.subscribe(BY_NAME["spoken_reply"], queue_all=True, polled=True, site=config.site)
         self._images = bus.subscribe(BY_NAME["image_delay"], polled=True, site=config.site)
         self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
-        self._heads = Heads(bus, config.listener) if config.spatial != "off" else None
+        self._heads = Heads(bus, config.listener, crowded=config.crowded) if config.spatial != "off" else None
         self._unit = DelayUnit(bus, config.delay_unit, config.site) if config.delay_unit else None
         self._directions_ns = self._report_ns = 0
         self._heard_ns = 0.0
@@ -108,6 +110,7 @@ class _Site:
         if self._heads is not None and now_ns - self._directions_ns >= _DIRECTIONS_NS:
             self._directions_ns = now_ns
             self._voices_received.directions = self._heads.directions()
+        self._voices.choose(self._heads.far if self._heads is not None else {}, now_ns)
         talking = self._voices_received.talking(self._heard_ns)
         if now_ns - self._report_ns >= _REPORT_NS or talking != self._shown:
             self._report_ns, self._shown = now_ns, talking

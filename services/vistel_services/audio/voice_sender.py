@@ -24,6 +24,8 @@ _LEVEL = Gauge("vistel_audio_microphone_level_db", "Level of the microphone, 0 =
 _SILENT_BYTES = 2
 """A packet of so many bytes or fewer is silence."""
 _CLIP_SHOWN_NS = 1_000_000_000
+_LEVEL_NS = 240_000_000
+"""How often a crowd is told how loud a voice is."""
 
 
 class VoiceSender:
@@ -37,8 +39,10 @@ class VoiceSender:
         bitrate: int,
         switch: MicrophoneSwitch,
         repeats: int = 0,
+        levels: Publication | None = None,
     ) -> None:
-        """repeats: how many earlier packets each message repeats."""
+        """repeats: how many earlier packets each message repeats; levels: where a crowd is told how loud the voice is."""
+        self._levels, self._told_ns = levels, 0
         self.participant, self.switch = participant, switch
         self.level = Level()
         self._capture, self._publication = capture, publication
@@ -88,6 +92,11 @@ class VoiceSender:
                 message.earlier.append(earlier)
         self._sent.appendleft((t_ns, packet))
         self._publication.put(message)
+        if self._levels is not None and packet and not 0 <= t_ns - self._told_ns < _LEVEL_NS:
+            self._told_ns = t_ns
+            level = Voice(level_db=message.level_db, talking=message.talking)
+            level.header.t_ns = t_ns
+            self._levels.put(level)
 
     def _count_clipped(self, t_ns: int) -> None:
         _CLIPPED.labels(self.participant).inc()

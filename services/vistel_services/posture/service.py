@@ -19,11 +19,12 @@ from vistel.conference.model import Conference
 from vistel.figure.posture.solve import Solved
 from vistel.messages.postures import sample_of
 from vistel.v1.device_pb2 import TrackerFrame
-from vistel.v1.motion_pb2 import Motion, Participant
+from vistel.v1.motion_pb2 import Participant
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication, Subscription
 from vistel.wire.clock import Clock
-from vistel.wire.motion import MotionEncoder, StalePart
+from vistel.wire.motion import MotionSample, StalePart
+from vistel.wire.motion_publication import MotionPublication
 from vistel.wire.proportions import to_message
 from vistel.wire.topics import BY_NAME
 from vistel_services.posture.own_avatar import OwnAvatar, own_avatar, send_parts
@@ -148,8 +149,7 @@ class _Maker:
         self.face = FaceCapture()
         self._site = config.site
         self._bus = bus
-        self._encoder = MotionEncoder(losses=config.losses, repeats=config.repeats)
-        self._motion: Publication = bus.publish(BY_NAME["motion"], participant=person.name)
+        self._motion = MotionPublication(bus, person.name, crowded=config.crowded, losses=config.losses, repeats=config.repeats)
         self._about: Publication = bus.publish(BY_NAME["participant"], participant=person.name)
         self._silent: frozenset[str] = frozenset()
 
@@ -179,16 +179,16 @@ class _Maker:
         started = time.perf_counter()
         solved = self.capture.solve(t_ns)
         _SOLVE.labels(self.person.name).observe(time.perf_counter() - started)
-        self._motion.put(self._message(t_ns, solved))
+        self._motion.put(self._sample(t_ns, solved))
         _MOTIONS.labels(self.person.name).inc()
         if solved.stale != self._silent:
             self._note(solved.stale)
 
-    def _message(self, t_ns: int, solved: Solved) -> Motion:
+    def _sample(self, t_ns: int, solved: Solved) -> MotionSample:
         gaze, marks, lids = self.face.for_motion()
         stale = reduce(or_, (_STALE_PART[name] for name in solved.stale), self.face.stale(t_ns))
         seq = self._motion.next_seq
-        return self._encoder.encode(sample_of(solved.posture, seq, t_ns, gaze=gaze, face=marks, lids=lids, stale=stale))
+        return sample_of(solved.posture, seq, t_ns, gaze=gaze, face=marks, lids=lids, stale=stale)
 
     async def keep_going(self, clock: Clock) -> None:
         """Continue by the clock while the tracker is silent."""

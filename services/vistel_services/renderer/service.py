@@ -25,6 +25,7 @@ from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
+from vistel.wire.interest import MotionSubscriptions, nearest
 from vistel.wire.shared_pictures import shared_path
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
@@ -52,6 +53,7 @@ _RATE = Gauge("vistel_renderer_rate_hertz", "Pictures per second since the last 
 _AGE = Gauge("vistel_renderer_motion_age_seconds", "Age of the newest motion when drawn", ["site", "participant"])
 
 _REPORT_NS = 500_000_000
+_CHOOSE_NS = 500_000_000
 
 
 @dataclass(frozen=True)
@@ -68,6 +70,8 @@ class Config:
     people: tuple[str, ...] = ()
     whole: bool = False
     sites: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    crowded: bool = False
+    """Of the conference."""
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -92,6 +96,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         tuple(p.name for p in site.participants),
         shown.resolution == "full",
         {s.name: tuple(p.name for p in s.participants) for s in conference.sites},
+        conference.crowded,
     )
 
 
@@ -166,7 +171,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     models: dict[str, Polymesh] = {}
     furniture = RoomDeliveries(bus, clock, models)
     deliveries = Deliveries(bus, stage)
-    inputs = _Inputs(bus, stage, clock, config.site, config.people)
+    inputs = _Inputs(bus, stage, clock, config.site, config.people, config.crowded)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
     load = partial(load_figure, files=drawn.avatars, parcel=deliveries.parcel)
@@ -189,6 +194,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             for sound in inputs.sounds():
                 outputs.put_sound(sound.header.t_ns, sound.opus)
             instant = stage.instant(clock.now_ns())
+            inputs.choose(instant)
             if wire is not None and mouse is not None:
                 wire.take()
                 mouse.look()
@@ -243,13 +249,14 @@ async def _wind_up(drawing: DrawingThread, outputs: Outputs, thread: ThreadPoolE
 class _Inputs:
     """The subscriptions of the stage."""
 
-    def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str, people: Sequence[str]) -> None:
+    def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str, people: Sequence[str], crowded: bool) -> None:
         self._stage = stage
+        self._people, self._chosen_ns = frozenset(people), 0
         self._status = bus.subscribe(BY_NAME["sound_status"], polled=True, site=site)
         self._sound = bus.subscribe(BY_NAME["sound"], queue_all=True, polled=True, site=site)
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
-        self._motion = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
+        self._motion = MotionSubscriptions(bus, crowded, people)
         self._world = WorldListener(bus, clock, people)
 
     def take(self) -> None:
@@ -257,13 +264,24 @@ class _Inputs:
         for sample in self._about.take():
             self._stage.receive_participant(sample.message)
         for sample in self._motion.take():
-            self._stage.receive_motion(sample.names["participant"], sample.message, sample.received_ns)
+            thin = sample.topic.name == "motion_thin"
+            self._stage.receive_motion(sample.names["participant"], sample.message, sample.received_ns, thin=thin)
         for now, received_ns in self._world.take():
             self._stage.receive_world(now, received_ns)
         for sample in self._status.take():
             self._stage.receive_sound_status(sample.message)
         for sample in self._said.take():
             self._stage.captions.receive(sample.message, sample.received_ns)
+
+    def choose(self, shown: Instant) -> None:
+        """In a crowd, receive in full who is near the site's people, and who is heard."""
+        if shown.now_ns - self._chosen_ns < _CHOOSE_NS:
+            return
+        self._chosen_ns = shown.now_ns
+        places = {p.about.name: p.posture.stance.position for p in shown.people}
+        others = {name: place for name, place in places.items() if name not in self._people}
+        here = [place for name, place in places.items() if name in self._people]
+        self._motion.choose(nearest(here, others, self._motion.chosen) | shown.talking)
 
     def sounds(self) -> list[audio_pb2.Sound]:
         """The sound that was played here since the last call."""

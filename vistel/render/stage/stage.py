@@ -73,7 +73,7 @@ class Instant:
 class _Person:
     def __init__(self, about: ParticipantInfo, delay_ns: int, site: str = "") -> None:
         self.about, self.site = about, site
-        self.reader = MotionReader()
+        self.reader, self.thin_reader = MotionReader(), MotionReader()
         self.playout: Playout[ReceivedPosture | InterpolatedPosture] = Playout(InterpolatedPosture, delay_ns)
 
 
@@ -136,12 +136,13 @@ class Stage:
         """Digests of the polymeshes that things of the room look like."""
         return self._looks
 
-    def receive_motion(self, name: str, message: motion_pb2.Motion, received_ns: int) -> None:
-        """The motion of a participant; before their description is received, they are shown under the name in the bus key."""
+    def receive_motion(self, name: str, message: motion_pb2.Motion, received_ns: int, *, thin: bool = False) -> None:
+        """The motion of a participant, in full or thin: the newer posture is shown. Before their description is received, they are
+        shown under the name in the bus key."""
         person = self._people.get(name)
         if person is None:
             person = self._people[name] = _Person(ParticipantInfo(name, name), self._delay_ns)
-        for t_ns, received in person.reader.read(message):
+        for t_ns, received in (person.thin_reader if thin else person.reader).read(message):
             person.playout.push(t_ns, received, received_ns)
 
     def receive_world(self, now: RoomState, received_ns: int) -> None:

@@ -126,6 +126,7 @@ class ZenohBus:
         self._readers: list[ReliableReader] = []
         self._inboxes = WeakSet[Inbox]()
         self._held: list[Any] = []  # zenoh undeclares what nobody refers to
+        self._subscribed: list[list[Any]] = []  # the same, until they are closed
         self._beating: asyncio.Task[None] | None = None
         self._background = background.current()
         close_at_exit(self, self._close_now)
@@ -191,7 +192,7 @@ class ZenohBus:
             queue_all=queue_all,
             polled=polled,
             stale_after_ns=self._stale_after_ns,
-            on_close=lambda: _undeclare(held),
+            on_close=lambda: self._unsubscribe(held),
             fence=self.fence,
             admission=self._admission,
         )
@@ -208,7 +209,7 @@ class ZenohBus:
             inbox.push_all([(str(s.key_expr), s.payload.to_bytes(), now_ns) for s in burst])
 
         held.append(Pump(self._session, pattern, QUEUE_LIMIT, arrived))
-        self._held.append(held)
+        self._subscribed.append(held)
         return inbox
 
     @property
@@ -218,6 +219,10 @@ class ZenohBus:
         for inbox in self._inboxes:
             out[inbox.topic.name] = out.get(inbox.topic.name, 0) + inbox.waiting
         return out
+
+    def _unsubscribe(self, held: list[Any]) -> None:
+        _undeclare(held)
+        self._subscribed = [other for other in self._subscribed if other is not held]
 
     async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
         """As `Bus.query`: the first valid answer of all who serve the topic."""
@@ -305,6 +310,7 @@ class ZenohBus:
     def _close_now(self) -> None:
         closed(self)
         self._held.clear()
+        self._subscribed.clear()
         close_session(self._session)
 
     def _filled(self, topic: Topic, names: dict[str, str]) -> dict[str, str]:

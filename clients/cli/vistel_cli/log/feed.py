@@ -19,9 +19,20 @@ from vistel_services.devices.device import Driver
 from vistel_services.devices.service import connect
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
-    "devices": ("device_raw", "face", "command", "voice"),
-    "motion": ("participant", "motion", "prop", "command", "voice"),
-    "recorded": ("participant", "motion", "world_detail", "world_state", "world_key", "hand_force", "command_result", "voice"),
+    "devices": ("device_raw", "face", "command", "voice", "voice_level"),
+    "motion": ("participant", "motion", "motion_thin", "prop", "command", "voice", "voice_level"),
+    "recorded": (
+        "participant",
+        "motion",
+        "motion_thin",
+        "world_detail",
+        "world_state",
+        "world_key",
+        "hand_force",
+        "command_result",
+        "voice",
+        "voice_level",
+    ),
 }
 LIVE_SERVICES: dict[str, tuple[str, ...]] = {
     "devices": ("posture", "world", "renderer", "audio"),
@@ -30,7 +41,7 @@ LIVE_SERVICES: dict[str, tuple[str, ...]] = {
 }
 """What runs on what is fed."""
 
-VERBATIM = ("motion", "world_state", "world_key", "world_detail")
+VERBATIM = ("motion", "motion_thin", "world_state", "world_key", "world_detail")
 """Topics whose messages their sender numbers; other messages refer to the numbers."""
 GATHERED_NS = 1_300_000_000
 """Raw bytes are logged at most so long after they were read (`vistel.wire.raw_bytes`; a second when a device falls silent)."""
