@@ -24,6 +24,7 @@ SUBJECTS = {
     "join": ("Joining late", "the-wire"),
     "pipeline": ("The bus", "the-wire"),
     "apart": ("Sites apart", "the-wire"),
+    "crowd": ("A crowd in one room", "the-wire"),
     "wire": ("The wire", "the-wire"),
     "motion": ("Motion", "motion"),
     "posture": ("Posture", "posture"),

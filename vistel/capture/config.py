@@ -131,4 +131,4 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         )
         for p in site.props
     )
-    return Config(site.name, tuple(people), props, conference.motion.losses, conference.motion.repeats, conference.crowded)
+    return Config(site.name, tuple(people), props, conference.motion.losses, conference.motion.repeats, bool(conference.crowd))

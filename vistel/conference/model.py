@@ -316,9 +316,10 @@ class Conference(Checked):
         return self
 
     @property
-    def crowded(self) -> bool:
-        """Whether there are too many for everybody to receive everybody in full."""
-        return sum(len(s.participants) for s in self.sites) > CROWD
+    def crowd(self) -> dict[str, str]:
+        """Participants and their sites, where there are too many for everybody to receive everybody in full; else empty."""
+        people = {p.name: s.name for s in self.sites for p in s.participants}
+        return people if len(people) > CROWD else {}
 
     @property
     def hosts(self) -> dict[str, str]:

@@ -102,7 +102,7 @@ async def opened(conference: Conference, site: str, participant: str, hub: str) 
     clock = SystemClock()
     bus = await connect(conference, site, clock, hub)
     await set_clock(bus, clock)
-    session = AsyncSession(bus, clock, participant, crowded=conference.crowded)
+    session = AsyncSession(bus, clock, participant, crowded=bool(conference.crowd))
     try:
         yield session
     finally:

@@ -40,8 +40,9 @@ def loudest(levels: Mapping[str, float], far: Mapping[str, float], most: int = L
 class ChosenSubscriptions:
     """Messages of one topic of those participants only who are chosen now."""
 
-    def __init__(self, bus: Bus, topic: Topic) -> None:
-        self._bus, self._topic = bus, topic
+    def __init__(self, bus: Bus, topic: Topic, crowd: Mapping[str, str]) -> None:
+        """crowd: participants and their sites: messages of a key that is subscribed to as a whole travel without its text."""
+        self._bus, self._topic, self._crowd = bus, topic, crowd
         self._of: dict[str, Subscription] = {}
 
     @property
@@ -51,11 +52,11 @@ class ChosenSubscriptions:
 
     def choose(self, names: Iterable[str]) -> None:
         """Receive those of `names` from now on."""
-        wanted = set(names)
+        wanted = self._crowd.keys() & set(names)
         for name in self._of.keys() - wanted:
             self._of.pop(name).close()
         for name in sorted(wanted - self._of.keys()):
-            self._of[name] = self._bus.subscribe(self._topic, queue_all=True, polled=True, participant=name)
+            self._of[name] = self._bus.subscribe(self._topic, queue_all=True, polled=True, participant=name, site=self._crowd[name])
 
     def take(self) -> list[Sample]:
         """What has arrived since the last call."""
@@ -69,18 +70,16 @@ class ChosenSubscriptions:
 class MotionSubscriptions:
     """The motion of everybody: of a crowd in full only of a site's own people and of who is chosen, of the others thin."""
 
-    def __init__(self, bus: Bus, crowded: bool, own: Collection[str]) -> None:
-        """crowded: of the conference; own: the site's participants."""
+    def __init__(self, bus: Bus, crowd: Mapping[str, str], own: Collection[str]) -> None:
+        """crowd: participants and their sites, empty: all are received in full; own: the site's participants."""
         self._own = frozenset(own)
-        self._chosen = ChosenSubscriptions(bus, BY_NAME["motion"])
-        self._all = bus.subscribe(BY_NAME["motion_thin" if crowded else "motion"], queue_all=True, polled=True)
-        self._crowded = crowded
+        self._chosen = ChosenSubscriptions(bus, BY_NAME["motion"], crowd)
+        self._all = bus.subscribe(BY_NAME["motion_thin" if crowd else "motion"], queue_all=True, polled=True)
         self.choose(())
 
     def choose(self, names: Collection[str]) -> None:
         """Who is received in full besides the site's own."""
-        if self._crowded:
-            self._chosen.choose(self._own | frozenset(names))
+        self._chosen.choose(self._own | frozenset(names))
 
     @property
     def chosen(self) -> frozenset[str]:

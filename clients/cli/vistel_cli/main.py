@@ -35,7 +35,7 @@ COMMANDS = {
     "replay": Lazy("vistel_cli.log.replay:replay", RESEARCHERS),
     "log": Lazy("vistel_cli.log.log:app", RESEARCHERS, "Inspect, repair, cut and export logs."),
     "bench": Lazy("vistel_cli.bench:bench", RESEARCHERS),
-    "sim": Lazy("vistel_cli.run.sim:sim", INTEGRATORS),
+    "sim": Lazy("vistel_cli.run.sim:app", INTEGRATORS, "Simulate the devices of a conference, or a crowd in one room."),
     "wrinkle": Lazy(
         "vistel_cli.wrinkle.wrinkle:app", MODELLERS, "Wrinkles of cloth and skin: shapes, displacement maps, textures."
     ),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from vistel.audio.delay_policy import MATCH, Policy
 from vistel.audio.spatial_mode import SpatialMode
@@ -39,8 +41,8 @@ class Config:
     latency_s: float = 0.0
     delay_unit: str = ""
     memory: Path | None = None
-    crowded: bool = False
-    """Of the conference."""
+    crowd: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    """See `Conference.crowd`."""
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config | None:
@@ -74,5 +76,5 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         audio.latency,
         unit,
         paths.run / f"{site.name}-microphones.json",
-        conference.crowded,
+        conference.crowd,
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
@@ -31,11 +32,11 @@ class _Frame(Protocol):
 class Heads:
     """Receives everybody's motion; decodes only what `directions` needs."""
 
-    def __init__(self, bus: Bus, listener: str, *, crowded: bool = False) -> None:
-        """crowded: of the conference."""
+    def __init__(self, bus: Bus, listener: str, crowd: Mapping[str, str]) -> None:
+        """crowd: see `Conference.crowd`."""
         self._listener = listener
         self._participants = bus.subscribe(BY_NAME["participant"], polled=True)
-        self._motion = MotionSubscriptions(bus, crowded, [listener])
+        self._motion = MotionSubscriptions(bus, crowd, [listener])
         self._decoders: dict[str, MotionDecoder] = {}
         self.far: dict[str, float] = {}
         """How far from the listener everybody was at the last `directions` [m]."""

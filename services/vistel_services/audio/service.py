@@ -81,7 +81,7 @@ class _Site:
                 config.bitrate,
                 self._switches[m.participant],
                 config.repeats,
-                bus.publish(BY_NAME["voice_level"], participant=m.participant) if config.crowded else None,
+                bus.publish(BY_NAME["voice_level"], participant=m.participant) if config.crowd else None,
             )
             for m in config.microphones
         ]
@@ -89,11 +89,11 @@ class _Site:
         self._loudspeaker = Loudspeaker(config.loudspeaker, clock)
         self._stream = _Stream(bus.publish(BY_NAME["sound"])) if config.stream else None
         self._status = bus.publish(BY_NAME["sound_status"])
-        self._voices = VoiceSubscriptions(bus, config.crowded, [m.participant for m in config.microphones])
+        self._voices = VoiceSubscriptions(bus, config.crowd, [m.participant for m in config.microphones])
         self._replies = bus.subscribe(BY_NAME["spoken_reply"], queue_all=True, polled=True, site=config.site)
         self._images = bus.subscribe(BY_NAME["image_delay"], polled=True, site=config.site)
         self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
-        self._heads = Heads(bus, config.listener, crowded=config.crowded) if config.spatial != "off" else None
+        self._heads = Heads(bus, config.listener, config.crowd) if config.spatial != "off" else None
         self._unit = DelayUnit(bus, config.delay_unit, config.site) if config.delay_unit else None
         self._directions_ns = self._report_ns = 0
         self._heard_ns = 0.0

@@ -15,11 +15,11 @@ LOUD_NS = 1_000_000_000
 class VoiceSubscriptions:
     """Receives voices."""
 
-    def __init__(self, bus: Bus, crowded: bool, own: Collection[str]) -> None:
-        """crowded: of the conference; own: whose microphones are here."""
+    def __init__(self, bus: Bus, crowd: Mapping[str, str], own: Collection[str]) -> None:
+        """crowd: see `Conference.crowd`; own: whose microphones are here."""
         self._own = frozenset(own)
-        self._all = bus.subscribe(BY_NAME["voice_level" if crowded else "voice"], queue_all=not crowded, polled=True)
-        self._chosen = ChosenSubscriptions(bus, BY_NAME["voice"]) if crowded else None
+        self._all = bus.subscribe(BY_NAME["voice_level" if crowd else "voice"], queue_all=not crowd, polled=True)
+        self._chosen = ChosenSubscriptions(bus, BY_NAME["voice"], crowd) if crowd else None
         self._levels: dict[str, tuple[float, int]] = {}
 
     def choose(self, far: Mapping[str, float], now_ns: int) -> None:

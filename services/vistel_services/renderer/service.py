@@ -70,8 +70,8 @@ class Config:
     people: tuple[str, ...] = ()
     whole: bool = False
     sites: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
-    crowded: bool = False
-    """Of the conference."""
+    crowd: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    """See `Conference.crowd`."""
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
@@ -96,7 +96,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         tuple(p.name for p in site.participants),
         shown.resolution == "full",
         {s.name: tuple(p.name for p in s.participants) for s in conference.sites},
-        conference.crowded,
+        conference.crowd,
     )
 
 
@@ -171,7 +171,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     models: dict[str, Polymesh] = {}
     furniture = RoomDeliveries(bus, clock, models)
     deliveries = Deliveries(bus, stage)
-    inputs = _Inputs(bus, stage, clock, config.site, config.people, config.crowded)
+    inputs = _Inputs(bus, stage, clock, config.site, config.people, config.crowd)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
     load = partial(load_figure, files=drawn.avatars, parcel=deliveries.parcel)
@@ -249,14 +249,14 @@ async def _wind_up(drawing: DrawingThread, outputs: Outputs, thread: ThreadPoolE
 class _Inputs:
     """The subscriptions of the stage."""
 
-    def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str, people: Sequence[str], crowded: bool) -> None:
+    def __init__(self, bus: Bus, stage: Stage, clock: Clock, site: str, people: Sequence[str], crowd: Mapping[str, str]) -> None:
         self._stage = stage
         self._people, self._chosen_ns = frozenset(people), 0
         self._status = bus.subscribe(BY_NAME["sound_status"], polled=True, site=site)
         self._sound = bus.subscribe(BY_NAME["sound"], queue_all=True, polled=True, site=site)
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
-        self._motion = MotionSubscriptions(bus, crowded, people)
+        self._motion = MotionSubscriptions(bus, crowd, people)
         self._world = WorldListener(bus, clock, people)
 
     def take(self) -> None:

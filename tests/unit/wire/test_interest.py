@@ -32,14 +32,14 @@ def test_a_loud_voice_far_away_counts_less_than_one_nearby() -> None:
 
 def test_more_than_twelve_are_a_crowd() -> None:
     sites = [{"name": f"s{i}", "participants": [{"name": f"p{i}"}]} for i in range(CROWD + 1)]
-    assert Conference.model_validate({"room": {"seats": 20}, "sites": sites}).crowded
-    assert not Conference.model_validate({"room": {"seats": 20}, "sites": sites[:CROWD]}).crowded
+    assert Conference.model_validate({"room": {"seats": 20}, "sites": sites}).crowd["p12"] == "s12"
+    assert not Conference.model_validate({"room": {"seats": 20}, "sites": sites[:CROWD]}).crowd
 
 
 def test_a_site_of_a_crowd_receives_its_own_and_the_chosen_in_full_and_everybody_thin() -> None:
     async def meet() -> None:
         network, clock = MemoryNetwork(), SystemClock()
-        heard = MotionSubscriptions(network.bus("c", "here", clock), True, ["me"])
+        heard = MotionSubscriptions(network.bus("c", "here", clock), {"me": "here", "ann": "a", "ben": "b"}, ["me"])
         people = {
             name: MotionPublication(network.bus("c", site, clock), name, crowded=True)
             for name, site in (("me", "here"), ("ann", "a"), ("ben", "b"))
@@ -63,7 +63,7 @@ def test_a_site_of_a_crowd_receives_its_own_and_the_chosen_in_full_and_everybody
 def test_everybody_of_a_small_conference_is_received_in_full() -> None:
     async def meet() -> None:
         network, clock = MemoryNetwork(), SystemClock()
-        heard = MotionSubscriptions(network.bus("c", "here", clock), False, ["me"])
+        heard = MotionSubscriptions(network.bus("c", "here", clock), {}, ["me"])
         motion = MotionPublication(network.bus("c", "a", clock), "ann", crowded=False)
         heard.choose(["ann"])
         motion.put(MotionSample(motion.next_seq, clock.now_ns(), np.zeros(25), np.zeros((2, 20)), np.zeros(4)))

@@ -7,7 +7,7 @@ import signal
 import sys
 import tempfile
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -16,12 +16,26 @@ from vistel.conference.files import DEMO_FILE
 from vistel.conference.paths import RunPaths
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
+from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.run.up import with_motion, write_conference
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_sim.faults import fault_from_text
 
 
-def sim(
+class _DevicesByDefault(lazy_group({"crowd": Lazy("vistel_cli.run.crowd:crowd")})):
+    """`vistel sim FILE` is `vistel sim devices FILE`."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        if not args or args[0] not in (*self.list_commands(ctx), "--help"):
+            args = ["devices", *args]
+        return super().parse_args(ctx, args)
+
+
+app = typer.Typer(cls=_DevicesByDefault, add_completion=False, rich_markup_mode="rich")
+
+
+@app.command("devices")
+def devices(
     file: Annotated[
         Path | None, Takes(CONFERENCE), typer.Argument(help="Conference file; without one, the demo's devices.")
     ] = None,
@@ -36,7 +50,7 @@ def sim(
     ] = None,
 ) -> None:
     """Simulate the devices of a conference: trackers and gloves on pseudo-terminals that speak the real protocols, cameras as
-    streams of pictures.
+    streams of pictures. The word `devices` may be left out.
 
     [bold]Example[/bold]
 
