@@ -35,6 +35,10 @@ if [ "${#missing[@]}" -gt 0 ]; then
   fi
 fi
 
+.venv/bin/python -c 'import kubernetes_validate' 2>/dev/null || # schemas of a cluster's objects: too large for everybody
+  .venv/bin/python -m pip install --disable-pip-version-check -q kubernetes-validate==1.37.0 ||
+  echo "setup: kubernetes-validate cannot be installed; its tests are skipped" >&2
+
 if command -v npm >/dev/null && [ ! -d clients/web/node_modules ]; then
   (cd clients/web && npm install --no-package-lock --no-audit --no-fund --silent) ||
     echo "setup: npm cannot install the packages of clients/web; its tests are skipped" >&2

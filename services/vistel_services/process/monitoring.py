@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import cast
 from urllib.request import urlopen
 
-from prometheus_client import CollectorRegistry, ProcessCollector
+from prometheus_client import REGISTRY, CollectorRegistry
 from prometheus_client.exposition import MetricsHandler
 from prometheus_client.metrics_core import Metric
 from prometheus_client.parser import text_string_to_metric_families  # pyright: ignore[reportUnknownVariableType]
@@ -115,8 +115,9 @@ def monitored(address: str, folder: Path, nodes: Sequence[str]) -> Iterator[int]
     """Answer at `address`, "host:port", until the end; "": nowhere. Yields the port, 0 where there is none. See `Machine`; without
     nodes, /metrics has those of this process. An address that cannot be had is one line: the conference matters more."""
     machine = Machine(folder, nodes)
-    registry = CollectorRegistry()
-    registry.register(machine) if nodes else ProcessCollector(registry=registry)
+    registry = CollectorRegistry() if nodes else REGISTRY
+    if nodes:
+        registry.register(machine)
     try:
         server = _opened(address, type("Handler", (_Handler,), {"registry": registry, "machine": machine})) if address else None
     except OSError as e:

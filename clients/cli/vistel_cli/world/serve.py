@@ -26,6 +26,7 @@ from vistel_cli.run.earlier_room import FromRoom, resume
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_cli.world.move import check_place
 from vistel_services.process import logs
+from vistel_services.process.monitoring import monitored
 from vistel_services.process.plan import HUB
 
 if TYPE_CHECKING:
@@ -96,7 +97,8 @@ async def _serve(conferences: list[tuple[Conference, str]], seconds: float, at: 
         loop.add_signal_handler(signum, stop.set)
     serving = background.start(serve(rooms), "rooms")
     stopping = background.start(stop.wait(), "stop")
-    await asyncio.wait((serving, stopping), timeout=seconds or None, return_when=asyncio.FIRST_COMPLETED)
+    with monitored(conferences[0][0].monitoring.listen, Path(), ()):
+        await asyncio.wait((serving, stopping), timeout=seconds or None, return_when=asyncio.FIRST_COMPLETED)
     stopping.cancel()
     serving.cancel()
     await asyncio.gather(serving, return_exceptions=True)
