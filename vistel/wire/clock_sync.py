@@ -26,6 +26,10 @@ PERIOD_S = 5.0
 
 MOST_STRANGERS = 16
 """Versions of sites that cannot be understood, which are told."""
+PADDING_BYTES = 32 << 10
+"""The longest padding of an answer."""
+PADDING_BYTES_PER_S = 1 << 20
+"""Of all answers together: what asks for more than that is no check of a link."""
 
 
 @dataclass(frozen=True)
@@ -43,6 +47,16 @@ def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> None:
     of them is there."""
     first: set[str] = set()
     strangers: set[str] = set()
+    left, filled_ns = float(PADDING_BYTES_PER_S), clock.steady_ns()
+
+    def padding(wanted: int) -> bytes:
+        nonlocal left, filled_ns
+        now_ns = clock.steady_ns()
+        left = min(PADDING_BYTES_PER_S, left + (now_ns - filled_ns) * 1e-9 * PADDING_BYTES_PER_S)
+        filled_ns = now_ns
+        given = min(wanted, PADDING_BYTES, int(left))
+        left -= given
+        return bytes(given)
 
     def seen(site: str, token: str, alive: bool) -> None:
         kind, _, number = token.partition("-")
@@ -63,7 +77,13 @@ def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> None:
             log.error("site not understood release=%r here=%s reason='its messages differ' mend='update it'", theirs, release())
         now_ns = clock.now_ns()
         here = release()
-        return ClockReply(t_client_ns=probe.t_client_ns, t_server_ns=now_ns, release=here, message_version=MESSAGE_VERSION)
+        return ClockReply(
+            t_client_ns=probe.t_client_ns,
+            t_server_ns=now_ns,
+            release=here,
+            message_version=MESSAGE_VERSION,
+            padding=padding(probe.reply_bytes),
+        )
 
     bus.serve(BY_NAME["clock"], answer)
     bus.announce(f"clock-{rank}")
