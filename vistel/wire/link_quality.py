@@ -74,8 +74,8 @@ async def measure_link(bus: Bus, clock: Clock) -> LinkQuality | None:
 def _losses(took_s: F64) -> int:
     """How many packets were lost of those of questions and answers that took so long, in order.
 
-    A packet that is sent again adds more than a round trip to its own answer at once, and less and less to those behind it. A jitter
-    that is several times the delay cannot be told from that.
+    A packet that is sent again adds more than a round trip to its own answer at once, and less and less to those behind it. A
+    jitter that is several times the delay cannot be told from that.
     """
     least = float(np.percentile(took_s, 10))
     return int(np.count_nonzero(np.diff(took_s, prepend=least) > max(0.6 * least, 0.01)))

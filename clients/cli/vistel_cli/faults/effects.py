@@ -19,7 +19,7 @@ from vistel.wire import background
 from vistel.wire.clock import SystemClock
 from vistel.wire.zenoh.bus import BusError, Router
 from vistel_cli.faults.links import Links
-from vistel_services.process.forking import Process
+from vistel_services.process.forking import send_signal
 from vistel_services.process.supervisor import Child, Supervisor
 from vistel_sim.chaos.kinds import FaultKind
 from vistel_sim.network import Conditions
@@ -93,24 +93,20 @@ def _running(child: Child) -> Child:
 
 @contextlib.asynccontextmanager
 async def _killed(child: Child) -> AsyncGenerator[None]:
-    _signal(child.process, signal.SIGKILL)
+    assert child.process is not None
+    send_signal(child.process, signal.SIGKILL)
     yield
 
 
 @contextlib.asynccontextmanager
 async def _hanging(child: Child) -> AsyncGenerator[None]:
     process = child.process  # the watchdog may start another one meanwhile
-    _signal(process, signal.SIGSTOP)
+    assert process is not None
+    send_signal(process, signal.SIGSTOP)
     try:
         yield
     finally:
-        _signal(process, signal.SIGCONT)
-
-
-def _signal(process: Process | None, signum: signal.Signals) -> None:
-    assert process is not None
-    with contextlib.suppress(ProcessLookupError):  # it has ended
-        process.send_signal(signum)
+        send_signal(process, signal.SIGCONT)
 
 
 @contextlib.asynccontextmanager
