@@ -182,6 +182,11 @@ class Authority:
 
     # -- waiting and taking over -------------------------------------------------------------------------------
 
+    async def led_last(self) -> bool:
+        """Whether the world of this place has led last: then it is the one that the others wait for."""
+        seen = await self._leadership.holder()
+        return seen is not None and seen.led_term >= 0 and seen.led_place == self._place
+
     async def somebody(self, within_s: float) -> bool:
         """Wait until another world leads; False when none has come within that time, or this one is asked to lead."""
         self._wait()

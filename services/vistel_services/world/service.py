@@ -136,7 +136,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     bus.serve(BY_NAME["world_snapshot"], lambda request: led.room.answer(request) if led.room and authority.leads else None)
     bus.serve(BY_NAME["world_save"], lambda _: led.room.saved() if led.room and authority.leads else None)
     try:
-        starts = not config.waits or not await authority.somebody(ALONE_S)
+        starts = not config.waits or not (await authority.led_last() or await authority.somebody(ALONE_S))
         if starts and config.waits:
             log.warning("nobody leads the room; not waiting any longer place=%s", config.place)
         log.info("world ready kernels_ms=%.0f", (warm - began) * 1e3)

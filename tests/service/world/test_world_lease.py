@@ -155,6 +155,7 @@ class BusLink(MemoryNetwork):
 class TwoWorlds:
     """At the hub and at osaka, each with a disk of its own."""
 
+    folder: Path
     site: WorldSite
     store: dict[str, EtcdLink]
     bus: dict[str, BusLink]
@@ -162,6 +163,18 @@ class TwoWorlds:
     told: list[tuple[int, str, Any]]
     sent: dict[str, Command]
     busy: list[EtcdLink]
+
+    def start(self, place: str) -> None:
+        """Start the world of a place."""
+        self.bus[place] = BusLink(self.site.network, self.told, self.site, place)
+        lease = f"etcd://{self.store[place].address}"
+        config = replace(self.site.config, folder=self.folder / place, place=place, waits=place == "osaka", lease=lease)
+        self.tasks[place] = asyncio.create_task(world.run(config, self.bus[place].inside, self.site.clock))
+
+    async def kill(self, place: str) -> None:
+        """End it at once."""
+        await killed(self.tasks[place])
+        await self.bus[place].inside.close()
 
     async def play(self, seconds: float) -> None:
         """Somebody asks for something three times a second, and again each second until they are answered."""
@@ -217,15 +230,10 @@ async def two_worlds(folder: Path, monkeypatch: pytest.MonkeyPatch) -> AsyncIter
         await answers(address)
         async with site.open():
             links = {place: await EtcdLink(address, site).open() for place in ("hub", "osaka")}
-            told: list[tuple[int, str, Any]] = []
-            buses = {place: BusLink(site.network, told, site, place) for place in links}
             by_address |= {f"http://{link.address}": link for link in links.values()}
-            room = TwoWorlds(site, links, buses, {}, told, {}, busy)
-            for place, link in links.items():
-                config = replace(
-                    site.config, folder=folder / place, place=place, waits=place == "osaka", lease=f"etcd://{link.address}"
-                )
-                room.tasks[place] = asyncio.create_task(world.run(config, buses[place].inside, site.clock))
+            room = TwoWorlds(folder, site, links, {}, {}, [], {}, busy)
+            for place in links:
+                room.start(place)
                 await room.until(lambda: room.leader() == "hub")
             try:
                 yield room
@@ -336,6 +344,23 @@ def test_a_room_moves_under_a_lease_in_etcd_and_nothing_is_lost(tmp_path: Path, 
     room = played(tmp_path, monkeypatch, play)
     steps = [m.step for _, _, m in room.told if not isinstance(m, CommandResult)]
     assert max(b - a for a, b in pairwise(steps)) < 30
+
+
+def test_a_world_that_led_last_and_is_started_again_to_wait_leads_again_as_soon_as_its_lease_has_ended(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(room: TwoWorlds) -> None:
+        await room.play(0.5)
+        await room.site.asking.query(BY_NAME["world_move"], WorldMoveRequest(place="osaka"))  # type: ignore[union-attr]
+        await room.until(lambda: room.leader() == "osaka")
+        await room.play(1.0)
+        await room.kill("osaka")
+        room.start("osaka")
+        began_ns = room.site.clock.now_ns()
+        await room.until(lambda: room.leader() == "osaka")
+        assert room.site.clock.now_ns() - began_ns < (LASTS_S + 5) * 1e9
+
+    played(tmp_path, monkeypatch, play)
 
 
 @pytest.mark.slow
