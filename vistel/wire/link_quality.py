@@ -14,7 +14,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.v1.service_pb2 import ClockProbe, ClockReply
 from vistel.wire.bus import Bus
-from vistel.wire.clock import Clock
+from vistel.wire.clock import Clock, sleep
 from vistel.wire.clock_sync import PADDING_BYTES
 from vistel.wire.release import release
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
@@ -50,13 +50,12 @@ async def measure_link(bus: Bus, clock: Clock) -> LinkQuality | None:
     """None where the hub's clock does not answer. Takes some ten seconds on a slow link, and about 0.7 MB."""
     if await _ask(bus, clock) is None:
         return None
-    asked: list[asyncio.Task[float | None]] = []
-    for _ in range(QUESTIONS):
-        asked.append(asyncio.ensure_future(_ask(bus, clock)))
-        over = asyncio.Event()
-        clock.call_after(EVERY_S, over.set)
-        await over.wait()
-    answers = await asyncio.gather(*asked)
+
+    async def asked(after_s: float) -> float | None:
+        await sleep(clock, after_s)
+        return await _ask(bus, clock)
+
+    answers = await asyncio.gather(*(asked(n * EVERY_S) for n in range(QUESTIONS)))
     took = np.array([s for s in answers if s is not None])
     if not len(took):
         return None

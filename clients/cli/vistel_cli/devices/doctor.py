@@ -16,12 +16,16 @@ from rich.text import Text
 
 from vistel.devices.kind import Finding, load
 from vistel.devices.registry import kinds, packaged_kinds
+from vistel_cli.conference_choice import Hub
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import FAILED, out
+from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 
 def doctor(
+    file: Annotated[Path | None, Takes(CONFERENCE), typer.Argument(help="Conference file, with --site.")] = None,
+    site: Annotated[str | None, typer.Option(help="Measure the link of this site to its router instead, at the site.")] = None,
+    hub: Hub = None,
     attack: Annotated[
         Path | None,
         Takes(CONFERENCE),
@@ -35,8 +39,16 @@ def doctor(
 
       vistel doctor
 
+      vistel doctor conference.toml --site tokyo     before a meeting: the link to the router, and what it means
+
       vistel doctor --attack conference.toml     what one's own router stops
     """
+    if (file is None) != (site is None):
+        fail("expected a conference file and --site with the name of a site in it, or neither", USAGE)
+    if file is not None and site is not None:
+        from vistel_cli.site.link_report import report as link_report
+
+        raise typer.Exit(link_report(file, site, hub, as_json))
     if attack is not None:
         from vistel_cli.site.attack import report
 
