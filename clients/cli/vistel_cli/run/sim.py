@@ -54,9 +54,9 @@ def devices(
 
     [bold]Example[/bold]
 
-      vistel sim --ports /tmp/devices          then open /tmp/devices/dev/aiko-tracker at 115200 baud
+      vistel sim devices --ports /tmp/devices          then open /tmp/devices/dev/aiko-tracker at 115200 baud
 
-      vistel sim --fault aiko-tracker:unplug:10:3
+      vistel sim devices --fault aiko-tracker:unplug:10:3
     """
     conference = load_conference(file or DEMO_FILE)
     if motion:

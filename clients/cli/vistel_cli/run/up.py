@@ -44,7 +44,6 @@ from vistel_cli.run.observer import Observer
 from vistel_cli.run.prepared import prepare
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
 from vistel_services.process import logs
-from vistel_services.process.monitoring import monitored
 from vistel_services.process.plan import HUB, hub_processes, site_processes
 from vistel_services.process.supervisor import Supervisor
 
@@ -198,6 +197,8 @@ class _Run:
     async def _run_processes(
         self, paths: RunPaths, file: Path, logs_folder: Path, router: Router | None, endpoint: str, links: Links
     ) -> int:
+        from vistel_services.process.monitoring import monitored  # loads an HTTP server
+
         conference, clock = self.conference, SystemClock()
         bus = await connect(conference, HUB, clock, endpoint)
         serve_clock(bus, clock)
