@@ -205,6 +205,8 @@ def pose_figure(figure: PersonState, t_ns: int, last: Posed | None = None) -> Po
     velocity = np.zeros((len(build.body), 3))
     gap_ns = figure.t_ns - figure.before_t_ns
     if figure.before is not None and 0 < gap_ns < SILENT_NS and t_ns - figure.t_ns < SILENT_NS:
+        if usable is not None and usable.figure.posture is figure.posture and usable.figure.t_ns == figure.t_ns:
+            return Posed(figure, build, joints, body, primitives, usable.velocity)
         if usable is not None and usable.figure.posture is figure.before:
             old = usable.body
         else:

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64
 from vistel.implicit.contacts.contact import ContactArray
+from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space import snapshot
 from vistel.space.commands.perform import forgotten, obey
-from vistel.space.contact.near import Bodies, placed
+from vistel.space.contact.near import Bodies, PlacedPrimitives, placed
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
 from vistel.space.dynamics.solids import Solids, solids
 from vistel.space.earlier import resumed
@@ -30,6 +31,7 @@ from vistel.space.inputs import CommandInput, StepInputs, usable
 from vistel.space.materials import bond_forces
 from vistel.space.materials.dents_and_bonds import changes, remembered
 from vistel.space.people import PersonState, Posed, pose_figure
+from vistel.space.reach import reaching
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.state import State
 from vistel.space.thing_views import ThingViews
@@ -60,6 +62,8 @@ class World:
         self._solids: Solids = solids(self._state.things, known)
         self._last: dict[str, Posed] = {}  # of the step before; saves time, is no state
         self._said = ThingViews()  # the same
+        self._touching: frozenset[str] = frozenset()  # the same
+        self._rest: dict[str, tuple[PrimitiveSet, PlacedPrimitives, ContactArray]] = {}  # the same
 
     @property
     def step_number(self) -> int:
@@ -110,6 +114,11 @@ class World:
     def answered(self, participant: str, command: str) -> bool:
         """Whether the command with this id was answered, of late."""
         return any((a.id, a.participant) == (command, participant) for a in self._state.ledger.answers)
+
+    @property
+    def reaching(self) -> frozenset[str]:
+        """Who touches somebody by hand, or is touched so, or may soon move a thing, as of the last step."""
+        return self._touching | reaching(self._last, self._state.motions.position[self._state.motions.mode != FIXED])
 
     @property
     def eyes(self) -> dict[str, Eyes]:
@@ -164,7 +173,13 @@ class World:
         self._state, claims = ownership.settled(before, self._state, heard)
         names = tuple(posed)
         skin = {(names[a], names[b]): c for (a, b), c in bodies.with_each_other().items()}
-        rest = dict(zip(names, bodies.with_things(self._solids.fixed_placed), strict=True))
+        by_hand = (
+            two
+            for two, c in skin.items()
+            if any((posed[n].build.digit[i] >= 0).any() for n, i in zip(two, (c.a, c.b), strict=True))
+        )
+        self._touching = frozenset(name for two in by_hand for name in two)
+        rest = self._with_fixed(posed)
         contacts, ghosts = touches(posed, skin, rest, displayed_contacts(self._state, solids_, posed, near), solids_, MAX_CONTACTS)
         if drawn:
             self._state = replace(self._state, motions=bond_forces.with_bond_impulses(self._state.motions, solids_, drawn, DT))
@@ -203,6 +218,15 @@ class World:
         return outcome
 
     # -- contacts and motion -----------------------------------------------------------------------------------
+
+    def _with_fixed(self, posed: dict[str, Posed]) -> dict[str, ContactArray]:
+        """Contacts of people with fixed things, found anew for those who have moved."""
+        fixed, last = self._solids.fixed_placed, self._rest
+        same = {n for n, p in posed.items() if n in last and last[n][0] is p.primitives and last[n][1] is fixed}
+        moved = [name for name in posed if name not in same]
+        found = dict(zip(moved, Bodies([posed[name].cones for name in moved]).with_things(fixed), strict=True))
+        self._rest = {n: last[n] if n in same else (p.primitives, fixed, found[n]) for n, p in posed.items()}
+        return {name: contacts for name, (_, _, contacts) in self._rest.items()}
 
     def _feel(
         self,

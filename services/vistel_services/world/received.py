@@ -33,6 +33,8 @@ MOST_COMMANDS = 256
 """Of one participant between two steps; more are dropped. The world does far fewer a second."""
 CLOCK_RESTART_NS = STEP_NS
 """A motion this much older than the last begins a new life of its sender, or its clock was set."""
+THIN_STRAY_NS = 1_000_000_000
+"""The same for a thin motion, which comes beside the full one."""
 
 
 _USABLE = (TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED)
@@ -76,7 +78,7 @@ class InputCollector:
     def __init__(self) -> None:
         self._known: dict[str, ParticipantBody] = {}
         self._people: dict[str, _Somebody] = {}
-        self._decoders: dict[tuple[str, str], MotionDecoder] = {}
+        self._decoders: dict[str, MotionDecoder] = {}
         self._tokens: dict[str, set[str]] = {}
         self._gone_ns: dict[str, int] = {}
         self._newest: dict[str, MotionInput] = {}
@@ -128,7 +130,7 @@ class InputCollector:
     def motion(self, sample: Sample) -> None:
         """Somebody moved. Every message is decoded, the newest is kept."""
         name, site = sample.names["participant"], sample.names["site"]
-        decoder = self._decoders.setdefault((site, name), MotionDecoder())
+        decoder = self._decoders.setdefault(sample.key, MotionDecoder())
         decoded = decoder.decode(sample.message)
         if decoded is None:
             _UNDECODED.labels(name).inc()
@@ -138,7 +140,8 @@ class InputCollector:
         self._behind_ns[site] = sample.received_ns - decoded.t_ns
         somebody = self._people[name]
         somebody.site, somebody.heard_ns, somebody.moves = site, sample.received_ns, True
-        if somebody.last_motion_ns - CLOCK_RESTART_NS < decoded.t_ns <= somebody.last_motion_ns:
+        stray_ns = THIN_STRAY_NS if sample.topic.name == "motion_thin" else CLOCK_RESTART_NS
+        if somebody.last_motion_ns - stray_ns < decoded.t_ns <= somebody.last_motion_ns:
             return
         somebody.last_motion_ns = decoded.t_ns
         self._newest[name] = motion_input(name, decoded)

@@ -6,7 +6,7 @@ import contextlib
 import logging
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from google.protobuf.message import DecodeError
 from prometheus_client import Counter, Gauge, Histogram
@@ -24,6 +24,7 @@ from vistel.v1.command_pb2 import Command
 from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot, WorldSnapshotRequest
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock, sleep, within
+from vistel.wire.interest import MotionSubscriptions
 from vistel.wire.topics import BY_NAME
 from vistel_services.world.received import InputCollector, ReceivedInputs
 
@@ -40,8 +41,10 @@ IDLE_S = 1.0
 """How often a world that waits empties its subscriptions."""
 RECENT = 5
 """Looks whose messages are kept for the first step."""
-TOPICS = "participant", "motion", "prop", "command"
-"""The inputs of a room."""
+TOPICS = "participant", "prop", "command"
+"""The inputs of a room beside motion."""
+REACH_STEPS = 12
+"""Steps from one look at who reaches for something to the next."""
 
 _STEPS = Counter("vistel_world_steps_total", "Steps done")
 _STEP_TIME = Histogram(
@@ -56,7 +59,9 @@ _COMMANDS = Counter("vistel_world_commands_total", "Commands answered", ["outcom
 class RoomSubscriptions:
     """The subscriptions of a room. They begin before there is a world, so that nothing is missed when one takes a room over."""
 
-    def __init__(self, bus: Bus) -> None:
+    def __init__(self, bus: Bus, crowd: Mapping[str, str]) -> None:
+        """crowd: participants and their sites, empty: all motion is received in full."""
+        self._motion = MotionSubscriptions(bus, crowd, ())
         self._inboxes = [bus.subscribe(BY_NAME[name], queue_all=True, polled=True) for name in TOPICS]
         self._inputs = bus.subscribe(BY_NAME["world_inputs"], polled=True)
         self.newest_state = b""
@@ -93,13 +98,17 @@ class RoomSubscriptions:
     def take(self) -> None:
         """Everything that has arrived, for the next step."""
         i = self.collector
-        for inbox, take in zip(self._inboxes, (i.participant, i.motion, i.prop, i.command), strict=True):
+        for inbox, take in zip((*self._inboxes, self._motion), (i.participant, i.prop, i.command, i.motion), strict=True):
             for sample in inbox.take():
                 take(sample)
 
+    def follow(self, reaching: Collection[str]) -> None:
+        """In a crowd, receive in full the motion of those who may touch something soon; that of the others comes thin."""
+        self._motion.choose(reaching)
+
     def close(self) -> None:
         """End the subscriptions."""
-        for inbox in (*self._inboxes, self._inputs):
+        for inbox in (self._motion, *self._inboxes, self._inputs):
             inbox.close()
 
 
@@ -152,6 +161,8 @@ class Room:
             tuple(prop_input(message) for message in arrived.props),
         )
         view = self.world.step(inputs)
+        if number % REACH_STEPS < passed:
+            self._subscriptions.follow(self.world.reaching)
         message = inputs_message(inputs, arrived)
         if self._store is not None:
             self._store.append(journal.record(message, inputs))

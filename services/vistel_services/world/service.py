@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import logging
 import time
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -73,6 +75,8 @@ class Config:
     lease: str = "file"
     lease_file: Path | None = None
     lease_tls: TlsFiles | None = None
+    crowd: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    """See `Conference.crowd`."""
 
 
 @dataclass
@@ -93,7 +97,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     tls = tls_files(conference, place) if conference.world.lease_encrypted else None
     shared = paths.run if conference.bus.mode == "embedded" else kept
     lease = conference.world.lease, shared / "lease", tls
-    return Config(room.seats, folder, extras_of(room), files, place, waits, hosts, *lease)
+    return Config(room.seats, folder, extras_of(room), files, place, waits, hosts, *lease, conference.crowd)
 
 
 def preload(conference: Conference) -> None:
@@ -124,7 +128,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     kept = Store(config.folder, _UNSAFE.inc) if config.folder else None
     lease = open_lease(config.lease, config.lease_file, bus.conference, config.place, clock, config.lease_tls)
     leadership = Leadership(lease, clock)
-    subscriptions, led = RoomSubscriptions(bus), _LedRoom()
+    subscriptions, led = RoomSubscriptions(bus, config.crowd), _LedRoom()
 
     def given() -> None:
         if kept is not None:
@@ -144,7 +148,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             start = await _follow(authority, subscriptions, kept, begins, clock, starts)
             await _lead(start, config.hosts, authority, subscriptions, kept, bus, clock, led)
             subscriptions.close()
-            subscriptions, starts = RoomSubscriptions(bus), False
+            subscriptions, starts = RoomSubscriptions(bus, config.crowd), False
     finally:
         subscriptions.close()
         await leadership.close()

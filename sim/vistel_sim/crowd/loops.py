@@ -9,7 +9,7 @@ from vistel.conference.seats import seat_place
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.geometry.rotation import rotation_y
 from vistel.messages.postures import sample_of
-from vistel.space.room import seat_pose
+from vistel.space.room import TABLE_SEATS, seat_pose
 from vistel.wire.motion import MotionEncoder
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import simulated_people
@@ -35,9 +35,9 @@ def motion_loops(conference: Conference, numbers: range) -> list[MotionLoop]:
     played = _played()
     out: list[MotionLoop] = []
     for i in numbers:
-        own, there = played[i % 3], seat_pose(3, i % 3)
+        own, there = played[i % TABLE_SEATS], seat_pose(TABLE_SEATS, i % TABLE_SEATS)
         here = seat_place(conference.room, i)
-        postures = [_moved(own[(k + LATE * (i // 3)) % FRAMES], there, here) for k in range(FRAMES)]
+        postures = [_moved(own[(k + LATE * (i // TABLE_SEATS)) % FRAMES], there, here) for k in range(FRAMES)]
         full, thin = MotionEncoder(), MotionEncoder(losses="many")
         times = [k * 1_000_000_000 // 60 for k in range(FRAMES)]
         samples = [
@@ -54,11 +54,11 @@ def motion_loops(conference: Conference, numbers: range) -> list[MotionLoop]:
 
 
 def _played() -> list[list[Posture]]:
-    people = [{"name": f"m{i}", "seat": i} for i in range(3)]
-    conference = Conference.model_validate({"sites": [{"name": "one", "participants": people}]})
-    meeting = Meeting(list(simulated_people(conference).values()), 3, 1)
+    people = [{"name": f"m{i}", "seat": i} for i in range(TABLE_SEATS)]
+    conference = Conference.model_validate({"room": {"seats": TABLE_SEATS}, "sites": [{"name": "one", "participants": people}]})
+    meeting = Meeting(list(simulated_people(conference).values()), TABLE_SEATS, 1)
     half = FRAMES // 2
-    there = [[meeting.posture(f"m{i}", k / 60) for k in range(half)] for i in range(3)]
+    there = [[meeting.posture(f"m{i}", k / 60) for k in range(half)] for i in range(TABLE_SEATS)]
     return [[*one, *reversed(one)] for one in there]
 
 

@@ -25,6 +25,8 @@ _Told = WorldState | HandForce | WorldDetail
 Record = tuple[str, dict[str, str], Any, int]
 """Topic name, names in the key, message, log time [ns]."""
 
+MOTION = ("motion", "motion_thin")
+"""Topics of postures; a step may have used either."""
 TOLD = ("world_state", "world_key")
 """Topics that a step publishes, in the order of `EncodedStep`."""
 SETTLE_NS = 1_000_000_000
@@ -70,7 +72,7 @@ class _Rerun:
         self.skipped: dict[str, int] = {}
         self._world: World | None = None
         self._last_seq = 0
-        self._decoders: dict[tuple[str, str], MotionDecoder] = {}
+        self._decoders: dict[tuple[str, str, str], MotionDecoder] = {}
         self._motions: dict[tuple[str, int, int], MotionInput] = {}
         self._states: dict[tuple[str, int, int], WorldState] = {}
         self._encoder = WorldEncoder()
@@ -80,8 +82,8 @@ class _Rerun:
 
     def take(self, topic: str, names: dict[str, str], message: Any, log_ns: int) -> None:
         """One record of the log."""
-        if topic == "motion":
-            self._hear(names["site"], names["participant"], message)
+        if topic in MOTION:
+            self._hear(topic, names["site"], names["participant"], message)
         elif topic in TOLD:
             self._states[topic, message.step, message.header.t_ns] = message
         elif topic == "hand_force":
@@ -98,8 +100,8 @@ class _Rerun:
         while self._pending and not self.difference:
             self._step(self._pending.popleft()[0])
 
-    def _hear(self, site: str, participant: str, message: Any) -> None:
-        decoded = self._decoders.setdefault((site, participant), MotionDecoder()).decode(message)
+    def _hear(self, topic: str, site: str, participant: str, message: Any) -> None:
+        decoded = self._decoders.setdefault((topic, site, participant), MotionDecoder()).decode(message)
         if decoded is None:
             return
         self._motions[participant, decoded.seq, decoded.t_ns] = motion_input(participant, decoded)

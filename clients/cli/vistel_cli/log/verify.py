@@ -3,7 +3,17 @@
 from vistel.wire.log import LogReader
 from vistel_cli.terminal import FAILED, out, print_error
 
-VERIFIED_TOPICS = ("participant", "motion", "command", "world_inputs", "world_state", "world_key", "world_detail", "hand_force")
+VERIFIED_TOPICS = (
+    "participant",
+    "motion",
+    "motion_thin",
+    "command",
+    "world_inputs",
+    "world_state",
+    "world_key",
+    "world_detail",
+    "hand_force",
+)
 
 
 def verify_log(reader: LogReader, as_json: bool) -> int:
