@@ -14,6 +14,7 @@ from vistel_cli.terminal import fail, out
 
 def crowd(
     people: Annotated[int, typer.Option("-n", "--people", min=2, max=1000, help="How many take part.")] = 100,
+    receive: Annotated[int | None, typer.Option(min=1, help="How many receive what their sites would; default: all.")] = None,
     seconds: Annotated[float, typer.Option(min=1.0, help="How long it is measured, once the world runs.")] = 10.0,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:
@@ -25,7 +26,7 @@ def crowd(
       vistel sim crowd -n 20
     """
     try:
-        load = asyncio.run(measure(people, seconds))
+        load = asyncio.run(measure(people, seconds, receive))
     except RuntimeError as e:
         fail(f"crowd: {e}")
     if as_json:

@@ -83,8 +83,9 @@ class CrowdLoad:
         return float(np.percentile(self.motion_ms, part)) if self.motion_ms else float("inf")
 
 
-async def measure(people: int, seconds: float) -> CrowdLoad:
-    """Run a crowd for `seconds`. Raises RuntimeError where a process of it does not start."""
+async def measure(people: int, seconds: float, receive: int | None = None) -> CrowdLoad:
+    """Run a crowd for `seconds`. receive: how many receive what their sites would, None: all. Raises RuntimeError where a process
+    of it does not start."""
     conference = crowd_conference(people)
     with tempfile.TemporaryDirectory(prefix="vistel-crowd-") as name:
         folder = Path(name)
@@ -99,7 +100,16 @@ async def measure(people: int, seconds: float) -> CrowdLoad:
             world = await stack.enter_async_context(_process(folder / "world.log", "vistel_services.process.host", *arguments))
             senders: list[Process] = []
             for first, count in _shares(people):
-                given = ("--router", router, "--first", str(first), "--count", str(count), "--unheard", str(people - 1))
+                given = (
+                    "--router",
+                    router,
+                    "--first",
+                    str(first),
+                    "--count",
+                    str(count),
+                    "--receive",
+                    str(min(people, receive or people) - 1),
+                )
                 senders.append(
                     await stack.enter_async_context(_process(folder / "send.log", "vistel_sim.crowd.process", str(file), *given))
                 )
