@@ -37,7 +37,8 @@ def page() -> str:
 <!-- Made by `python -m vistel_services.process.metrics_reference` from the services' source; do not edit. -->
 
 Every process of a conference serves its figures for Prometheus at `/metrics`, on a free port of this machine's own address,
-and a machine those of all its processes where the conference file says; [how to collect them](../how-to/collect-metrics.md). Counters only rise; histograms have `_bucket`, `_sum` and `_count`.
+and a machine those of all its processes where the conference file says;
+[how to collect them](../how-to/collect-metrics.md). Counters only rise; histograms have `_bucket`, `_sum` and `_count`.
 
 | metric | kind | labels | service | what |
 |---|---|---|---|---|
