@@ -90,6 +90,8 @@ class ReceiveOrder:
     next: int = 1
     highest: int = 0
     lost: int = 0
+    heard: int = 0
+    """Messages, words and answers of the sender in this life."""
     waiting: dict[int, bytes] = field(default_factory=dict[int, bytes])
     retired: set[int] = field(default_factory=set[int])
 
@@ -109,6 +111,7 @@ class ReceiveOrder:
             self.retired.add(self.epoch)
             self.epoch, self.next, self.highest = stamp.epoch, 1, 0
         self.highest = max(self.highest, stamp.seq)
+        self.heard += 1
         if payload and stamp.seq >= self.next:
             self.waiting[stamp.seq] = payload
         out += self._deliver()

@@ -23,7 +23,6 @@ import importlib
 import json
 import logging
 import os
-import signal
 import sys
 import time
 from collections.abc import Sequence
@@ -35,12 +34,11 @@ from setproctitle import setproctitle
 
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
+from vistel.wire import alive
 from vistel_services.process import logs
 from vistel_services.process.forking import READY
 
 log = logging.getLogger("vistel.fork_server")
-
-_PR_SET_PDEATHSIG = 1
 
 
 @dataclass(frozen=True)
@@ -86,10 +84,11 @@ def settle() -> None:
 def fork(order: Order) -> int:
     """The number of a process that carries out `order`; it is nobody's child that could wait for it here."""
     reading, writing = os.pipe()
+    reaper = os.getppid()
     between = os.fork()
     if between == 0:
         own = os.getpid()
-        os.write(writing, str(os.fork() or _become(order, own)).encode())
+        os.write(writing, str(os.fork() or _become(order, own, reaper)).encode())
         os._exit(0)
     os.close(writing)
     with os.fdopen(reading, "rb") as pipe:
@@ -98,12 +97,15 @@ def fork(order: Order) -> int:
     return pid
 
 
-def _become(order: Order, parent: int) -> NoReturn:
-    """Be what `order` says, as a freshly started process would be, and end as it does. parent: who has forked it, and ends now."""
+def _become(order: Order, parent: int, reaper: int) -> NoReturn:
+    """Be what `order` says, as a freshly started process would be, and end as it does. parent: who has forked it, and ends now;
+    reaper: of orphans, who is its parent then, and with whom it ends."""
     code = 1
     try:
         os.setpgid(0, 0)
-        _end_with_reaper(parent)
+        while os.getppid() == parent:
+            time.sleep(0.001)  # there is no event to wait for
+        alive.end_with(reaper)
         _write_to(order.log)
         setproctitle(order.title)
         code = int(importlib.import_module(order.module).main(order.arguments) or 0)
@@ -114,15 +116,6 @@ def _become(order: Order, parent: int) -> NoReturn:
     finally:
         logging.shutdown()
         os._exit(code)
-
-
-def _end_with_reaper(parent: int) -> None:
-    """SIGTERM for this process when the reaper of orphans, its parent after `parent`, dies without a word: nobody else ends it."""
-    while os.getppid() == parent:
-        time.sleep(0.001)  # there is no event to wait for
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
-    if os.getppid() == 1:
-        raise SystemExit(1)  # it was quicker
 
 
 def _write_to(log_file: str) -> None:

@@ -186,10 +186,12 @@ class StreamProxy(_Proxy):
             up, down = _Stream(self.up, reader, far_writer), _Stream(self.down, far_reader, writer)
             self._streams |= {up, down}
             try:
-                await asyncio.gather(up.run(), down.run())
+                async with asyncio.TaskGroup() as both:  # a connection that is reset in one direction ends in both
+                    both.create_task(up.run())
+                    both.create_task(down.run())
             finally:
                 self._streams -= {up, down}
-        except (OSError, asyncio.CancelledError):
+        except* (OSError, asyncio.CancelledError):
             pass
         finally:
             self._tasks.discard(task)
@@ -212,7 +214,9 @@ class _Stream:
 
     async def run(self) -> None:
         """Until one end closes or is cut off."""
-        await asyncio.gather(self._read(), self._write())
+        async with asyncio.TaskGroup() as both:
+            both.create_task(self._read())
+            both.create_task(self._write())
 
     def go_on(self, at_s: float) -> None:
         """What waits behind a cut leaves from then on, in order."""

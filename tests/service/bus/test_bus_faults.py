@@ -13,13 +13,17 @@ from collections.abc import Iterator
 from typing import Any
 
 import pytest
+import zenoh
 from waiting import until
 
 from vistel.v1.command_pb2 import Command
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.clock import SystemClock
-from vistel.wire.topics import BY_NAME
+from vistel.wire.reliable import Stamp
+from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
 from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel.wire.zenoh.config import as_text, client_config
+from vistel.wire.zenoh.reliable_reader import TRIES
 
 ROUTER = """
 import sys
@@ -246,3 +250,47 @@ def test_a_bus_that_was_not_closed_does_not_keep_its_process_alive() -> None:
     done = subprocess.run([sys.executable, "-c", code, router.endpoint], check=False)
     assert done.returncode == 0
     router.close()
+
+
+def test_a_sender_that_is_heard_is_not_given_up_however_late_it_answers() -> None:
+    async def run() -> list[str]:
+        router = Router.open()
+        bus = await door("tokyo", router.endpoint)
+        inbox = bus.subscribe(BY_NAME["command"], queue_all=True, polled=True)
+        sender = zenoh.open(zenoh.Config.from_json5(as_text(client_config([router.endpoint]))))
+        key = BY_NAME["command"].format(conference="demo", site="paris", participant="ann")
+        questions = 0
+
+        def say(number: int, beat: bool = False) -> None:
+            message = Command(id=str(number))
+            message.header.version = MESSAGE_VERSION
+            sender.put(key, b"" if beat else message.SerializeToString(), attachment=Stamp(7, number, 1).to_bytes())
+
+        def answer(query: zenoh.Query) -> None:
+            nonlocal questions
+            with query:
+                questions += "from" in query.parameters
+                if questions > TRIES + 4:
+                    message = Command(id="2")
+                    message.header.version = MESSAGE_VERSION
+                    query.reply(key, message.SerializeToString(), attachment=Stamp(7, 2, 1).to_bytes())
+
+        answering = sender.declare_queryable(key, answer)
+        got: list[str] = []
+        while not got:  # until the router knows who hears
+            say(1)
+            await asyncio.sleep(0.05)
+            got += [s.message.id for s in inbox.take()]
+        say(3)
+        while len(got) < 3:
+            say(3, beat=True)
+            await asyncio.sleep(0.05)  # as heartbeats come, but sooner
+            got += [s.message.id for s in inbox.take()]
+        assert bus.counters.lost == 0
+        answering.undeclare()
+        sender.close()
+        await bus.close()
+        router.close()
+        return got
+
+    assert asyncio.run(run()) == ["1", "2", "3"]

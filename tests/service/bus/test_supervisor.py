@@ -5,11 +5,13 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
+import subprocess
 import sys
 from pathlib import Path
 
+import psutil
 import pytest
-from waiting import until
+from waiting import until, wait_until
 
 from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
@@ -167,3 +169,18 @@ def test_a_process_that_is_killed_right_before_the_stop_has_not_failed(tmp_path:
         assert await supervisor.stop() == {"sleeps": 0}
 
     asyncio.run(scene())
+
+
+def test_a_process_that_gives_signs_of_life_ends_when_its_supervisor_is_killed(tmp_path: Path) -> None:
+    alive = tmp_path / "alive"
+    child = (
+        f"import asyncio; from pathlib import Path; from vistel.wire.alive import report; asyncio.run(report(Path({str(alive)!r})))"
+    )
+    parent = f"import subprocess, sys; c = subprocess.Popen([sys.executable, '-c', {child!r}]); print(c.pid, flush=True); c.wait()"
+    supervising = subprocess.Popen([sys.executable, "-c", parent], stdout=subprocess.PIPE, text=True)
+    assert supervising.stdout is not None
+    process = psutil.Process(int(supervising.stdout.readline()))
+    wait_until(alive.exists)
+    supervising.kill()
+    supervising.communicate()
+    process.wait()

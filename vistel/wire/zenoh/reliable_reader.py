@@ -27,7 +27,9 @@ log = logging.getLogger("vistel.bus")
 
 RETRY_S = 0.25
 TRIES = 8
-"""Requests without progress, with a router there, before a gap is declared lost: the sender is gone."""
+"""Requests without progress, with a router there and nothing heard of the sender, before a gap is declared lost: it is gone."""
+PATIENT_TRIES = 80
+"""The same with a sender that is heard: it, or what is between, is only too busy to answer in time."""
 
 LOG_S = 1.0
 """Losses are logged together, once in so many seconds."""
@@ -132,7 +134,7 @@ class ReliableReader:
             await asyncio.sleep(0.05)
 
     async def _repair(self, key: str, order: ReceiveOrder) -> None:
-        tries = 0
+        tries, silent, heard = 0, 0, order.heard
         try:
             while (gap := order.missing()) and not self._closed:
                 if self._inbox.full:
@@ -143,17 +145,18 @@ class ReliableReader:
                 await self._ask(f"{key}?epoch={order.epoch};from={gap[0]};to={gap[1]}", 1.0)
                 self._drain()
                 if (order.epoch, order.next) != before:
-                    tries = 0
+                    tries = silent = 0
                     continue
-                tries += bool(self._session.info.routers_zid())
-                if tries >= TRIES:
+                routed = bool(self._session.info.routers_zid())
+                tries, silent, heard = tries + routed, silent + routed if order.heard == heard else 0, order.heard
+                if silent >= TRIES or tries >= PATIENT_TRIES:
                     lost_before = order.lost
                     for message in order.give_up():
                         self._inbox.push(key, message, self._clock.now_ns())
                     self._report_lost(key, order.lost - lost_before)
                     if order.missing() is None or not order.waiting:
                         order.skip_to(order.highest + 1)
-                    tries = 0
+                    tries = silent = 0
                 else:
                     await asyncio.sleep(RETRY_S)
         finally:
