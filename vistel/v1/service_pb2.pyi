@@ -10,16 +10,18 @@ DESCRIPTOR: _descriptor.FileDescriptor
 class ImageDelay(_message.Message):
     __slots__ = ("header", "site", "streams", "frames_per_s", "frame_time_s", "frames", "stand_ins")
     class Stream(_message.Message):
-        __slots__ = ("participant", "delay_s", "age_s", "jitter_s")
+        __slots__ = ("participant", "delay_s", "age_s", "jitter_s", "shown_ns")
         PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
         DELAY_S_FIELD_NUMBER: _ClassVar[int]
         AGE_S_FIELD_NUMBER: _ClassVar[int]
         JITTER_S_FIELD_NUMBER: _ClassVar[int]
+        SHOWN_NS_FIELD_NUMBER: _ClassVar[int]
         participant: str
         delay_s: float
         age_s: float
         jitter_s: float
-        def __init__(self, participant: _Optional[str] = ..., delay_s: _Optional[float] = ..., age_s: _Optional[float] = ..., jitter_s: _Optional[float] = ...) -> None: ...
+        shown_ns: int
+        def __init__(self, participant: _Optional[str] = ..., delay_s: _Optional[float] = ..., age_s: _Optional[float] = ..., jitter_s: _Optional[float] = ..., shown_ns: _Optional[int] = ...) -> None: ...
     HEADER_FIELD_NUMBER: _ClassVar[int]
     SITE_FIELD_NUMBER: _ClassVar[int]
     STREAMS_FIELD_NUMBER: _ClassVar[int]

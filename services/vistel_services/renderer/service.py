@@ -154,6 +154,7 @@ class Reporter:
                 delay_s=(t.delay_ns + drawing_ns) * 1e-9,
                 age_s=t.age_ns * 1e-9,
                 jitter_s=t.jitter_ns * 1e-9,
+                shown_ns=max(0, instant.now_ns - t.delay_ns),
             )
             _AGE.labels(self._site, person.about.name).set(t.age_ns * 1e-9)
         self._publication.put(message)

@@ -15,8 +15,6 @@ from vistel.wire.log import LogRecord
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world import recorded
 
-BACK_NS = 250_000_000
-"""A report tells the delay of the last picture, and of drawing only the average: what it says was shown is known this well."""
 MOST_GROWTH = 0.05
 """Of a process's memory."""
 MOST_GROWTH_BYTES = 8 << 20
@@ -182,12 +180,12 @@ def no_stale_motion(records: Iterable[Record], clock_steps: Sequence[Span] = ())
         if topic != "image_delay":
             continue
         for stream in message.streams:
-            key, captured_ns = (message.site, stream.participant), message.header.t_ns - round(stream.delay_s * 1e9)
+            key = message.site, stream.participant
             before = shown.get(key)
             compared = before is not None and message.frames > before[1] and not any(s.holds(log_ns) for s in clock_steps)
-            if before is not None and compared and captured_ns < before[0] - BACK_NS:
-                found.add(f"{message.site} showed {stream.participant} {(before[0] - captured_ns) * 1e-9:.2f} s back in time")
-            shown[key] = (captured_ns, message.frames)
+            if before is not None and compared and stream.shown_ns < before[0]:
+                found.add(f"{message.site} showed {stream.participant} {(before[0] - stream.shown_ns) * 1e-9:.2f} s back in time")
+            shown[key] = (stream.shown_ns, message.frames)
     return found.lines()
 
 

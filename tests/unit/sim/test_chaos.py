@@ -38,7 +38,7 @@ def picture(t_s: float, delay_s: float, frames: int) -> Record:
     """A report of what tokyo shows of aiko."""
     message = ImageDelay(site="tokyo", frames=frames)
     message.header.t_ns = round(t_s * 1e9)
-    message.streams.add(participant="aiko", delay_s=delay_s)
+    message.streams.add(participant="aiko", shown_ns=round((t_s - delay_s) * 1e9))
     return "image_delay", {"site": "tokyo"}, message, round(t_s * 1e9)
 
 

@@ -9,7 +9,7 @@ import signal
 import tempfile
 import time
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tomli_w
 import typer
@@ -27,9 +27,6 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.zenoh.bus import BusError, Router
 from vistel.wire.zenoh.endpoints import objection
-from vistel_cli.faults.effects import Struck
-from vistel_cli.faults.links import Links, endpoint_of, simulated_links
-from vistel_cli.faults.striker import Striker
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
 from vistel_cli.overwriting import Force, keep_existing
@@ -46,6 +43,9 @@ from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print
 from vistel_services.process import logs
 from vistel_services.process.plan import HUB, hub_processes, site_processes
 from vistel_services.process.supervisor import Supervisor
+
+if TYPE_CHECKING:
+    from vistel_cli.faults.links import Links
 
 START_LIMIT_S = 120.0
 DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
@@ -187,6 +187,8 @@ class _Run:
         resume(conference, paths, self.earlier)
         router = _opened_router(conference) if conference.bus.mode == "embedded" else None
         endpoint = router.endpoint if router else ",".join(conference.bus.endpoints)
+        from vistel_cli.faults.links import simulated_links  # not for --help
+
         async with contextlib.AsyncExitStack() as stack:
             links: Links = {}
             if router is not None and self.simulate_links:
@@ -197,6 +199,9 @@ class _Run:
     async def _run_processes(
         self, paths: RunPaths, file: Path, logs_folder: Path, router: Router | None, endpoint: str, links: Links
     ) -> int:
+        from vistel_cli.faults.effects import Struck  # loads simulated links
+        from vistel_cli.faults.links import endpoint_of
+        from vistel_cli.faults.striker import Striker
         from vistel_services.process.monitoring import monitored  # loads an HTTP server
 
         conference, clock = self.conference, SystemClock()
