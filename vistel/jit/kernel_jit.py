@@ -8,13 +8,15 @@ project that it imports, and those import: two machines with the same files run 
 import hashlib
 import pickle
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache, partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeVar, overload
 
-import numba as nb
-
+# Numba does not describe either in types.
+_njit: Any = import_module("numba").njit
+_unliteral: Any = import_module("numba").types.unliteral
 F = TypeVar("F", bound=Callable[..., Any])
 _FLAGS = {"nsz", "arcp", "contract", "afn", "reassoc"}
 _IMPORT = re.compile(r"^(?:from\s+(vistel[\w.]*)\s+import\s+(\([^)]*\)|[^\n#]*)|import\s+(vistel[\w.]*))", re.MULTILINE)
@@ -64,18 +66,30 @@ def compiled(function: Any = None, **options: Any) -> Any:
     """`numba.njit` with a cache on disk that knows what the kernel is made of. Options as there."""
     if function is None:
         return partial(compiled, **options)
-    kernel: Any = nb.njit(cache=True, **options)(function)
+    # No kernel is called from C.
+    kernel = _njit(cache=True, no_cfunc_wrapper=True, **options)(function)
     file = getattr(kernel._cache, "_cache_file", None)
     if file is not None:
         file._source_stamp = (file._source_stamp, stamp_of(Path(function.__code__.co_filename)))
         file._load_index = partial(_index_or_none, file._load_index)
+    kernel.get_call_template = partial(_typed_call, kernel.get_call_template)
     return kernel
+
+
+def inner(function: F) -> F:
+    """As `compiled`, for what only kernels call: it gets no entry from Python, which takes time to compile."""
+    return compiled(no_cpython_wrapper=True)(function)
 
 
 def is_cold(kernel: Any) -> bool:
     """True where `kernel` has never been compiled on this machine."""
     folder, module = kernel.stats.cache_path, Path(kernel.py_func.__code__.co_filename).stem
     return not folder or not any(Path(folder).glob(f"{module}.{kernel.__name__}*.nbi"))
+
+
+def _typed_call(resolve: Callable[..., Any], arguments: Iterable[Any], keywords: dict[str, Any]) -> Any:
+    """How a kernel is called by another. Numba would compile it anew for each literal number among its arguments."""
+    return resolve([_unliteral(a) for a in arguments], {name: _unliteral(a) for name, a in keywords.items()})
 
 
 def _index_or_none(load: Callable[[], dict[Any, str]]) -> dict[Any, str]:
@@ -86,8 +100,9 @@ def _index_or_none(load: Callable[[], dict[Any, str]]) -> dict[Any, str]:
         return {}
 
 
-def _compile(function: Callable[..., Any], flags: Any, inline: bool = False) -> Any:
-    return compiled(fastmath=flags, error_model="numpy", nogil=True, forceinline=inline)(function)
+def _compile(function: Callable[..., Any], flags: Any, inline: bool = False, **options: Any) -> Any:
+    # Numba takes what is not said here, such as forceinline, from the first caller.
+    return compiled(fastmath=flags, error_model="numpy", nogil=True, forceinline=inline, **options)(function)
 
 
 def fast(function: Callable[..., Any]) -> Any:
@@ -95,17 +110,23 @@ def fast(function: Callable[..., Any]) -> Any:
     return _compile(function, _FLAGS)
 
 
+def fast_inner(function: Callable[..., Any]) -> Any:
+    """As `fast`, for what only kernels call."""
+    return _compile(function, _FLAGS, no_cpython_wrapper=True)
+
+
 def leaf(function: Callable[..., Any]) -> Any:
     """As `fast` for a leaf that calls `wide`: LLVM estimates reciprocals only where it need not think of
-    infinities."""
-    return _compile(function, _FLAGS | {"ninf"})
+    infinities. Only kernels call it."""
+    return _compile(function, _FLAGS | {"ninf"}, no_cpython_wrapper=True)
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """A part of leaves that works on `Lanes`: it becomes code of its caller, so that values stay in registers."""
-    return _compile(function, _FLAGS | {"ninf"}, inline=True)
+    return _compile(function, _FLAGS | {"ninf"}, inline=True, no_cpython_wrapper=True)
 
 
 def reduction(function: Callable[..., Any]) -> Any:
-    """A leaf that finds a largest value, which LLVM only vectorises where it need not think of NaN."""
-    return _compile(function, True)
+    """A leaf that finds a largest value, which LLVM only vectorises where it need not think of NaN. Only kernels call
+    it."""
+    return _compile(function, True, no_cpython_wrapper=True)

@@ -14,12 +14,12 @@ import math
 import numpy as np
 
 from vistel.geometry.smoothstep_kernels import ease
-from vistel.jit.kernel_jit import fast
+from vistel.jit.kernel_jit import fast, fast_inner
 
 FAR = np.float32(1e30)
 
 
-@fast
+@fast_inner
 def quartic(x):
     """f(x) = (1 - x^2)^2 on [0, 1], then 0."""
     u = x * x

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 _RING = 32
 """Most triangles round a vertex that is considered."""
@@ -12,7 +12,7 @@ _VALENCE = 14
 _NEVER = np.inf
 
 
-@compiled
+@inner
 def add_quadric(q, normal, offset, weight) -> None:
     """Add weight * (normal . x + offset)^2 to the ten coefficients q of a quadric."""
     x, y, z = normal
@@ -28,7 +28,7 @@ def add_quadric(q, normal, offset, weight) -> None:
     q[9] += weight * offset * offset
 
 
-@compiled
+@inner
 def quadric_at(q, p) -> float:
     """Value of a quadric at p, in m^2 times its weight."""
     x, y, z = p
@@ -73,7 +73,7 @@ def seam_quadrics(p, tri, seam, quadric) -> None:
             add_quadric(quadric[v], wall, -(wall * p[u]).sum(), square)
 
 
-@compiled
+@inner
 def _edge_corners(u, v, tri, corner, fan, first, last, out) -> int:
     """Corners of u and v in the triangles they share: out (2, 2), a row per triangle; how many there are."""
     count = 0
@@ -92,7 +92,7 @@ def _edge_corners(u, v, tri, corner, fan, first, last, out) -> int:
     return count
 
 
-@compiled
+@inner
 def _corner_count(u, tri, corner, fan, first, last) -> int:
     """Drawn vertices of u: 1 inside a chart, 2 on a seam, more (given as 3) where seams meet."""
     one = two = -1
@@ -109,7 +109,7 @@ def _corner_count(u, tri, corner, fan, first, last) -> int:
     return 1 if two < 0 else 2
 
 
-@compiled
+@inner
 def _spoils(p, u, v, tri, fan, first, last, limit) -> bool:
     """Whether a triangle of u turns over, becomes a sliver or gets an edge of limit [m^2] when u goes to v."""
     for i in range(first, last):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.implicit.constants import SURFACE_RATIO, THRESHOLD
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 GROUPS = 28
 
@@ -258,7 +258,7 @@ def field_block_rows(rows: F64, tables: F64, active: I64, low: F64, high: F64) -
     return kept[:count]
 
 
-@compiled
+@inner
 def _near(origin, shape, starts, items, x, y, z):
     i, j, k = int((x - origin[0]) / CELL), int((y - origin[1]) / CELL), int((z - origin[2]) / CELL)
     if not (0 <= i < shape[0] and 0 <= j < shape[1] and 0 <= k < shape[2]):

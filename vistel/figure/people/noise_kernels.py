@@ -10,10 +10,10 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.smoothstep_kernels import ease
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 
-@compiled
+@inner
 def _lattice(i: int, j: int, k: int, seed: int) -> float:
     """Pseudo-random value in [-1, 1] of a lattice point (integer hash after Wang)."""
     h = (i * 73856093) ^ (j * 19349663) ^ (k * 83492791) ^ (seed * 2654435)
@@ -26,7 +26,7 @@ def _lattice(i: int, j: int, k: int, seed: int) -> float:
     return h / 2147483647.5 - 1.0
 
 
-@compiled
+@inner
 def _value(x: float, y: float, z: float, seed: int) -> float:
     i, j, k = math.floor(x), math.floor(y), math.floor(z)
     u, v, w = x - i, y - j, z - k

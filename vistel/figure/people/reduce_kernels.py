@@ -6,13 +6,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 _BENDING = 0.42
 """Turn of the normal along an edge that counts as much as one wanted length [rad]."""
 
 
-@compiled
+@inner
 def _fan(u, head, following, t, out) -> int:
     """Living triangles round vertex u into out; drops the dead from its list."""
     count = 0
@@ -34,7 +34,7 @@ def _fan(u, head, following, t, out) -> int:
     return count
 
 
-@compiled
+@inner
 def _keeps_facing(v, t, fan, count, moved, other, place) -> bool:
     """Whether the triangles of `fan` without `other` keep their side when vertex `moved` goes to `place`."""
     for i in range(count):
@@ -135,7 +135,7 @@ def collapse(v, n, h, t, limit, left, target) -> int:
     return left
 
 
-@compiled
+@inner
 def _sharpest(a, b, c) -> float:
     """Largest cosine of a triangle's angles (1: degenerate)."""
     u, v, w = b - a, c - b, a - c

@@ -14,7 +14,7 @@ from vistel.arrays import F64
 from vistel.figure.posture.posture import collar_scale
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 from vistel.geometry.rotation import quaternion_from_matrix, rotation_y, rotvec_from_matrix
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 REACH_MARGIN = 1e-6
 """Share of the arm's length kept back from full stretch, so that the elbow's plane stays defined."""
@@ -40,7 +40,7 @@ def bones_of(skeleton: Skeleton, side: str) -> Bones:
     return Bones(skeleton.offsets[arm].copy(), upper, lower, 1.0 if side == "left" else -1.0, skeleton.collar_shortening)
 
 
-@compiled
+@inner
 def clamp_reach(shoulder: F64, wrist: F64, upper: float, lower: float) -> F64:
     """(3,) the point the wrist can take that is nearest to `wrist` on the ray from the shoulder."""
     d = wrist - shoulder
@@ -97,7 +97,7 @@ def elbow_flexion(shoulder: F64, wrist: F64, upper: float, lower: float) -> floa
     return math.pi - math.acos(min(1.0, max(-1.0, c)))
 
 
-@compiled
+@inner
 def arm_frames(shoulder: F64, elbow: F64, wrist: F64, toward: F64, side: float, flexion: float) -> tuple[F64, F64]:
     """Rotations (3, 3) of upper arm and forearm in the chest's frame.
 

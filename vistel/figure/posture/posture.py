@@ -42,7 +42,7 @@ from vistel.geometry.rotation import (
     slerp,
     turn,
 )
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 DOF_COUNT = 25
 HAND_DOF_COUNT = 20
@@ -209,7 +209,7 @@ def spine_chord(rotvec: F64, segment: float) -> F64:
     return _chord(_spine_segments(spine_rotations(rotvec)), segment)
 
 
-@compiled
+@inner
 def _spine_segments(levels: F64) -> F64:
     """(8, 3, 3) rotations of the segments between the levels."""
     out = np.empty((8, 3, 3))
@@ -218,7 +218,7 @@ def _spine_segments(levels: F64) -> F64:
     return out
 
 
-@compiled
+@inner
 def _chord(segments: F64, length: float) -> F64:
     out = np.zeros((9, 3))
     for k in range(8):
@@ -227,7 +227,7 @@ def _chord(segments: F64, length: float) -> F64:
     return out
 
 
-@compiled
+@inner
 def _halfway(a: F64, b: F64) -> F64:
     """The rotation in the middle of the shorter arc between two."""
     p, q = quaternion_from_matrix(a), quaternion_from_matrix(b)
@@ -264,7 +264,7 @@ _I_LEG = (JOINT_INDEX["left_upper_leg"], JOINT_INDEX["right_upper_leg"])  # uppe
 _I_FINGERS = (JOINT_INDEX["left_thumb_metacarpal"], JOINT_INDEX["right_thumb_metacarpal"])  # 15 follow, thumb first
 
 
-@compiled
+@inner
 def _hang(c: int, p: int, local: F64, offsets: F64, rotation: F64, position: F64) -> None:
     """Joint c, turned by `local` on its parent p; written out, since thirty fingers' worth of small arrays take time."""
     for i in range(3):

@@ -14,7 +14,7 @@ from vistel.arrays import F64
 from vistel.figure.posture.arm import Bones, across, arm_dofs, arm_frames, clamp_reach, elbow_circle, elbow_flexion
 from vistel.figure.posture.limits import axial_excess
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 
 class Comfort(NamedTuple):
@@ -58,7 +58,7 @@ FLEXION_LIMIT = math.radians(70.0)
 AXIAL_LIMIT = math.radians(80.0)
 
 
-@compiled
+@inner
 def wrist_angles(rotation: F64, side: float) -> tuple[float, float, float]:
     """Twist of the forearm, deviation (towards the thumb positive), flexion (towards the palm positive) [rad].
 
@@ -83,7 +83,7 @@ def wrist_angles(rotation: F64, side: float) -> tuple[float, float, float]:
     return twist, -side * y * scale, -side * z * scale
 
 
-@compiled
+@inner
 def _over(x: float, low: float, high: float) -> float:
     if x > high:
         return (x - high) * (x - high)
@@ -114,7 +114,7 @@ class Circle(NamedTuple):
     weights: F64
 
 
-@compiled
+@inner
 def swivel_energy(psi: float, arm: Circle) -> float:
     """How uncomfortable the arm is with its elbow turned by `psi` from e1 towards e2."""
     c, s = math.cos(psi), math.sin(psi)
@@ -174,7 +174,7 @@ def solve_arm(
     return arm_within_limits(wrist, hand, bones, e1, best, scale)
 
 
-@compiled
+@inner
 def _golden(low: float, high: float, arm: Circle) -> tuple[float, float]:
     """Swivel of least energy between `low` and `high`, and that energy."""
     ratio = 0.6180339887498949
@@ -226,7 +226,7 @@ def arm_within_limits(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float,
     return arm_dofs(wrist, hand, bones, ref, best, scale)
 
 
-@compiled
+@inner
 def _excess(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float, scale: float) -> float:
     arm, _, _ = arm_dofs(wrist, hand, bones, ref, psi, scale)
     return axial_excess(matrix_from_rotvec(arm[:3]), bones.side)

@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from vistel.jit.kernel_jit import fast, leaf
+from vistel.jit.kernel_jit import fast, fast_inner, leaf
 from vistel.jit.pointers import at, pointer
 from vistel.jit.wide import wide
 
@@ -57,7 +57,7 @@ def by_dual_quaternions(q, weight, rest, out):
         out[5 * LANES + i] = uz + scale * (x * hy - y * hx)
 
 
-@fast
+@fast_inner
 def one_hemisphere(bone, dual, q):
     """The dual quaternions of four bones, each the nearer of the two that mean the same to the first's."""
     first = bone[0]

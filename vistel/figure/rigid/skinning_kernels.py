@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vistel.geometry.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 WITH_TWIST_OF = 0
 """Kind of added bone: the joint turned by the twist of another (its child)."""
@@ -15,7 +15,7 @@ WITHOUT_TWIST_FROM = 1
 """Kind of added bone: the joint without its twist relative to another (its parent)."""
 
 
-@compiled
+@inner
 def twist_about_x(m):
     """(4,) quaternion (x, y, z, w) of the part of a rotation that turns about X: m = swing @ twist."""
     q = quaternion_from_matrix(m)

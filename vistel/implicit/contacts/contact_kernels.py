@@ -9,7 +9,7 @@ import numpy as np
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import ROUNDED_POLYGON
 from vistel.implicit.contacts.contact_surface_kernels import cone_sphere_foot, field_of_ratio, perpendicular, probes, surface
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import inner
 from vistel.jit.pointers import at
 
 _TINY = 1e-12
@@ -20,7 +20,7 @@ _CLOSE = 1e-9
 """Lengths nearer than this are one [m]."""
 
 
-@compiled
+@inner
 def cone_pair(a, b, row):
     """Contact of two cone-spheres in the room; row: point, normal, depth, field depth. Returns the depth.
     Pointers, all three."""
@@ -71,7 +71,7 @@ def cone_pair(a, b, row):
     return row[6]
 
 
-@compiled
+@inner
 def _along(cone, s, kind, p, rotation, position, out):
     """Distance of the sphere at fraction s of a cone-sphere (room) to a primitive; `out` as in `surface`."""
     x = cone[0] + s * (cone[3] - cone[0]) - position[0]
@@ -88,7 +88,7 @@ def _along(cone, s, kind, p, rotation, position, out):
     return out[0] - cone[6] - s * (cone[7] - cone[6])
 
 
-@compiled
+@inner
 def _lowest(cone, kind, p, rotation, position, out):
     """Where along a cone-sphere its ball comes nearest to a primitive: the best of nine, then Brent's search beside it
     (Brent 1973, ch. 5: parabolas, golden sections where they fail)."""
@@ -149,7 +149,7 @@ def _lowest(cone, kind, p, rotation, position, out):
     return x
 
 
-@compiled
+@inner
 def cone_against(cone, kind, p, rotation, position, row):
     """Contact of a cone-sphere (room) with a primitive of any kind; `row` as in `cone_pair`."""
     out = np.empty(5)
@@ -197,7 +197,7 @@ def cone_against(cone, kind, p, rotation, position, row):
     return -gap
 
 
-@compiled
+@inner
 def by_probes(kind_a, p_a, rotation_a, position_a, kind_b, p_b, rotation_b, position_b, row):
     """Contact of two primitives neither of which is a cone-sphere: the deepest probe of a in b."""
     points = np.empty((64, 3))

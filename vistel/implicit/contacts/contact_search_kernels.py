@@ -8,7 +8,7 @@ import numpy as np
 from vistel.implicit.contacts.contact_kernels import by_probes, cone_against, cone_pair
 from vistel.implicit.contacts.contact_set import CONE_SPHERE
 from vistel.implicit.contacts.contact_surface_kernels import box_of
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 from vistel.jit.pointers import at, pointer
 
 
@@ -49,7 +49,7 @@ def _apart(a, i, b, j, margin):
     )
 
 
-@compiled
+@inner
 def hulls(boxes, first, out):
     """Boxes (B, 6) round the primitives first[b] : first[b + 1] of every body."""
     for b in range(len(out)):

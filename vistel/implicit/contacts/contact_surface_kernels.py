@@ -6,7 +6,7 @@ import math
 
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, ROUNDED_POLYGON, SPHERE, SUPERELLIPSOID, SUPERTOROID
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 _TINY = 1e-12
 
@@ -16,7 +16,7 @@ def _signed_power(x, e):
     return math.copysign(abs(x) ** e, x) if x != 0.0 else 0.0
 
 
-@compiled
+@inner
 def cone_sphere_foot(px, py, pz, c):
     """(fraction of the axis in [0, 1], distance to the foot, radius there): a cone-sphere's nearest ball."""
     ux, uy, uz = c[3] - c[0], c[4] - c[1], c[5] - c[2]
@@ -36,7 +36,7 @@ def cone_sphere_foot(px, py, pz, c):
     return s / length, math.sqrt((x - s) * (x - s) + rho * rho), c[6] + k * s
 
 
-@compiled
+@inner
 def _polygon(px, py, pz, p, out):
     """Distance to a filled planar convex polygon (params without r), unit vector from it in out[1:4]."""
     n = len(p) // 3
@@ -148,7 +148,7 @@ def _ratio(d, gx, gy, gz, out):
     out[0], out[1], out[2], out[3], out[4] = (d - 1.0) / g, gx / g, gy / g, gz / g, d
 
 
-@compiled
+@inner
 def perpendicular(ux, uy, uz, out):
     """A unit vector across (ux, uy, uz) in out[1:4]."""
     if abs(ux) <= abs(uy) and abs(ux) <= abs(uz):
@@ -171,7 +171,7 @@ def field_of_ratio(d):
     return q * q if q > 0.0 else 0.0
 
 
-@compiled
+@inner
 def box_of(kind, p, rotation, position, out):
     """Axis-aligned box of a primitive in the room: out[0:3] low, out[3:6] high [m]."""
     if kind in (CONE_SPHERE, ROUNDED_POLYGON):
@@ -202,7 +202,7 @@ def box_of(kind, p, rotation, position, out):
         out[axis], out[3 + axis] = position[axis] - h, position[axis] + h
 
 
-@compiled
+@inner
 def probes(kind, p, out):
     """Points on the surface of a primitive that is no cone-sphere, in its frame; returns how many (<= 64)."""
     n = 0

@@ -20,7 +20,7 @@ from vistel.implicit.deformation.meet_kernels import (
 from vistel.implicit.deformation.pose_kernels import pose_body
 from vistel.implicit.deformation.solve_kernels import solve
 from vistel.jit.addresses import floats, ints, longs, octets
-from vistel.jit.kernel_jit import fast
+from vistel.jit.kernel_jit import fast, fast_inner
 from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at
 
@@ -31,7 +31,7 @@ _LONGEST_ZONE = np.float32(LONGEST_ZONE)
 """Of one body alone (`ghost.zone`): the solver caps sums of several."""
 
 
-@fast
+@fast_inner
 def _forget(t):
     """Nothing has moved yet in this frame."""
     stats = longs(t[table.STATS])
@@ -48,7 +48,7 @@ def _forget(t):
         delta[k] = ZERO
 
 
-@fast
+@fast_inner
 def _set_zones(t):
     """Zones of propagation in deficit units, from measured or given penetrations (mathematics M3.4).
 
@@ -64,7 +64,7 @@ def _set_zones(t):
             reach[k] = max(reach[k], FLATTEN)
 
 
-@fast
+@fast_inner
 def _evaluate_near(t, count, vertices, normals):
     """Decide which blocks act, by bounds where those are enough, by evaluating pairs where not, and which of their
     pairs may count; LISTED_BLOCKS's block becomes -1 where nothing acts."""

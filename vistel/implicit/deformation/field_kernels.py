@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vistel.implicit.constants import THRESHOLD
-from vistel.jit.kernel_jit import fast, inlined
+from vistel.jit.kernel_jit import fast_inner, inlined
 from vistel.jit.lanes import choose, inverse_root, least, most, of_width, store
 from vistel.jit.numbers import FOUR, HALF, ONE, TWO, ZERO
 from vistel.jit.pointers import at
@@ -178,13 +178,13 @@ def local_ray(v, p, out):
         store(at(out, (3 + r) * WIDTH), a * v.nx + b * v.ny + c * v.nz)
 
 
-@fast
+@fast_inner
 def _power(x, e):
     """|x|^e with 0 for x = 0 whatever e (mathematics M1.7)."""
     return abs(x) ** e if abs(x) > TINY else ZERO
 
 
-@fast
+@fast_inner
 def superellipsoid(s, c, p, out):
     """F and dF/ds of a superellipsoid, two rows, at s, a row; c: its rows of `local_ray`. p[12:17] influence half
     axes a1, a2, a3, exponents e1, e2; p[17] weight."""
@@ -206,14 +206,14 @@ def superellipsoid(s, c, p, out):
         out[WIDTH + i] = -TWO * w * q * TWO * _power(h, e1 - ONE) * dh
 
 
-@fast
+@fast_inner
 def _slope(x, e):
     """(e / 2) d|x|^(2/e)/dx."""
     v = _power(x, TWO / e - ONE)
     return v if x >= ZERO else -v
 
 
-@fast
+@fast_inner
 def supertoroid(s, c, p, out):
     """As `cone`, for a supertoroid about Z; p[12:18] a1, a2, a3 (surface), alpha, e1, e2; p[18] weight;
     p[19] reach.

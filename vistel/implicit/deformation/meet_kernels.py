@@ -37,7 +37,7 @@ from vistel.implicit.deformation.field_kernels import (
 )
 from vistel.implicit.deformation.pose_kernels import find_candidates
 from vistel.jit.addresses import floats, ints, longs, octets
-from vistel.jit.kernel_jit import fast, inlined, leaf
+from vistel.jit.kernel_jit import fast, fast_inner, inlined, leaf
 from vistel.jit.lanes import largest, most, store
 from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at, pointer
@@ -146,7 +146,7 @@ def height_at_rest(first, last, mask, kind, rows, corners, block, cal, shares, n
     return largest(high)
 
 
-@fast
+@fast_inner
 def field_bound(t, k, x, y, z, spread, most):
     """Most `most` times the field of group k can be within `spread` of (x, y, z), which primitives count
     (a mask), and what it is at (x, y, z) at least."""
@@ -163,7 +163,7 @@ def field_bound(t, k, x, y, z, spread, most):
     return most * high, mask, most * middle
 
 
-@fast
+@fast_inner
 def patch_bound(t, b, k, vertices, mask, most):
     """As `field_bound` for the primitives of `mask`, from the patches of block b."""
     start, kind, rows, box = ints(t[table.GROUP_START]), ints(t[table.KIND]), floats(t[table.ROWS]), floats(t[table.BOX])
@@ -182,7 +182,7 @@ def patch_bound(t, b, k, vertices, mask, most):
     return most * np.sqrt(np.sqrt(high)), kept
 
 
-@fast
+@fast_inner
 def _add_pair(t, n, b, k, overlap, rule, mask, height, low):
     if n < t[table.PAIR_ROOM]:
         pair = at(ints(t[table.PAIRS]), n * table.PAIR)
@@ -192,7 +192,7 @@ def _add_pair(t, n, b, k, overlap, rule, mask, height, low):
     return n + 1
 
 
-@fast
+@fast_inner
 def list_pairs(t, a, b, vertices, now, shown):
     """Blocks to look at and their pairs: LISTED_BLOCKS, PAIRS, HEIGHT (bounds). Returns how many of each. now,
     shown: room for 4 doubles, for a number per own group."""
@@ -254,7 +254,7 @@ def list_pairs(t, a, b, vertices, now, shown):
     return count, n
 
 
-@fast
+@fast_inner
 def evaluate_pair(t, n, vertices, normals):
     """The field of pair n at the rigid positions: HEIGHT, LOW, DELTA of its group."""
     pair = at(ints(t[table.PAIRS]), n * table.PAIR)
@@ -276,7 +276,7 @@ def evaluate_pair(t, n, vertices, normals):
         delta[k] = max(delta[k], high - T)
 
 
-@fast
+@fast_inner
 def evaluate_touching(t, count, vertices, normals):
     """Evaluate every pair that may reach the skin."""
     listed, height = ints(t[table.LISTED_BLOCKS]), floats(t[table.HEIGHT])
@@ -296,13 +296,13 @@ def threshold(rule, reach):
     return T - reach if rule == table.COLLIDES else T
 
 
-@fast
+@fast_inner
 def counting_threshold(rule, reach):
     """Height above which a pair takes part in a solve of its block."""
     return T if rule == table.SHOWN else min(threshold(rule, reach), T - NEARLY)
 
 
-@fast
+@fast_inner
 def own_mask(t, b, g, vertices):
     """Which primitives of its own group g count in block b (a mask)."""
     start, centre = ints(t[table.GROUP_START]), at(ints(t[table.CENTRE]), b * MIDDLES)

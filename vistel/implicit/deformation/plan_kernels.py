@@ -11,7 +11,7 @@ from vistel.implicit.deformation.field_kernels import T
 from vistel.implicit.deformation.meet_kernels import evaluate_touching, list_pairs, own_mask, threshold
 from vistel.implicit.deformation.pose_kernels import pose_body
 from vistel.jit.addresses import floats, ints, longs, octets
-from vistel.jit.kernel_jit import fast
+from vistel.jit.kernel_jit import fast, fast_inner
 from vistel.jit.pointers import at
 
 BLOCK_WORDS = 8
@@ -73,7 +73,7 @@ def judge_frame(t, count, vertices, normals):
     _evaluate_near(t, count, vertices, normals)
 
 
-@fast
+@fast_inner
 def _members(first, last, mask, kind, out, n):
     """Rows and kinds of the primitives of `mask` (bits from `first`), from place n on; the place after them."""
     for k in range(first, last):

@@ -7,7 +7,7 @@ import numpy as np
 from vistel.implicit.deformation import deform_table as table
 from vistel.implicit.deformation.field_kernels import HUGE, ROW
 from vistel.jit.addresses import doubles, floats, ints, octets
-from vistel.jit.kernel_jit import fast
+from vistel.jit.kernel_jit import fast, fast_inner
 from vistel.jit.pointers import at, pointer
 
 
@@ -17,7 +17,7 @@ def apart(a, b):
     return a[0] > b[3] or b[0] > a[3] or a[1] > b[4] or b[1] > a[4] or a[2] > b[5] or b[2] > a[5]
 
 
-@fast
+@fast_inner
 def pose_rows(a, b, order, fit, rows, box, count):
     """Rows and realm boxes of cone-spheres from their posed skeletons a, b (P, 3), sorted by `order`."""
     for i in range(count):
@@ -40,7 +40,7 @@ def pose_rows(a, b, order, fit, rows, box, count):
             corner[3 + axis] = max(a[j, axis] + ra, b[j, axis] + rb)
 
 
-@fast
+@fast_inner
 def _group_boxes(start, box, out, count):
     for g in range(count):
         mine = at(out, 6 * g)
@@ -52,7 +52,7 @@ def _group_boxes(start, box, out, count):
                 mine[3 + axis] = max(mine[3 + axis], box[6 * k + 3 + axis])
 
 
-@fast
+@fast_inner
 def _bend(a, b, i, j):
     """Angle between two skeletons [rad]."""
     dot = li = lj = 0.0
@@ -62,7 +62,7 @@ def _bend(a, b, i, j):
     return np.arccos(min(1.0, max(-1.0, dot / max(1e-12, np.sqrt(li * lj)))))
 
 
-@fast
+@fast_inner
 def _bend_hinges(a, b, order, hinges, rest, sphere, bent, count):
     """Which joints are bent (by more than about 0.3 degrees from `rest`), and their spheres' centres."""
     for h in range(count):
@@ -75,7 +75,7 @@ def _bend_hinges(a, b, order, hinges, rest, sphere, bent, count):
         bent[h] = 1 if abs(angle - rest[h]) > 0.005 else 0
 
 
-@fast
+@fast_inner
 def _shape(a, b, i, j, out):
     """Four squared distances of two skeletons: what a rigid motion of both leaves alone."""
     for corner in range(4):
@@ -107,7 +107,7 @@ def measure_rest(t, a, b):
     )
 
 
-@fast
+@fast_inner
 def _moved_along(a, b, i, j, rest, now):
     _shape(a, b, i, j, now)
     change = 0.0
@@ -116,7 +116,7 @@ def _moved_along(a, b, i, j, rest, now):
     return change < 1e-6
 
 
-@fast
+@fast_inner
 def find_candidates(t, a, b, g, now, out):
     """Groups that may touch own group g, into `out` as 2 k + (1 where k moved along with it); how many.
     now: room for 4 doubles."""
@@ -140,7 +140,7 @@ def find_candidates(t, a, b, g, now, out):
     return n
 
 
-@fast
+@fast_inner
 def pose_body(t, a, b):
     """Primitives, boxes and joints of the posed body a, b (P, 3)."""
     order, rows, box = ints(t[table.ORDER]), floats(t[table.ROWS]), floats(t[table.BOX])

@@ -32,7 +32,7 @@ from vistel.implicit.deformation.field_kernels import (
 from vistel.implicit.deformation.meet_kernels import evaluate, own_mask
 from vistel.implicit.deformation.min_rule_kernels import add_neighbour, add_rigid, add_soft, join_shown, joint_field, total_field
 from vistel.jit.addresses import floats, ints, longs, octets
-from vistel.jit.kernel_jit import fast, inlined, leaf
+from vistel.jit.kernel_jit import fast, fast_inner, inlined, leaf
 from vistel.jit.lanes import absolute, bits, choose, how_many, least, most, some, store
 from vistel.jit.numbers import HALF, ONE, QUARTER, THREE, ZERO
 from vistel.jit.pointers import at, pointer
@@ -134,7 +134,7 @@ def group_field(first, last, members, rows, corners, s, rays, work):
     return f, df
 
 
-@fast
+@fast_inner
 def scatter(index, count, result, solved, t, vertices):
     """Write moved vertices back and mark them, and those left without a root (or not finite, which stay).
 
@@ -181,7 +181,7 @@ def turned(v, inward, block):
     return v
 
 
-@fast
+@fast_inner
 def _add_members(first, last, mask, kind, members, n):
     for k in range(first, last):
         if (mask >> (k - first)) & 1:
@@ -190,7 +190,7 @@ def _add_members(first, last, mask, kind, members, n):
     return n
 
 
-@fast
+@fast_inner
 def list_acting(t, b, lo, hi, vertices):
     """What acts on block b, in MEMBERS, ACTING and SHARE: own members, those across the hinge, then each counting
     pair's. Returns how many own members, how many with those across the hinge, how many pairs, and whether one of

@@ -7,12 +7,12 @@ import math
 import numpy as np
 
 from vistel.implicit.rows.row_kernels import F32, blend_one
-from vistel.jit.kernel_jit import fast
+from vistel.jit.kernel_jit import fast, fast_inner
 
 HAIR = 1e-9
 
 
-@fast
+@fast_inner
 def _f(family, warp, d):
     return float(blend_one(family, F32(warp), F32(min(max(d, 0.0), 1.0)))[0])
 

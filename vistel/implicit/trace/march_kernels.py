@@ -16,7 +16,7 @@ import numpy as np
 
 from vistel.implicit.rows.layout import KIND, LEAF_WORDS, START
 from vistel.implicit.trace.packet_kernels import F32, NEVER, RAYS, SMALL, bound, gather, load, total
-from vistel.jit.kernel_jit import fast, leaf, reduction
+from vistel.jit.kernel_jit import fast, fast_inner, leaf, reduction
 from vistel.jit.numbers import EIGHT, FOUR, HALF, ONE, TWO, ZERO
 from vistel.jit.pointers import at, keep, pointer
 from vistel.jit.wide import wide
@@ -200,7 +200,7 @@ class Work(NamedTuple):
     place: Any
 
 
-@fast
+@fast_inner
 def workspace(leaves):
     """Memory for a program of so many leaves; pages that no packet needs are never touched."""
     return Work(

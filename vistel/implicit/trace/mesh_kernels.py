@@ -4,13 +4,13 @@
 
 import numpy as np
 
-from vistel.jit.kernel_jit import fast
+from vistel.jit.kernel_jit import fast, fast_inner
 
 DEPTH = 64
 FAR = 1e300
 
 
-@fast
+@fast_inner
 def _enter(box, node, ox, oy, oz, ix, iy, iz, near, far):
     """The distance at which a ray enters a node's box, FAR where it misses it between near and far."""
     u, v = (box[node, 0] - ox) * ix, (box[node, 3] - ox) * ix

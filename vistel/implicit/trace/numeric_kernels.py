@@ -15,7 +15,7 @@ import numpy as np
 from vistel.implicit.evaluation.block_kernels import block
 from vistel.implicit.rows.layout import FAR, LANES, NODE_WORDS, NUMBER_WORDS, REGISTER
 from vistel.implicit.trace.packet_kernels import F32, NEVER, RAYS, SMALL, bound, box_range, gather, load, sort
-from vistel.jit.kernel_jit import fast
+from vistel.jit.kernel_jit import fast, fast_inner
 from vistel.jit.numbers import HALF, ONE, THREE, TWO, ZERO
 from vistel.jit.pointers import at, keep, pointer
 
@@ -26,7 +26,7 @@ CLOSE = F32(2e-7)
 PROBES = 8
 
 
-@fast
+@fast_inner
 def hermite_top(fa, da, fb, db, h):
     """Where in (0, 1) the cubic through two values and slopes has its maximum, and its value there."""
     c3 = TWO * (fa - fb) + h * (da + db)
@@ -312,7 +312,7 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
     return evaluations
 
 
-@fast
+@fast_inner
 def _close(
     leaf,
     scale,

@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from vistel.jit.kernel_jit import fast, leaf, reduction
+from vistel.jit.kernel_jit import fast, fast_inner, leaf, reduction
 from vistel.jit.numbers import HALF, ONE, ZERO
 from vistel.jit.pointers import at
 from vistel.jit.wide import wide
@@ -128,7 +128,7 @@ def bound(rays, start, end, cone):
     cone[10] = max(slack0, slack1)
 
 
-@fast
+@fast_inner
 def misses(cone, x, y, z, radius):
     """Whether a ball lies outside the cone."""
     along = x * cone[3] + y * cone[4] + z * cone[5]

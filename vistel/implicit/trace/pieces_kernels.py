@@ -16,7 +16,7 @@ import numpy as np
 from vistel.implicit.primitives.blob_kernels import _triangle
 from vistel.implicit.rows.layout import FAMILY, FRAME, KIND, LEAF_WORDS, START
 from vistel.implicit.trace.packet_kernels import F32, RAYS, bound, gather, load
-from vistel.jit.kernel_jit import fast
+from vistel.jit.kernel_jit import fast, fast_inner
 from vistel.jit.pointers import at, keep, pointer
 
 SPHERE = 0
@@ -42,7 +42,7 @@ SURE = 1e-11
 """A field this far from T is on its side of it."""
 
 
-@fast
+@fast_inner
 def _ray_in(params, frame, o, d, s):
     """The ray in a leaf's frame (frame < 0: as it is) into s[7:13]."""
     if frame < 0:
@@ -56,7 +56,7 @@ def _ray_in(params, frame, o, d, s):
         s[10 + k] = a * d[0] + b * d[1] + c * d[2]
 
 
-@fast
+@fast_inner
 def _sphylinder_zone(p, ox, oy, oz, dx, dy, dz, t, v):
     """Offset and rate of P - Q after t into v[0:6], until when that skeleton feature is the nearest into v[6]."""
     wx, wy, wz = ox - p[0], oy - p[1], oz - p[2]

@@ -14,7 +14,7 @@ import numpy as np
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_kernels import surface
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 NODES = np.array([0.0198550717512319, 0.1016667612931866, 0.2372337950418355, 0.4082826787521751,
                   0.5917173212478249, 0.7627662049581645, 0.8983332387068134, 0.9801449282487681])  # fmt: skip
@@ -62,14 +62,14 @@ def value(x, i, kind, start, params, rotation, position, seen):
     return (1.0 - u) * (1.0 - u)
 
 
-@compiled
+@inner
 def _both(x, i, j, sa, sb, a, b, seen, out):
     """P_a and P_b at x into out; sa, sb: 1 / compliances."""
     out[0] = sa * (value(x, i, a[0], a[1], a[2], a[3], a[4], seen) - T)
     out[1] = sb * (value(x, j, b[0], b[1], b[2], b[3], b[4], seen) - T)
 
 
-@compiled
+@inner
 def _column(base, n, h, size, i, j, sa, sb, a, b, seen, x, out):
     """Height over `base` along n where P_a = P_b, near h; the pressure there is in out[2], -1 where there is none."""
     step = 0.02 * size
@@ -147,7 +147,7 @@ def _frame(n, u, v):
     v[2] = n[0] * u[1] - n[1] * u[0]
 
 
-@compiled
+@inner
 def _edge(centre, e, n, size, h0, i, j, sa, sb, a, b, seen, x, base, out):
     """How far from the centre along e the pressure reaches."""
     near, far, h = 0.0, 0.1 * size, h0
@@ -187,7 +187,7 @@ def _edge(centre, e, n, size, h0, i, j, sa, sb, a, b, seen, x, base, out):
     return 0.5 * (near + far)
 
 
-@compiled
+@inner
 def _owned(x, i, first, last, s, seen):
     """Whether primitive i has the largest field of its body at x: each point of a patch counts once."""
     own = value(x, i, s[0], s[1], s[2], s[3], s[4], seen)
@@ -323,7 +323,7 @@ def patch(
     return result[AREA]
 
 
-@compiled
+@inner
 def _speed(motion, x, m):
     """Component m of a body's velocity at x."""
     k, q = (m + 1) % 3, (m + 2) % 3

@@ -23,7 +23,7 @@ from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, SPHERE, SUPERELLIPSOID
 from vistel.implicit.contacts.contact_surface_kernels import cone_sphere_foot, surface
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 from vistel.jit.pointers import at, keep, pointer
 
 RAYS = 8
@@ -41,20 +41,20 @@ FELT = 16
 b (3), area, normal force without friction, mean and greatest pressure."""
 
 
-@compiled
+@inner
 def _pointers(s):
     """(kind, start, params, rotation, position) of a set, as pointers."""
     return pointer(s[0]), pointer(s[1]), pointer(s[2]), pointer(s[3]), pointer(s[4])
 
 
-@compiled
+@inner
 def _one(s, i):
     """Primitive i of a set of pointers."""
     kind, start, params, rotation, position = s
     return kind[i], start[i + 1] - start[i], at(params, start[i]), at(rotation, 9 * i), at(position, 3 * i)
 
 
-@compiled
+@inner
 def _field(x, s, seen):
     kind, count, p, r, o = s
     dx, dy, dz = x[0] - o[0], x[1] - o[1], x[2] - o[2]
@@ -71,19 +71,19 @@ def _field(x, s, seen):
     return (1.0 - u) * (1.0 - u)
 
 
-@compiled
+@inner
 def _pressures(x, pair):
     sa, sb, a, b, seen = pair
     return sa * (_field(x, a, seen) - T), sb * (_field(x, b, seen) - T)
 
 
-@compiled
+@inner
 def _plus(x, way, e):
     """The point `way` along e from x."""
     return x[0] + way * e[0], x[1] + way * e[1], x[2] + way * e[2]
 
 
-@compiled
+@inner
 def _shared(base, n, h, rise, most, pair):
     """Height over `base` along n where P_a = P_b, from the guess h; that pressure, and d(P_b - P_a)/dh there.
 
@@ -109,7 +109,7 @@ def _shared(base, n, h, rise, most, pair):
     return h, pressure, steep
 
 
-@compiled
+@inner
 def _top(centre, u, v, n, rise, most, long, pair):
     """(peak of the pressure, 0 where there is none; d(P_b - P_a)/dh there; where it is; the axes of the ellipse there; half
     its sizes). u, v: two unit vectors across n."""
@@ -164,7 +164,7 @@ def _top(centre, u, v, n, rise, most, long, pair):
     return peak, rise, centre, u, v, long_u, long_v
 
 
-@compiled
+@inner
 def _end(centre, e, peak, n, rise, most, pair):
     """How far along e (near 1) the pressure reaches."""
     near, p_near, far, p_far = 0.0, peak, -1.0, 0.0
@@ -189,7 +189,7 @@ def _end(centre, e, peak, n, rise, most, pair):
     return math.sqrt(t)
 
 
-@compiled
+@inner
 def _share(x, i, chosen, count, own, s, seen):
     """Primitive i's part of the point x, among all of its body that lie over it."""
     mine = max(own - T, 0.0)
@@ -201,7 +201,7 @@ def _share(x, i, chosen, count, own, s, seen):
     return mine / total if total > 0.0 else 1.0
 
 
-@compiled
+@inner
 def _over(x, i, s, used, chosen, seen):
     """Which others of a body's primitives `used` have x in their realm; how many."""
     count = 0
@@ -212,7 +212,7 @@ def _over(x, i, s, used, chosen, seen):
     return count
 
 
-@compiled
+@inner
 def _radius(s):
     """A length that a primitive knows: its least radius [m]."""
     kind, p = s[0], s[2]
@@ -221,7 +221,7 @@ def _radius(s):
     return min(p[0], p[1], p[2]) if kind >= SUPERELLIPSOID else p[0]
 
 
-@compiled
+@inner
 def _across(n):
     """Two unit vectors across n."""
     k = 0 if abs(n[0]) <= abs(n[1]) and abs(n[0]) <= abs(n[2]) else 1 if abs(n[1]) <= abs(n[2]) else 2
@@ -234,7 +234,7 @@ def _across(n):
     return u, (n[1] * u[2] - n[2] * u[1], n[2] * u[0] - n[0] * u[2], n[0] * u[1] - n[1] * u[0])
 
 
-@compiled
+@inner
 def _middle(point, n, tiny, pair):
     """The slope of P_b - P_a along n, at a point."""
     pa, pb = _pressures(_plus(point, tiny, n), pair)

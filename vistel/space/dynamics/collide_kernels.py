@@ -15,7 +15,7 @@ import math
 import numpy as np
 
 from vistel.implicit.contacts.contact_kernels import surface
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 
 PUSHER = -2
 """Stands for a person in a pair of contacts; -1 stands for the floor."""
@@ -25,26 +25,26 @@ MARGIN = 0.004
 """Gaps smaller than this are contacts, even of things that rest [m]."""
 
 
-@compiled
+@inner
 def _length(v, n):
     """Of row n of v."""
     return math.sqrt(v[n, 0] * v[n, 0] + v[n, 1] * v[n, 1] + v[n, 2] * v[n, 2])
 
 
-@compiled
+@inner
 def _turned(r, k, v):
     """Row k of r @ v."""
     return r[k, 0] * v[0] + r[k, 1] * v[1] + r[k, 2] * v[2]
 
 
-@compiled
+@inner
 def _cross(a, b, out):
     out[0] = a[1] * b[2] - a[2] * b[1]
     out[1] = a[2] * b[0] - a[0] * b[2]
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@compiled
+@inner
 def _add(pairs, contacts, count, a, b, primitive, x, y, z, nx, ny, nz, gap, position):
     """Append one contact; returns the new count. b: other thing, -1 the floor, -2 a pusher."""
     if count >= len(contacts) or not (gap > -0.5 and gap < 1.0):
@@ -67,7 +67,7 @@ def _add(pairs, contacts, count, a, b, primitive, x, y, z, nx, ny, nz, gap, posi
     return count + 1
 
 
-@compiled
+@inner
 def _speed_at(velocity, spin, position, n, x, y, z):
     """Speed of thing n at a point of the room."""
     rx, ry, rz = x - position[n, 0], y - position[n, 1], z - position[n, 2]
@@ -77,7 +77,7 @@ def _speed_at(velocity, spin, position, n, x, y, z):
     return math.sqrt(vx * vx + vy * vy + vz * vz)
 
 
-@compiled
+@inner
 def pairs_in_reach(position, radius, speed, mode, dt):
     """Pairs of things a, b one of which moves the other or may wake it, as a * n + b with a not fixed; sorted.
 
@@ -114,7 +114,7 @@ def pairs_in_reach(position, radius, speed, mode, dt):
     return np.sort(out[:count])
 
 
-@compiled
+@inner
 def _with_pair(out, count, a, b, n, position, reach):
     """The pair added, if its spheres meet."""
     dx, dy = position[a, 0] - position[b, 0], position[a, 1] - position[b, 1]

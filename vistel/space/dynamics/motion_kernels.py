@@ -11,7 +11,7 @@ import numpy as np
 
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_kernels import surface
-from vistel.jit.kernel_jit import compiled
+from vistel.jit.kernel_jit import compiled, inner
 from vistel.jit.pointers import at, keep, pointer
 from vistel.space.dynamics.collide_kernels import WIDTH
 
@@ -98,7 +98,7 @@ def nearest_rotation(m):
     return x
 
 
-@compiled
+@inner
 def _relative(c, a, b, velocity, spin, axis):
     """Velocity of a against b at the contact, along c[axis : axis + 3]. Pointers, but for a, b and axis."""
     v, w = at(velocity, 3 * a), at(spin, 3 * a)
@@ -115,7 +115,7 @@ def _relative(c, a, b, velocity, spin, axis):
     return ax * c[axis] + ay * c[axis + 1] + az * c[axis + 2]
 
 
-@compiled
+@inner
 def _push(c, turned, a, b, im, velocity, spin, axis, j):
     """An impulse of j newton seconds along axis 0, 1 or 2 (the normal, two tangents) on a, and its opposite on b.
 
@@ -133,7 +133,7 @@ def _push(c, turned, a, b, im, velocity, spin, axis, j):
             w[k] += s * t[k]
 
 
-@compiled
+@inner
 def _prepare(c, turned, a, b, im, ii, axis):
     """Fills `turned` for an axis; returns the effective mass of the two along it."""
     d = at(c, 3 + 3 * axis)
@@ -154,7 +154,7 @@ def _prepare(c, turned, a, b, im, ii, axis):
     return 1.0 / total if total > 0.0 else 0.0
 
 
-@compiled
+@inner
 def _iterate(pairs, contacts, turns, im, velocity, spin, rounds, biased, rate, mass_scale, impulse_scale, h):
     """Impulses at all contacts, one after the other, some times. Pointers: turns, im, velocity, spin."""
     for _ in range(rounds):
@@ -254,12 +254,12 @@ def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mod
     keep(inverse_masses, inertias, turned)
 
 
-@compiled
+@inner
 def _length(v):
     return math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
 
 
-@compiled
+@inner
 def _limit(v, most):
     m = _length(v)
     if m > most:
@@ -267,7 +267,7 @@ def _limit(v, most):
             v[k] *= most / m
 
 
-@compiled
+@inner
 def _turn(q, spin, h):
     """Turns quaternion q by spin for h seconds, in place."""
     x, y, z, w = q[0], q[1], q[2], q[3]
