@@ -70,17 +70,17 @@ LARGE = F(1e30)
 """Farther than any surface [m]."""
 
 
-def inner(function: Callable[..., Any]) -> Any:
+def scan_inner(function: Callable[..., Any]) -> Any:
     """A function that kernels call."""
     return nb.njit(nogil=True, error_model="numpy", fastmath={"contract"})(function)
 
 
-@inner
+@scan_inner
 def _clamp(x, low, high):
     return most(least(x, high), low)
 
 
-@inner
+@scan_inner
 def _own(p, ax, ay, ex, ey):
     """Rays from a primitive's own origin, in its own frame if it has one: six lanes."""
     fx, fy, fz = ax - p[A], spread(ay - p[A + 1]), spread(-p[A + 2])
@@ -93,7 +93,7 @@ def _own(p, ax, ay, ex, ey):
     return fx, fy, fz, gx, gy, gz
 
 
-@inner
+@scan_inner
 def prepare(p, ax, ay, ex, ey, e2, t):
     """The terms of a primitive for sixteen rays, into t; whether any of them may come into its reach.
 
@@ -133,7 +133,7 @@ def prepare(p, ax, ay, ex, ey, e2, t):
     return True
 
 
-@inner
+@scan_inner
 def _cone_at(p, m0, m1, m2, x0, x1, s):
     """Foot on a cone-sphere's axis, and 1 / r^2 there."""
     x, rho = x0 + s * x1, m0 + s * (TWO * m1 + s * m2)
@@ -145,7 +145,7 @@ def _cone_at(p, m0, m1, m2, x0, x1, s):
     return foot, rho + (x - foot) * (x - foot), ONE / (radius * radius)
 
 
-@inner
+@scan_inner
 def _polygon_at(p, corners, x, y):
     """Offset of points (x, y) from the closest points of a convex polygon, 0 inside it."""
     first, count = int(p[L]), int(p[M])
@@ -166,7 +166,7 @@ def _polygon_at(p, corners, x, y):
     return choose(outside, dx, ZERO), choose(outside, dy, ZERO)
 
 
-@inner
+@scan_inner
 def along(p, corners, t, s):
     """q and dq/ds at s."""
     kind = p[KIND]
@@ -191,7 +191,7 @@ def along(p, corners, t, s):
     return ONE - p[K] * (dx * dx + dy * dy + z * z), (-TWO * p[K]) * (dx * gx + dy * gy + z * gz)
 
 
-@inner
+@scan_inner
 def _segment_summit(a, b, c, f0, f1, m):
     """Summit of a sphylinder's q: of the infinite cylinder, its foot clamped, then along the ray for that foot."""
     s = (b + TWO * m * f0 * f1) / most(F(-2.0) * (c + m * f1 * f1), TINY)
@@ -201,14 +201,14 @@ def _segment_summit(a, b, c, f0, f1, m):
     return s, a + s * (b + s * c) + m * h * (foot + foot - h)
 
 
-@inner
+@scan_inner
 def _better(found, s, q):
     """The higher of two summits."""
     higher = q > found[1]
     return choose(higher, s, found[0]), choose(higher, q, found[1])
 
 
-@inner
+@scan_inner
 def summit(p, corners, t, over_e2):
     """Where q is highest along each ray, and how high; also kept in the terms. over_e2: 1 / |E|^2."""
     kind = p[KIND]
@@ -271,7 +271,7 @@ def summit(p, corners, t, over_e2):
     return s, q
 
 
-@inner
+@scan_inner
 def gradient(p, corners, t, ax, ay, ex, ey, s):
     """q and its gradient in eye space at s."""
     kind = p[KIND]

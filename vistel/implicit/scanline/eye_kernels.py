@@ -10,7 +10,7 @@ from vistel.implicit.rows.layout import FRAME as FRAME_AT
 from vistel.implicit.rows.layout import KIND as KIND_AT
 from vistel.implicit.rows.layout import START
 from vistel.implicit.scanline import along_kernels as row
-from vistel.implicit.scanline.along_kernels import inner
+from vistel.implicit.scanline.along_kernels import scan_inner
 from vistel.implicit.scanline.extents_kernels import (
     edges_y,
     mesh_x,
@@ -60,12 +60,12 @@ OY = 6
 OZ = 7
 
 
-@inner
+@scan_inner
 def _turn(frame, v, i):
     return frame[i, 0] * v[0] + frame[i, 1] * v[1] + frame[i, 2] * v[2]
 
 
-@inner
+@scan_inner
 def to_eye(leaf, scale, params, outline, hull, frame, view, forms, points, table):
     """Fill `forms` (n, FORM_WORDS) float64 in eye space from the eye, `points` of the hulls there, and `table` (n,
     ROW) float32 relative to the program's origin.
@@ -134,7 +134,7 @@ def to_eye(leaf, scale, params, outline, hull, frame, view, forms, points, table
         out[row.NEAR] = form[DEPTH] - view[OZ]
 
 
-@inner
+@scan_inner
 def _framed(m, frame, p, kind, out):
     """Row of a sphere, sphylinder or cone-sphere in a frame of its own: its axis stays there, its origin is where the
     frame takes it to (3 x 3 system by Cramer's rule)."""
@@ -148,7 +148,7 @@ def _framed(m, frame, p, kind, out):
         out[row.U + k] = p[3 + k] if kind != row.SPHERE else 0.0
 
 
-@inner
+@scan_inner
 def nearest(form, points):
     """Least depth of a form's realm."""
     if form[FORM] == TAPERED:
@@ -160,7 +160,7 @@ def nearest(form, points):
     return low - (form[RADIUS] if form[FORM] == ROUNDED else 0.0)
 
 
-@inner
+@scan_inner
 def y_extent(form, points, perspective):
     """Slopes (or lengths) of the rows that a form covers."""
     if form[FORM] == TAPERED:
@@ -180,7 +180,7 @@ def y_extent(form, points, perspective):
     return edges_y(points, int(form[FIRST]), int(form[COUNT]), radius, perspective)
 
 
-@inner
+@scan_inner
 def x_extent(form, points, edges, y, perspective):
     """Slopes (or lengths) of the columns that a form covers in the row y."""
     if form[FORM] == TAPERED:
@@ -202,7 +202,7 @@ def x_extent(form, points, edges, y, perspective):
     return mesh_x(points, edges, int(form[EDGES]), int(form[EDGE_COUNT]), y, perspective)
 
 
-@inner
+@scan_inner
 def z_extent(form, points, triangles, ox, oy, oz, dx, dy, dz):
     """Least and most t of a form's realm along O + t D."""
     if form[FORM] == TAPERED:
@@ -236,7 +236,7 @@ def z_extent(form, points, triangles, ox, oy, oz, dx, dy, dz):
     return mesh_z(ox, oy, oz, dx, dy, dz, points, triangles, int(form[FACES]), int(form[FACE_COUNT]))
 
 
-@inner
+@scan_inner
 def _pixels(low, high, start, step, count):
     """First and last of `count` pixels, `start` the first one's middle, that an extent covers."""
     a, b = (low - start) / step, (high - start) / step
@@ -249,7 +249,7 @@ def _pixels(low, high, start, step, count):
     return first, last
 
 
-@inner
+@scan_inner
 def cover_rows(forms, points, view, height, rows):
     """First and last row (n, 2) of the picture that each form covers; last < first where none."""
     perspective = view[PERSPECTIVE] != 0.0
@@ -261,7 +261,7 @@ def cover_rows(forms, points, view, height, rows):
             rows[i, 0], rows[i, 1] = _pixels(low, high, view[Y0], view[DY], height)
 
 
-@inner
+@scan_inner
 def cover_columns(form, points, edges, view, width, first, last, spans):
     """First and last column of a form in each of the rows `first` to `last`, into spans (rows, 2)."""
     perspective = view[PERSPECTIVE] != 0.0

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vistel.implicit.scanline.along_kernels import inner
+from vistel.implicit.scanline.along_kernels import scan_inner
 from vistel.implicit.scanline.eye_kernels import DX, DY, OZ, PERSPECTIVE, X0, Y0, z_extent
 from vistel.implicit.scanline.sweep_kernels import kernel
 
@@ -14,7 +14,7 @@ NEAR = 1e-6
 """Triangles are cut off this close before the eye [m]."""
 
 
-@inner
+@scan_inner
 def _clipped(corners, out):
     """The part of a triangle (3, 3) beyond NEAR, as a polygon in out (4, 3); its number of corners."""
     count = 0

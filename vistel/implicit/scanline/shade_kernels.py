@@ -4,7 +4,7 @@
 
 import numpy as np
 
-from vistel.implicit.scanline.along_kernels import LARGE, F, inner
+from vistel.implicit.scanline.along_kernels import LARGE, F, scan_inner
 from vistel.implicit.scanline.eye_kernels import DX, DY, OX, OY, OZ, PERSPECTIVE, X0, Y0
 from vistel.implicit.scanline.lanes_kernels import WIDTH, exponent, load, mantissa, power_of_two, spread, store_bytes, store_three
 from vistel.implicit.scanline.sweep_kernels import kernel
@@ -36,7 +36,7 @@ _LOG2 = _fitted(lambda t: np.log2(1 + t) / t, 9, 2.0**-0.5 - 1, 2.0**0.5 - 1)
 _EXP2 = _fitted(np.exp2, 6, 0.0, 1.0)
 
 
-@inner
+@scan_inner
 def power(base, n):
     """base^n of lanes 0 <= base; absolute error below 1e-6 for base up to 1 and n up to some hundreds."""
     x = most(base, F(1e-30))
@@ -55,12 +55,12 @@ def power(base, n):
     return choose(y > F(-125.0), out * power_of_two(floor), ZERO)
 
 
-@inner
+@scan_inner
 def _dot(ax, ay, az, bx, by, bz):
     return ax * bx + ay * by + az * bz
 
 
-@inner
+@scan_inner
 def _unload(light, far, thing, y, first, tail_light, tail_far, tail_thing):
     """The part of the last group that is in the picture."""
     for x in range(first, light.shape[1]):

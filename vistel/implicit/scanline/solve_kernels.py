@@ -29,7 +29,7 @@ from vistel.implicit.scanline.along_kernels import (
     F,
     K,
     along,
-    inner,
+    scan_inner,
     summit,
 )
 from vistel.implicit.scanline.lanes_kernels import first_lanes, load, spread
@@ -46,7 +46,7 @@ STEPS = 200
 FLOOR = F(1e-3)
 
 
-@inner
+@scan_inner
 def _field(table, corners, order, count, terms, s, reach):
     """F, dF/ds and the least slope of the primitives in reach, whose realms begin before `reach`."""
     f, df, low = spread(ZERO), spread(ZERO), spread(ZERO)
@@ -63,7 +63,7 @@ def _field(table, corners, order, count, terms, s, reach):
     return f, df + df, low
 
 
-@inner
+@scan_inner
 def _coherent(table, corners, order, count, terms, threshold, resolution, s, todo):
     """Newton from s; which lanes came to a root, and whose is certain to be the first.
 
@@ -84,7 +84,7 @@ def _coherent(table, corners, order, count, terms, threshold, resolution, s, tod
     return s, found, sure
 
 
-@inner
+@scan_inner
 def _slopes(p, a, da, b, db, large, least_slope, most_slope):
     """Add the range of what a primitive does to dF/ds, halved, between q = a and b with slopes da and db, q at most
     `large`.
@@ -101,7 +101,7 @@ def _slopes(p, a, da, b, db, large, least_slope, most_slope):
     return least_slope, most_slope + w * over * choose(over > ZERO, large, small)
 
 
-@inner
+@scan_inner
 def _certain(table, corners, order, count, terms, threshold, s, todo):
     """Which roots s are sure to be the first although primitives with a summit before s have begun to fall; for the
     others how far back no other root is.
@@ -159,7 +159,7 @@ def _certain(table, corners, order, count, terms, threshold, s, todo):
     return sure, s
 
 
-@inner
+@scan_inner
 def _bracketed(table, corners, order, count, terms, threshold, low, high, s, todo):
     """The root between `low` (F < T) and `high` (F >= T), Newton kept inside by bisection."""
     for _ in range(40):
@@ -181,7 +181,7 @@ def _bracketed(table, corners, order, count, terms, threshold, low, high, s, tod
     return s
 
 
-@inner
+@scan_inner
 def _in_reach(order, count, terms, few, todo):
     """The primitives that any of some rays comes into reach of: their places among `count`, into few; how many."""
     n = 0
@@ -192,7 +192,7 @@ def _in_reach(order, count, terms, few, todo):
     return n
 
 
-@inner
+@scan_inner
 def _step(table, corners, order, few, count, terms, low, high, moved):
     """On intervals: the most F can be, F at the end, whether F is sure to rise; and the last summit of all.
 
@@ -224,7 +224,7 @@ def _step(table, corners, order, few, count, terms, low, high, moved):
     return top, end, least_slope >= ZERO, last
 
 
-@inner
+@scan_inner
 def _search(table, corners, order, few, count, terms, threshold, low, until, resolution, todo):
     """Intervals that hold the first root and nothing else, beyond `low`, the first summit; which lanes have one, and
     which have none before `until`."""
@@ -253,7 +253,7 @@ def _search(table, corners, order, few, count, terms, threshold, low, until, res
     return low, high, found, clear
 
 
-@inner
+@scan_inner
 def first_root(table, corners, order, few, count, terms, threshold, guess, known, live, e2, resolution):
     """Depth s of the first root of each lane and the mask of those that have one.
 

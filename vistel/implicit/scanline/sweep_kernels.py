@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vistel.implicit.scanline.along_kernels import LARGE, NEAR, ROW, TERMS, WEIGHT, F, gradient, inner, prepare
+from vistel.implicit.scanline.along_kernels import LARGE, NEAR, ROW, TERMS, WEIGHT, F, gradient, prepare, scan_inner
 from vistel.implicit.scanline.eye_kernels import (
     DX,
     DY,
@@ -80,7 +80,7 @@ def mark(rows, span_at, spans, changed, dirty):
                     dirty[y, g] = 1
 
 
-@inner
+@scan_inner
 def _starts(rows, order, height):
     """Places of `order` sorted by the first row they are in, and where each row's begin."""
     begin = np.zeros(height + 2, np.int64)
@@ -100,7 +100,7 @@ def _starts(rows, order, height):
     return sorted_, begin
 
 
-@inner
+@scan_inner
 def _set(depth, here, value):
     """Write lanes of depth; whether they were others before."""
     old = load(at(depth, here))
@@ -108,7 +108,7 @@ def _set(depth, here, value):
     return bits((old < value) | (old > value)) != 0
 
 
-@inner
+@scan_inner
 def _surface(table, corners, order, count, terms, ax, ay, ex, ey, s):
     """Sum of the primitives' gradients at s: eye space, three lanes."""
     gx, gy, gz = spread(ZERO), spread(ZERO), spread(ZERO)
