@@ -2,8 +2,11 @@
 
 # pyright: basic
 
+import math
+
 import numpy as np
 
+from vistel.geometry.vector_kernels import cross, difference, dot
 from vistel.jit.kernel_jit import compiled, inner
 
 _RING = 32
@@ -42,13 +45,13 @@ def face_quadrics(p, tri, quadric, weight) -> None:
     """Planes of the triangles, weighted by area, summed at the vertices."""
     for f in range(len(tri)):
         a, b, c = p[tri[f, 0]], p[tri[f, 1]], p[tri[f, 2]]
-        normal = np.cross(b - a, c - a)
-        size = np.sqrt((normal * normal).sum())
+        n = cross(difference(b, a), difference(c, a))
+        size = math.sqrt(dot(n, n))
         if size < 1e-16:
             continue
-        normal = normal / size
+        normal = n[0] / size, n[1] / size, n[2] / size
         for k in range(3):
-            add_quadric(quadric[tri[f, k]], normal, -(normal * a).sum(), 0.5 * size)
+            add_quadric(quadric[tri[f, k]], normal, -dot(normal, a), 0.5 * size)
             weight[tri[f, k]] += 0.5 * size
 
 
@@ -57,20 +60,20 @@ def seam_quadrics(p, tri, seam, quadric) -> None:
     """Walls along texture seams (seam: (F, 3), 1 where the edge k, k + 1 is one), so that charts keep their outline."""
     for f in range(len(tri)):
         a, b, c = p[tri[f, 0]], p[tri[f, 1]], p[tri[f, 2]]
-        normal = np.cross(b - a, c - a)
+        normal = cross(difference(b, a), difference(c, a))
         for k in range(3):
             if not seam[f, k]:
                 continue
             u, v = tri[f, k], tri[f, (k + 1) % 3]
-            along = p[v] - p[u]
-            wall = np.cross(along, normal)
-            size = np.sqrt((wall * wall).sum())
+            along = difference(p[v], p[u])
+            w = cross(along, normal)
+            size = math.sqrt(dot(w, w))
             if size < 1e-16:
                 continue
-            wall = wall / size
-            square = (along * along).sum()
-            add_quadric(quadric[u], wall, -(wall * p[u]).sum(), square)
-            add_quadric(quadric[v], wall, -(wall * p[u]).sum(), square)
+            wall = w[0] / size, w[1] / size, w[2] / size
+            square = dot(along, along)
+            add_quadric(quadric[u], wall, -dot(wall, p[u]), square)
+            add_quadric(quadric[v], wall, -dot(wall, p[u]), square)
 
 
 @inner
@@ -118,12 +121,12 @@ def _spoils(p, u, v, tri, fan, first, last, limit) -> bool:
             continue
         k = 0 if f[0] == u else (1 if f[1] == u else 2)
         b, c = p[f[(k + 1) % 3]], p[f[(k + 2) % 3]]
-        before, after = np.cross(b - p[u], c - p[u]), np.cross(b - p[v], c - p[v])
-        size = np.sqrt((before * before).sum() * (after * after).sum())
-        if (before * after).sum() <= 0.4 * size:
+        to_b, to_c, side = difference(b, p[v]), difference(c, p[v]), difference(b, c)
+        before, after = cross(difference(b, p[u]), difference(c, p[u])), cross(to_b, to_c)
+        if dot(before, after) <= 0.4 * math.sqrt(dot(before, before) * dot(after, after)):
             return True
-        longest = max(((b - c) ** 2).sum(), ((b - p[v]) ** 2).sum(), ((c - p[v]) ** 2).sum())
-        if longest > limit or np.sqrt((after * after).sum()) < 0.08 * longest:
+        longest = max(dot(side, side), dot(to_b, to_b), dot(to_c, to_c))
+        if longest > limit or math.sqrt(dot(after, after)) < 0.08 * longest:
             return True
     return False
 

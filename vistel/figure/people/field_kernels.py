@@ -48,6 +48,10 @@ COLUMNS = 34
 LEVELS = 96  # of a loft's table
 CELL = 0.03  # of the grid that finds the primitives near a point [m]
 MARGIN = 0.002  # how far beyond its cell a point may look [m]
+_CELLS = 5
+"""Cells along each side of the parts of a block that are looked at or left out."""
+_UNKNOWN = -1e9
+"""Less than any field."""
 
 
 @compiled
@@ -219,20 +223,6 @@ def _field(rows, tables, active, x: float, y: float, z: float, sums) -> float:
 
 
 @compiled(fastmath=True)
-def field_block(rows: F64, tables: F64, active: I64, xs: F64, ys: F64, zs: F64, out: NDArray[np.float32]) -> bool:
-    """Fields of the rows `active` at the grid xs x ys x zs into out; says whether both sides of T occur."""
-    sums = np.empty(GROUPS)
-    low, high = np.inf, -np.inf
-    for i in range(len(xs)):
-        for j in range(len(ys)):
-            for k in range(len(zs)):
-                f = _field(rows, tables, active, xs[i], ys[j], zs[k], sums)
-                out[i, j, k] = f
-                low, high = min(low, f), max(high, f)
-    return low < THRESHOLD <= high
-
-
-@compiled(fastmath=True)
 def field_block_rows(rows: F64, tables: F64, active: I64, low: F64, high: F64) -> I64:
     """Which of the rows `active` can shape the surface inside the box low..high; none where it cannot be there."""
     c = 0.5 * (low + high)
@@ -256,6 +246,47 @@ def field_block_rows(rows: F64, tables: F64, active: I64, low: F64, high: F64) -
     if solid and not carved:
         count = 0
     return kept[:count]
+
+
+@compiled(fastmath=True)
+def field_block(rows: F64, tables: F64, active: I64, xs: F64, ys: F64, zs: F64, out: NDArray[np.float32]) -> bool:
+    """Fields of the rows `active` at the grid xs x ys x zs into out; says whether both sides of T occur.
+
+    In cells where the surface cannot be, only the side of T is as it should.
+    """
+    sums = np.empty(GROUPS)
+    low, high = np.inf, -np.inf
+    out[:] = _UNKNOWN
+    for i in range(0, len(xs) - 1, _CELLS):
+        for j in range(0, len(ys) - 1, _CELLS):
+            for k in range(0, len(zs) - 1, _CELLS):
+                x, y, z = xs[i : i + _CELLS + 1], ys[j : j + _CELLS + 1], zs[k : k + _CELLS + 1]
+                near = field_block_rows(rows, tables, active, np.array((x[0], y[0], z[0])), np.array((x[-1], y[-1], z[-1])))
+                if len(near) == 0:
+                    continue
+                for a in range(len(x)):
+                    for b in range(len(y)):
+                        for c in range(len(z)):
+                            if out[i + a, j + b, k + c] == _UNKNOWN:
+                                f = _field(rows, tables, near, x[a], y[b], z[c], sums)
+                                out[i + a, j + b, k + c] = f
+                                low, high = min(low, f), max(high, f)
+    if not low < THRESHOLD <= high:
+        return False
+    for i in range(len(xs)):
+        for j in range(len(ys)):
+            for k in range(len(zs)):
+                if out[i, j, k] == _UNKNOWN:
+                    # No cell that has this sample has the surface: its neighbours are on the same side.
+                    if k > 0:
+                        out[i, j, k] = out[i, j, k - 1]
+                    elif j > 0:
+                        out[i, j, k] = out[i, j - 1, k]
+                    elif i > 0:
+                        out[i, j, k] = out[i - 1, j, k]
+                    else:
+                        out[i, j, k] = _field(rows, tables, active, xs[i], ys[j], zs[k], sums)
+    return True
 
 
 @inner

@@ -4,8 +4,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from vistel.geometry.vector_kernels import cross, difference, dot
 from vistel.jit.kernel_jit import compiled, inner
 
 _BENDING = 0.42
@@ -43,17 +46,18 @@ def _keeps_facing(v, t, fan, count, moved, other, place) -> bool:
             continue
         k = 0 if f[0] == moved else (1 if f[1] == moved else 2)
         b, c = v[f[(k + 1) % 3]], v[f[(k + 2) % 3]]
-        before = np.cross(b - v[moved], c - v[moved])
-        after = np.cross(b - place, c - place)
-        size = np.sqrt((before * before).sum() * (after * after).sum())
-        if (before * after).sum() <= 0.3 * size:
+        from_b, from_c = difference(b, v[moved]), difference(c, v[moved])
+        to_b, to_c = difference(b, place), difference(c, place)
+        before, after = cross(from_b, from_c), cross(to_b, to_c)
+        if dot(before, after) <= 0.3 * math.sqrt(dot(before, before) * dot(after, after)):
             return False
         # No slivers, unless the triangle was a worse one.
-        opposite = ((b - c) ** 2).sum()
-        longest = max(opposite, ((b - place) ** 2).sum(), ((c - place) ** 2).sum())
-        was = max(opposite, ((b - v[moved]) ** 2).sum(), ((c - v[moved]) ** 2).sum())
-        shape = np.sqrt((after * after).sum()) / longest
-        if shape < 0.15 and shape < np.sqrt((before * before).sum()) / was:
+        side = difference(b, c)
+        opposite = dot(side, side)
+        longest = max(opposite, dot(to_b, to_b), dot(to_c, to_c))
+        was = max(opposite, dot(from_b, from_b), dot(from_c, from_c))
+        shape = math.sqrt(dot(after, after)) / longest
+        if shape < 0.15 and shape < math.sqrt(dot(before, before)) / was:
             return False
     return True
 
@@ -80,10 +84,9 @@ def collapse(v, n, h, t, limit, left, target) -> int:
             if t[f, 0] < 0:
                 break
             a, b = t[f, k], t[f, (k + 1) % 3]
-            bend = n[a] - n[b]
+            bend, d = difference(n[a], n[b]), difference(v[a], v[b])
             size = 0.5 * (h[a] + h[b])
-            d = v[a] - v[b]
-            metric = (d * d).sum() / (size * size) + (bend * bend).sum() / (_BENDING * _BENDING)
+            metric = dot(d, d) / (size * size) + dot(bend, bend) / (_BENDING * _BENDING)
             if metric > limit:
                 continue
             na, nb_ = _fan(a, head, following, t, fan_u), _fan(b, head, following, t, fan_v)
@@ -109,17 +112,18 @@ def collapse(v, n, h, t, limit, left, target) -> int:
                             thin = True
             if common != 2 or thin:
                 continue
-            place = 0.5 * (v[a] + v[b])
+            place = 0.5 * (v[a, 0] + v[b, 0]), 0.5 * (v[a, 1] + v[b, 1]), 0.5 * (v[a, 2] + v[b, 2])
             if not (_keeps_facing(v, t, fan_u, na, a, b, place) and _keeps_facing(v, t, fan_v, nb_, b, a, place)):
                 continue
-            v[a] = place
-            middle = n[a] + n[b]
-            n[a] = middle / max(1e-9, np.sqrt((middle * middle).sum()))
+            middle = n[a, 0] + n[b, 0], n[a, 1] + n[b, 1], n[a, 2] + n[b, 2]
+            length = max(1e-9, math.sqrt(dot(middle, middle)))
+            for c in range(3):
+                v[a, c], n[a, c] = place[c], middle[c] / length
             h[a] = size
             for i in range(nb_):
                 g = fan_v[i]
                 if t[g, 0] == a or t[g, 1] == a or t[g, 2] == a:
-                    t[g, :] = -1
+                    t[g, 0] = t[g, 1] = t[g, 2] = -1
                 else:
                     for c in range(3):
                         if t[g, c] == b:
@@ -138,11 +142,19 @@ def collapse(v, n, h, t, limit, left, target) -> int:
 @inner
 def _sharpest(a, b, c) -> float:
     """Largest cosine of a triangle's angles (1: degenerate)."""
-    u, v, w = b - a, c - b, a - c
-    lu, lv, lw = np.sqrt((u * u).sum()), np.sqrt((v * v).sum()), np.sqrt((w * w).sum())
+    u, v, w = difference(b, a), difference(c, b), difference(a, c)
+    lu, lv, lw = math.sqrt(dot(u, u)), math.sqrt(dot(v, v)), math.sqrt(dot(w, w))
     if lu * lv * lw < 1e-30:
         return 1.0
-    return max(-(u * w).sum() / (lu * lw), -(u * v).sum() / (lu * lv), -(v * w).sum() / (lv * lw))
+    return max(-dot(u, w) / (lu * lw), -dot(u, v) / (lu * lv), -dot(v, w) / (lv * lw))
+
+
+@inner
+def _facing(a, b, c):
+    """Unit normal of a triangle."""
+    n = cross(difference(b, a), difference(c, a))
+    length = max(1e-30, math.sqrt(dot(n, n)))
+    return n[0] / length, n[1] / length, n[2] / length
 
 
 @compiled
@@ -178,13 +190,10 @@ def flip(v, t) -> None:
             then = max(_sharpest(v[c], v[d], v[b]), _sharpest(v[d], v[c], v[a]))
             if then > now - 0.01:
                 continue
-            n1, n2 = np.cross(v[b] - v[a], v[c] - v[a]), np.cross(v[a] - v[b], v[d] - v[b])
-            m1, m2 = np.cross(v[d] - v[c], v[b] - v[c]), np.cross(v[c] - v[d], v[a] - v[d])
-            n1 /= np.sqrt((n1 * n1).sum())
-            n2 /= np.sqrt((n2 * n2).sum())
-            m1 /= max(1e-30, np.sqrt((m1 * m1).sum()))
-            m2 /= max(1e-30, np.sqrt((m2 * m2).sum()))
-            if (n1 * n2).sum() < 0.85 or (m1 * m2).sum() < (n1 * n2).sum() - 0.05 or (m1 * n1).sum() < 0.7 or (m2 * n1).sum() < 0.7:
+            n1, n2 = _facing(v[a], v[b], v[c]), _facing(v[b], v[a], v[d])
+            m1, m2 = _facing(v[c], v[d], v[b]), _facing(v[d], v[c], v[a])
+            flat = dot(n1, n2)
+            if flat < 0.85 or dot(m1, m2) < flat - 0.05 or dot(m1, n1) < 0.7 or dot(m2, n1) < 0.7:
                 continue
             t[f, 0], t[f, 1], t[f, 2] = c, d, b
             t[g, 0], t[g, 1], t[g, 2] = d, c, a

@@ -12,6 +12,7 @@ step compiles, and `done NAME`.
 from __future__ import annotations
 
 import contextlib
+import gc
 import multiprocessing
 import os
 import signal
@@ -32,6 +33,7 @@ from vistel.figure.figure import Figure
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, standing
 from vistel.figure.posture.solve import PostureSolver
+from vistel.figure.skeleton import standard_skeleton
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.render.figures.people import load_figure
@@ -67,7 +69,7 @@ def _steps(conference: Conference) -> list[Step]:
     steps: list[Step] = [
         ("compiling deformation", _compile_figures, (conference,)),
         ("compiling the world", _compile_world, (conference,)),
-        ("compiling motion", _compile_posture, (conference,)),
+        ("compiling posture", _compile_posture, (conference,)),
         ("compiling the motion codec", motion_codec.warm_up, ()),
     ]
     for spec, name, height in people_of(conference):
@@ -82,6 +84,7 @@ def _compile_posture(conference: Conference) -> None:
         for p in site.participants:
             motion.receivers(p.name, 0.0)
             motion.hand_angles(p.name, 0.0)
+    PostureSolver(standard_skeleton()).solve(0.0, {})
 
 
 def _compile_world(conference: Conference) -> None:
@@ -109,7 +112,7 @@ def _compile_figures(conference: Conference) -> None:
     # An avatar file needs the same kernels as a built-in person.
     spec, name, height = people_of(conference)[0]
     spec = spec if spec.startswith("builtin") else "builtin:seed=0"
-    avatar = builtin_avatar(spec, name=name, height=height)
+    avatar = builtin_avatar(spec, name=name, height=height).coarser[-1]
     one, other = Figure(avatar), Figure(avatar)
     posed = one.pose(standing()).posed
     kinds = ("sphere", "cone_sphere", "rounded_polygon", "superellipsoid", "supertoroid")
@@ -122,7 +125,6 @@ def _compile_figures(conference: Conference) -> None:
     )
     things = PrimitiveSet.of_kinds(kinds, params, np.tile(np.eye(3), (5, 1, 1)), np.tile((0.0, 1.2, 0.1), (5, 1)))
     other.pose(Posture(), [one.ghosts(posed), ghosts_of(things, compliance=0.0)])
-    PostureSolver(avatar.skeleton).solve(0.0, {})
     compile_filter()
 
 
@@ -133,6 +135,9 @@ def _say(line: str) -> None:
 
 def _begin_worker() -> None:
     """Take turns with the other workers; end when the process that began them all has ended; leave Ctrl-C to it."""
+    # A tenth of the time went into looking for garbage; a worker lives for a minute.
+    gc.freeze()
+    gc.set_threshold(100_000, 50, 50)
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, signal.SIG_DFL)
     parent = multiprocessing.parent_process()
