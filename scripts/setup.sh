@@ -38,8 +38,8 @@ wanted=$(cat requirements.lock pyproject.toml "$0" | sha256sum)
 if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
 
 # What is said is kept for when something fails; meanwhile one line tells how far it is, without a terminal one every two seconds.
-log=$(mktemp)
-trap 'kill $(jobs -p) 2>/dev/null || true; rm -f "$log"' EXIT
+log=$(mktemp) first=$(mktemp)
+trap 'kill $(jobs -p) 2>/dev/null || true; rm -f "$log" "$first"' EXIT
 if [ -t 1 ]; then line=$'\r%s\033[K' end=$'\n' pause=0.5; else line='%s\n' end='' pause=2; fi
 count=$(grep -c '==' requirements.lock)
 step() {
@@ -54,7 +54,10 @@ step() {
 }
 pip=(.venv/bin/python -m pip install --disable-pip-version-check --progress-bar off)
 [ -x .venv/bin/python ] || step "making .venv" "$python" -m venv .venv
-# Byte code is made of what is used, when it is first used.
+# Byte code is made of what is used, when it is first used. With the first packages, the other core compiles kernels meanwhile.
+awk '/^[^ ]/ { mine = /^(llvmlite|numba|numpy|scipy)==/ } mine' requirements.lock > "$first"
+step "installing" "${pip[@]}" --no-compile --no-deps --require-hashes -r "$first"
+OPENBLAS_NUM_THREADS=1 .venv/bin/python -m vistel.figure.posture.warm_up >/dev/null 2>&1 &
 step "installing" "${pip[@]}" --no-compile --require-hashes -r requirements.lock
 step "installing" "${pip[@]}" --no-deps --no-build-isolation -e .
 printf "$end"

@@ -31,9 +31,8 @@ from vistel.conference.room_things import extras_of
 from vistel.figure.avatar.cache_folder import default_cache, file_lock
 from vistel.figure.figure import Figure
 from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.posture import warm_up as posture_kernels
 from vistel.figure.posture.posture import Posture, standing
-from vistel.figure.posture.solve import PostureSolver
-from vistel.figure.skeleton import standard_skeleton
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
 from vistel.render.figures.people import load_figure
@@ -84,7 +83,7 @@ def _compile_posture(conference: Conference) -> None:
         for p in site.participants:
             motion.receivers(p.name, 0.0)
             motion.hand_angles(p.name, 0.0)
-    PostureSolver(standard_skeleton()).solve(0.0, {})
+    posture_kernels.warm_up()
 
 
 def _compile_world(conference: Conference) -> None:
