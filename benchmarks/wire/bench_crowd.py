@@ -24,7 +24,7 @@ from vistel_sim.crowd import crowd_conference
 from vistel_sim.crowd.loops import motion_loops
 
 PEOPLE = (5, 10, 20, 50, 100)
-SECONDS = 8.0
+SECONDS = 6.0
 STEPS, SETTLE = 90, 60
 """Of a world alone: how many are measured, after how many."""
 ALONE_THINGS = 10
@@ -35,6 +35,12 @@ MOST_CORES, MOST_MS, MOST_MBIT = 2.0, 20.0, 2.0
 
 def run() -> Iterator[Row]:
     """One row after the other."""
+    with part("world alone"):
+        alone = [_step_ms(count) for count in PEOPLE]
+    for count, ms in zip(PEOPLE, alone, strict=True):
+        yield Row("crowd", f"{count} people, world alone", "a step, processor time, median", "ms", ms)
+    yield Row("crowd", "world alone", f"exponent of a step, {PEOPLE[0]} to {PEOPLE[-1]} people", "", _exponent(PEOPLE, alone))
+    yield Row("crowd", "world alone", "reading one motion, processor time", "us", asyncio.run(_reading_us()))
     loads: list[CrowdLoad] = []
     for count in PEOPLE:
         with part(f"{count} people"):
@@ -49,12 +55,6 @@ def run() -> Iterator[Row]:
     ):
         if case:
             yield Row("crowd", case, f"exponent of {metric}", "", _exponent([load.people for load in good], values))
-    with part("world alone"):
-        alone = [_step_ms(count) for count in PEOPLE]
-    for count, ms in zip(PEOPLE, alone, strict=True):
-        yield Row("crowd", f"{count} people, world alone", "a step, processor time, median", "ms", ms)
-    yield Row("crowd", "world alone", f"exponent of a step, {PEOPLE[0]} to {PEOPLE[-1]} people", "", _exponent(PEOPLE, alone))
-    yield Row("crowd", "world alone", "reading one motion, processor time", "us", asyncio.run(_reading_us()))
 
 
 def _rows(load: CrowdLoad, *, last: bool) -> Iterator[Row]:

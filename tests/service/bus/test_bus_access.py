@@ -18,6 +18,7 @@ from vistel.v1.service_pb2 import ClockReply
 from vistel.v1.world_pb2 import WorldSnapshot, WorldState
 from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SystemClock
+from vistel.wire.interest import ChosenSubscriptions
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery, Publisher
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import BusError, ZenohBus
@@ -56,6 +57,29 @@ def test_every_site_is_heard_under_its_own_name_and_the_hub_as_the_world(tmp_pat
     secured(tmp_path, body, protocol=protocol)
 
 
+def test_a_site_subscribes_to_whom_it_chooses_alone(tmp_path: Path) -> None:
+    async def body(s: Secured) -> None:
+        paris, tokyo = await s.door("paris"), await s.door("tokyo")
+        chosen = ChosenSubscriptions(tokyo, BY_NAME["motion"], {"ann": "paris", "bob": "paris"})
+        thin = tokyo.subscribe(BY_NAME["motion_thin"], queue_all=True)
+        chosen.choose(["ann"])
+        sent = [paris.publish(BY_NAME[t], participant=p) for t in ("motion", "motion_thin") for p in ("ann", "bob")]
+        heard: set[tuple[str, str]] = set()
+
+        def all_heard() -> bool:
+            for publication in sent:
+                publication.put(Motion())
+            samples = [*chosen.take(), *thin.take()]
+            heard.update((x.topic.name, x.names["participant"]) for x in samples if x.names["site"] == "paris")
+            return len(heard) >= 3
+
+        await until(all_heard)
+        assert heard == {("motion", "ann"), ("motion_thin", "ann"), ("motion_thin", "bob")}
+        chosen.close()
+
+    secured(tmp_path, body)
+
+
 @pytest.mark.parametrize("protocol", ["tls", "quic"])
 def test_a_site_cannot_speak_for_another_nor_for_the_world_nor_be_present_as_another(tmp_path: Path, protocol: str) -> None:
     async def body(s: Secured) -> None:
@@ -78,6 +102,8 @@ def test_a_site_cannot_speak_for_another_nor_for_the_world_nor_be_present_as_ano
         payload.header.version = 1
         for key in (
             "vistel/demo/site/tokyo/participant/ann/motion",
+            "vistel/demo/site/tokyo/participant/ann/motion_thin",
+            "vistel/demo/site/tokyo/participant/ann/voice_level",
             "vistel/demo/site/*/participant/ann/motion",
             "vistel/demo/**",
             "vistel/demo/world/state",
