@@ -23,7 +23,6 @@ from vistel.wire.reliable import Stamp
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel.wire.zenoh.config import as_text, client_config
-from vistel.wire.zenoh.reliable_reader import TRIES
 
 ROUTER = """
 import sys
@@ -270,7 +269,7 @@ def test_a_sender_that_is_heard_is_not_given_up_however_late_it_answers() -> Non
             nonlocal questions
             with query:
                 questions += "from" in query.parameters
-                if questions > TRIES + 4:
+                if questions > 12:
                     message = Command(id="2")
                     message.header.version = MESSAGE_VERSION
                     query.reply(key, message.SerializeToString(), attachment=Stamp(7, 2, 1).to_bytes())

@@ -26,9 +26,10 @@ from vistel.wire.zenoh.pump import Pump
 log = logging.getLogger("vistel.bus")
 
 RETRY_S = 0.25
-TRIES = 8
-"""Requests without progress, with a router there and nothing heard of the sender, before a gap is declared lost: it is gone."""
-PATIENT_TRIES = 80
+GONE_S = 30.0
+"""A gap is declared lost when nothing was heard of its sender for so long, with a router there: it is gone. One that was started
+again is known at once; one behind a link that is cut comes back."""
+PATIENCE_S = 120.0
 """The same with a sender that is heard: it, or what is between, is only too busy to answer in time."""
 
 LOG_S = 1.0
@@ -134,7 +135,8 @@ class ReliableReader:
             await asyncio.sleep(0.05)
 
     async def _repair(self, key: str, order: ReceiveOrder) -> None:
-        tries, silent, heard = 0, 0, order.heard
+        heard, asked_s = order.heard, self._loop.time()
+        heard_s = asked_s
         try:
             while (gap := order.missing()) and not self._closed:
                 if self._inbox.full:
@@ -144,20 +146,21 @@ class ReliableReader:
                 before = (order.epoch, order.next)
                 await self._ask(f"{key}?epoch={order.epoch};from={gap[0]};to={gap[1]}", 1.0)
                 self._drain()
-                if (order.epoch, order.next) != before:
-                    tries = silent = 0
-                    continue
-                routed = bool(self._session.info.routers_zid())
-                tries, silent, heard = tries + routed, silent + routed if order.heard == heard else 0, order.heard
-                if silent >= TRIES or tries >= PATIENT_TRIES:
+                now_s = self._loop.time()
+                progress = (order.epoch, order.next) != before
+                if progress or not self._session.info.routers_zid():
+                    asked_s = heard_s = now_s
+                if order.heard != heard:
+                    heard, heard_s = order.heard, now_s
+                if now_s - heard_s >= GONE_S or now_s - asked_s >= PATIENCE_S:
                     lost_before = order.lost
                     for message in order.give_up():
                         self._inbox.push(key, message, self._clock.now_ns())
                     self._report_lost(key, order.lost - lost_before)
                     if order.missing() is None or not order.waiting:
                         order.skip_to(order.highest + 1)
-                    tries = silent = 0
-                else:
+                    asked_s = heard_s = now_s
+                elif not progress:
                     await asyncio.sleep(RETRY_S)
         finally:
             self._repairs.pop(key, None)
