@@ -1,18 +1,21 @@
 """An event loop whose time jumps from one timer to the next: seconds of devices, drivers and services in a fraction of one.
 
 Ports and sockets stay real. The kernel hands bytes over a pseudo-terminal by a thread of its own, which a busy machine may
-keep waiting: what a simulated port sends is waited for, and before every jump the loop looks once more whether something has
-arrived. So no result depends on how fast or how loaded the machine is. Nothing here may wait for other threads or processes.
+keep waiting. So what a simulated port sends is waited for; and before every jump a byte is sent through a terminal of the loop's
+own, behind all that was sent before, and the loop looks once more when it is there. No result depends on how fast or how loaded the
+machine is. Nothing here may wait for other threads or processes.
 """
 
 from __future__ import annotations
 
 import asyncio
 import fcntl
+import os
 import selectors
 import struct
 import termios
 import time
+import tty
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 from unittest.mock import patch
@@ -35,12 +38,24 @@ class _Selector(selectors.DefaultSelector):  # type: ignore[misc, valid-type]
 
     now_s = START_S
 
+    def __init__(self) -> None:
+        super().__init__()
+        self._here, self._there = os.openpty()
+        tty.setraw(self._there)
+
+    def close(self) -> None:
+        os.close(self._here)
+        os.close(self._there)
+        super().close()
+
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
         found = super().select(0)
         if found or (timeout is not None and timeout <= 0):
             return found
         if timeout is None:
             return super().select(None)
+        os.write(self._here, b".")
+        os.read(self._there, 1)
         found = super().select(_LOOK_S)
         if not found:
             self.now_s += timeout
