@@ -88,9 +88,9 @@ def test_losses_over_quic_need_no_advice(file: Path) -> None:
 @pytest.mark.parametrize(
     ("words", "why"),
     [
-        (["FILE"], "expected a conference file and --site"),
-        (["--site", "tokyo"], "expected a conference file and --site"),
-        (["FILE", "--site", "lima"], "is no site of"),
+        (["FILE"], "whose link? --site with one of tokyo, columbus"),
+        (["--site", "tokyo"], "expected the conference file of the site"),
+        (["FILE", "--site", "lima"], "one of tokyo, columbus; lima is none of them"),
         (["FILE", "--site", "tokyo", "--hub", "tcp/127.0.0.1:9"], "127.0.0.1:9"),
     ],
 )

@@ -43,9 +43,9 @@ def doctor(
 
       vistel doctor --attack conference.toml     what one's own router stops
     """
-    if (file is None) != (site is None):
-        fail("expected a conference file and --site with the name of a site in it, or neither", USAGE)
-    if file is not None and site is not None:
+    if file is None and site is not None:
+        fail("expected the conference file of the site before --site", USAGE)
+    if file is not None:
         from vistel_cli.site.link_report import report as link_report
 
         raise typer.Exit(link_report(file, site, hub, as_json))

@@ -31,12 +31,12 @@ FEW_LOST = 0.005
 """Losses that nobody notices."""
 
 
-def report(file: Path, site: str, hub: str | None, as_json: bool) -> int:
+def report(file: Path, site: str | None, hub: str | None, as_json: bool) -> int:
     """Measure, and print what was found. Returns the exit code, 1 where the link carries too little."""
     conference = load_conference(file, room_elsewhere=True)
     names = [s.name for s in conference.sites]
     if site not in names:
-        fail(f"{site}: is no site of {file}: expected one of {', '.join(names)}", USAGE)
+        fail(f"{file}: whose link? --site with one of {', '.join(names)}{f'; {site} is none of them' if site else ''}", USAGE)
     endpoint = endpoint_of(conference, hub)
     check_link(conference, site, endpoint)
     err.print(f"measuring the link to {endpoint}, about ten seconds")
