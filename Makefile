@@ -13,6 +13,7 @@ setup:  ## make .venv and install VISTEL
 	@./scripts/setup.sh
 
 demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
+	@echo "vistel up $(DEMO)"
 	@$(VENV)/bin/vistel up $(DEMO)
 
 test: setup  ## checks and tests

@@ -21,7 +21,7 @@ from benchmarks.progress import part
 from benchmarks.row import Row, at_most
 
 _ROOT = Path(__file__).resolve().parents[2]
-_ADDRESS = re.compile(rb"bus (tcp/[\w.:\[\]]+)")
+_ADDRESS = re.compile(rb"bus\s+(?:\x1b\[[\d;]*m)*(tcp/[\w.:\[\]]+)")
 HELP_RUNS = 5
 MEETING_S = 20
 

@@ -8,6 +8,7 @@ name = "here"
 video = false
 width = 160
 height = 90
+frames_per_s = 5
 
 [[sites.participants]]
 name = "aiko"

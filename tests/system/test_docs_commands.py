@@ -24,7 +24,7 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(3000)]
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMAND = re.compile(r"(\.venv/bin/)?vistel [a-z]|(make|cp|python|sudo|pip) ")
-QUICK = {"docs/explanation/layers.md", "docs/how-to/make-wrinkles.md", "docs/how-to/draw-by-scanlines.md"}
+QUICK = {"docs/how-to/make-wrinkles.md", "docs/how-to/draw-by-scanlines.md"}
 """Pages whose commands together take about a minute."""
 NOT_RUN = {
     r"make test$": "it runs this test",
