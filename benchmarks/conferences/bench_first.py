@@ -22,6 +22,7 @@ from benchmarks.row import Row, at_most
 
 _ROOT = Path(__file__).resolve().parents[2]
 _ADDRESS = re.compile(rb"bus\s+(?:\x1b\[[\d;]*m)*(tcp/[\w.:\[\]]+)")
+_NOT_A_NEW_USERS = {"VIRTUAL_ENV", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR"}
 HELP_RUNS = 5
 MEETING_S = 20
 
@@ -107,7 +108,7 @@ def run() -> Iterator[Row]:
         clone, home = Path(place) / "vistel", Path(place) / "home"
         home.mkdir()
         subprocess.run(["git", "clone", "-q", str(_ROOT), str(clone)], check=True)
-        keep = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV", "XDG_CACHE_HOME", "NUMBA_CACHE_DIR")}
+        keep = {k: v for k, v in os.environ.items() if k not in _NOT_A_NEW_USERS and not k.startswith("PYTHON")}
         environment = keep | {"HOME": str(home), "TERM": "xterm", "COLUMNS": "100"}
         if sys.prefix != sys.base_prefix:  # the clone makes its own
             outside = [p for p in keep["PATH"].split(os.pathsep) if not p.startswith(sys.prefix)]
