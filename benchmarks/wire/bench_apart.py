@@ -7,7 +7,6 @@ of the pose that is drawn, beyond the shortest one-way delay of the link.
 import asyncio
 import contextlib
 import random
-import socket
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -27,6 +26,7 @@ from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel.wire.zenoh.endpoints import free_port
 from vistel_sim.motion import open_motion
 from vistel_sim.network import Conditions, DatagramProxy, StreamProxy
 
@@ -84,7 +84,7 @@ async def _meeting(protocol: str, conditions: Conditions, *, cut: bool = False) 
     with tempfile.TemporaryDirectory() as folder:
         authority = Authority.create(Path(folder), datetime.now(UTC))
         names = {n: authority.issue(n, datetime.now(UTC), hosts=["127.0.0.1", "localhost"]) for n in ("hub", "tokyo", "paris")}
-        port = _free_port(protocol)
+        port = free_port(protocol)
         rules = access_rules("apart", ["tokyo", "paris"])
         router = Router.open(f"{protocol}/127.0.0.1:{port}", tls=names["hub"], access=rules)
         proxy = DatagramProxy if protocol == "quic" else StreamProxy
@@ -152,9 +152,3 @@ async def _draw(bus: ZenohBus, clock: SystemClock, seen: _Seen) -> None:
             seen.at_s.append((now_ns - begun_ns) * 1e-9)
             seen.delay_s.append(person.timing.delay_ns * 1e-9)
             seen.age_s.append(person.timing.age_ns * 1e-9)
-
-
-def _free_port(protocol: str) -> int:
-    with socket.socket(type=socket.SOCK_DGRAM if protocol == "quic" else socket.SOCK_STREAM) as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]

@@ -21,14 +21,13 @@ from vistel.wire.topics import BY_NAME
 from vistel_cli.run.crowd_load import CrowdLoad, measure
 from vistel_services.world.received import InputCollector
 from vistel_sim.crowd import crowd_conference
-from vistel_sim.crowd.loops import motion_loops
+from vistel_sim.crowd.loops import THIN, motion_loops
 
 PEOPLE = (5, 10, 20, 50, 100)
 SECONDS = 6.0
 STEPS, SETTLE = 90, 60
 """Of a world alone: how many are measured, after how many."""
 ALONE_THINGS = 10
-THIN_STEPS = 6
 STEPS_HZ = 59.0
 MOST_CORES, MOST_MS, MOST_MBIT = 2.0, 20.0, 2.0
 
@@ -90,7 +89,7 @@ def _step_ms(people: int) -> float:
         inputs = scene.inputs()
         if people > CROWD:
             near = scene.world.reaching
-            heard = (m for k, m in enumerate(inputs.motions) if m.participant in near or (step + k) % THIN_STEPS == 0)
+            heard = (m for k, m in enumerate(inputs.motions) if m.participant in near or (step + k) % THIN == 0)
             inputs = replace(inputs, motions=tuple(heard))
         began = time.thread_time()
         scene.take(inputs)

@@ -47,16 +47,7 @@ def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> None:
     of them is there."""
     first: set[str] = set()
     strangers: set[str] = set()
-    left, filled_ns = float(PADDING_BYTES_PER_S), clock.steady_ns()
-
-    def padding(wanted: int) -> bytes:
-        nonlocal left, filled_ns
-        now_ns = clock.steady_ns()
-        left = min(PADDING_BYTES_PER_S, left + (now_ns - filled_ns) * 1e-9 * PADDING_BYTES_PER_S)
-        filled_ns = now_ns
-        given = min(wanted, PADDING_BYTES, int(left))
-        left -= given
-        return bytes(given)
+    paddings = _Paddings(clock)
 
     def seen(site: str, token: str, alive: bool) -> None:
         kind, _, number = token.partition("-")
@@ -82,12 +73,29 @@ def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> None:
             t_server_ns=now_ns,
             release=here,
             message_version=MESSAGE_VERSION,
-            padding=padding(probe.reply_bytes),
+            padding=paddings.take(probe.reply_bytes),
         )
 
     bus.serve(BY_NAME["clock"], answer)
     bus.announce(f"clock-{rank}")
     bus.watch_presence(seen)
+
+
+class _Paddings:
+    """Makes answers long, PADDING_BYTES_PER_S of them all together."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._left, self._filled_ns = float(PADDING_BYTES_PER_S), clock.steady_ns()
+
+    def take(self, wanted: int) -> bytes:
+        """As many bytes as are wanted, or as may be given now."""
+        now_ns = self._clock.steady_ns()
+        self._left = min(PADDING_BYTES_PER_S, self._left + (now_ns - self._filled_ns) * 1e-9 * PADDING_BYTES_PER_S)
+        self._filled_ns = now_ns
+        given = min(wanted, PADDING_BYTES, int(self._left))
+        self._left -= given
+        return bytes(given)
 
 
 async def measure_offset(bus: Bus, clock: Clock, probes: int = PROBES) -> Offset | None:

@@ -19,6 +19,8 @@ LOUD = 4
 """How many more because they are loud."""
 STAYS = 0.8
 """Factor of the distance of who is received in full already, so that two at the same distance do not take turns."""
+STRAY_NS = 1_000_000_000
+"""Of full and thin motion the newer frame counts; one that is older by more begins a new life of its sender."""
 LEAST_M = 0.5
 """Voices grow no louder than at this distance [m]."""
 

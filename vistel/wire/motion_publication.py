@@ -19,10 +19,8 @@ class MotionPublication:
 
     def __init__(self, bus: Bus, participant: str, *, crowded: bool, losses: Losses = "rare", repeats: int = 0) -> None:
         """crowded: of the conference; losses, repeats: see `MotionEncoder`."""
-        self._full, self._encoder = (
-            bus.publish(BY_NAME["motion"], participant=participant),
-            MotionEncoder(losses=losses, repeats=repeats),
-        )
+        self._full = bus.publish(BY_NAME["motion"], participant=participant)
+        self._encoder = MotionEncoder(losses=losses, repeats=repeats)
         self._thin = bus.publish(BY_NAME["motion_thin"], participant=participant) if crowded else None
         self._thin_encoder = MotionEncoder(losses="many")
         self._thin_ns = 0

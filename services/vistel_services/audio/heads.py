@@ -13,14 +13,12 @@ from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.messages.postures import posture_of
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.bus import Bus
-from vistel.wire.interest import MotionSubscriptions
+from vistel.wire.interest import STRAY_NS, MotionSubscriptions
 from vistel.wire.motion import MotionDecoder, MotionSample
 from vistel.wire.topics import BY_NAME
 
 _HEAD = JOINT_INDEX["head"]
 _DEFAULT_HEIGHT_M = 1.75
-_STALE_NS = 1_000_000_000
-"""Of two streams the newer frame counts; a frame that is older by more begins a new life of its sender."""
 
 
 class _Frame(Protocol):
@@ -69,7 +67,7 @@ class Heads:
     def _receive(self, name: str, key: str, message: Motion) -> None:
         frame = self._decoders.setdefault(key, MotionDecoder()).open(message)
         known = self._newest.get(name)
-        if frame is not None and (known is None or not 0 < known.t_ns - frame.t_ns < _STALE_NS):
+        if frame is not None and (known is None or not 0 < known.t_ns - frame.t_ns < STRAY_NS):
             self._newest[name] = frame
 
     def _head(self, name: str, frame: _Frame) -> Head:

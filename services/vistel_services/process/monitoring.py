@@ -23,7 +23,7 @@ from prometheus_client.parser import text_string_to_metric_families  # pyright: 
 from prometheus_client.registry import Collector
 
 from vistel.wire import background
-from vistel.wire.zenoh.endpoints import host_and_port
+from vistel.wire.zenoh.endpoints import answers, host_and_port
 
 log = logging.getLogger("vistel.monitoring")
 
@@ -63,7 +63,7 @@ class Machine(Collector):
         found: dict[str, Metric] = {}
         for file in sorted(self._folder.glob("*.json")):
             with contextlib.suppress(OSError, ValueError):  # it has just ended, or starts
-                address, labels = _target(file)
+                address, labels = target_of(file)
                 with urlopen(f"http://{address}/metrics", timeout=ANSWER_S) as answer:
                     text = answer.read().decode()
                 for family in cast(Iterator[Metric], text_string_to_metric_families(text)):
@@ -72,18 +72,17 @@ class Machine(Collector):
         return found.values()
 
 
-def _target(file: Path) -> tuple[str, dict[str, str]]:
+def target_of(file: Path) -> tuple[str, dict[str, str]]:
+    """Where a process says its metrics, "host:port", and its labels. Raises OSError and ValueError."""
     (target,) = json.loads(file.read_text("utf-8"))
     return target["targets"][0], target["labels"]
 
 
 def _answers(file: Path) -> bool:
     try:
-        host, port = host_and_port(f"tcp/{_target(file)[0]}")
-        socket.create_connection((host, port), ANSWER_S).close()
-    except (OSError, ValueError):
+        return answers(f"tcp/{target_of(file)[0]}", ANSWER_S)
+    except (OSError, ValueError):  # it says no address
         return False
-    return True
 
 
 class _Handler(MetricsHandler):

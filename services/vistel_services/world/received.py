@@ -17,6 +17,7 @@ from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel.wire.bus import Sample
 from vistel.wire.clock import STEP_NS
+from vistel.wire.interest import STRAY_NS
 from vistel.wire.motion import MotionDecoder
 
 log = logging.getLogger("vistel.world")
@@ -33,8 +34,6 @@ MOST_COMMANDS = 256
 """Of one participant between two steps; more are dropped. The world does far fewer a second."""
 CLOCK_RESTART_NS = STEP_NS
 """A motion this much older than the last begins a new life of its sender, or its clock was set."""
-THIN_STRAY_NS = 1_000_000_000
-"""The same for a thin motion, which comes beside the full one."""
 
 
 _USABLE = (TrackerReceiver.HEALTH_UNSPECIFIED, TrackerReceiver.HEALTH_GOOD, TrackerReceiver.HEALTH_FLAGGED)
@@ -140,7 +139,7 @@ class InputCollector:
         self._behind_ns[site] = sample.received_ns - decoded.t_ns
         somebody = self._people[name]
         somebody.site, somebody.heard_ns, somebody.moves = site, sample.received_ns, True
-        stray_ns = THIN_STRAY_NS if sample.topic.name == "motion_thin" else CLOCK_RESTART_NS
+        stray_ns = STRAY_NS if sample.topic.name == "motion_thin" else CLOCK_RESTART_NS
         if somebody.last_motion_ns - stray_ns < decoded.t_ns <= somebody.last_motion_ns:
             return
         somebody.last_motion_ns = decoded.t_ns

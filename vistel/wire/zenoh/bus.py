@@ -18,7 +18,6 @@ import asyncio
 import contextlib
 import logging
 import secrets
-import socket
 import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -38,6 +37,7 @@ from vistel.wire.reliable import SendCache
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 from vistel.wire.zenoh.at_exit import close_at_exit, closed
 from vistel.wire.zenoh.config import Json, TlsFiles, as_text, router_config
+from vistel.wire.zenoh.endpoints import free_port
 from vistel.wire.zenoh.pump import Pump
 from vistel.wire.zenoh.reliable_reader import ReliableReader
 from vistel.wire.zenoh.session import BusError, check_endpoints, close_session, open_session, reason
@@ -83,7 +83,7 @@ class Router:
 
         access: who may publish what (`vistel.wire.zenoh.access`). connect: further routers to join. Raises BusError.
         """
-        endpoints = [listen] if isinstance(listen, str) else list(listen or [f"tcp/127.0.0.1:{_free_port()}"])
+        endpoints = [listen] if isinstance(listen, str) else list(listen or [f"tcp/127.0.0.1:{free_port()}"])
         check_endpoints(endpoints)
         config = router_config(endpoints, _tls(tls), access, list(connect))
         try:
@@ -422,12 +422,6 @@ class _ZenohPublication:
 
 def _tls(tls: TlsFiles | tuple[str, str, str] | None) -> TlsFiles | None:
     return TlsFiles(*(Path(p) for p in tls)) if isinstance(tls, tuple) else tls
-
-
-def _free_port() -> int:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]
 
 
 def _undeclare(held: list[Any]) -> None:

@@ -2,6 +2,7 @@
 
 import ipaddress
 import re
+import socket
 
 ENCRYPTED = ("tls", "quic")
 """Protocols of endpoints whose links are encrypted, with certificates of both ends."""
@@ -30,6 +31,22 @@ def host_and_port(endpoint: str) -> tuple[str, int]:
     if not colon or not port.isdecimal():
         host, port = place, str(DEFAULT_PORT)
     return host.strip("[]"), int(port)
+
+
+def answers(endpoint: str, within_s: float) -> bool:
+    """Whether somebody takes TCP connections there."""
+    try:
+        socket.create_connection(host_and_port(endpoint), within_s).close()
+    except OSError:
+        return False
+    return True
+
+
+def free_port(protocol: str = "tcp") -> int:
+    """A port of this machine that nobody uses now."""
+    with socket.socket(type=socket.SOCK_DGRAM if protocol in ("udp", "quic") else socket.SOCK_STREAM) as s:
+        s.bind(("127.0.0.1", 0))
+        return s.getsockname()[1]
 
 
 def is_local(endpoint: str) -> bool:

@@ -31,8 +31,10 @@ from vistel.wire.bus import Bus, Subscription
 from vistel.wire.clock import SystemClock
 from vistel.wire.interest import MotionSubscriptions, nearest
 from vistel.wire.topics import BY_NAME
+from vistel.wire.zenoh.endpoints import answers, free_port
 from vistel_cli.run.up import write_conference
 from vistel_services.audio.voice_subscriptions import VoiceSubscriptions
+from vistel_services.process.monitoring import target_of
 from vistel_sim.crowd import crowd_conference
 
 START_S = 120.0
@@ -89,29 +91,22 @@ async def measure(people: int, seconds: float, receive: int | None = None) -> Cr
     conference = crowd_conference(people)
     with tempfile.TemporaryDirectory(prefix="vistel-crowd-") as name:
         folder = Path(name)
-        file, router = write_conference(conference, folder), f"tcp/127.0.0.1:{_free_port()}"
+        file, router = write_conference(conference, folder), f"tcp/127.0.0.1:{free_port()}"
         async with contextlib.AsyncExitStack() as stack:
             routing = await stack.enter_async_context(
                 _process(folder / "router.log", "vistel_cli.main", "site", "router", str(file), "--listen", router)
             )
-            await _until(lambda: _answers(router), routing, "router")
+            await _until(lambda: answers(router, 1.0), routing, "router")
             places = "--run", str(folder), "--out", str(folder)
             arguments = (str(file), "hub/world", "--hub", router, *places)
             world = await stack.enter_async_context(_process(folder / "world.log", "vistel_services.process.host", *arguments))
             senders: list[Process] = []
             for first, count in _shares(people):
-                given = (
-                    "--router",
-                    router,
-                    "--first",
-                    str(first),
-                    "--count",
-                    str(count),
-                    "--receive",
-                    str(min(people, receive or people) - 1),
-                )
+                share = "--first", str(first), "--count", str(count), "--receive", str(min(people, receive or people) - 1)
                 senders.append(
-                    await stack.enter_async_context(_process(folder / "send.log", "vistel_sim.crowd.process", str(file), *given))
+                    await stack.enter_async_context(
+                        _process(folder / "send.log", "vistel_sim.crowd.process", str(file), "--router", router, *share)
+                    )
                 )
             for sender in senders:
                 if not await _line(sender):
@@ -231,7 +226,7 @@ def _cpu_s(processes: list[Process]) -> list[float]:
 
 def _steps(metrics: Path) -> float:
     """How many steps the world has done. metrics: where it says on which port its figures are."""
-    (target,) = json.loads(metrics.read_text("utf-8"))[0]["targets"]
+    target, _ = target_of(metrics)
     with urllib.request.urlopen(f"http://{target}/metrics", timeout=5.0) as page:
         lines = page.read().decode().splitlines()
     return next(float(line.split()[1]) for line in lines if line.startswith("vistel_world_steps_total "))
@@ -247,14 +242,3 @@ def _received_bytes(router: str) -> int:
                 if s.family == socket.AF_INET and s.getpeername()[1] == port:
                     total += struct.unpack_from("Q", s.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, 256), _RECEIVED)[0]
     return total
-
-
-def _answers(router: str) -> bool:
-    with socket.socket() as s:
-        return s.connect_ex(("127.0.0.1", int(router.rpartition(":")[2]))) == 0
-
-
-def _free_port() -> int:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]

@@ -13,7 +13,7 @@ from vistel.conference.model import HUB_PLACE, Conference
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import Offset, machine_is_off, set_clock
 from vistel.wire.zenoh.bus import BusError
-from vistel.wire.zenoh.endpoints import host_and_port, objection
+from vistel.wire.zenoh.endpoints import answers, host_and_port, objection
 from vistel_cli.conference_choice import on_bus
 from vistel_cli.site.router import fault_now
 from vistel_cli.terminal import fail, print_warning
@@ -39,7 +39,7 @@ def check_link(conference: Conference, place: str, endpoint: str) -> None:
         if fault := objection(each, tls=files is not None, insecure=conference.bus.insecure):
             fail(fault)
     if files is None:
-        if any(map(_reached, endpoint.split(","))):
+        if any(answers(each, PATIENCE_S) for each in endpoint.split(",")):
             _greet(conference, place, endpoint)
         return
     from vistel.wire.certificates.authority import common_name_of, read_certificate
@@ -78,12 +78,6 @@ def _greet(conference: Conference, place: str, endpoint: str) -> bool:
     if machine_is_off(clock):
         print_warning(f"{machine_is_off(clock)}; VISTEL corrects it for itself. Set the time of the machine that is wrong")
     return True
-
-
-def _reached(endpoint: str) -> bool:
-    with contextlib.suppress(OSError), socket.create_connection(host_and_port(endpoint), PATIENCE_S):
-        return True
-    return False
 
 
 def refusal(endpoint: str, files: TlsFiles) -> str:

@@ -62,14 +62,13 @@ def _rows(found: LinkQuality) -> list[tuple[str, str]]:
     lost = (
         f"about {found.loss:.1%} of the packets, judged by late answers; a busy machine answers late, too" if found.loss else "none"
     )
-    rows = [
+    return [
         ("certificate, port, version", "accepted"),
         ("round trip", f"{_ms(found.round_trip_s)}, {_ms(found.round_trip_s + found.jitter_s)} for 95 of 100"),
         ("lost", lost + (f"; {found.unanswered} questions were never answered" if found.unanswered else "")),
         ("to the router", _rate(found.up_bit_s)),
         ("from the router", _rate(found.down_bit_s)),
     ]
-    return rows
 
 
 def meaning(conference: Conference, site: str, endpoint: str, found: LinkQuality) -> tuple[bool, list[str]]:
