@@ -190,7 +190,7 @@ class RoomConfig(Checked):
     kind: Literal["meeting"] = "meeting"
     file: Path | None = None
     """A room from a file (USD, glTF, OBJ) in place of the built-in one; its seats, if it has any, are the room's."""
-    seats: int = Field(default=3, ge=1)
+    seats: int = Field(default=3, ge=1, le=1000)
     things: list[RoomThing] = Field(default=[], max_length=24)
     """What lies on the table beside what always does."""
 

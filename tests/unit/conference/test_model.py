@@ -50,6 +50,7 @@ def test_automatic_seats_leave_out_the_seats_that_are_named(tmp_path: Path) -> N
         (("seats = 3", 'seats = "three"'), ["room.seats", "expected a whole number"]),
         (('name = "columbus"', 'name = "tokyo"'), ["sites[1].name", "tokyo stands more than once"]),
         (('name = "ben"', 'name = "aiko"'), ["participants[0].name", "aiko stands more than once"]),
+        (("seats = 3", "seats = 1000000000"), ["room.seats", "1000"]),
         (("seats = 3", "seats = 1"), ["room.seats", "too few for 2 participants"]),
         (("[room]", '[bus]\nendpoints = ["tcp/here"]\n[room]'), ["bus.endpoints[0]: is 'tcp/here', expected tcp/HOST:PORT"]),
         (('name = "aiko"', 'name = "Aiko!"'), ["sites[0].participants[0].name", "lower-case letters"]),
