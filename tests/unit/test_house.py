@@ -12,9 +12,18 @@ import pytest
 import yaml
 from typer.testing import CliRunner
 
+from scripts import house
 from vistel_cli.main import app
 
 ROOT = Path(__file__).resolve().parents[2]
+
+
+MISSED = {"lines without tests"}
+"""Figures of the house that are not met (docs/architecture.md)."""
+
+
+def test_what_make_house_counts_is_as_wanted_but_for_what_is_known_to_be_missed() -> None:
+    assert [(f.name, f.value, f.where) for f in house.figures() if not f.met and f.name not in MISSED] == []
 
 
 def test_import_arrows_run_one_way() -> None:

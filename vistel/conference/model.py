@@ -277,7 +277,7 @@ class Monitoring(Checked):
 
 
 CROWD = 12
-"""With more participants, a site receives only some of them in full (`vistel.wire.interest`)."""
+"""With more participants, a site receives only some of them in full (`vistel.wire.motion.interest`)."""
 
 
 class Conference(Checked):

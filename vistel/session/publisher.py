@@ -5,7 +5,7 @@ from vistel.messages.postures import sample_of
 from vistel.v1.motion_pb2 import Participant
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel.wire.motion_publication import MotionPublication
+from vistel.wire.motion.publication import MotionPublication
 from vistel.wire.topics import BY_NAME
 
 

@@ -37,7 +37,7 @@ from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.v1 import motion_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
-from vistel.wire.proportions import to_message
+from vistel.wire.motion.proportions import to_message
 from vistel.wire.world.decoder import WorldDecoder
 from vistel_sim.motion.open import open_motion
 

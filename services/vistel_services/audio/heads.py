@@ -13,8 +13,8 @@ from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.messages.postures import posture_of
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.bus import Bus
-from vistel.wire.interest import STRAY_NS, MotionSubscriptions
 from vistel.wire.motion import MotionDecoder, MotionSample
+from vistel.wire.motion.interest import STRAY_NS, MotionSubscriptions
 from vistel.wire.topics import BY_NAME
 
 _HEAD = JOINT_INDEX["head"]

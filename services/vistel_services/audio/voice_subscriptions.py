@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from vistel.wire.bus import Bus, Sample
-from vistel.wire.interest import NEAR, ChosenSubscriptions, loudest
+from vistel.wire.motion.interest import NEAR, ChosenSubscriptions, loudest
 from vistel.wire.topics import BY_NAME
 
 LOUD_NS = 1_000_000_000

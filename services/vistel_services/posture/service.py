@@ -24,8 +24,8 @@ from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication, Subscription
 from vistel.wire.clock import Clock
 from vistel.wire.motion import MotionSample, StalePart
-from vistel.wire.motion_publication import MotionPublication
-from vistel.wire.proportions import to_message
+from vistel.wire.motion.proportions import to_message
+from vistel.wire.motion.publication import MotionPublication
 from vistel.wire.topics import BY_NAME
 from vistel_services.posture.own_avatar import OwnAvatar, own_avatar, send_parts
 from vistel_services.process.clocks import begin_ns_of

@@ -25,7 +25,7 @@ from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
-from vistel.wire.interest import MotionSubscriptions, nearest
+from vistel.wire.motion.interest import MotionSubscriptions, nearest
 from vistel.wire.shared_pictures import shared_path
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener

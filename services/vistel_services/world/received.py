@@ -17,8 +17,8 @@ from vistel.v1.device_pb2 import TrackerReceiver
 from vistel.v1.motion_pb2 import Prop
 from vistel.wire.bus import Sample
 from vistel.wire.clock import STEP_NS
-from vistel.wire.interest import STRAY_NS
 from vistel.wire.motion import MotionDecoder
+from vistel.wire.motion.interest import STRAY_NS
 
 log = logging.getLogger("vistel.world")
 

@@ -24,7 +24,7 @@ from vistel.v1.command_pb2 import Command
 from vistel.v1.world_pb2 import WorldInputs, WorldSnapshot, WorldSnapshotRequest
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock, sleep, within
-from vistel.wire.interest import MotionSubscriptions
+from vistel.wire.motion.interest import MotionSubscriptions
 from vistel.wire.topics import BY_NAME
 from vistel_services.world.received import InputCollector, ReceivedInputs
 

@@ -11,7 +11,7 @@ from vistel.geometry.rotation import rotation_y
 from vistel.messages.postures import sample_of
 from vistel.space.room import TABLE_SEATS, seat_pose
 from vistel.wire.motion import MotionEncoder
-from vistel.wire.motion_publication import THIN_NS
+from vistel.wire.motion.publication import THIN_NS
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import simulated_people
 

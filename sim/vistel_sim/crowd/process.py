@@ -27,7 +27,7 @@ from vistel.conference.seats import seat_place
 from vistel.v1.audio_pb2 import Voice
 from vistel.v1.motion_pb2 import Motion
 from vistel.wire.clock import SystemClock
-from vistel.wire.interest import nearest
+from vistel.wire.motion.interest import nearest
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION, Topic
 from vistel.wire.zenoh.config import as_text, client_config
 from vistel_sim.crowd.conference import talkers

@@ -18,7 +18,7 @@ from vistel.v1.service_pb2 import ClockReply
 from vistel.v1.world_pb2 import WorldSnapshot, WorldState
 from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SystemClock
-from vistel.wire.interest import ChosenSubscriptions
+from vistel.wire.motion.interest import ChosenSubscriptions
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery, Publisher
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import BusError, ZenohBus

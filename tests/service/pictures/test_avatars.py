@@ -26,8 +26,8 @@ from vistel.space.people import build_like
 from vistel.v1.motion_pb2 import AvatarPart, Participant
 from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogReader, LogWriter
+from vistel.wire.motion.proportions import to_message
 from vistel.wire.parcels import digest_of, parts_of
-from vistel.wire.proportions import to_message
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.log.avatars import with_recorded_avatars

@@ -7,10 +7,10 @@ import numpy as np
 
 from vistel.conference.model import CROWD, Conference
 from vistel.wire.clock import SystemClock
-from vistel.wire.interest import LOUD, NEAR, MotionSubscriptions, loudest, nearest
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.motion import MotionSample
-from vistel.wire.motion_publication import MotionPublication
+from vistel.wire.motion.interest import LOUD, NEAR, MotionSubscriptions, loudest, nearest
+from vistel.wire.motion.publication import MotionPublication
 
 HERE = [np.zeros(3)]
 ROW = {f"p{i:02d}": np.array([float(i), 0.0, 0.0]) for i in range(1, 20)}

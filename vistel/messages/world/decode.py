@@ -13,7 +13,7 @@ from vistel.v1.command_pb2 import Command
 from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.v1.world_pb2 import WorldInputs
 from vistel.wire.motion import MotionSample
-from vistel.wire.proportions import from_message
+from vistel.wire.motion.proportions import from_message
 
 log = logging.getLogger("vistel.world")
 

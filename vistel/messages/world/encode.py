@@ -13,7 +13,7 @@ from vistel.space.things.things import Thing, ThingPrimitive
 from vistel.space.view import GraspView, HandForce, Outcome, ThingView, WorldView
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.v1.command_pb2 import CommandResult
-from vistel.wire.proportions import to_message
+from vistel.wire.motion.proportions import to_message
 
 STATE_STEPS = 60
 """Steps between two recorded private states: a second."""

@@ -17,8 +17,8 @@ from vistel.render.stage.playout import Playout, Timing
 from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of
 from vistel.space.things.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
+from vistel.wire.motion.proportions import from_message
 from vistel.wire.parcels import is_digest
-from vistel.wire.proportions import from_message
 from vistel.wire.world.decoder import RoomState, Touch
 
 log = logging.getLogger("vistel.renderer")

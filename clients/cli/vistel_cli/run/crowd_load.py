@@ -29,7 +29,7 @@ from vistel.conference.paths import RunPaths
 from vistel.conference.seats import seat_place
 from vistel.wire.bus import Bus, Subscription
 from vistel.wire.clock import SystemClock
-from vistel.wire.interest import MotionSubscriptions, nearest
+from vistel.wire.motion.interest import MotionSubscriptions, nearest
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.endpoints import answers, free_port
 from vistel_cli.run.up import write_conference
