@@ -241,11 +241,13 @@ class _Run:
         finally:
             if not self.as_json:
                 out.print("stopping …")
-            await striker.mend()
-            codes = await supervisor.stop()
-            await bus.close()
-            if struck.router:
-                struck.router.close()
+            with _progress(self.as_json) as bar:
+                bar.add_task("films and log are ended", total=None)
+                await striker.mend()
+                codes = await supervisor.stop()
+                await bus.close()
+                if struck.router:
+                    struck.router.close()
         return self._finish(observer, supervisor, codes, cpu, paths, ready_s)
 
     def _print_beginning(self, running: Running, processes: int) -> None:
