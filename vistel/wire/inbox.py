@@ -12,7 +12,7 @@ from google.protobuf.message import DecodeError
 from vistel.wire.bus import BusCounters, Sample
 from vistel.wire.fence import Fence
 from vistel.wire.freshness import Freshness
-from vistel.wire.limits import most_bytes, objection_to_texts
+from vistel.wire.limits import MOST_MESSAGE_BYTES, most_bytes, objection_to_texts, short_bytes
 from vistel.wire.owners import Admission
 from vistel.wire.reliable import CACHE_BYTES, CACHE_MESSAGES
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
@@ -42,6 +42,7 @@ class MessageDecoder:
         self.topic = topic
         self._counters = counters
         self._has_header = "header" in topic.message.DESCRIPTOR.fields_by_name
+        self._short_bytes = short_bytes(topic.message.DESCRIPTOR) if topic.publisher is Publisher.SITE else MOST_MESSAGE_BYTES
         self._logged: set[tuple[str, str]] = set()
 
     def decode(self, key: str, payload: bytes) -> Any | None:
@@ -59,7 +60,7 @@ class MessageDecoder:
                 self._counters.unknown_version += 1
                 self.log_once(key, f"message version {version}, this is {MESSAGE_VERSION}: update the older side")
                 return None
-        reason = objection_to_texts(message) if self.topic.publisher is Publisher.SITE else ""
+        reason = objection_to_texts(message) if len(payload) > self._short_bytes else ""
         if reason:
             self._counters.corrupt += 1
             self.log_once(key, reason)

@@ -29,6 +29,14 @@ def most_bytes(topic: Topic) -> int:
     return RAW_BYTES if topic.name == "device_raw" else SITE_BYTES
 
 
+@cache
+def short_bytes(kind: Descriptor) -> int:
+    """A message of this kind with at most so many bytes holds no text that is too long: a letter takes a byte or more."""
+    inside = (short_bytes(kind.fields_by_name[name].message_type) for name, _, nested in _texts(kind) if nested)
+    own = (CUT.get(name, MOST_LETTERS) for name, _, nested in _texts(kind) if not nested)
+    return min((*inside, *own), default=MOST_MESSAGE_BYTES)
+
+
 def objection_to_texts(message: Any) -> str:
     """Why the texts in a message cannot be; empty where they can. Texts for people are cut."""
     for field, repeated, nested in _texts(message.DESCRIPTOR):
