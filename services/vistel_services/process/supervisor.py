@@ -1,6 +1,6 @@
 """Starts processes, starts them again when they crash, and stops them in order.
 
-With a fork server they are forked from a process that has everything loaded, which takes milliseconds; without one, or
+With fork servers they are forked from a process that has loaded what they need, which takes milliseconds; without one, or
 when it fails, each is started from nothing.
 """
 
@@ -9,9 +9,10 @@ from __future__ import annotations
 import asyncio
 import logging
 import signal
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 from vistel.wire import alive, background
 from vistel_services.process.forking import ForkServer, Process, end, send_signal
@@ -37,7 +38,7 @@ back-off and from nothing: what is loaded may be the cause."""
 class ProcessSpec:
     """What to run. `stop_rank`: higher ranks are stopped first; `grace_s`: how long it may take to stop; `module`: what
     has the `main` that runs, with `arguments`, so that it can be forked, None if it cannot; `alive`: the file of its signs of life
-    (`vistel.wire.alive`), None if it gives none."""
+    (`vistel.wire.alive`), None if it gives none; `server`: the fork server that has loaded what it needs."""
 
     name: str
     argv: tuple[str, ...]
@@ -47,6 +48,7 @@ class ProcessSpec:
     module: str | None = None
     arguments: tuple[str, ...] = ()
     alive: Path | None = None
+    server: str = ""
 
 
 @dataclass
@@ -66,14 +68,14 @@ class Child:
 
 
 class Supervisor:
-    """Runs `specs`; each process's output goes to `log_folder`/NAME.log. `fork_server`: stopped with the rest. `silent_s`,
-    `starting_s`: see SILENT_S, STARTING_S."""
+    """Runs `specs`; each process's output goes to `log_folder`/NAME.log. `fork_servers`: by name, stopped with the rest;
+    `silent_s`, `starting_s`: see SILENT_S, STARTING_S."""
 
     def __init__(
         self,
         specs: Sequence[ProcessSpec],
         log_folder: Path,
-        fork_server: ForkServer | None = None,
+        fork_servers: Mapping[str, ForkServer] = MappingProxyType({}),
         silent_s: float = SILENT_S,
         starting_s: float = STARTING_S,
     ) -> None:
@@ -81,7 +83,7 @@ class Supervisor:
         self.children = {s.name: Child(s) for s in specs}
         self._folder = log_folder
         self._tasks: dict[str, asyncio.Task[None]] = {}
-        self.fork_server = fork_server
+        self.fork_servers = fork_servers
         self.on_exit: Callable[[str, int], None] | None = None
 
     async def start(self) -> None:
@@ -97,8 +99,9 @@ class Supervisor:
     async def _spawn(self, child: Child, *, afresh: bool = False) -> None:
         """afresh: from nothing, even if it could be forked."""
         spec, log_file = child.spec, self.log_file(child.spec.name)
-        if self.fork_server is not None and spec.module is not None and not afresh:
-            child.process = await self.fork_server.fork(spec.module, log_file, spec.arguments, f"vistel: {spec.name}")
+        server = self.fork_servers.get(spec.server)
+        if server is not None and spec.module is not None and not afresh:
+            child.process = await server.fork(spec.module, log_file, spec.arguments, f"vistel: {spec.name}")
             if child.process is not None:
                 log.info("forked process=%s pid=%d", spec.name, child.process.pid)
                 return
@@ -167,8 +170,7 @@ class Supervisor:
         for task in self._tasks.values():
             task.cancel()
         await asyncio.gather(*self._tasks.values(), return_exceptions=True)
-        if self.fork_server is not None:
-            await self.fork_server.stop()
+        await asyncio.gather(*(server.stop() for server in self.fork_servers.values()))
         for rank in sorted({c.spec.stop_rank for c in self.children.values()}, reverse=True):
             await asyncio.gather(*(_stop(c) for c in self.children.values() if c.spec.stop_rank == rank))
         return {n: 0 if c.killed else c.process.returncode or 0 for n, c in self.children.items() if c.process}

@@ -18,12 +18,12 @@ from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.wire.clock import SystemClock
 from vistel.wire.zenoh.bus import Router, ZenohBus
-from vistel_cli.run.launch import fork_server_spec, host_spec
+from vistel_cli.run.launch import DRAWING, OTHERS, fork_server_spec, host_spec, open_fork_servers
 from vistel_cli.run.up import write_conference
 from vistel_services.process import forking, supervisor
 from vistel_services.process.forking import READY, ForkServer, ForkServerSpec
 from vistel_services.process.host import process_token
-from vistel_services.process.plan import ProcessPlan, hub_processes
+from vistel_services.process.plan import ProcessPlan, hub_processes, site_processes
 from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 pytestmark = pytest.mark.skipif(
@@ -89,7 +89,7 @@ def _scene(folder: Path, server: ForkServerSpec, spec: ProcessSpec, play: Play, 
     async def scene() -> None:
         keeps = ForkServer.open(server, folder / "fork-server.log")
         assert keeps is not None
-        runs = Supervisor([spec], folder, keeps)
+        runs = Supervisor([spec], folder, {"": keeps})
         if loaded:
             await keeps.settled()
         await runs.start()
@@ -132,7 +132,7 @@ sys.path[:0] = [{tests!r}]
 import test_fork_server as t
 async def main(folder):
     keeps = t.ForkServer.open(t._server_spec(folder), folder / "fork-server.log")
-    runs = t.Supervisor([t._worker(folder, "one")], folder, keeps)
+    runs = t.Supervisor([t._worker(folder, "one")], folder, {{"": keeps}})
     await keeps.settled()
     await runs.start()
     await t.until(lambda: t._said(runs) == t.FORKED)
@@ -202,7 +202,7 @@ def test_what_was_forked_outlives_the_server_and_the_next_one_takes_over(
 
     async def play(runs: Supervisor) -> None:
         await until(lambda: _said(runs) == FORKED)
-        server, child = runs.fork_server, runs.children["a/one"]
+        server, child = runs.fork_servers[""], runs.children["a/one"]
         first, pid = server.pid, child.pid
         _kill(first)
         await until(lambda: server.ready and server.pid != first)
@@ -250,6 +250,26 @@ def test_everything_a_conference_runs_loads_without_a_second_thread(tmp_path: Pa
     assert (code, answers) == (0, [READY]), lines
 
 
+@pytest.mark.parametrize(("standby", "names"), [(True, {DRAWING, OTHERS}), (False, set[str]())])
+def test_what_draws_and_what_does_not_are_loaded_at_the_same_time_by_two_processes(
+    tmp_path: Path, standby: bool, names: set[str]
+) -> None:
+    conference, file, _ = _conference(tmp_path)
+    conference = conference.model_copy(update={"standby": standby})
+
+    async def scene() -> None:
+        plans = [*hub_processes(conference), *site_processes(conference, "s")]
+        servers = open_fork_servers(conference, plans, file, tmp_path, simulators=True)
+        assert set(servers) == names
+        try:
+            await until(lambda: all(server.pid is not None for server in servers.values()))
+            assert len({server.pid for server in servers.values()}) == len(names)
+        finally:
+            await asyncio.gather(*(server.stop() for server in servers.values()))
+
+    asyncio.run(scene())
+
+
 def test_a_real_process_of_a_conference_is_killed_and_is_on_the_bus_again(tmp_path: Path) -> None:
     conference, file, paths = _conference(tmp_path)
     plans = [p for p in hub_processes(conference) if p.node == "hub/recorder"]
@@ -263,7 +283,7 @@ def test_a_real_process_of_a_conference_is_killed_and_is_on_the_bus_again(tmp_pa
         server = ForkServer.open(fork_server_spec(plans, file), tmp_path / "fork-server.log")
         assert server is not None
         await server.settled()
-        runs = Supervisor([host_spec(p, file, router.endpoint, paths) for p in plans], tmp_path / "logs", server)
+        runs = Supervisor([host_spec(p, file, router.endpoint, paths) for p in plans], tmp_path / "logs", {OTHERS: server})
         await runs.start()
         try:
             await until(lambda: comings == [True])

@@ -26,7 +26,7 @@ from vistel_cli.log.render import FilmSettings, render_log, size_of
 from vistel_cli.log.verify import verify_log
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.run.folders import OutFolder, run_folder
-from vistel_cli.run.launch import host_spec, open_fork_server, until_loaded
+from vistel_cli.run.launch import host_spec, open_fork_servers, until_loaded
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import write_conference
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error, print_warning
@@ -179,19 +179,19 @@ async def _play(
         for s in conference.sites:
             plans += site_processes(conference, s.name)
         plans = [p for p in plans if p.services[0] in services and p.services != ("world",)]
-        server = open_fork_server(conference, plans, file, folder)
+        servers = open_fork_servers(conference, plans, file, folder)
         with out.status("loading"):
-            await until_loaded(server, stop)
+            await until_loaded(servers, stop)
             world = None
             if "world" in services:
                 world, start_ns = await asyncio.to_thread(seeded_world, reader, conference, paths, start_ns)
                 begin_ns = max(begin_ns, start_ns)
         router = Router.open()
-        lead_s = LEAD_FORKED_S if server is not None and server.ready else LEAD_S
+        lead_s = LEAD_FORKED_S if servers and all(s.ready for s in servers.values()) else LEAD_S
         clock = ReplayClock(begin_ns, time.monotonic_ns() + int(lead_s * 1e9 + (begin_ns - start_ns) / speed), speed)
         bus = await connect(conference, HUB, clock, router.endpoint)
         specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
-        supervisor = Supervisor(specs, folder, server)
+        supervisor = Supervisor(specs, folder, servers)
         leading = None
         try:
             await supervisor.start()

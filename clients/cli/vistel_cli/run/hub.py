@@ -12,7 +12,7 @@ from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire.background import as_service
 from vistel_cli.run.earlier_room import resume
-from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
+from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, until_loaded
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import at_the_end, ended, write_conference
 from vistel_cli.terminal import FAILED, out, print_error, print_warning
@@ -66,12 +66,12 @@ async def _run(
         folder = paths.out / "logs"
         folder.mkdir(exist_ok=True)
         logs.configure_file("hub/supervisor", folder / "supervisor.log")
-        server = open_fork_server(conference, plans, file, folder, simulators=bool(simulate))
-        supervisor = Supervisor(specs, folder, server)
+        servers = open_fork_servers(conference, plans, file, folder, simulators=bool(simulate))
+        supervisor = Supervisor(specs, folder, servers)
         supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
         with monitored(conference.monitoring.listen, paths.out / "metrics", [p.node for p in plans]):
             with out.status("loading"):
-                await until_loaded(server, stop)
+                await until_loaded(servers, stop)
             try:
                 if not stop.is_set():
                     await supervisor.start()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from vistel.conference.model import Conference
@@ -15,6 +15,10 @@ from vistel_services.process.forking import ForkServer, ForkServerSpec
 from vistel_services.process.plan import ProcessPlan
 from vistel_services.process.supervisor import ProcessSpec
 
+DRAWING = "drawing"
+"""The fork server of what draws."""
+OTHERS = "others"
+"""The fork server of what does not."""
 # Devices first stop feeding, then services end, the recorder last so that it receives everything.
 _STOP_RANK = {"sim": 4, "renderer": 3, "world": 2, "recorder": 0}
 
@@ -23,33 +27,46 @@ def host_spec(plan: ProcessPlan, file: Path, hub: str, paths: RunPaths, clock: s
     """How to run one process of services."""
     arguments = (str(file), plan.node, "--hub", hub, "--run", str(paths.run), "--out", str(paths.out), "--clock", clock)
     rank = min(_STOP_RANK.get(s, 3) for s in plan.services)
-    return _spec(plan.node, "vistel_services.process.host", arguments, rank, paths, grace_s=10.0)
+    return _spec(plan.node, "vistel_services.process.host", arguments, rank, paths, _server(plan), grace_s=10.0)
 
 
 def sim_spec(file: Path, paths: RunPaths, site: str | None = None) -> ProcessSpec:
     """How to run the simulated devices of a conference, or of one site of it."""
     arguments = (str(file), "--run", str(paths.run), *(("--site", site) if site else ()))
-    return _spec("hub/sim", "vistel_sim.process", arguments, _STOP_RANK["sim"], paths)
+    return _spec("hub/sim", "vistel_sim.process", arguments, _STOP_RANK["sim"], paths, OTHERS)
 
 
-def open_fork_server(
+def open_fork_servers(
     conference: Conference, plans: Sequence[ProcessPlan], file: Path, logs: Path, *, simulators: bool = False
-) -> ForkServer | None:
-    """A process that loads what any of `plans`, and `simulators`, need; None if the conference wants none or this
-    system cannot. `logs`: folder for its log."""
+) -> dict[str, ForkServer]:
+    """Processes that load what `plans`, and `simulators`, need: one for those that draw and one for the others, which load at the
+    same time. Empty if the conference wants none or this system cannot. `logs`: folder for their log."""
     if not conference.standby:
-        return None
-    return ForkServer.open(fork_server_spec(plans, file, simulators=simulators), logs / "fork-server.log")
+        return {}
+    groups = dict[str, list[ProcessPlan]]()
+    for plan in plans:
+        groups.setdefault(_server(plan), []).append(plan)
+    if simulators:
+        groups.setdefault(OTHERS, [])
+    opened = {
+        name: ForkServer.open(fork_server_spec(some, file, simulators=simulators and name == OTHERS), logs / "fork-server.log")
+        for name, some in groups.items()
+    }
+    return {name: server for name, server in opened.items() if server is not None}
 
 
-async def until_loaded(server: ForkServer | None, stop: asyncio.Event) -> None:
-    """Wait until `server` has loaded or failed, or `stop` is set."""
-    if server is None:
-        return
-    waiting = [background.start(server.settled(), "loaded"), background.start(stop.wait(), "stop")]
-    await asyncio.wait(waiting, return_when=asyncio.FIRST_COMPLETED)
-    for task in waiting:
-        task.cancel()
+async def until_loaded(servers: Mapping[str, ForkServer], stop: asyncio.Event) -> None:
+    """Wait until each of `servers` has loaded or failed, or `stop` is set."""
+    loaded = asyncio.gather(*(server.settled() for server in servers.values()))
+    stopped = background.start(stop.wait(), "stop")
+    await asyncio.wait([loaded, stopped], return_when=asyncio.FIRST_COMPLETED)
+    for waiting in (loaded, stopped):
+        waiting.cancel()
+
+
+def _server(plan: ProcessPlan) -> str:
+    """The name of the fork server that a process is forked from."""
+    return DRAWING if "renderer" in plan.services else OTHERS
 
 
 def fork_server_spec(plans: Sequence[ProcessPlan], file: Path, *, simulators: bool = False) -> ForkServerSpec:
@@ -59,11 +76,13 @@ def fork_server_spec(plans: Sequence[ProcessPlan], file: Path, *, simulators: bo
     return ForkServerSpec((sys.executable, "-m", "vistel_services.process.fork_server", str(file), *modules), _environment())
 
 
-def _spec(name: str, module: str, arguments: tuple[str, ...], rank: int, paths: RunPaths, grace_s: float = 8.0) -> ProcessSpec:
+def _spec(
+    name: str, module: str, arguments: tuple[str, ...], rank: int, paths: RunPaths, server: str, grace_s: float = 8.0
+) -> ProcessSpec:
     alive = paths.run / "alive" / name.replace("/", "-")
     arguments = (*arguments, "--alive", str(alive))
     argv = (sys.executable, "-m", module, *arguments)
-    return ProcessSpec(name, argv, rank, grace_s, _environment(), module, arguments, alive)
+    return ProcessSpec(name, argv, rank, grace_s, _environment(), module, arguments, alive, server)
 
 
 def _environment() -> dict[str, str]:

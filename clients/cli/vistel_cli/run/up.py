@@ -34,7 +34,7 @@ from vistel_cli.run.checks import faults_of
 from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.earlier_room import FromRoom, kept_line, resume
 from vistel_cli.run.folders import OutFolder, run_folder
-from vistel_cli.run.launch import host_spec, open_fork_server, sim_spec, until_loaded
+from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, until_loaded
 from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
@@ -218,8 +218,8 @@ class _Run:
             there = endpoint_of(links[site.name]) if links else endpoint
             specs += [host_spec(p, file, there, paths) for p in site_processes(conference, site.name)]
             plans += site_processes(conference, site.name)
-        server = open_fork_server(conference, plans, file, logs_folder, simulators=simulators)
-        supervisor = Supervisor(specs, logs_folder, server)
+        servers = open_fork_servers(conference, plans, file, logs_folder, simulators=simulators)
+        supervisor = Supervisor(specs, logs_folder, servers)
         tell = print_warning if self.as_json else events.add
         supervisor.on_exit = lambda name, code: tell(ended(name, code, supervisor.log_file(name)))
         struck = Struck(supervisor, router, links, clock, conference.world.folder or paths.run, events.add)
@@ -270,7 +270,7 @@ class _Run:
         with _progress(self.as_json) as bar:
             everything, simulated = len(observer.missing()), simulated_names(self.conference)
             task = bar.add_task("loading", total=everything)
-            await until_loaded(supervisor.fork_server, self.stop)
+            await until_loaded(supervisor.fork_servers, self.stop)
             if not self.stop.is_set():
                 await supervisor.start()
             while not self.stop.is_set():
