@@ -33,6 +33,17 @@ class RunPaths:
         return self.out / "conference.mcap"
 
     @property
+    def logs(self) -> list[Path]:
+        """The files of the log: one, and a numbered one each time that a new one was begun."""
+        return sorted((p for p in self.out.glob("conference*.mcap") if p.stem.split(".")[0] == "conference"), key=_number)
+
+    @property
     def report(self) -> Path:
         """The figures of the run, as JSON."""
         return self.out / "report.json"
+
+
+def _number(file: Path) -> int:
+    """2 of "name.2.mcap"; 0 of the first."""
+    number = file.stem.partition(".")[2]
+    return int(number) if number.isdecimal() else 0

@@ -107,7 +107,7 @@ def up(
 def left_by_a_run(conference: Conference, folder: Path) -> list[Path]:
     """The films, log, report and process logs of an earlier run in `folder`."""
     paths = RunPaths(folder, folder)
-    files = [paths.log, paths.report, *(v for s in conference.sites for v in paths.videos(s.name)), *folder.glob("logs/*.log*")]
+    files = [*paths.logs, paths.report, *(v for s in conference.sites for v in paths.videos(s.name)), *folder.glob("logs/*.log*")]
     return [f for f in files if f.exists()]
 
 
@@ -311,7 +311,7 @@ class _Run:
         }
         films = [s.name for s in self.conference.sites if s.draws and s.display.video]
         files = [film for name in films for film in paths.videos(name) or [paths.video(name)]]
-        files += [paths.log] if self.conference.record else []
+        files += (paths.logs or [paths.log]) if self.conference.record else []
         report["files"] = {f.name: f.stat().st_size if f.exists() else None for f in files}
         paths.report.write_text(json.dumps(report, indent=2) + "\n", "utf-8")
         faults = [f"{f.name} is missing" for f in files if not f.exists()]
