@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from vistel.conference.files import DEMO_FILE, load
-from vistel_cli.run.prepared import prepare, stamp_of
+from vistel_cli.run.prepared import NO_FIGURES, prepare, stamp_of
 
 
 def test_looking_loads_neither_compiler_nor_renderer() -> None:
@@ -24,16 +25,28 @@ def test_what_is_prepared_is_not_made_again(monkeypatch: pytest.MonkeyPatch, tmp
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     conference = load(DEMO_FILE)
-    stamp = stamp_of(conference)
+    stamp = stamp_of(conference, draws=True)
     assert stamp.is_relative_to(tmp_path)
     stamp.parent.mkdir(parents=True)
     stamp.touch()
     monkeypatch.setattr(asyncio, "create_subprocess_exec", None)  # would be called to make it
-    assert asyncio.run(prepare(conference, DEMO_FILE, asyncio.Event()))
+    for draws in (True, False):
+        assert asyncio.run(prepare(conference, DEMO_FILE, asyncio.Event(), draws=draws))
 
 
 def test_other_people_need_another_preparation() -> None:
     conference = load(DEMO_FILE)
     data = conference.model_dump(mode="json", exclude_none=True)
     data["sites"][0]["participants"][0]["height"] = 1.5
-    assert stamp_of(type(conference).model_validate(data)) != stamp_of(conference)
+    other = type(conference).model_validate(data)
+    assert stamp_of(other, draws=True) != stamp_of(conference, draws=True)
+    assert stamp_of(other, draws=False) == stamp_of(conference, draws=False)
+
+
+def test_where_nothing_is_drawn_nobody_is_made(tmp_path: Path) -> None:
+    environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path)}
+    command = [sys.executable, "-m", "vistel_cli.run.prepare", str(DEMO_FILE), NO_FIGURES]
+    said = subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
+    assert "done compiling posture" in said and "making" not in said and "deformation" not in said
+    conference = load(DEMO_FILE)
+    assert list(tmp_path.glob("**/prepared-*")) == [tmp_path / "vistel" / stamp_of(conference, draws=False).name]

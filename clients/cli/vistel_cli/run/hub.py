@@ -56,8 +56,9 @@ async def _run(
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(Path(run), output.resolve())
         file = write_conference(conference, paths.run)
-        computing = any(service in COMPUTING for plan in plans for service in plan.services)
-        if computing and not await prepare(conference, file, stop):
+        services = {service for plan in plans for service in plan.services}
+        computing = not services.isdisjoint(COMPUTING)
+        if computing and not await prepare(conference, file, stop, draws="renderer" in services):
             return 0
         resume(conference, paths, earlier)
         specs = [host_spec(p, file, hub, paths) for p in plans]

@@ -2,7 +2,7 @@
 
 Without this, every process of the first conference would compile the same kernels at the same time. Runs as
 
-    python -m vistel_cli.run.prepare CONFERENCE.toml
+    python -m vistel_cli.run.prepare CONFERENCE.toml [--no-figures]
 
 in a process of its own (its memory goes back), which forks one more for each core. They take one step after the other, and
 print lines for the progress bar of `vistel_cli.run.prepared`: `steps COUNT`, then `begun NAME`, `kernel NAME` for each that a
@@ -43,7 +43,7 @@ from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.wire import motion as motion_codec
 from vistel_cli.run.compile_in_turn import compile_in_turn
-from vistel_cli.run.prepared import INTERRUPTED, people_of, stamp_of
+from vistel_cli.run.prepared import INTERRUPTED, NO_FIGURES, is_prepared, people_of, stamp_of
 from vistel_services.world.service import warm_up
 from vistel_sim.motion import open_motion
 
@@ -63,15 +63,16 @@ def _by_the_meeting(conference: Conference) -> Conference:
     return Conference.model_validate(data)
 
 
-def _steps(conference: Conference) -> list[Step]:
+def _steps(conference: Conference, *, draws: bool) -> list[Step]:
     """In this order: neighbours share few kernels, and the long ones come first."""
     steps: list[Step] = [
-        ("compiling deformation", _compile_figures, (conference,)),
         ("compiling the world", _compile_world, (conference,)),
         ("compiling posture", _compile_posture, (conference,)),
         ("compiling the motion codec", motion_codec.warm_up, ()),
     ]
-    for spec, name, height in people_of(conference):
+    if draws and people_of(conference):
+        steps.insert(0, ("compiling deformation", _compile_figures, (conference,)))
+    for spec, name, height in people_of(conference) if draws else ():
         if spec.startswith("builtin"):
             steps.append((f"making {name}", load_figure, (ParticipantInfo(name, name, spec, height),)))
     return steps
@@ -154,9 +155,9 @@ def _do(step: Step) -> str:
     return _doing
 
 
-def _run(conference: Conference) -> None:
+def _run(conference: Conference, *, draws: bool) -> None:
     """All steps, on all cores. Raises what a step raises."""
-    steps = _steps(conference)
+    steps = _steps(conference, draws=draws)
     _say(f"steps {len(steps)}")
     context = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")
     with ProcessPoolExecutor(os.cpu_count(), context, _begin_worker) as pool:
@@ -173,17 +174,17 @@ def _run(conference: Conference) -> None:
 def main() -> None:
     """Entry point of the child."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
-    conference = _by_the_meeting(load(Path(sys.argv[1])))
+    conference, draws = _by_the_meeting(load(Path(sys.argv[1]))), NO_FIGURES not in sys.argv
     try:
         # Sites that start together on one machine prepare one after the other: the second finds all done.
         print("begun waiting for another start, which prepares", flush=True)
         with file_lock(default_cache().parent / "prepare.lock"):
             print("begun loading", flush=True)
-            if stamp_of(conference).exists():
+            if is_prepared(conference, draws=draws):
                 return
-            _run(conference)
+            _run(conference, draws=draws)
             with contextlib.suppress(OSError):  # an unwritable cache only means preparing again
-                stamp_of(conference).touch()
+                stamp_of(conference, draws=draws).touch()
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
 

@@ -26,21 +26,25 @@ from vistel_cli.terminal import err, fail
 
 INTERRUPTED = 130
 """Exit code of a preparation that was stopped."""
+NO_FIGURES = "--no-figures"
+"""Given to `vistel_cli.run.prepare` where nothing is drawn."""
 LINE_EVERY_S = 1.5
 """How often a line says how far it is, where there is no terminal for a bar."""
 _ONE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 """Each core has a process of its own."""
 
 
-async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, silent: bool = False) -> bool:
+async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, draws: bool = True, silent: bool = False) -> bool:
     """Make the missing parts and show the progress. Returns at once when all is there; False when `stop` was set meanwhile.
+    draws: whether pictures are drawn here; else no figures are made.
 
     Exits with one line when it fails.
     """
-    if stamp_of(conference).exists():
+    if is_prepared(conference, draws=draws):
         return True
+    arguments = (str(file), *(() if draws else (NO_FIGURES,)))
     child = await asyncio.create_subprocess_exec(
-        sys.executable, "-m", "vistel_cli.run.prepare", str(file), stdout=subprocess.PIPE, env=_ONE_THREAD | dict(os.environ)
+        sys.executable, "-m", "vistel_cli.run.prepare", *arguments, stdout=subprocess.PIPE, env=_ONE_THREAD | dict(os.environ)
     )
     following, stopping = background.start(_show(child, silent), "progress"), background.start(stop.wait(), "stop")
     await asyncio.wait({following, stopping}, return_when=asyncio.FIRST_COMPLETED)
@@ -83,9 +87,14 @@ async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
                 line = b"waiting"
 
 
-def stamp_of(conference: Conference) -> Path:
-    """A file that is there when all has been made."""
-    return default_cache().parent / f"prepared-{_fingerprint(conference)}"
+def is_prepared(conference: Conference, *, draws: bool) -> bool:
+    """Whether all has been made."""
+    return any(stamp_of(conference, draws=with_figures).exists() for with_figures in {True, draws})
+
+
+def stamp_of(conference: Conference, *, draws: bool) -> Path:
+    """A file that is there when all has been made, draws: figures too."""
+    return default_cache().parent / f"prepared-{_fingerprint(conference, people_of(conference) if draws else [])}"
 
 
 def people_of(conference: Conference) -> list[tuple[str, str, float]]:
@@ -93,8 +102,8 @@ def people_of(conference: Conference) -> list[tuple[str, str, float]]:
     return [(p.avatar, p.name, p.height) for s in conference.sites for p in s.participants]
 
 
-def _fingerprint(conference: Conference) -> str:
-    text = f"{sys.version} {metadata.version('numba')} {people_of(conference)}"
+def _fingerprint(conference: Conference, people: list[tuple[str, str, float]]) -> str:
+    text = f"{sys.version} {metadata.version('numba')} {people}"
     if conference.room.from_files:
         text += f" {conference.room.model_dump_json()} {_newest(conference.room)}"
     for source in sorted(Path(vistel.__file__).parent.rglob("*.py")):

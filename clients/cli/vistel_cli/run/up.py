@@ -181,7 +181,8 @@ class _Run:
 
     async def _run(self, paths: RunPaths, file: Path, logs_folder: Path) -> int:
         conference = self.conference
-        if not await prepare(conference, file, self.stop, silent=self.as_json):
+        draws = any(site.draws for site in conference.sites)
+        if not await prepare(conference, file, self.stop, draws=draws, silent=self.as_json):
             return 0
         self.kept = kept_line(conference) if self.earlier is None else {"room": f"as in {self.earlier}"}
         resume(conference, paths, self.earlier)
