@@ -12,6 +12,10 @@ AROUND, ALONG = 24, 13
 """Points round a bone and along it; as many on each of its round ends."""
 TOUCHES = 0.0015
 """A digit nearer than this touches [m]."""
+MOST_M = 0.06
+"""The greatest depth that is told from greater ones [m]."""
+STEP_M = 0.001
+"""Between two looks for the surface on the way out [m]."""
 
 
 def deepest(hand: PrimitiveSet, digit: NDArray[np.int64], thing: Thing, position: F64, rotation: F64) -> tuple[float, int]:
@@ -57,16 +61,20 @@ def _depths(p: ThingPrimitive, points: F64) -> F64:
     steep = np.linalg.norm(slope, axis=1)
     out = slope / np.maximum(steep, 1e-9)[:, None]
     inside = _ratio(p, points) < 1.0
-    # The surface on the line through the point along the slope, by halving; from outside the line goes inwards.
+    # The first surface on the line through the point along the slope, by millimetres and then by halving; from outside the line
+    # goes inwards. Farther on there may be another one: the way out of a ring leads through its hole.
     way = np.where(inside[:, None], out, -out)
-    low, high = np.zeros(len(points)), np.full(len(points), 0.06)
-    crosses = (_ratio(p, points + high[:, None] * way) < 1.0) != inside
+    low, crosses = np.zeros(len(points)), np.zeros(len(points), dtype=bool)
+    for k in range(1, round(MOST_M / STEP_M) + 1):
+        crosses |= (_ratio(p, points + k * STEP_M * way) < 1.0) != inside
+        low = np.where(crosses, low, k * STEP_M)
+    high = low + STEP_M
     for _ in range(30):
         middle = 0.5 * (low + high)
         same = (_ratio(p, points + middle[:, None] * way) < 1.0) == inside
         low, high = np.where(same, middle, low), np.where(same, high, middle)
     distance = np.where(inside, low, -low)
-    return np.where(crosses, np.maximum(distance, -0.02), np.where(inside, 0.06, -0.02))
+    return np.where(crosses, np.maximum(distance, -0.02), np.where(inside, MOST_M, -0.02))
 
 
 def _ratio(p: ThingPrimitive, x: F64) -> F64:
