@@ -15,7 +15,6 @@ from prometheus_client import Counter, Gauge, Histogram
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.render.config import RenderConfig, render_config
-from vistel.render.figures.people import load_figure
 from vistel.render.interaction.requests import CommandRequest, Drag, Drop, RecordRequest, Request
 from vistel.render.stage.stage import Instant, Stage
 from vistel.render.view.screens import boxes
@@ -32,6 +31,7 @@ from vistel.wire.world.listener import WorldListener
 from vistel_services.process.clocks import begin_ns_of
 from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.drawing_thread import DrawingThread
+from vistel_services.renderer.figure_maker import load_apart
 from vistel_services.renderer.first_picture import FirstPicture
 from vistel_services.renderer.out.outputs import Out, Outputs
 from vistel_services.renderer.out.stream_address import StreamAddress
@@ -175,7 +175,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     inputs = _Inputs(bus, stage, clock, config.site, config.people, config.crowd)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
-    load = partial(load_figure, files=drawn.avatars, parcel=deliveries.parcel)
+    load = partial(load_apart, files=drawn.avatars, parcel=deliveries.parcel)
     drawing = DrawingThread(
         config.site, view, config.rate, drawn.seats, drawn.room, config.whole, load, thread, models, config.panes
     )

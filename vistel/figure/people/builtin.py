@@ -27,12 +27,7 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
     (default: the user's cache directory); a cache that is damaged or cannot be written costs one log line.
     Raises ValueError naming what is wrong in the spec or the height.
     """
-    recipe = parse_spec(spec, name)
-    if not 0.5 <= height <= 2.6:
-        raise ValueError(f"height: expected 0.5 to 2.6 m, got {height}")
-    folder = cache if cache is not None else default_cache()
-    key = hashlib.sha256(repr((VERSION, recipe, round(height, 4))).encode()).hexdigest()[:20]
-    path = folder / f"person-{key}.npz"
+    recipe, path = _place(spec, name, height, cache)
     try:
         return replace(load_avatar(path), name=name)
     except (FileNotFoundError, NotADirectoryError):
@@ -40,6 +35,20 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
     except (AvatarFileError, OSError) as fault:
         _log.warning("event=avatar_cache_unreadable path=%s reason=%s action=make_again", path, fault)
     return _made(recipe, path, name=name, height=height)
+
+
+def is_made(spec: str, *, name: str, height: float, cache: Path | None = None) -> bool:
+    """Whether `builtin_avatar` would read this person instead of making it. Raises ValueError as it does."""
+    return _place(spec, name, height, cache)[1].is_file()
+
+
+def _place(spec: str, name: str, height: float, cache: Path | None) -> tuple[Recipe, Path]:
+    """What a person is made of, and the file that keeps it."""
+    recipe = parse_spec(spec, name)
+    if not 0.5 <= height <= 2.6:
+        raise ValueError(f"height: expected 0.5 to 2.6 m, got {height}")
+    key = hashlib.sha256(repr((VERSION, recipe, round(height, 4))).encode()).hexdigest()[:20]
+    return recipe, (cache if cache is not None else default_cache()) / f"person-{key}.npz"
 
 
 def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
