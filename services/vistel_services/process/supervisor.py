@@ -87,11 +87,17 @@ class Supervisor:
         self.on_exit: Callable[[str, int], None] | None = None
 
     async def start(self) -> None:
-        """Start all, in the order given."""
+        """Start all, in the order given, but those of each fork server as soon as it has loaded."""
         self._folder.mkdir(parents=True, exist_ok=True)
+        await asyncio.gather(*(self._start(server) for server in {c.spec.server for c in self.children.values()}))
+
+    async def _start(self, server: str) -> None:
+        if server in self.fork_servers:
+            await self.fork_servers[server].settled()
         for name, child in self.children.items():
-            await self._spawn(child)
-            self._tasks[name] = background.start(self._watch(child), f"watch {name}")
+            if child.spec.server == server:
+                await self._spawn(child)
+                self._tasks[name] = background.start(self._watch(child), f"watch {name}")
 
     def log_file(self, name: str) -> Path:
         return self._folder / f"{name.replace('/', '-')}.log"

@@ -12,7 +12,7 @@ from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire.background import as_service
 from vistel_cli.run.earlier_room import resume
-from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, until_loaded
+from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import at_the_end, ended, write_conference
 from vistel_cli.terminal import FAILED, out, print_error, print_warning
@@ -71,11 +71,9 @@ async def _run(
         supervisor = Supervisor(specs, folder, servers)
         supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
         with monitored(conference.monitoring.listen, paths.out / "metrics", [p.node for p in plans]):
-            with out.status("loading"):
-                await until_loaded(servers, stop)
             try:
-                if not stop.is_set():
-                    await supervisor.start()
+                with out.status("loading"):
+                    await start(supervisor, stop)
                 out.print(
                     f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}", soft_wrap=True
                 )

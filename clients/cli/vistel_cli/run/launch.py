@@ -7,13 +7,14 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire import background
 from vistel_services.process.forking import ForkServer, ForkServerSpec
 from vistel_services.process.plan import ProcessPlan
-from vistel_services.process.supervisor import ProcessSpec
+from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 DRAWING = "drawing"
 """The fork server of what draws."""
@@ -57,11 +58,21 @@ def open_fork_servers(
 
 async def until_loaded(servers: Mapping[str, ForkServer], stop: asyncio.Event) -> None:
     """Wait until each of `servers` has loaded or failed, or `stop` is set."""
-    loaded = asyncio.gather(*(server.settled() for server in servers.values()))
+    await _unless(stop, asyncio.gather(*(server.settled() for server in servers.values())))
+
+
+async def start(supervisor: Supervisor, stop: asyncio.Event) -> None:
+    """Start all of `supervisor`, or as many as there is time for until `stop` is set."""
+    await _unless(stop, background.start(supervisor.start(), "start"))
+
+
+async def _unless(stop: asyncio.Event, waited_for: asyncio.Future[Any]) -> None:
+    """Wait for a future; it is cancelled when `stop` is set before it is done."""
     stopped = background.start(stop.wait(), "stop")
-    await asyncio.wait([loaded, stopped], return_when=asyncio.FIRST_COMPLETED)
-    for waiting in (loaded, stopped):
-        waiting.cancel()
+    await asyncio.wait([waited_for, stopped], return_when=asyncio.FIRST_COMPLETED)
+    for each in (waited_for, stopped):
+        each.cancel()
+    await asyncio.gather(waited_for, stopped, return_exceptions=True)
 
 
 def _server(plan: ProcessPlan) -> str:

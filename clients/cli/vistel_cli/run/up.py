@@ -34,7 +34,7 @@ from vistel_cli.run.checks import faults_of
 from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.earlier_room import FromRoom, kept_line, resume
 from vistel_cli.run.folders import OutFolder, run_folder
-from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, until_loaded
+from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
@@ -271,9 +271,7 @@ class _Run:
         with _progress(self.as_json) as bar:
             everything, simulated = len(observer.missing()), simulated_names(self.conference)
             task = bar.add_task("loading", total=everything)
-            await until_loaded(supervisor.fork_servers, self.stop)
-            if not self.stop.is_set():
-                await supervisor.start()
+            await start(supervisor, self.stop)
             while not self.stop.is_set():
                 observer.poll()
                 for event in events.troubles(simulated):
