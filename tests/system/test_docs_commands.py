@@ -24,8 +24,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(3000)]
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMAND = re.compile(r"(\.venv/bin/)?vistel [a-z]|(make|cp|python|sudo|pip) ")
-QUICK = {"docs/how-to/make-wrinkles.md", "docs/how-to/draw-by-scanlines.md"}
-"""Pages whose commands together take about a minute."""
+QUICK = {"docs/how-to/make-wrinkles.md"}
+"""A page whose commands take half a minute."""
 NOT_RUN = {
     r"make test$": "it runs this test",
     r"sudo ": "needs another user's rights",
