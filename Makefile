@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz chaos first bench figures speech-model proto web looks lock docs clean
+.PHONY: help setup demo test check house warm docs-commands fuzz chaos soak first bench figures speech-model proto web looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -48,6 +48,9 @@ figures: setup  ## run every benchmark, or BENCH="field deform", and write docs/
 
 chaos: setup  ## random faults under a conference of four sites, MINUTES=30 SEED=1, and whether it stood them
 	@$(PY) -m vistel_sim.chaos --minutes $(or $(MINUTES),30) --seed $(or $(SEED),1)
+
+soak: setup  ## a conference of four sites without faults, MINUTES=120: do memory and open files stay as they are?
+	@$(PY) -m vistel_sim.chaos --no-faults --minutes $(or $(MINUTES),120) --quiet 300
 
 speech-model: setup  ## make the Japanese acoustic model anew (docs/explanation/speech.md)
 	@OPENBLAS_NUM_THREADS=1 $(PY) -m scripts.speech_model.make

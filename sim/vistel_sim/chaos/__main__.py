@@ -16,13 +16,15 @@ def main() -> int:
     parser.add_argument("--minutes", type=float, default=30.0, help="of faults; some quiet before and after them comes on top")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--quiet", type=float, default=20.0, help="seconds without faults before and after them")
+    parser.add_argument("--no-faults", action="store_true", help="only see whether memory and open files stay as they are")
     parser.add_argument("--out", type=Path, default=Path("out/chaos"), help="folder for logs; a new one within it is used")
     args = parser.parse_args()
     folder = _free(args.out.resolve())
     print(f"logs in {folder}", flush=True)
-    outcome = event_loop.run(background.as_service("chaos", run(folder, args.seed, args.minutes * 60.0, args.quiet)))
+    running = run(folder, args.seed, args.minutes * 60.0, args.quiet, faults=not args.no_faults)
+    outcome = event_loop.run(background.as_service("chaos", running))
     save(outcome, folder / "outcome.json")
-    found = examine(folder, outcome)
+    found = examine(folder, outcome, faults=not args.no_faults)
     for line in found.told:
         print(line)
     for invariant, lines in found.violations.items():

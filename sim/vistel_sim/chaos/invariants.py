@@ -19,6 +19,8 @@ MOST_GROWTH = 0.05
 """Of a process's memory."""
 MOST_GROWTH_BYTES = 8 << 20
 """And so much besides: buffers of a program's start, which a process that was started again has not filled yet."""
+SOAK_GROWTH = 0.01
+"""Of a process's memory, where nothing strikes."""
 TOLD_BY_LEADER = ("world_inputs", "world_state")
 """Topics of which the leader tells a message for each step, or for each other one. The bus hears the first from one sender at a
 time, the second from all."""
@@ -189,12 +191,24 @@ def no_stale_motion(records: Iterable[Record], clock_steps: Sequence[Span] = ())
     return found.lines()
 
 
-def memory_back(before: Mapping[str, int], after: Mapping[str, int]) -> list[str]:
-    """Every process has about as much memory [bytes] as before the first fault, and none is missing."""
+def memory_back(
+    before: Mapping[str, int], after: Mapping[str, int], growth: float = MOST_GROWTH, most: int = MOST_GROWTH_BYTES
+) -> list[str]:
+    """Every process has about as much memory [bytes] as before, and none is missing. growth, most: how much more it may have, as a
+    share and in bytes."""
     found = _Lines([f"{name}: is not there at the end" for name in sorted(before.keys() - after.keys())])
     for name in sorted(before.keys() & after.keys()):
-        if after[name] > before[name] * (1 + MOST_GROWTH) + MOST_GROWTH_BYTES:
-            found.add(f"{name}: {before[name] / 1e6:.0f} MB before, {after[name] / 1e6:.0f} MB after")
+        if after[name] > before[name] * (1 + growth) + most:
+            found.add(f"{name}: {before[name] / 1e6:.1f} MB before, {after[name] / 1e6:.1f} MB after")
+    return found.lines()
+
+
+def files_back(before: Mapping[str, int], after: Mapping[str, int]) -> list[str]:
+    """No process has more files open than before."""
+    found = _Lines()
+    for name in sorted(before.keys() & after.keys()):
+        if after[name] > before[name]:
+            found.add(f"{name}: {before[name]} files open before, {after[name]} after")
     return found.lines()
 
 

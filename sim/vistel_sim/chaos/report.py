@@ -27,17 +27,20 @@ class Found:
     told: list[str]
 
 
-def examine(folder: Path, outcome: Outcome) -> Found:
-    """Hold the logs of a run against every invariant."""
+def examine(folder: Path, outcome: Outcome, *, faults: bool) -> Found:
+    """Hold the logs of a run against every invariant. faults: whether it was struck; else memory and files are judged strictly."""
     logs = {path.name: path for path in (folder / "heard.mcap", *sorted((folder / "out").glob("*.mcap")))}
     heard = logs["heard.mcap"]
+    limits = () if faults else (invariants.SOAK_GROWTH, 0)
     violations = {
         "one leader": invariants.one_leader(read(heard, *invariants.TOLD_BY_LEADER)),
         "every acknowledged command once and in order": invariants.commands_once_and_in_order(read(heard, *HEARD)),
         "no stale motion shown": invariants.no_stale_motion(read(heard, "image_delay"), outcome.clock_steps),
-        "memory back where it was": invariants.memory_back(outcome.memory_before, outcome.memory_after),
+        "memory back where it was": invariants.memory_back(outcome.memory_before, outcome.memory_after, *limits),
         "nothing died of what it should stand": died(folder / "out/logs/supervisor.log", outcome),
     }
+    if not faults:
+        violations["no file more is open"] = invariants.files_back(outcome.files_before, outcome.files_after)
     told = [
         f"faults: {', '.join(f'{n} {name}' for name, n in counts(outcome).items())}",
         f"commands: {outcome.asked} asked, {outcome.done} done, {outcome.refused} refused, {outcome.late} not answered in time",
@@ -48,7 +51,7 @@ def examine(folder: Path, outcome: Outcome) -> Found:
         violations.setdefault("replays bit for bit", []).extend([] if report.equal else [f"{name}: {report.difference}"])
     for name, before in sorted(outcome.memory_before.items()):
         now, files = outcome.memory_after.get(name, 0), outcome.files_after.get(name, 0)
-        told.append(f"{name:18} {before / 1e6:6.0f} MB, then {now / 1e6:6.0f} MB; {outcome.files_before[name]} files, then {files}")
+        told.append(f"{name:18} {before / 1e6:7.1f} MB, then {now / 1e6:7.1f} MB; {outcome.files_before[name]} files, then {files}")
     return Found(violations, told)
 
 

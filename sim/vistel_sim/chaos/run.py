@@ -46,6 +46,8 @@ START_S = 300.0
 """The longest wait for the beginning."""
 CLOCK_SETTLES_S = 12.0
 """So long after the hub's clock was set all processes have followed it."""
+TOLD_EVERY_S = 60.0
+"""From one line to the next where nothing strikes."""
 PROCESS_NAME = re.compile(r"vistel: (\S+)")
 
 
@@ -97,8 +99,8 @@ def processes() -> list[str]:
     return [*hub, *(f"{site}/capture" for site in PEOPLE), *(f"{site}/renderer" for site in DRAWING)]
 
 
-async def run(folder: Path, seed: int, lasting_s: float, quiet_s: float) -> Outcome:
-    """A conference in `folder`, under faults for `lasting_s`; quiet_s: without faults before and after them."""
+async def run(folder: Path, seed: int, lasting_s: float, quiet_s: float, *, faults: bool = True) -> Outcome:
+    """A conference in `folder`, under faults for `lasting_s`, or as long without; quiet_s: before and after that."""
     file, out = folder / "conference.toml", folder / "out"
     file.write_text(conference_file(), "utf-8")
     command = (sys.executable, "-m", "vistel_cli.main", "up", file.name, "--out", "out", "--simulate-links", "--json")
@@ -106,7 +108,7 @@ async def run(folder: Path, seed: int, lasting_s: float, quiet_s: float) -> Outc
         up = subprocess.Popen(command, cwd=folder, stdout=log, stderr=log)
     try:
         router = await _within(START_S, lambda: next((r.hub for r in running_conferences(NAME) if r.folder == str(out)), ""), up)
-        return await _under_faults(_Running(up, router, out), folder / "heard.mcap", seed, lasting_s, quiet_s)
+        return await _under_faults(_Running(up, router, out), folder / "heard.mcap", seed, lasting_s, quiet_s, faults)
     finally:
         if up.poll() is None:
             up.kill()
@@ -125,7 +127,7 @@ class _Running:
         return re.findall(rf"event=simulated_link site={site} endpoint=(\S+)", text)[-1]
 
 
-async def _under_faults(here: _Running, heard: Path, seed: int, lasting_s: float, quiet_s: float) -> Outcome:
+async def _under_faults(here: _Running, heard: Path, seed: int, lasting_s: float, quiet_s: float, faults: bool) -> Outcome:
     outcome, conference = Outcome(), load(here.out.parent / "conference.toml")
     witness = await Witness.open(conference, here.router, heard)
     async with background.service("witness") as beside:
@@ -139,7 +141,10 @@ async def _under_faults(here: _Running, heard: Path, seed: int, lasting_s: float
         asking = [beside.start(a.run(), "ask") for a in askers]
         await asyncio.sleep(quiet_s)
         outcome.memory_before, outcome.files_before = measured(here.up.pid)
-        await _strike(planned(seed, lasting_s, list(PEOPLE), processes(), ["hub", next(iter(PEOPLE))]), hub, outcome, here.up)
+        if faults:
+            await _strike(planned(seed, lasting_s, list(PEOPLE), processes(), ["hub", next(iter(PEOPLE))]), hub, outcome, here.up)
+        else:
+            await _wait(lasting_s, here.up)
         await asyncio.sleep(quiet_s)
         for task in asking:
             task.cancel()
@@ -172,6 +177,16 @@ async def _strike(plan: list[Planned], hub: ZenohBus, outcome: Outcome, up: subp
             end_s = lasts_s + CLOCK_SETTLES_S
             outcome.clock_steps.append(Span(clock.now_ns() - 1_000_000_000, clock.now_ns() + round(end_s * 1e9)))
     await asyncio.sleep(max(0.0, over_s - time.monotonic()))
+
+
+async def _wait(seconds: float, up: subprocess.Popen[bytes]) -> None:
+    """So long, with a line now and then of the memory of all processes."""
+    begun = time.monotonic()
+    while (passed := time.monotonic() - begun) < seconds:
+        _check_runs(up)
+        memory, files = measured(up.pid)
+        print(f"{passed:7.0f} s  {sum(memory.values()) / 1e6:.0f} MB, {sum(files.values())} files open", flush=True)
+        await asyncio.sleep(min(TOLD_EVERY_S, seconds - passed))
 
 
 async def _ask_for(hub: ZenohBus, each: Planned) -> str:

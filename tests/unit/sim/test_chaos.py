@@ -8,7 +8,7 @@ import pytest
 
 from vistel.messages.world.verify import Record
 from vistel.v1.service_pb2 import ImageDelay
-from vistel_sim.chaos.invariants import Span, memory_back, no_stale_motion
+from vistel_sim.chaos.invariants import Span, files_back, memory_back, no_stale_motion
 from vistel_sim.chaos.kinds import KINDS, Target
 from vistel_sim.chaos.plan import LASTING_S, MOVE, planned
 from vistel_sim.chaos.report import died
@@ -58,7 +58,14 @@ def test_memory_that_grew_and_processes_that_are_gone_are_found() -> None:
     before = {"hub/world": 200_000_000, "tokyo/renderer": 300_000_000, "hub/sim": 90_000_000}
     after = {"hub/world": 205_000_000, "tokyo/renderer": 360_000_000}
     assert memory_back(before, before) == []
-    assert memory_back(before, after) == ["hub/sim: is not there at the end", "tokyo/renderer: 300 MB before, 360 MB after"]
+    assert memory_back(before, after) == ["hub/sim: is not there at the end", "tokyo/renderer: 300.0 MB before, 360.0 MB after"]
+    assert memory_back(before, after, 0.01, 0)[1] == "hub/world: 200.0 MB before, 205.0 MB after"
+
+
+def test_files_that_stay_open_are_found() -> None:
+    before = {"hub/world": 40, "tokyo/renderer": 30, "hub/sim": 20}
+    assert files_back(before, {"hub/world": 40, "tokyo/renderer": 29}) == []
+    assert files_back(before, before | {"hub/sim": 21}) == ["hub/sim: 20 files open before, 21 after"]
 
 
 @pytest.mark.parametrize(
