@@ -31,12 +31,12 @@ def examine(folder: Path, outcome: Outcome, *, faults: bool) -> Found:
     """Hold the logs of a run against every invariant. faults: whether it was struck; else memory and files are judged strictly."""
     logs = {path.name: path for path in (folder / "heard.mcap", *sorted((folder / "out").glob("*.mcap")))}
     heard = logs["heard.mcap"]
-    limits = () if faults else (invariants.SOAK_GROWTH, 0)
+    growth, most = (invariants.MOST_GROWTH, invariants.MOST_GROWTH_BYTES) if faults else (invariants.SOAK_GROWTH, 0)
     violations = {
         "one leader": invariants.one_leader(read(heard, *invariants.TOLD_BY_LEADER)),
         "every acknowledged command once and in order": invariants.commands_once_and_in_order(read(heard, *HEARD)),
         "no stale motion shown": invariants.no_stale_motion(read(heard, "image_delay"), outcome.clock_steps),
-        "memory back where it was": invariants.memory_back(outcome.memory_before, outcome.memory_after, *limits),
+        "memory back where it was": invariants.memory_back(outcome.memory_before, outcome.memory_after, growth, most),
         "nothing died of what it should stand": died(folder / "out/logs/supervisor.log", outcome),
     }
     if not faults:
