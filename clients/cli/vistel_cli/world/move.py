@@ -34,7 +34,7 @@ def where(
       vistel world where
     """
     conference, endpoint = chosen(file, hub)
-    worlds = on_bus(conference, conference.sites[0].name, endpoint, _gathered)
+    worlds = on_bus(conference, conference.sites[0].name, endpoint, gathered)
     if as_json:
         print(json.dumps({"worlds": [{"place": w.place, "leads": w.leads, "term": w.term} for w in worlds]}))
     elif worlds:
@@ -68,11 +68,11 @@ def move(
     check_place(place)
     conference, endpoint = chosen(file, hub)
 
-    async def moved(bus: Bus) -> str:
-        return await _moved(bus, place, anyway)
+    async def work(bus: Bus) -> str:
+        return await moved(bus, place, force=anyway)
 
     with out.status(Text(f"moving the room of {conference.name} to {place}")):
-        reason = on_bus(conference, conference.sites[0].name, endpoint, moved)
+        reason = on_bus(conference, conference.sites[0].name, endpoint, work)
     if reason:
         fail(reason, FAILED)
     out.print(f"the room of {conference.name} is led at {place}")
@@ -84,7 +84,7 @@ def check_place(place: str) -> None:
         fail(f"{place}: expected lower-case letters, digits, '-' or '_' as the name of a place", USAGE)
 
 
-async def _moved(bus: Bus, to: str, force: bool) -> str:
+async def moved(bus: Bus, to: str, *, force: bool) -> str:
     """Make the world at a place the leader. Returns the reason when that fails, else ""."""
     watch = _Watch(bus)
     await asyncio.sleep(LOOK_S)
@@ -119,7 +119,8 @@ class _Watch:
             (self._tokens.add if alive else self._tokens.discard)(token)
 
 
-async def _gathered(bus: Bus) -> list[WorldAt]:
+async def gathered(bus: Bus) -> list[WorldAt]:
+    """The worlds of a conference, the leader first."""
     watch = _Watch(bus)
     await asyncio.sleep(LOOK_S)
     return watch.worlds()

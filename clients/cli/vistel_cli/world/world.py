@@ -26,6 +26,7 @@ LATER = {
     "serve": Lazy("vistel_cli.world.serve:serve"),
     "where": Lazy("vistel_cli.world.move:where"),
     "move": Lazy("vistel_cli.world.move:move"),
+    "spread": Lazy("vistel_cli.world.spread:spread"),
 }
 app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")]

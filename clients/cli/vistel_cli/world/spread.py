@@ -1,0 +1,86 @@
+"""`vistel world spread`: places the rooms of several conferences on the places where their worlds run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from vistel.conference.model import Conference
+from vistel.conference.placement import PlacedRoom, Relocation, loads, relocations
+from vistel.wire.bus import Bus
+from vistel_cli.conference_choice import endpoint_of, on_bus
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import CONFERENCE
+from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error
+from vistel_cli.world.move import check_place, gathered, moved
+
+
+def spread(
+    files: Annotated[list[Path], Takes(CONFERENCE), typer.Argument(help="Conference files, one for each room.")],
+    hub: Annotated[
+        str | None, typer.Option(help="Router of all of them; default: that of the conference that runs here, else each file's.")
+    ] = None,
+    drain: Annotated[list[str] | None, typer.Option(help="A place that shall lead no room; may be given again.")] = None,
+    plan: Annotated[bool, typer.Option("--plan", help="Only show what would be moved.")] = False,
+) -> None:
+    """Move rooms so that no place has much more to do than another, and none leads a room that is to be emptied.
+
+    A room can be moved to every place where a world of it runs: `vistel world serve FILES --place NAME --wait`. What a room costs
+    is reckoned from how many take part. No published state is lost.
+
+    [bold]Examples[/bold]
+
+      vistel world spread monday.toml tuesday.toml --hub tls/hub.example.org:7447
+
+      vistel world spread monday.toml tuesday.toml --hub tls/hub.example.org:7447 --drain osaka
+    """
+    drained = drain or []
+    for place in drained:
+        check_place(place)
+    conferences = {c.name: c for c in map(load_conference, files)}
+    if len(conferences) < len(files):
+        fail("world spread: two of the files are of one conference; each needs a name of its own", USAGE)
+    with out.status("looking where the rooms are"):
+        rooms = [_room(c, endpoint_of(c, hub)) for c in conferences.values()]
+    _show(rooms)
+    wanted = relocations(rooms, drained)
+    faults = [f"{room.name}: no world of it is there" for room in rooms if not room.places]
+    stay = (room for room in rooms if room.at in drained and room.name not in {move.room for move in wanted})
+    faults += [f"{room.name}: stays at {room.at}, for no world of it waits elsewhere" for room in stay]
+    for move in wanted:
+        out.print(f"{move.room} to {move.place}" + (", not done" if plan else ""))
+        if not plan:
+            faults += _relocate(conferences[move.room], endpoint_of(conferences[move.room], hub), move)
+    if not wanted:
+        out.print("nothing to move")
+    for fault in faults:
+        print_error(fault)
+    raise typer.Exit(FAILED if faults else 0)
+
+
+def _room(conference: Conference, endpoint: str) -> PlacedRoom:
+    worlds = on_bus(conference, conference.sites[0].name, endpoint, gathered)
+    people = sum(len(site.participants) for site in conference.sites)
+    at = next((w.place for w in worlds if w.leads), "")
+    return PlacedRoom(conference.name, people, at, frozenset(w.place for w in worlds))
+
+
+def _show(rooms: Sequence[PlacedRoom]) -> None:
+    """What each place has to do."""
+    for place, cores in loads(rooms).items():
+        led = [room for room in rooms if room.at == place]
+        people = sum(room.people for room in led)
+        out.print(f"{place:16} rooms {len(led):3}   people {people:4}   cores about {cores:.2f}")
+
+
+def _relocate(conference: Conference, endpoint: str, move: Relocation) -> list[str]:
+    """Do it. Returns what is wrong."""
+
+    async def work(bus: Bus) -> str:
+        return await moved(bus, move.place, force=False)
+
+    reason = on_bus(conference, conference.sites[0].name, endpoint, work)
+    return [f"{move.room}: {reason}"] if reason else []

@@ -1,0 +1,80 @@
+"""Rooms of several conferences are spread over the places where their worlds run, and a place is emptied."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from waiting import wait_until
+
+from vistel.wire.zenoh.bus import Router
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
+
+VISTEL = (sys.executable, "-m", "vistel_cli.main")
+ROOM = 'name = "{0}"\n[[sites]]\nname = "here"\n[[sites.participants]]\nname = "somebody"\n'
+NAMES = ("monday", "tuesday", "friday")
+
+
+class Hosts:
+    """Worlds of three rooms, at places of their own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.router = Router.open()
+        self.processes: list[subprocess.Popen[bytes]] = []
+        self.files = [f"{name}.toml" for name in NAMES]
+        for name in NAMES:
+            (folder / f"{name}.toml").write_text(ROOM.format(name))
+
+    def serve(self, place: str, *options: str) -> None:
+        log = self.folder / f"{place}.log"
+        command = [*VISTEL, "world", "serve", *self.files, "--hub", self.router.endpoint, "--place", place, *options]
+        with log.open("wb") as said:
+            self.processes.append(subprocess.Popen(command, cwd=self.folder, stdout=said, stderr=said))
+        wait_until(lambda: log.read_text().count("world waits") >= len(NAMES), every_s=0.2)
+
+    def spread(self, *options: str) -> subprocess.CompletedProcess[str]:
+        command = [*VISTEL, "world", "spread", *self.files, "--hub", self.router.endpoint, *options]
+        return subprocess.run(command, cwd=self.folder, capture_output=True, text=True, check=False)
+
+    def end(self) -> None:
+        for process in self.processes:
+            process.terminate()
+        for process in self.processes:
+            process.wait()
+        self.router.close()
+
+
+@pytest.fixture
+def hosts(tmp_path: Path) -> Iterator[Hosts]:
+    found = Hosts(tmp_path)
+    yield found
+    found.end()
+
+
+def test_rooms_go_where_there_is_less_to_do_and_away_from_a_place_that_is_drained(hosts: Hosts) -> None:
+    hosts.serve("osaka")
+    alone = hosts.spread("--drain", "osaka")
+    assert alone.returncode == 1
+    assert "monday: stays at osaka, for no world of it waits elsewhere" in alone.stderr
+    hosts.serve("kobe", "--wait")
+    shown = hosts.spread("--plan")
+    assert "friday to kobe, not done" in shown.stdout and shown.returncode == 0
+    assert hosts.spread().returncode == 0
+    then = hosts.spread()
+    assert "nothing to move" in then.stdout
+    assert "osaka            rooms   2" in then.stdout and "kobe             rooms   1" in then.stdout
+    assert hosts.spread("--drain", "osaka").returncode == 0
+    assert "osaka            rooms   0" in hosts.spread("--drain", "osaka").stdout
+
+
+def test_a_name_that_is_no_place_and_a_file_that_stands_twice_are_refused_in_one_line(hosts: Hosts) -> None:
+    wrong = hosts.spread("--drain", "Osaka!")
+    assert wrong.returncode == 2 and wrong.stderr.startswith("error: Osaka!: expected lower-case letters")
+    hosts.files.append(hosts.files[0])
+    twice = hosts.spread()
+    assert twice.returncode == 2 and "two of the files are of one conference" in twice.stderr
