@@ -25,6 +25,7 @@ SUBJECTS = {
     "pipeline": ("The bus", "the-wire"),
     "apart": ("Sites apart", "the-wire"),
     "crowd": ("A crowd in one room", "the-wire"),
+    "rooms": ("Many rooms", "the-wire"),
     "wire": ("The wire", "the-wire"),
     "motion": ("Motion", "motion"),
     "posture": ("Posture", "posture"),
