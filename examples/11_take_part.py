@@ -15,7 +15,7 @@ import vistel.figure
 def main(conference: str, participant: str, hub: str, seconds: float) -> None:
     """Wave the right hand at 60 postures a second, and ask the world for a ball."""
     with vistel.join(conference, participant=participant, hub=hub) as session:
-        body = session.publish(display_name="The lab's robot", height_m=1.7)
+        body = session.publish(display_name="The lab's robot")  # its height and figure are in the conference file
         robot = vistel.figure.builtin("ben")
 
         def wave(seconds: float) -> None:

@@ -111,8 +111,8 @@ class Session:
         """Every message of a topic from now on; `names` narrow it, such as `participant="ben"`."""
         return self._each(self._joined.messages(topic, **names))
 
-    def publish(self, display_name: str = "", avatar: str = "", height_m: float = 1.75) -> "Published":
-        """Take part with a body: announce the participant, then `put` postures."""
+    def publish(self, display_name: str = "", avatar: str = "", height_m: float | None = None) -> "Published":
+        """Take part with a body: announce the participant, then `put` postures. What is not given is as in the conference file."""
         publisher = self._call(_now(lambda: self._joined.publish(display_name, avatar, height_m)))
         return Published(publisher, self._loop)
 

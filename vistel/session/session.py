@@ -5,7 +5,7 @@ from contextlib import asynccontextmanager
 from typing import NamedTuple
 
 from vistel.conference.connect import connect
-from vistel.conference.model import Conference
+from vistel.conference.model import Conference, Participant
 from vistel.figure.posture.posture import Posture
 from vistel.messages.postures import posture_of
 from vistel.session.asking import POLL_NS, Answer, Asker
@@ -31,10 +31,12 @@ class LivePosture(NamedTuple):
 class AsyncSession:
     """Watches a running room and gives commands in the name of `participant`."""
 
-    def __init__(self, bus: Bus, clock: Clock, participant: str, *, crowded: bool = False) -> None:
-        """crowded: of the conference."""
+    def __init__(self, bus: Bus, clock: Clock, participant: str, conference: Conference | None = None) -> None:
+        """conference: the file's; without it the participant has no look of their own."""
         self.participant = participant
-        self._crowded = crowded
+        self._crowded = conference is not None and bool(conference.crowd)
+        people = (p for site in conference.sites for p in site.participants) if conference is not None else ()
+        self._person = next((p for p in people if p.name == participant), Participant(name=participant))
         self._room = RoomView()
         self._bus, self._clock = bus, clock
         self._world = WorldListener(bus, clock)
@@ -90,10 +92,20 @@ class AsyncSession:
             if motion is not None:
                 yield LivePosture(sample.names["participant"], motion.t_ns, posture_of(motion))
 
-    def publish(self, display_name: str = "", avatar: str = "", height_m: float = 1.75) -> ParticipantPublisher:
-        """Take part with a body: announce the participant, then `put` postures. Other sites draw them as `avatar`."""
-        name = display_name or self.participant
-        return ParticipantPublisher(self._bus, self._clock, self.participant, name, avatar, height_m, crowded=self._crowded)
+    def publish(self, display_name: str = "", avatar: str = "", height_m: float | None = None) -> ParticipantPublisher:
+        """Take part with a body: announce the participant, then `put` postures. Other sites draw them as `avatar`, a built-in
+        person. What is not given is as in the conference file."""
+        person = self._person
+        look = avatar or (person.avatar if person.avatar.startswith("builtin") else "builtin")
+        return ParticipantPublisher(
+            self._bus,
+            self._clock,
+            self.participant,
+            display_name or person.display_name or self.participant,
+            look,
+            person.height if height_m is None else height_m,
+            crowded=self._crowded,
+        )
 
 
 @asynccontextmanager
@@ -102,7 +114,7 @@ async def opened(conference: Conference, site: str, participant: str, hub: str) 
     clock = SystemClock()
     bus = await connect(conference, site, clock, hub)
     await set_clock(bus, clock)
-    session = AsyncSession(bus, clock, participant, crowded=bool(conference.crowd))
+    session = AsyncSession(bus, clock, participant, conference)
     try:
         yield session
     finally:
