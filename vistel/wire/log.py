@@ -9,6 +9,7 @@ import contextlib
 import heapq
 import os
 import tomllib
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,8 @@ from typing import Any, BinaryIO, Self
 
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import DecodeError, Message
-from mcap.records import Channel
+from mcap.data_stream import RecordBuilder
+from mcap.records import Channel, ChunkIndex
 from mcap.records import Message as McapMessage
 from mcap.writer import CompressionType, Writer
 
@@ -90,7 +92,16 @@ class LogWriter:
     def flush(self) -> None:
         """Close the open chunk and hand it to the operating system."""
         self._writer._Writer__finalize_chunk()  # pyright: ignore  (mcap has no public way)
+        self._pack_index()
         self._file.flush()
+
+    def _pack_index(self) -> None:
+        """A chunk a second, each with a place for every channel, is 16 MB an hour until the index is written at the end."""
+        index: list[Any] = self._writer._Writer__chunk_indices  # pyright: ignore  (the same)
+        for number in range(len(index) - 1, -1, -1):
+            if isinstance(index[number], _PackedIndex):
+                return
+            index[number] = _PackedIndex(index[number])
 
     def close(self) -> None:
         """Write the index. A log that was not closed can be read all the same."""
@@ -132,6 +143,19 @@ class LogWriter:
 
     def _note_offset(self, message: Any) -> None:
         self._offsets[message.node] = f"{message.offset_ns} ns +- {message.uncertainty_ns} ns at {message.header.t_ns}"
+
+
+class _PackedIndex:
+    """A chunk's entry in the index, as the bytes that will be written, compressed."""
+
+    def __init__(self, entry: ChunkIndex) -> None:
+        record = RecordBuilder()
+        entry.write(record)
+        self._packed = zlib.compress(record.end())
+
+    def write(self, stream: RecordBuilder) -> None:
+        """As `ChunkIndex.write`."""
+        stream.write(zlib.decompress(self._packed))
 
 
 class LogReader:

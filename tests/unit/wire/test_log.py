@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
 import pytest
@@ -206,3 +207,28 @@ def test_an_empty_log_is_a_log(tmp_path: Path) -> None:
     assert list(reader.records()) == []
     assert reader.damage == []
     assert reader.conference is not None
+
+
+def test_a_log_that_grows_for_long_keeps_little_of_its_index_in_memory(tmp_path: Path) -> None:
+    """A chunk a second with seventy channels; kept as objects, an entry of the index takes 4.5 kB."""
+    keys = [f"vistel/demo/site/tokyo/participant/p{n}/motion" for n in range(70)]
+    message = motion(0)
+    with LogWriter(tmp_path / "long.mcap") as writer:
+
+        def go_on(first: int, last: int) -> None:
+            for second in range(first, last):
+                for n, key in enumerate(keys):
+                    writer.write(BY_NAME["motion"], key, message, START_NS + second * 1000 * MS + n)
+
+        go_on(0, 20)
+        tracemalloc.start()
+        before, _ = tracemalloc.get_traced_memory()
+        go_on(20, 220)
+        after, _ = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+    assert after - before < 200 * 800
+    with (tmp_path / "long.mcap").open("rb") as file:
+        summary = make_reader(file).get_summary()
+        assert summary is not None and len(summary.chunk_indexes) >= 219
+        assert all(len(chunk.message_index_offsets) == 70 for chunk in summary.chunk_indexes[:200])
+    assert sum(1 for _ in LogReader(tmp_path / "long.mcap").records()) == 220 * 70
