@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO, Self
+from typing import Any, BinaryIO, Self, cast
 
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from google.protobuf.message import DecodeError, Message
@@ -97,7 +97,7 @@ class LogWriter:
 
     def _pack_index(self) -> None:
         """A chunk a second, each with a place for every channel, is 16 MB an hour until the index is written at the end."""
-        index: list[Any] = self._writer._Writer__chunk_indices  # pyright: ignore  (the same)
+        index = cast(list[Any], self._writer._Writer__chunk_indices)  # pyright: ignore  (the same)
         for number in range(len(index) - 1, -1, -1):
             if isinstance(index[number], _PackedIndex):
                 return
