@@ -12,7 +12,7 @@ from vistel.v1.audio_pb2 import EquipmentStatus, SoundStatus
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel_cli.run.sound_watch import SoundWatch
+from vistel_cli.run.sound_watch import MOST_KEPT, SoundWatch, newest
 from vistel_cli.voice.voice import _device_line, _site_lines
 
 
@@ -88,3 +88,9 @@ def test_the_watch_shows_everything_that_a_site_publishes() -> None:
         "121.3 ms",
     ):
         assert part in text
+
+
+def test_a_conference_of_days_keeps_only_the_newest_figures() -> None:
+    kept = newest()
+    kept.extend(float(n) for n in range(MOST_KEPT + 10))
+    assert len(kept) == MOST_KEPT and kept[0] == 10.0

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +15,7 @@ from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.decoder import RoomState
 from vistel.wire.world.listener import WorldListener
-from vistel_cli.run.sound_watch import SoundWatch
+from vistel_cli.run.sound_watch import SoundWatch, newest
 
 
 @dataclass
@@ -37,8 +38,8 @@ class Observer:
         self._room = WorldListener(bus, clock)
         self.sound = SoundWatch(bus)
         self.images: dict[str, ImageDelay] = {}
-        self._delay_sums: dict[str, dict[str, list[float]]] = {}
-        self._frame_rates: dict[str, list[float]] = {}
+        self._delay_sums: dict[str, dict[str, deque[float]]] = {}
+        self._frame_rates: dict[str, deque[float]] = {}
         self.devices: dict[str, DeviceStatus] = {}
         self._world = _World()
 
@@ -49,9 +50,9 @@ class Observer:
             message: ImageDelay = sample.message
             self.images[message.site] = message
             if message.frames_per_s > 0:
-                self._frame_rates.setdefault(message.site, []).append(message.frames_per_s)
+                self._frame_rates.setdefault(message.site, newest()).append(message.frames_per_s)
             for stream in message.streams:
-                self._delay_sums.setdefault(message.site, {}).setdefault(stream.participant, []).append(stream.delay_s)
+                self._delay_sums.setdefault(message.site, {}).setdefault(stream.participant, newest()).append(stream.delay_s)
         for sample in self._devices.take():
             self.devices[sample.message.device] = sample.message
         for now, _ in self._room.take():
@@ -101,7 +102,7 @@ class Observer:
         return out
 
     def report(self) -> dict[str, Any]:
-        """The figures of the whole run, as JSON-ready data; rates in Hz, delays in seconds."""
+        """The figures of the run, as JSON-ready data; rates in Hz, delays in seconds, medians of the newest `MOST_KEPT` values."""
         sites: dict[str, Any] = {}
         for site in self._conference.sites:
             image = self.images.get(site.name)

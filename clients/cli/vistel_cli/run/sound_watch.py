@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import deque
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -27,11 +28,20 @@ def caption(message: Utterance) -> str:
     return f"{message.participant}: {said}{_MARKS.get(message.state, '')}{answer}"
 
 
+MOST_KEPT = 7200
+"""Of the values of a figure, for its median in the report: the newest, of an hour or so."""
+
+
+def newest() -> deque[float]:
+    """A list that lets its oldest values go."""
+    return deque(maxlen=MOST_KEPT)
+
+
 @dataclass
 class _Voice:
-    target_s: list[float] = field(default_factory=list)
-    to_ear_s: list[float] = field(default_factory=list)
-    skew_s: list[float] = field(default_factory=list)
+    target_s: deque[float] = field(default_factory=newest)
+    to_ear_s: deque[float] = field(default_factory=newest)
+    skew_s: deque[float] = field(default_factory=newest)
     frames: int = 0
     concealed: int = 0
 
@@ -139,6 +149,6 @@ def _figures(voice: _Voice) -> dict[str, Any]:
     }
 
 
-def _share(values: list[float], share: float) -> float:
+def _share(values: Iterable[float], share: float) -> float:
     ordered = sorted(values)
     return round(ordered[min(len(ordered) - 1, int(share * len(ordered)))], 4)
