@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 import typer
-from secured_bus import Secured, free_port, secured
+from secured_bus import Secured, secured
 from typer.testing import CliRunner
 from waiting import until
 
@@ -23,6 +23,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
+from vistel.wire.zenoh.endpoints import free_port
 from vistel_cli.main import app
 from vistel_cli.site.link import check_link
 

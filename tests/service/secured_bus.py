@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 from collections.abc import Awaitable, Callable
 from datetime import UTC, datetime
 from pathlib import Path
@@ -16,6 +15,7 @@ from vistel.wire.owners import Owners
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
+from vistel.wire.zenoh.endpoints import free_port
 
 
 class Secured:
@@ -69,13 +69,6 @@ class Secured:
         for bus in self._doors:
             await bus.close()
         self.router.close()
-
-
-def free_port(protocol: str = "tls") -> int:
-    """Of this machine, a moment ago."""
-    with socket.socket(type=socket.SOCK_DGRAM if protocol == "quic" else socket.SOCK_STREAM) as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]
 
 
 def secured(

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shutil
 import signal
-import socket
 import subprocess
 import sys
 from contextlib import suppress
@@ -18,6 +17,7 @@ import yaml
 from waiting import wait_until
 
 from vistel.wire.log import LogReader
+from vistel.wire.zenoh.endpoints import free_port
 
 pytestmark = pytest.mark.slow
 
@@ -44,18 +44,12 @@ def test_docker_compose_accepts_the_file() -> None:
     assert done.returncode == 0, done.stderr
 
 
-def _free_port() -> int:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]
-
-
 class Containers:
     """Each service with a folder of its own in place of /etc/vistel; volumes are folders."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder, self.router = folder, _free_port()
-        self.ports = {name: _free_port() for name in SERVICES}
+        self.folder, self.router = folder, free_port()
+        self.ports = {name: free_port() for name in SERVICES}
 
     def here(self, name: str, text: str) -> str:
         """What a text of a service means here."""

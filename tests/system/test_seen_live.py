@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import re
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -23,6 +22,7 @@ from x_server import Hands, x_server
 
 from vistel.render.view.camera import overview
 from vistel.space.room import meeting_room
+from vistel.wire.zenoh.endpoints import free_port
 
 pytestmark = [pytest.mark.alone, pytest.mark.slow, pytest.mark.gl]
 
@@ -70,9 +70,7 @@ class Seen:
 def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Seen]:
     """From its first pictures of both people until Ctrl-C."""
     folder = tmp_path_factory.mktemp("live")
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     file, seen = folder / "live.toml", Seen(folder / "out")
     file.write_text(CONFERENCE.replace("PORT", str(port)))
     with pytest.MonkeyPatch.context() as patch, x_server(patch, WIDTH, HEIGHT) as hands:

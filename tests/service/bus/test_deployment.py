@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import ZenohBus
 from vistel.wire.zenoh.config import as_text
 from vistel.wire.zenoh.deployment import hub_config, main
+from vistel.wire.zenoh.endpoints import free_port
 
 ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "deploy/zenoh"
@@ -37,9 +37,7 @@ def test_certificates_of_the_authority_are_those_with_which_a_site_joins_a_hub_w
     authority.issue("hub", datetime.now(UTC), hosts=["localhost"])
     for site in ("tokyo", "columbus"):
         authority.issue(site, datetime.now(UTC))
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        port = s.getsockname()[1]
+    port = free_port()
     config = hub_config("demo", ["tokyo", "columbus"], tmp_path / "c")
     config["listen"]["endpoints"] = [f"tls/127.0.0.1:{port}"]
     router = zenoh.open(zenoh.Config.from_json5(as_text(config)))

@@ -19,6 +19,7 @@ from vistel.conference.model import Monitoring
 from vistel.conference.paths import RunPaths
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import Offset
+from vistel.wire.zenoh.endpoints import free_port
 from vistel_services.process import metrics
 from vistel_services.process.monitoring import HANGS_S, Machine, monitored
 
@@ -73,9 +74,7 @@ def test_a_machine_is_ready_when_all_its_processes_answer_and_says_which_do_not(
         with running(tmp_path, NODES[0]):
             assert answers(tmp_path, "/readyz") == [(200, "ok\n")]
     left = RunPaths(tmp_path, tmp_path).metrics(NODES[0])
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        closed = s.getsockname()[1]
+    closed = free_port()
     left.write_text(f'[{{"targets": ["127.0.0.1:{closed}"], "labels": {{}}}}]')  # of a process that was killed
     assert answers(tmp_path, "/readyz", "/metrics", nodes=NODES[:1]) == [(503, "not running: tokyo/capture\n"), (200, "")]
 

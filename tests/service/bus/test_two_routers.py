@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import os
 import signal
-import socket
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -23,6 +22,7 @@ from vistel.wire.clock_sync import measure_offset, serve_clock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel.wire.zenoh.endpoints import free_port
 
 ROUTER = """
 import sys
@@ -31,12 +31,6 @@ router = Router.open(sys.argv[1], connect=sys.argv[2:])
 print("up", flush=True)
 sys.stdin.read()
 """
-
-
-def free_port() -> int:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]
 
 
 @pytest.fixture

@@ -6,12 +6,12 @@ import asyncio
 import itertools
 import re
 import shutil
-import socket
 from pathlib import Path
 
 import pytest
 
 from vistel.wire.clock import SystemClock
+from vistel.wire.zenoh.endpoints import free_port
 from vistel_sim.device import SimulatedDevice
 from vistel_sim.fastrak import Fastrak
 
@@ -21,12 +21,6 @@ REPORT = re.compile(r"sensor (\d):\s+pos \(\s*(\S+),\s*(\S+),\s*(\S+)\)")
 
 def still(station: int, t_s: float):
     return (0.2 + 0.1 * station, 0.05 * station, -0.30), (0.0, 0.0, 0.0, 1.0)
-
-
-def free_port() -> int:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return int(s.getsockname()[1])
 
 
 @pytest.mark.slow

@@ -7,7 +7,6 @@ have read (409 otherwise), each change gives a new one, and what the type does n
 from __future__ import annotations
 
 import shutil
-import socket
 import ssl
 import subprocess
 from collections.abc import AsyncIterator, Iterator
@@ -23,21 +22,16 @@ from waiting import until
 
 from vistel.wire.certificates.authority import Authority
 from vistel.wire.zenoh.config import TlsFiles
-
-
-def _free_port() -> int:
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]
+from vistel.wire.zenoh.endpoints import free_port
 
 
 @contextmanager
 def etcd(folder: Path, tls: TlsFiles | None = None) -> Iterator[str]:
     """An etcd of its own. Yields HOST:PORT. tls: it shows these certificates, and asks for one."""
     program = shutil.which("etcd") or pytest.skip("etcd is not on this machine (apt-get install etcd-server)")
-    scheme, port = "http" if tls is None else "https", _free_port()
+    scheme, port = "http" if tls is None else "https", free_port()
     urls = [f"--{kind}-client-urls={scheme}://127.0.0.1:{port}" for kind in ("listen", "advertise")]
-    peers = f"http://127.0.0.1:{_free_port()}"
+    peers = f"http://127.0.0.1:{free_port()}"
     urls += [f"--listen-peer-urls={peers}", f"--initial-advertise-peer-urls={peers}", f"--initial-cluster=default={peers}"]
     if tls is not None:
         urls += [f"--cert-file={tls.certificate}", f"--key-file={tls.key}", f"--trusted-ca-file={tls.ca}", "--client-cert-auth"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import socket
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import Router, ZenohBus
+from vistel.wire.zenoh.endpoints import free_port
 from vistel_services import world
 from vistel_services.process.plan import find, hub_processes, site_processes
 
@@ -62,9 +62,7 @@ def test_a_place_that_is_none_or_stands_twice_is_refused(placed: dict[str, Any],
 
 def test_a_site_whose_machine_runs_a_world_may_publish_what_worlds_publish_and_no_other_site_may(tmp_path: Path) -> None:
     authority, now = Authority.create(tmp_path, datetime.now(UTC)), datetime.now(UTC)
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        port = s.getsockname()[1]
+    port = free_port()
     rules = access_rules("demo", ["osaka", "paris"], worlds=["hub", "osaka"])
     router = Router.open(f"tls/127.0.0.1:{port}", tls=authority.issue("hub", now, hosts=["localhost"]), access=rules)
 
