@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 from waiting import wait_until
 
+from vistel.conference.placement import PlacedRoom
 from vistel.wire.zenoh.bus import Router
+from vistel_cli.world.spread import fault_of
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(600)]
 
@@ -68,8 +70,23 @@ def test_rooms_go_where_there_is_less_to_do_and_away_from_a_place_that_is_draine
     then = hosts.spread()
     assert "nothing to move" in then.stdout
     assert "osaka            rooms   2" in then.stdout and "kobe             rooms   1" in then.stdout
+    nowhere = hosts.spread("--drain", "osakka")
+    assert nowhere.returncode == 2 and "--drain osakka: no world of these rooms is there; there is kobe, osaka" in nowhere.stderr
     assert hosts.spread("--drain", "osaka").returncode == 0
     assert "osaka            rooms   0" in hosts.spread("--drain", "osaka").stdout
+
+
+@pytest.mark.parametrize(
+    ("at", "places", "fault"),
+    [
+        ("osaka", {"osaka"}, "monday: stays at osaka, for no world of it waits elsewhere"),
+        ("", {"osaka"}, "monday: is led nowhere, for worlds of it wait only at places to be emptied"),
+        ("", set[str](), "monday: no world of it is there"),
+        ("kobe", {"kobe", "osaka"}, ""),
+    ],
+)
+def test_why_a_room_is_not_moved_is_told_where_it_should_be(at: str, places: set[str], fault: str) -> None:
+    assert fault_of(PlacedRoom("monday", 4, at, frozenset(places)), ["osaka"]) == fault
 
 
 def test_a_name_that_is_no_place_and_a_file_that_stands_twice_are_refused_in_one_line(hosts: Hosts) -> None:

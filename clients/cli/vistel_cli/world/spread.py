@@ -45,11 +45,13 @@ def spread(
         fail("world spread: two of the files are of one conference; each needs a name of its own", USAGE)
     with out.status("looking where the rooms are"):
         rooms = [_room(c, endpoint_of(c, hub)) for c in conferences.values()]
+    places = loads(rooms)
+    if unknown := [place for place in drained if place not in places]:
+        fail(f"--drain {unknown[0]}: no world of these rooms is there; there is {', '.join(places) or 'none at all'}", USAGE)
     _show(rooms)
     wanted = relocations(rooms, drained)
-    faults = [f"{room.name}: no world of it is there" for room in rooms if not room.places]
-    stay = (room for room in rooms if room.at in drained and room.name not in {move.room for move in wanted})
-    faults += [f"{room.name}: stays at {room.at}, for no world of it waits elsewhere" for room in stay]
+    moving = {move.room for move in wanted}
+    faults = [fault for room in rooms if room.name not in moving and (fault := fault_of(room, drained))]
     for move in wanted:
         out.print(f"{move.room} to {move.place}" + (", not done" if plan else ""))
         if not plan:
@@ -66,6 +68,15 @@ def _room(conference: Conference, endpoint: str) -> PlacedRoom:
     people = sum(len(site.participants) for site in conference.sites)
     at = next((w.place for w in worlds if w.leads), "")
     return PlacedRoom(conference.name, people, at, frozenset(w.place for w in worlds))
+
+
+def fault_of(room: PlacedRoom, drained: Sequence[str]) -> str:
+    """What is wrong with a room that is not moved; empty: nothing."""
+    if not room.places:
+        return f"{room.name}: no world of it is there"
+    if not room.at:
+        return f"{room.name}: is led nowhere, for worlds of it wait only at places to be emptied"
+    return f"{room.name}: stays at {room.at}, for no world of it waits elsewhere" if room.at in drained else ""
 
 
 def _show(rooms: Sequence[PlacedRoom]) -> None:
