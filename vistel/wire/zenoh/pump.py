@@ -14,6 +14,8 @@ from collections.abc import Callable
 
 import zenoh
 
+from vistel.wire.zenoh.at_exit import started
+
 log = logging.getLogger("vistel.bus")
 
 BURST = 512
@@ -26,7 +28,7 @@ class Pump:
         self._deliver = deliver
         ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
         self._subscriber = session.declare_subscriber(pattern, ring)
-        threading.Thread(target=self._run, name=f"bus {pattern}", daemon=True).start()
+        started(threading.Thread(target=self._run, name=f"bus {pattern}", daemon=True))
 
     def undeclare(self) -> None:
         """Stop; the thread ends."""

@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import zenoh
 
+from vistel.wire.zenoh.at_exit import started
 from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
 from vistel.wire.zenoh.endpoints import endpoint_fault
 
@@ -62,6 +63,4 @@ def close_session(session: zenoh.Session, deadline_s: float = 2.0) -> None:
     """Close; a close that hangs on a dead link is left to a thread that dies with the process."""
     if session.is_closed():
         return
-    closing = threading.Thread(target=session.close, daemon=True)
-    closing.start()
-    closing.join(deadline_s)
+    started(threading.Thread(target=session.close, daemon=True)).join(deadline_s)
