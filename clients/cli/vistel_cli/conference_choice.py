@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from vistel.wire.zenoh.bus import ZenohBus
 
 T = TypeVar("T")
+ANSWER_S = 3.0
+"""So long the machine of a router may take to accept a connection of a command [s]."""
+
 RunningFile = Annotated[
     Path | None, Takes(CONFERENCE), typer.Argument(help="Conference file; default: that of the conference that runs here.")
 ]
@@ -65,6 +68,12 @@ def endpoint_of(conference: Conference, given: str | None) -> str:
 def on_bus(conference: Conference | Running, site: str, hub: str, work: Callable[[Bus], Awaitable[T]]) -> T:
     """What `work` gives with a connection to the router `hub` as `site`. Ends the command with one line where none answers."""
     from vistel.wire.zenoh.bus import BusError
+    from vistel.wire.zenoh.endpoints import may_answer
+    from vistel.wire.zenoh.session import no_router
+
+    endpoints = hub.split(",")
+    if not any(may_answer(e, ANSWER_S) for e in endpoints):  # the bus waits longer, for a router that starts
+        fail(no_router(endpoints))
 
     async def connected() -> T:
         bus = await _connected(conference, site, hub)

@@ -42,6 +42,11 @@ def answers(endpoint: str, within_s: float) -> bool:
     return True
 
 
+def may_answer(endpoint: str, within_s: float) -> bool:
+    """False where surely nobody does: over UDP only who is answered knows."""
+    return endpoint.startswith(("udp/", "quic/")) or bool(endpoint_fault(endpoint)) or answers(endpoint, within_s)
+
+
 def free_port(protocol: str = "tcp") -> int:
     """A port of this machine that nobody uses now."""
     with socket.socket(type=socket.SOCK_DGRAM if protocol in ("udp", "quic") else socket.SOCK_STREAM) as s:

@@ -37,9 +37,12 @@ async def open_session(endpoints: Sequence[str], tls: TlsFiles | None, connect_s
             log.warning("no router answers over %s; %s is used, where losses delay motion", next(iter(by_protocol)), protocol)
         return session
     assert failure is not None
-    where = ", ".join(endpoints)
-    hint = "; or the certificates do not match" if tls else ""
-    raise BusError(f"bus: no router answers at {where}{_unless_late(failure)}; is it running there{hint}?") from failure
+    raise BusError(no_router(endpoints, _unless_late(failure), "; or the certificates do not match" if tls else "")) from failure
+
+
+def no_router(endpoints: Sequence[str], why: str = "", hint: str = "") -> str:
+    """What a user is told when no router answers."""
+    return f"bus: no router answers at {', '.join(endpoints)}{why}; is it running there{hint}?"
 
 
 def check_endpoints(endpoints: Sequence[str]) -> None:
