@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from vistel.figure.avatar.cache_folder import default_state
 from vistel.whole_file import whole_file
 
 if sys.platform != "win32":
@@ -40,11 +41,7 @@ def running_folder() -> Path:
     folder."""
     if runtime := os.environ.get("XDG_RUNTIME_DIR"):
         return Path(runtime) / "vistel"
-    if sys.platform == "win32":
-        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "vistel" / "running"
-    if sys.platform == "darwin":
-        return Path.home() / "Library" / "Application Support" / "vistel" / "running"
-    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "vistel" / "running"
+    return default_state() / "running"
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""The folder in which made people are cached on this machine, and the lock under which processes write there."""
+"""The user's folders on this machine, for what can be made again and what cannot; the lock under which processes write there."""
 
 import os
 import sys
@@ -19,6 +19,15 @@ def default_cache() -> Path:
     else:
         base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     return base / "vistel" / "avatars"
+
+
+def default_state() -> Path:
+    """The user's directory on this platform for what outlives a session and is no cache."""
+    if sys.platform == "win32":
+        return Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData" / "Local") / "vistel"
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / "Application Support" / "vistel"
+    return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "vistel"
 
 
 @contextmanager

@@ -1,9 +1,11 @@
 """Figures kept on disk, ready to deform: making one takes two seconds of computing, reading it back some hundredths.
 
 They lie in the user's own cache folder, as compiled kernels do, under a name that is a digest of the avatar and of all code that
-makes a figure of it. What is there and nobody else may write is believed; it holds no code (`object_file`).
+makes a figure of it. A file holds no code (`object_file`), but its numbers are believed: kernels take indices, and where arrays
+lie, from them without a look. So it is read only as this user's processes wrote it, under that name (`seal`).
 """
 
+import contextlib
 import hashlib
 import inspect
 import logging
@@ -25,6 +27,7 @@ from vistel.jit.kernel_jit import stamp_of
 from vistel.render.figures import figures
 from vistel.render.figures.figures import AvatarFigure
 from vistel.render.figures.object_file import ObjectFileError, from_bytes, to_bytes
+from vistel.render.figures.seal import own_key, seal, unsealed
 from vistel.whole_file import whole_file
 from vistel.wrinkle import shown
 from vistel.wrinkle.errors import WrinkleError
@@ -34,6 +37,8 @@ log = logging.getLogger("vistel.renderer")
 
 KEPT = ".figure"
 """The ending of files with figures."""
+_LAYOUT = "sealed 1"
+"""Of such a file: another one has other names."""
 MOST_KEPT = 1 << 30
 """Bytes of figures kept; those not used for longest go first."""
 
@@ -46,14 +51,20 @@ def cached_figure(avatar: Avatar, cache: Path | None = None, wears: Sequence[str
     """
     folder = default_cache().parent / "figures" if cache is None else cache
     path = folder / f"{_digest(avatar, wears)}{KEPT}"
-    if (kept := _read(path)) is not None:
+    if (key := own_key()) is None:
+        return _made(avatar, wears)
+    if (kept := _read(path, key)) is not None:
         return kept
     with file_lock(path.with_suffix(".lock")):
-        if (kept := _read(path)) is not None:
+        if (kept := _read(path, key)) is not None:
             return kept
-        person = AvatarFigure(avatar, wears=wrinkle_sets(wears) if wears else _own_wrinkles(avatar))
-        _write(path, person)
+        person = _made(avatar, wears)
+        _write(path, key, person)
     return person
+
+
+def _made(avatar: Avatar, wears: Sequence[str]) -> AvatarFigure:
+    return AvatarFigure(avatar, wears=wrinkle_sets(wears) if wears else _own_wrinkles(avatar))
 
 
 def _own_wrinkles(avatar: Avatar) -> list[WrinkleSet]:
@@ -67,7 +78,7 @@ def _own_wrinkles(avatar: Avatar) -> list[WrinkleSet]:
 
 
 def _digest(avatar: Avatar, wears: Sequence[str]) -> str:
-    made_by = f"{sys.version} {np.__version__} {_CODE}"
+    made_by = f"{_LAYOUT} {sys.version} {np.__version__} {_CODE}"
     if wears or avatar.wrinkles:
         files = sorted(FOLDER.parent.rglob("*.toml"))
         made_by += " ".join(wears) + "".join(f.read_text("utf-8") for f in files)
@@ -102,31 +113,38 @@ _CODE = " ".join(
 """The state of the code that figures are made by."""
 
 
-def _read(path: Path) -> AvatarFigure | None:
+def _read(path: Path, key: bytes) -> AvatarFigure | None:
+    """None where there is none. What is no good is removed, with a line in the log."""
     try:
         with path.open("rb") as file:
             found = os.fstat(file.fileno())
-            if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & 0o022):
-                log.warning("event=figure_not_read path=%s reason='others may have written it' action=made_again", path)
-                return None
+            others = hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & 0o022)
             data = np.fromfile(file, np.uint8)
         os.utime(path)
     except OSError:
         return None
-    try:
-        person = from_bytes(data)
-    except ObjectFileError as fault:
-        log.warning("event=figure_damaged path=%s reason=%r action=made_again", path, str(fault))
-        return None
-    return person if isinstance(person, AvatarFigure) else None
+    fault = "others may have written it" if others else "not as this user wrote it"
+    if not others and (body := unsealed(key, path.stem, data)) is not None:
+        try:
+            person = from_bytes(body)
+        except ObjectFileError as e:
+            fault = str(e)
+        else:
+            return person if isinstance(person, AvatarFigure) else None
+    log.warning("event=figure_damaged path=%s reason=%r action=made_again", path, fault)
+    with contextlib.suppress(OSError):
+        path.unlink(missing_ok=True)
+    return None
 
 
-def _write(path: Path, person: AvatarFigure) -> None:
+def _write(path: Path, key: bytes, person: AvatarFigure) -> None:
     """Whole or not at all; older ones make room."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
+        pieces = to_bytes(person)
         with whole_file(path, private=True) as stream:
-            stream.writelines(to_bytes(person))
+            stream.writelines(pieces)
+            stream.write(seal(key, path.stem, pieces))
         _make_room(path.parent)
     except OSError as fault:
         log.warning("event=figure_not_kept path=%s reason=%s", path, fault)
