@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 from typing import Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -54,6 +55,13 @@ class Screen(Checked):
         return self
 
 
+class StreamTls(Checked):
+    """What a stream shows over HTTPS (PEM): a certificate, with those up to its authority, and its key without a password."""
+
+    certificate: Path
+    key: Path
+
+
 class Display(Checked):
     """What a site sees."""
 
@@ -75,6 +83,10 @@ class Display(Checked):
     """Where browsers see it, "HOST:PORT", or a port of this machine only; "": nowhere."""
     stream_token: str = Field(default="", pattern=r"^$|^[A-Za-z0-9_\-]{16,64}$")
     """What browsers show to see it; needed where other machines reach it: 16 to 64 letters, digits, _ and -."""
+    stream_tls: StreamTls | None = None
+    """Its certificate; without one, it makes its own where other machines reach it."""
+    stream_insecure: bool = False
+    """Plain HTTP beyond this machine is meant: everybody on the way reads token and picture."""
     shared_memory: bool = False
     """Other programs of its machine read it from memory (`vistel.wire.shared_pictures`)."""
     virtual_camera: str = ""
@@ -102,12 +114,21 @@ class Display(Checked):
         return host.removeprefix("[").removesuffix("]") or "127.0.0.1", int(port)
 
     @property
+    def stream_https(self) -> bool:
+        """Whether the stream is served over HTTPS."""
+        return self.stream_tls is not None or not (self.stream_insecure or self._stream_is_local)
+
+    @property
+    def _stream_is_local(self) -> bool:
+        host, port = self.stream_at or ("127.0.0.1", 0)
+        return is_local(f"tcp/[{host}]:{port}")
+
+    @property
     def stream_page(self) -> str:
         """What a browser of the renderer's machine opens; empty for no stream, or for one at any free port."""
         host, port = self.stream_at or ("", 0)
         here = "127.0.0.1" if host == "0.0.0.0" else f"[{host}]" if ":" in host else host
-        token = f"?token={self.stream_token}" if self.stream_token else ""
-        return f"http://{here}:{port}/{token}" if port else ""
+        return f"{'https' if self.stream_https else 'http'}://{here}:{port}/" if port else ""
 
     @field_validator("stream")
     @classmethod
@@ -119,9 +140,14 @@ class Display(Checked):
 
     @model_validator(mode="after")
     def _token_beyond_this_machine(self) -> "Display":
-        host, port = self.stream_at or ("127.0.0.1", 0)
-        if not self.stream_token and not is_local(f"tcp/[{host}]:{port}"):
+        if not self.stream_token and not self._stream_is_local:
             raise ValueError("stream: other machines reach it: expected stream_token that nobody guesses, of 16 letters or more")
+        return self
+
+    @model_validator(mode="after")
+    def _plain_or_not(self) -> "Display":
+        if self.stream_tls is not None and self.stream_insecure:
+            raise ValueError("stream_insecure: is for plain HTTP, and stream_tls names a certificate; leave one of them out")
         return self
 
     @model_validator(mode="after")

@@ -6,6 +6,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from vistel.conference.devices import CameraConfig
+from vistel.conference.display import Display
 from vistel.conference.model import Conference, Participant, RoomConfig, Tls
 from vistel.conference.speech import Speech
 from vistel.toml import file as toml
@@ -75,6 +76,7 @@ def _with_files(conference: Conference, folder: Path) -> Conference:
             update={
                 "participants": [_person_with_files(p, folder) for p in s.participants],
                 "speech": s.speech and _speech_with_files(s.speech, folder),
+                "display": _display_with_files(s.display, folder),
             }
         )
         for s in conference.sites
@@ -87,6 +89,13 @@ def _tls_with_files(tls: Tls, folder: Path) -> Tls:
     if tls.folder is not None:
         return Tls(folder=(folder / tls.folder).resolve())
     return Tls(ca=_beside(tls.ca, folder), certificate=_beside(tls.certificate, folder), key=_beside(tls.key, folder))
+
+
+def _display_with_files(display: Display, folder: Path) -> Display:
+    if display.stream_tls is None:
+        return display
+    found = {key: _beside(path, folder) for key, path in display.stream_tls}
+    return display.model_copy(update={"stream_tls": display.stream_tls.model_copy(update=found)})
 
 
 def _room_with_files(room: RoomConfig, folder: Path) -> RoomConfig:

@@ -34,7 +34,7 @@ from vistel_services.renderer.drawing_thread import DrawingThread
 from vistel_services.renderer.figure_maker import load_apart
 from vistel_services.renderer.first_picture import FirstPicture
 from vistel_services.renderer.out.outputs import Out, Outputs
-from vistel_services.renderer.out.stream_address import StreamAddress
+from vistel_services.renderer.out.stream_address import stream_address
 from vistel_services.renderer.room_deliveries import RoomDeliveries
 from vistel_services.renderer.window.space_mouse import SpaceMouse
 from vistel_services.renderer.window.window import Pane
@@ -81,7 +81,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     shown, drawn = site.display, render_config(conference, site)
     out = Out(
         paths.video(site.name) if shown.video else None,
-        StreamAddress(*shown.stream_at, shown.stream_token) if shown.stream_at else None,
+        stream_address(shown),
         bool(site.audio and site.audio.stream),
         paths.video(site.name),
         shared_path(conference.name, site.name) if shown.shared_memory else None,

@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import itertools
 import queue
+from pathlib import Path
+from typing import Any
 
 import av
 import numpy as np
@@ -12,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vistel.conference.display import Display
+from vistel.conference.display import Display, StreamTls
 from vistel_services.renderer.out.stream_address import StreamAddress, answered
 from vistel_services.renderer.out.stream_encoder import KEY_PICTURE, StreamEncoder
 from vistel_services.renderer.out.stream_reader import MOST_PICTURES, MOST_SOUNDS, MOST_WORDS, Reader, StreamPicture
@@ -148,6 +150,14 @@ def test_pages_of_others_are_not(host: str | None, origin: str | None) -> None:
     assert not answered(host, origin)
 
 
+def test_names_of_its_certificate_are_its_own_and_a_star_stands_for_one_label() -> None:
+    names = frozenset({"tokyo.example.org", "*.meet.example.org"})
+    assert answered("tokyo.example.org:8090", "https://tokyo.example.org:8090", names)
+    assert answered("a.meet.example.org", None, names)
+    for host in ("tokyo.example.org.evil.example", "a.b.meet.example.org", "meet.example.org", "example.org"):
+        assert not answered(host, None, names)
+
+
 @given(st.text(max_size=30), st.none() | st.text(max_size=30))
 def test_no_header_can_break_the_door(host: str, origin: str | None) -> None:
     answered(host, origin)
@@ -169,6 +179,21 @@ def test_a_port_alone_is_of_this_machine(said: str, at: tuple[str, int], local: 
     if not local:
         with pytest.raises(ValueError, match="expected stream_token"):
             Display(stream=said)
+
+
+def test_beyond_this_machine_the_page_is_https_unless_plain_is_meant_and_its_address_holds_no_token(tmp_path: Path) -> None:
+    token, files = "0123456789abcdef", StreamTls(certificate=tmp_path / "c.pem", key=tmp_path / "c.key")
+
+    def page(stream: str, **more: Any) -> str:
+        return Display(stream=stream, stream_token=token, **more).stream_page
+
+    assert page("8090") == "http://127.0.0.1:8090/"
+    assert page("8090", stream_tls=files) == "https://127.0.0.1:8090/"
+    assert page("192.168.1.7:8090") == "https://192.168.1.7:8090/"
+    assert page("0.0.0.0:8090", stream_tls=files) == "https://127.0.0.1:8090/"
+    assert page("192.168.1.7:8090", stream_insecure=True) == "http://192.168.1.7:8090/"
+    with pytest.raises(ValueError, match="leave one of them out"):
+        page("0.0.0.0:8090", stream_insecure=True, stream_tls=files)
 
 
 @pytest.mark.parametrize("said", ["no", "host:", ":8090", "1.2.3.4:99999", "http://1.2.3.4:80", "::1:80"])

@@ -69,7 +69,7 @@ class Authority:
         subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
         usage = x509.KeyUsage(False, False, False, False, False, True, True, False, False)
         certificate = (
-            _builder(subject, subject, key.public_key(), now, AUTHORITY_VALID)
+            builder_of(subject, subject, key.public_key(), now, AUTHORITY_VALID)
             .add_extension(x509.BasicConstraints(ca=True, path_length=0), critical=True)
             .add_extension(usage, critical=True)
             .sign(key, hashes.SHA256())
@@ -101,12 +101,12 @@ class Authority:
         subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, name)])
         uses = [ExtendedKeyUsageOID.CLIENT_AUTH, *([ExtendedKeyUsageOID.SERVER_AUTH] if hosts else [])]
         builder = (
-            _builder(subject, self.certificate.subject, key, now, valid)
+            builder_of(subject, self.certificate.subject, key, now, valid)
             .add_extension(x509.BasicConstraints(ca=False, path_length=None), critical=True)
             .add_extension(x509.ExtendedKeyUsage(uses), critical=True)
         )
         if hosts:
-            builder = builder.add_extension(x509.SubjectAlternativeName([_host(h) for h in hosts]), critical=False)
+            builder = builder.add_extension(x509.SubjectAlternativeName([general_name(h) for h in hosts]), critical=False)
         return builder.sign(self._key, hashes.SHA256()).public_bytes(serialization.Encoding.PEM)
 
     def revoke(self, name: str) -> str:
@@ -198,9 +198,10 @@ def _write(path: Path, content: bytes, *, private: bool = False) -> None:
         stream.write(content)
 
 
-def _builder(
+def builder_of(
     subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePublicKey, now: datetime, valid: timedelta
 ) -> x509.CertificateBuilder:
+    """What every certificate has: whose, of whom, which key, and how long from now."""
     return (
         x509.CertificateBuilder()
         .subject_name(subject)
@@ -212,7 +213,8 @@ def _builder(
     )
 
 
-def _host(host: str) -> x509.GeneralName:
+def general_name(host: str) -> x509.GeneralName:
+    """An address or a name, as certificates say it."""
     try:
         return x509.IPAddress(ipaddress.ip_address(host))
     except ValueError:

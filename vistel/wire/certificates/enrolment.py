@@ -29,6 +29,7 @@ from cryptography.x509.oid import NameOID
 
 from vistel.wire.certificates.authority import VALID, Authority, common_name_of, write_key
 from vistel.wire.certificates.invitation import SECRET_BYTES, Invitation, InvitationError
+from vistel.wire.certificates.server import ServerFiles, self_signed, server_tls
 
 GOOD_FOR = timedelta(hours=24)
 """How long an invitation is, unless told otherwise."""
@@ -238,16 +239,9 @@ def _key_of(request: str, site: str) -> ec.EllipticCurvePublicKey:
 
 def _own_certificate(now: datetime) -> tuple[ssl.SSLContext, bytes]:
     """TLS with a certificate that was made for this once, and its fingerprint."""
-    key = ec.generate_private_key(ec.SECP256R1())
-    name = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, "vistel site invite")])
-    builder = x509.CertificateBuilder().subject_name(name).issuer_name(name).public_key(key.public_key())
-    builder = builder.serial_number(x509.random_serial_number())
-    certificate = builder.not_valid_before(now - VALID).not_valid_after(now + VALID).sign(key, hashes.SHA256())
-    tls = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
-    tls.minimum_version = ssl.TLSVersion.TLSv1_3
+    key, certificate = self_signed("vistel site invite", now, VALID)
     with tempfile.TemporaryDirectory() as folder:  # the standard library reads keys from files only
-        files = Path(folder, "certificate.pem"), Path(folder, "private.key")
-        files[0].write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
-        write_key(files[1], key)
-        tls.load_cert_chain(*files)
-    return tls, certificate.fingerprint(hashes.SHA256())
+        files = ServerFiles(Path(folder, "certificate.pem"), Path(folder, "private.key"))
+        files.certificate.write_bytes(certificate.public_bytes(serialization.Encoding.PEM))
+        write_key(files.key, key)
+        return server_tls(files), certificate.fingerprint(hashes.SHA256())

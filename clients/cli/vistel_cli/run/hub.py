@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import signal
 import tempfile
+from datetime import UTC, datetime
 from pathlib import Path
 
 from vistel.conference.model import Conference
@@ -13,6 +14,7 @@ from vistel.conference.paths import RunPaths
 from vistel.wire.background import as_service
 from vistel_cli.run.earlier_room import resume
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
+from vistel_cli.run.pages import pages_of
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import at_the_end, ended, write_conference
 from vistel_cli.terminal import FAILED, out, print_error, print_warning
@@ -77,6 +79,9 @@ async def _run(
                 out.print(
                     f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}", soft_wrap=True
                 )
+                drawing = {plan.site for plan in plans if "renderer" in plan.services}
+                for site, page in pages_of((s for s in conference.sites if s.name in drawing), datetime.now(UTC)).items():
+                    out.print(f"  {site:10}{page}", soft_wrap=True)
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(seconds or None):
                         await stop.wait()

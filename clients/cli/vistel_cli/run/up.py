@@ -8,6 +8,7 @@ import json
 import signal
 import tempfile
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -38,6 +39,7 @@ from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
+from vistel_cli.run.pages import pages_of
 from vistel_cli.run.prepared import prepare
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
 from vistel_services.process import logs
@@ -255,7 +257,7 @@ class _Run:
         title = Text.assemble((self.source.stem, "bold"), f": {len(self.conference.sites)} sites, {processes} processes")
         lines = {
             "bus": running.hub,
-            **running.pages,
+            **pages_of(self.conference.sites, datetime.now(UTC)),
             **self.kept,
             "metrics": str(self.out / "metrics"),
             "logs": str(self.out / "logs"),

@@ -6,6 +6,7 @@ import asyncio
 import logging
 from collections.abc import Iterator
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import cv2
@@ -14,6 +15,7 @@ from prometheus_client import Counter
 from vistel.arrays import U8
 from vistel.render.film.video import VideoWriter
 from vistel.wire import background
+from vistel.wire.certificates.authority import CertificateError
 from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import PictureWriter
 from vistel_services.process.clocks import ReplayClock
@@ -92,8 +94,11 @@ class Outputs:
         if out.stream is not None:
             stream = Stream(self._site, out.stream, size, rate, out.sound, clock)
             try:
-                await stream.open()
+                await stream.open(datetime.now(UTC))
                 self._stream = stream
+            except CertificateError as e:
+                log.error("event=no_stream address=%s reason=%r mend='a certificate'", out.stream, str(e))
+                await stream.close()
             except OSError as e:
                 log.error("event=no_stream address=%s reason=%r mend='another port'", out.stream, e.strerror or str(e))
                 await stream.close()

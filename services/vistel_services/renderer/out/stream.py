@@ -12,20 +12,25 @@ import json
 import logging
 import socket
 from dataclasses import replace
-from importlib import import_module, resources
+from datetime import datetime
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from prometheus_client import Counter, Gauge
 
 from vistel.arrays import U8
 from vistel.wire import background
+from vistel.wire.certificates.authority import read_certificate
+from vistel.wire.certificates.server import fingerprint, names_of, server_tls
 from vistel.wire.clock import Clock
-from vistel_services.renderer.out.stream_address import StreamAddress, admitted, answered
+from vistel_services.renderer.out.stream_address import StreamAddress, with_certificate
 from vistel_services.renderer.out.stream_encoder import SOUND, StreamEncoder, message
 from vistel_services.renderer.out.stream_reader import Reader, StreamPicture
 
 if TYPE_CHECKING:
     from aiohttp import web
+
+    from vistel_services.renderer.out.stream_pages import StreamPages
 
 log = logging.getLogger("vistel.renderer")
 
@@ -42,13 +47,7 @@ _ENDED = 1001
 """What a page is told when the conference ends (RFC 6455 §7.4.1, "going away"), so that it can tell this from a loss."""
 _SEND_BUFFER = 1 << 18
 """Of the system, for each reader: what waits there is late."""
-_SERVED = {"/": ("index.html", "text/html"), "/watch.js": ("watch.js", "text/javascript"), "/watch.css": ("watch.css", "text/css")}
-_HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cache-Control": "no-cache",
-}
+_MOST_FORM_BYTES = 4096
 
 
 class Stream:
@@ -64,25 +63,39 @@ class Stream:
         self._runner: web.AppRunner | None = None
         self._stating: asyncio.Task[None] | None = None
         self._background = background.current()
+        self._pages: StreamPages | None = None
         self._drawn = self._told_drawn = 0
         self._age_ns = 0
 
-    async def open(self) -> None:
-        """Serve. Raises OSError where the address cannot be used."""
-        await asyncio.to_thread(import_module, "aiohttp.web")  # slow to load: the others are listened to meanwhile
+    async def open(self, now: datetime) -> None:
+        """Serve; now: of this machine, for certificates. Raises OSError where the address cannot be used, CertificateError."""
+        # Slow to load: the others are listened to meanwhile.
+        await asyncio.to_thread(import_module, "vistel_services.renderer.out.stream_pages")
         from aiohttp import web  # few sites stream
 
-        app = web.Application()
-        for path in _SERVED:
-            app.router.add_get(path, self._page)
+        from vistel_services.renderer.out.stream_pages import SERVED, StreamPages
+
+        address = with_certificate(self.address, self._site, now)
+        tls, names, shown = None, frozenset[str](), ""
+        if address.certificate is not None:
+            tls, certificate = server_tls(address.certificate), read_certificate(address.certificate.certificate)
+            names, shown = names_of(certificate), fingerprint(certificate)
+        pages = self._pages = StreamPages(address, names, self._clock)
+        app = web.Application(client_max_size=_MOST_FORM_BYTES)
+        for path in SERVED:
+            app.router.add_get(path, pages.page)
+        app.router.add_post("/", pages.enter)
         app.router.add_get("/stream", self._watch)
         runner = self._runner = web.AppRunner(app, access_log=None, shutdown_timeout=_CLOSING_S)
         await runner.setup()
-        await web.TCPSite(runner, self.address.host, self.address.port).start()
+        await web.TCPSite(runner, address.host, address.port, ssl_context=tls).start()
         host, port = runner.addresses[0][:2]
-        self.address = replace(self.address, host=str(host), port=int(port))
+        pages.address = self.address = replace(address, host=str(host), port=int(port))
         self._stating = background.start(self._state(), "stream state")
-        log.info("event=streaming address=http://%s/ reach=%s", self.address, "this_machine" if self.address.local else "network")
+        reach = "this_machine" if self.address.local else "network"
+        log.info("event=streaming address=%s reach=%s sha256=%s", self.address.url, reach, shown)
+        if tls is None and not self.address.local:
+            log.warning("event=stream_insecure address=%s reason='plain HTTP beyond this machine is meant'", self.address.url)
 
     def put(self, t_ns: int, rgba: U8, age_ns: int) -> None:
         """A picture (h, w, 4) RGBA, first row at the bottom, drawn at `t_ns`, of motions then `age_ns` old. It is not changed."""
@@ -136,37 +149,12 @@ class Stream:
             for reader in self._readers:
                 reader.put_text(json.dumps(state | {"left_out": reader.left_out}))
 
-    async def _page(self, request: web.Request) -> web.Response:
-        from aiohttp import web
-
-        if not answered(request.headers.get("Host"), None):
-            raise web.HTTPForbidden(text="ask for this page by the address of its machine\n")
-        self._check_token(request)
-        name, kind = _SERVED[request.path]
-        text = (resources.files("vistel_services.renderer.out") / "page" / name).read_text("utf-8")
-        page = web.Response(text=text, content_type=kind, charset="utf-8", headers=_HEADERS)
-        if self.address.token:  # for what the page asks for next
-            page.set_cookie(self._cookie, self.address.token, httponly=True, samesite="Strict")
-        return page
-
-    @property
-    def _cookie(self) -> str:
-        return f"vistel_{self.address.port}"  # browsers have one set of cookies for all ports of a machine
-
-    def _check_token(self, request: web.Request) -> None:
-        from aiohttp import web
-
-        if not admitted(self.address.token, request.query.get("token", request.cookies.get(self._cookie))):
-            log.warning("event=stream_refused by=%s reason='no token'", request.remote)
-            raise web.HTTPForbidden(text="this stream asks for its token: open the address with /?token=... at its end\n")
-
     async def _watch(self, request: web.Request) -> web.StreamResponse:
         from aiohttp import web
 
-        if not answered(request.headers.get("Host"), request.headers.get("Origin")):
-            log.warning("event=stream_refused origin=%r host=%r", request.headers.get("Origin"), request.headers.get("Host"))
-            raise web.HTTPForbidden(text="the stream is for its own page only\n")
-        self._check_token(request)
+        if self._pages is not None:
+            self._pages.check_place(request)
+            self._pages.check_token(request)
         if len(self._readers) >= MOST_READERS:
             raise web.HTTPServiceUnavailable(text=f"{MOST_READERS} are watching already\n")
         socket_of = request.transport.get_extra_info("socket") if request.transport else None

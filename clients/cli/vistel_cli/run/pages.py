@@ -1,0 +1,31 @@
+"""Where browsers see what sites see, as it is printed when they start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from datetime import datetime
+
+from vistel.conference.model import Site
+
+
+def pages_of(sites: Iterable[Site], now: datetime) -> dict[str, str]:
+    """The page of each site that has one, by its name; with the certificate's fingerprint where no authority has signed that, for
+    viewers to compare."""
+    return {s.name: s.display.stream_page + _certificate(s, now) for s in sites if s.draws and s.display.stream_page}
+
+
+def _certificate(site: Site, now: datetime) -> str:
+    if not site.display.stream_https:
+        return ""
+    from vistel.wire.certificates.authority import CertificateError, read_certificate
+    from vistel.wire.certificates.server import fingerprint
+    from vistel_services.renderer.out.stream_address import stream_address, with_certificate
+
+    try:
+        address = stream_address(site.display)
+        shown = address and with_certificate(address, site.name, now).certificate
+        certificate = shown and read_certificate(shown.certificate)
+    except CertificateError:  # the renderer says so
+        return ""
+    own = certificate is not None and certificate.issuer == certificate.subject
+    return f"  certificate SHA-256 {fingerprint(certificate)}" if certificate and own else ""
