@@ -113,3 +113,29 @@ class FaultReply(_message.Message):
     refused: str
     struck: str
     def __init__(self, refused: _Optional[str] = ..., struck: _Optional[str] = ...) -> None: ...
+
+class CertificateRequest(_message.Message):
+    __slots__ = ("certificate", "request", "signature")
+    CERTIFICATE_FIELD_NUMBER: _ClassVar[int]
+    REQUEST_FIELD_NUMBER: _ClassVar[int]
+    SIGNATURE_FIELD_NUMBER: _ClassVar[int]
+    certificate: bytes
+    request: bytes
+    signature: bytes
+    def __init__(self, certificate: _Optional[bytes] = ..., request: _Optional[bytes] = ..., signature: _Optional[bytes] = ...) -> None: ...
+
+class CertificateReply(_message.Message):
+    __slots__ = ("refused", "certificate")
+    REFUSED_FIELD_NUMBER: _ClassVar[int]
+    CERTIFICATE_FIELD_NUMBER: _ClassVar[int]
+    refused: str
+    certificate: bytes
+    def __init__(self, refused: _Optional[str] = ..., certificate: _Optional[bytes] = ...) -> None: ...
+
+class Revocations(_message.Message):
+    __slots__ = ("header", "names")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    NAMES_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    names: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., names: _Optional[_Iterable[str]] = ...) -> None: ...

@@ -91,11 +91,11 @@ class Bus(Protocol):
         """
         ...
 
-    async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
-        """Ask the one who serves a QUERY topic; the reply, or None when none came in time."""
+    async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0, **names: str) -> Any | None:
+        """Ask the one who serves a QUERY topic; the reply, or None when none came in time. names: those of the topic's own."""
         ...
 
-    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
+    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None], **names: str) -> None:
         """Answer queries; `answer` gets the request's bytes and is called on the event loop. None: no answer; someone else may."""
         ...
 

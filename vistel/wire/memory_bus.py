@@ -157,16 +157,16 @@ class MemoryBus:
             self._offer(wanted, inbox, key, payload)
         return inbox
 
-    async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
+    async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0, **names: str) -> Any | None:
         """As `Bus.query`, answered at once: `timeout_s` is not needed."""
-        key = topic.format(**self._filled(topic, {}))
+        key = topic.format(**self._filled(topic, names))
         await asyncio.sleep(0)
         payload = self._network.answer(key, request.SerializeToString() if request is not None else b"")
         return MessageDecoder(topic, self.counters).decode(key, payload) if payload is not None else None
 
-    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
+    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None], **names: str) -> None:
         """As `Bus.serve`."""
-        self._network.serve(self, topic.format(**self._filled(topic, {})), answer)
+        self._network.serve(self, topic.format(**self._filled(topic, names)), answer)
 
     def announce(self, token: str) -> None:
         """As `Bus.announce`; it goes with `close`."""

@@ -15,6 +15,7 @@ _AUDIENCE = {
     Audience.HOSTS: "worlds and hosts",
     Audience.WORLDS: "worlds",
     Audience.HUB: "the hub",
+    Audience.HOLDER: "who it is for",
 }
 
 

@@ -45,6 +45,8 @@ class Audience(Enum):
     """The hub, the world, and the sites on whose machines worlds run."""
     HUB = "hub"
     """The hub alone: who has its certificate, which is the host of the conference."""
+    HOLDER = "holder"
+    """Whoever has the certificate of the name {holder} in the key."""
 
 
 @dataclass(frozen=True)
@@ -178,6 +180,10 @@ TOPICS: tuple[Topic, ...] = (
           "conference time"),
     Topic("fault", "vistel/{conference}/fault", service_pb2.FaultReply, 0, _Q, _H, False,
           "breaks something of a conference of `vistel up`, to see what it stands", Audience.HUB),
+    Topic("certificate", "vistel/{conference}/certificate/{holder}", service_pb2.CertificateReply, 0, _Q, _H, False,
+          "a new certificate in place of one that will expire", Audience.HOLDER),
+    Topic("revocations", "vistel/{conference}/revocations", service_pb2.Revocations, 0, _R, _H, False,
+          "certificates that count no more, for routers without the authority's folder", Audience.HUB),
 )  # fmt: skip
 
 BY_NAME: dict[str, Topic] = {t.name: t for t in TOPICS}

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import asyncio
 import json
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from vistel.conference.files import load
+from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.link_quality import LinkQuality
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.main import app
-from vistel_cli.site.link_report import meaning
+from vistel_cli.site.link_report import certificate_end, meaning
 
 FILE = """name = "demo"
 [[sites]]
@@ -51,6 +53,18 @@ def test_a_link_is_measured_over_a_running_router(file: Path) -> None:
     found = json.loads(said)
     assert found["up_bit_s"] > 52e3 and found["down_bit_s"] > 52e3 and found["enough"]
     assert 0.0 < found["round_trip_s"] < 5.0 and found["unanswered"] == 0
+
+
+def test_when_the_certificate_ends_and_whether_it_is_renewed_is_told(tmp_path: Path) -> None:
+    start = datetime(2026, 5, 1, tzinfo=UTC)
+    files = Authority.create(tmp_path, start).issue("tokyo", start)
+    assert certificate_end(files, True, start) == ("until 2026-07-30, 90 days; renewed by itself from 2026-06-30 on", "")
+    assert certificate_end(files, False, start) == ("until 2026-07-30, 90 days; nobody who renews it is there now", "")
+    late = start + timedelta(days=70)
+    assert certificate_end(files, True, late) == ("until 2026-07-30, 20 days; renewed by itself when the site joins", "")
+    row, line = certificate_end(files, False, late)
+    assert row == "until 2026-07-30, 20 days; nobody who renews it is there now"
+    assert "tokyo.pem: ends on 2026-07-30 00:00 UTC, in 20 days, and is not renewed: nobody who signs is there now; start" in line
 
 
 def said(file: Path, found: LinkQuality, site: str = "tokyo", endpoint: str = "tls/hub:7447") -> tuple[bool, str]:

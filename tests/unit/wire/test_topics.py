@@ -18,6 +18,7 @@ NAMES = {
     "digest": "0123abcd",
     "part": "0001",
     "equipment": "delay",
+    "holder": "tokyo",
 }
 
 

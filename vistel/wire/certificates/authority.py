@@ -17,7 +17,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from vistel.whole_file import whole_file
-from vistel.wire.zenoh.common_names import AUTHORITY, REVOKED, common_name, revoked_names
+from vistel.wire.zenoh.common_names import AUTHORITY, REVOKED, add_revoked, common_name, revoked_names
 from vistel.wire.zenoh.config import TlsFiles
 
 VALID = timedelta(days=90)
@@ -91,7 +91,7 @@ class Authority:
     ) -> bytes:
         """A certificate (PEM) for somebody else's key; kept in the folder. Raises OSError."""
         pem = self.signed(common_name(name, revoked_names(self.folder)), key, now, hosts=hosts, valid=valid)
-        _write(self.folder / f"{name}.pem", pem)
+        write_certificate(self.folder / f"{name}.pem", pem)
         return pem
 
     def signed(
@@ -111,9 +111,8 @@ class Authority:
 
     def revoke(self, name: str) -> str:
         """Its certificates count no more, once routers have read the list. Returns their common name. Raises OSError."""
-        revoked = revoked_names(self.folder)
-        gone = common_name(name, revoked)
-        _write(self.folder / REVOKED, "".join(f"{n}\n" for n in [*revoked, gone]).encode())
+        gone = common_name(name, revoked_names(self.folder))
+        add_revoked(self.folder, [gone])
         return gone
 
     def issued(self) -> list[Issued]:
@@ -130,6 +129,11 @@ class Authority:
 def files_of(folder: Path, name: str) -> TlsFiles:
     """Where the certificate and key of `name` lie."""
     return TlsFiles(folder / f"{AUTHORITY}.pem", folder / f"{name}.pem", folder / f"{name}.key")
+
+
+def lifetime(certificate: x509.Certificate) -> timedelta:
+    """How long it is good from its signature on."""
+    return certificate.not_valid_after_utc - certificate.not_valid_before_utc - SLOW_CLOCK
 
 
 def fault(files: TlsFiles, now: datetime) -> str:
@@ -189,8 +193,17 @@ def read_key(path: Path) -> ec.EllipticCurvePrivateKey:
 
 def write_key(path: Path, key: ec.EllipticCurvePrivateKey) -> None:
     """Only its owner may read the file. Raises OSError."""
-    plain = serialization.NoEncryption()
-    _write(path, key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, plain), private=True)
+    _write(path, key_text(key), private=True)
+
+
+def key_text(key: ec.EllipticCurvePrivateKey) -> bytes:
+    """The key as PEM, without a password."""
+    return key.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption())
+
+
+def write_certificate(path: Path, pem: bytes) -> None:
+    """Raises OSError."""
+    _write(path, pem)
 
 
 def _write(path: Path, content: bytes, *, private: bool = False) -> None:

@@ -25,10 +25,10 @@ from cryptography import x509
 from cryptography.exceptions import InvalidSignature
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
-from cryptography.x509.oid import NameOID
 
 from vistel.wire.certificates.authority import VALID, Authority, common_name_of, write_key
 from vistel.wire.certificates.invitation import SECRET_BYTES, Invitation, InvitationError
+from vistel.wire.certificates.request import RequestError, certificate_request, requested_key
 from vistel.wire.certificates.server import ServerFiles, self_signed, server_tls
 
 GOOD_FOR = timedelta(hours=24)
@@ -95,7 +95,7 @@ class Enrolment:
         """What a site at `address` is answered, as a line."""
         try:
             said = self._answer(line, address)
-        except InvitationError as e:
+        except (InvitationError, RequestError) as e:
             said = {"error": str(e)}
         return json.dumps(said).encode() + b"\n"
 
@@ -123,7 +123,7 @@ class Enrolment:
             raise InvitationError("this invitation was used already; if not by you, tell the host at once, and ask for a new one")
         if now > found.until:
             raise InvitationError("this invitation has expired; ask the host for a new one")
-        key = _key_of(request, site)
+        key = requested_key(request.encode(), site)
         found.used = True
         pem = self._authority.sign(site, key, now, valid=self._valid)
         self.on_enrolled(site, address)
@@ -147,12 +147,10 @@ class Enrolment:
 def enrol(invitation: Invitation, timeout_s: float = PATIENCE_S) -> Enrolled:
     """A new key, and its certificate from the host. Raises InvitationError."""
     key = ec.generate_private_key(ec.SECP256R1())
-    subject = x509.Name([x509.NameAttribute(NameOID.COMMON_NAME, invitation.site)])
-    request = x509.CertificateSigningRequestBuilder().subject_name(subject).sign(key, hashes.SHA256())
     said = {
         "site": invitation.site,
         "secret": invitation.secret.hex(),
-        "request": request.public_bytes(serialization.Encoding.PEM).decode(),
+        "request": certificate_request(invitation.site, key).decode(),
     }
     where = f"{invitation.host}:{invitation.port}"
     try:
@@ -222,19 +220,6 @@ def _strings(line: bytes) -> dict[str, str] | None:
         return None
     values = cast("dict[str, Any]", told)
     return values if all(isinstance(v, str) for v in values.values()) else None
-
-
-def _key_of(request: str, site: str) -> ec.EllipticCurvePublicKey:
-    """The key of a request that its owner has signed; of all else in it, nothing is taken. Raises InvitationError."""
-    try:
-        read = x509.load_pem_x509_csr(request.encode())
-        key, signed = read.public_key(), read.is_signature_valid
-        names = [str(a.value) for a in read.subject]
-    except (ValueError, TypeError) as e:
-        raise InvitationError("the request for a certificate cannot be read") from e
-    if not (signed and isinstance(key, ec.EllipticCurvePublicKey) and isinstance(key.curve, ec.SECP256R1) and names == [site]):
-        raise InvitationError(f"the request for a certificate is not of {site}, or its key is not EC P-256")
-    return key
 
 
 def _own_certificate(now: datetime) -> tuple[ssl.SSLContext, bytes]:

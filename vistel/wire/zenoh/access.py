@@ -16,11 +16,12 @@ HUB_NAME = "hub"
 ROUTER_NAME = "router"
 """A second router, which keeps these rules itself and passes on what everybody says."""
 
-MOST_QUESTIONS_PER_S = {"world_snapshot": 20.0, "room_plan": 20.0}
-"""By topic, how many questions a second a router passes on from each link: of those that everybody may ask, the ones that cost the
-world work. Others are asked in quick turns (clock, parts of assets), or by those alone who may have the room."""
+MOST_QUESTIONS_PER_S = {"world_snapshot": 20.0, "room_plan": 20.0, "certificate": 5.0}
+"""By topic, how many questions a second a router passes on from each link: of those that everybody may ask, the ones that cost who
+answers work. Others are asked in quick turns (clock, parts of assets), or by those alone who may have the room."""
 
-_WORLDS_HEAR = [audience for audience in Audience if audience is not Audience.HUB]
+_WORLDS_HEAR = [Audience.EVERYBODY, Audience.HOSTS, Audience.WORLDS]
+_HUB_HEARS = [*_WORLDS_HEAR, Audience.HUB]
 _SAY = ["put", "delete", "declare_queryable", "reply"]
 _PRESENCE = ["liveliness_token"]
 _ASK = ["declare_subscriber", "query", "declare_liveliness_subscriber", "liveliness_query"]
@@ -43,7 +44,8 @@ def access_rules(
     console of a conference, so it may say what the world says; a `world` of its own may say only that. worlds: those of
     the sites on whose machines a world runs; hosts: those of hosts; revoked: common names that count no more
     (`vistel.wire.zenoh.common_names`). Everybody listed may subscribe to and ask for what the table of topics lets
-    them hear, topic by topic; everything else is denied, silently as far as the one denied can see.
+    them hear, topic by topic, and ask for what is under their own name; everything else is denied, silently as far as the one
+    denied can see.
     """
     rules: list[dict[str, Any]] = [
         _rule("presence", "ingress", _ASK, [f"vistel/{conference}/alive/**"]),
@@ -51,17 +53,19 @@ def access_rules(
     ]
     for audience in Audience:
         heard = [t.pattern(conference) for t in TOPICS if t.audience is audience]
-        rules.append(_rule(f"listen-{audience.value}", "ingress", _ASK, heard))
+        rules.append(_rule(f"listen-{audience.value}", "ingress", _ASK if audience is not Audience.HOLDER else ["query"], heard))
     policies: list[dict[str, Any]] = []
     subjects: list[dict[str, Any]] = []
 
     def allow(name: str, keys: list[str], *present_as: str, hears: Sequence[Audience] = (Audience.EVERYBODY,)) -> None:
-        mine: list[str] = []
+        mine = [f"{name}-holds"]
+        held = [t.pattern(conference, holder=name) for t in TOPICS if t.audience is Audience.HOLDER]
+        rules.append(_rule(mine[0], "ingress", ["query"], held))
         if keys:
             rules.append(_rule(f"{name}-say", "ingress", _SAY, keys))
             present = [f"vistel/{conference}/alive/{n}/**" for n in (name, *present_as)]
             rules.append(_rule(f"{name}-alive", "ingress", _PRESENCE, present))
-            mine = [f"{name}-say", f"{name}-alive"]
+            mine += [f"{name}-say", f"{name}-alive"]
         subjects.append({"id": name, "cert_common_names": [common_name(name, revoked)]})
         policies.append({"rules": [*mine, *(f"listen-{a.value}" for a in hears), "presence", "hear"], "subjects": [name]})
 
@@ -74,7 +78,7 @@ def access_rules(
         else:
             allow(site, own, hears=[Audience.EVERYBODY, *([Audience.HOSTS] if site in hosts else [])])
     allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"), hears=_WORLDS_HEAR)
-    allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site, hears=list(Audience))
+    allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site, hears=_HUB_HEARS)
     allow(ROUTER_NAME, [f"vistel/{conference}/**"], "*", hears=list(Audience))
     for observer in observers:
         allow(observer, [])

@@ -224,9 +224,9 @@ class ZenohBus:
         _undeclare(held)
         self._subscribed = [other for other in self._subscribed if other is not held]
 
-    async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0) -> Any | None:
+    async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0, **names: str) -> Any | None:
         """As `Bus.query`: the first valid answer of all who serve the topic."""
-        key = topic.format(**self._filled(topic, {}))
+        key = topic.format(**self._filled(topic, names))
         answered: asyncio.Future[Any | None] = self._loop.create_future()
 
         def settle(message: Any | None) -> None:
@@ -254,9 +254,9 @@ class ZenohBus:
         except TimeoutError:
             return None
 
-    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None]) -> None:
+    def serve(self, topic: Topic, answer: Callable[[bytes], Message | None], **names: str) -> None:
         """As `Bus.serve`. An exception of `answer` is logged, and there is no answer."""
-        key = topic.format(**self._filled(topic, {}))
+        key = topic.format(**self._filled(topic, names))
 
         def on_loop(query: zenoh.Query) -> None:
             with query:

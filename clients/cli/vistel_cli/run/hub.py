@@ -11,12 +11,13 @@ from pathlib import Path
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel.wire.background import as_service
+from vistel.wire import background
 from vistel_cli.run.earlier_room import resume
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.pages import pages_of
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import at_the_end, ended, write_conference
+from vistel_cli.site.renewing import keep_certificate
 from vistel_cli.terminal import FAILED, out, print_error, print_warning
 from vistel_services.process import logs
 from vistel_services.process.monitoring import monitored
@@ -40,7 +41,7 @@ def run_processes(
 
     Ends on Ctrl-C, on SIGTERM, or when `seconds` have passed (0: never).
     """
-    return asyncio.run(as_service("supervisor", _run(conference, plans, hub, output, seconds, simulate, earlier)))
+    return asyncio.run(background.as_service("supervisor", _run(conference, plans, hub, output, seconds, simulate, earlier)))
 
 
 async def _run(
@@ -76,6 +77,7 @@ async def _run(
             try:
                 with out.status("loading"):
                     await start(supervisor, stop)
+                background.start(keep_certificate(conference, plans[0].site, hub), "certificate")
                 out.print(
                     f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}", soft_wrap=True
                 )

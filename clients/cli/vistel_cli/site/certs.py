@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -13,6 +14,7 @@ from rich.table import Table
 from vistel.conference.model import HUB_PLACE, RESERVED, Conference
 from vistel.wire.zenoh.access import ROUTER_NAME
 from vistel.wire.zenoh.endpoints import host_and_port
+from vistel_cli.conference_choice import Hub, endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
@@ -85,14 +87,21 @@ def renew(
     file: File,
     names: Annotated[list[str] | None, typer.Argument(help="Sites; default: all whose keys are here.")] = None,
     days: Days = DAYS,
+    hub: Hub = None,
 ) -> None:
     """Make new keys and certificates in place of those that expire soon. A router that runs takes up its own at once.
+
+    What runs renews its own by itself, in the last third of its lifetime. Without the authority's key here, the host is asked, who
+    decides how many days the new one is valid.
 
     [bold]Example[/bold]
 
       vistel site certs renew conference.toml
     """
     conference = load_conference(file)
+    if not (folder_of(conference) / "ca.key").exists():
+        _ask_to_renew(conference, names, hub)
+        return
     authority = authority_of(conference)
     here = {i.name: i for i in authority.issued() if i.key_here and i.name != "ca"}
     for name in names or here:
@@ -103,6 +112,42 @@ def renew(
             fail(f"{name}: is revoked; let it in again with vistel site certs add --force, or with an invitation")
         _issued(conference, authority, name, days)
         out.print(f"{name}: good for {days} days")
+
+
+def _ask_to_renew(conference: Conference, names: list[str] | None, hub: str | None) -> None:
+    from vistel.wire.certificates.authority import CertificateError, files_of
+    from vistel.wire.certificates.renewal import renew
+    from vistel_cli.site.renewing import asking_at, now
+
+    folder = folder_of(conference)
+    for name in names or sorted(key.stem for key in folder.glob("*.key")):
+        check_name(conference, name)
+        files = files_of(folder, name)
+        try:
+            until = asyncio.run(renew(files, asking_at(conference, name, endpoint_of(conference, hub), files), now, early=True))
+        except (CertificateError, OSError) as e:
+            fail(str(e))
+        out.print(f"{name}: good until {until:%Y-%m-%d}" if until else f"{name}: another process renews it now")
+
+
+@app.command()
+def serve(
+    file: File, hub: Hub = None, seconds: Annotated[float, typer.Option(help="Stop after so long; 0: on Ctrl-C.")] = 0.0
+) -> None:
+    """Sign for sites that renew their certificates, and tell routers which were revoked, while this runs.
+
+    For conferences whose router runs on a machine without the key of the authority; where it has the key, `vistel site router` does
+    the same. Sites ask in the last third of a certificate's lifetime: 30 days of 90.
+
+    [bold]Example[/bold]
+
+      vistel site certs serve conference.toml
+    """
+    from vistel_cli.site.router import run_signing
+
+    conference = load_conference(file)
+    authority_of(conference)
+    raise typer.Exit(run_signing(conference, endpoint_of(conference, hub), seconds))
 
 
 @app.command()

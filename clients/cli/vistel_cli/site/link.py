@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import socket
 import ssl
-from datetime import UTC, datetime, timedelta
 from typing import TYPE_CHECKING
 
 from vistel.conference.connect import tls_files
@@ -22,8 +21,6 @@ if TYPE_CHECKING:
     from vistel.wire.bus import Bus
     from vistel.wire.zenoh.config import TlsFiles
 
-SOON = timedelta(days=14)
-"""A certificate that ends within this is told."""
 PATIENCE_S = 3.0
 """For a router to answer."""
 
@@ -46,12 +43,9 @@ def check_link(conference: Conference, place: str, endpoint: str) -> None:
 
     if fault := fault_now(files):
         fail(fault)
-    certificate = read_certificate(files.certificate)
-    name = common_name_of(certificate).split(".")[0]
+    name = common_name_of(read_certificate(files.certificate)).split(".")[0]
     if name not in (place, HUB_PLACE) and not (place == HUB_PLACE and name in ("world", *conference.world.all)):
         fail(f"{files.certificate}: is the certificate of {name}, which cannot speak for {place}")
-    if certificate.not_valid_after_utc - datetime.now(UTC) < SOON:
-        print_warning(f"{files.certificate}: ends on {certificate.not_valid_after_utc:%Y-%m-%d}; ask the host for a new invitation")
     for each in endpoint.split(","):
         with contextlib.suppress(OSError):
             if fault := refusal(each, files):

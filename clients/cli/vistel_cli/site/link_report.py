@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import json
 from dataclasses import asdict
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.table import Table
 
+from vistel.conference.connect import tls_files
+from vistel.conference.model import HUB_PLACE
 from vistel.wire.clock import SystemClock
 from vistel.wire.link_quality import LinkQuality, measure_link
 from vistel.wire.zenoh.endpoints import is_local
@@ -18,6 +21,8 @@ from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
 
 if TYPE_CHECKING:
     from vistel.conference.model import Conference
+    from vistel.wire.bus import Bus
+    from vistel.wire.zenoh.config import TlsFiles
 
 PERSON_BIT_S = 52e3
 """Of one participant on the link: motion, 27 kbit/s, and voice, 25 kbit/s (docs/performance-history.md)."""
@@ -41,15 +46,27 @@ def report(file: Path, site: str | None, hub: str | None, as_json: bool) -> int:
     check_link(conference, site, endpoint)
     err.print(f"measuring the link to {endpoint}, about ten seconds")
     clock = SystemClock()
-    found = on_bus(conference, site, endpoint, lambda bus: measure_link(bus, clock))
+    from vistel.wire.certificates.signer import TOKEN
+
+    signers: set[str] = set()
+
+    async def measured(bus: Bus) -> LinkQuality | None:
+        bus.watch_presence(lambda place, token, _: signers.add(token) if place == HUB_PLACE else None)
+        return await measure_link(bus, clock)
+
+    found = on_bus(conference, site, endpoint, measured)
     if found is None:
         fail(f"{endpoint}: no clock answers; start the router with vistel up or vistel site router, not with zenohd alone")
     enough, lines = meaning(conference, site, endpoint, found)
+    files = tls_files(conference, site)
+    row, line = certificate_end(files, TOKEN in signers, datetime.now(UTC)) if files else ("", "")
+    lines += filter(None, [line])
     if as_json:
-        print(json.dumps({"site": site, "router": endpoint, **asdict(found), "enough": enough, "meaning": lines}))
+        about = {"site": site, "router": endpoint, "certificate": row}
+        print(json.dumps({**about, **asdict(found), "enough": enough, "meaning": lines}))
     else:
         table = Table(box=None, show_header=False)
-        for name, text in _rows(found):
+        for name, text in _rows(found, row):
             table.add_row(name, text)
         out.print(table)
         out.print("\nFor the meeting this means:")
@@ -58,12 +75,27 @@ def report(file: Path, site: str | None, hub: str | None, as_json: bool) -> int:
     return 0 if enough else FAILED
 
 
-def _rows(found: LinkQuality) -> list[tuple[str, str]]:
+def certificate_end(files: TlsFiles, signed: bool, now: datetime) -> tuple[str, str]:
+    """Until when the certificate is good, and what that means for the meeting where it ends soon. signed: somebody is there who
+    renews it."""
+    from vistel.wire.certificates.authority import lifetime, read_certificate
+    from vistel.wire.certificates.renewal import RENEWED_IN_LAST, ending
+
+    certificate = read_certificate(files.certificate)
+    until = certificate.not_valid_after_utc
+    begins = until - lifetime(certificate) * RENEWED_IN_LAST
+    by_itself = f"renewed by itself {f'from {begins:%Y-%m-%d} on' if begins > now else 'when the site joins'}"
+    row = f"until {until:%Y-%m-%d}, {(until - now).days} days; {by_itself if signed else 'nobody who renews it is there now'}"
+    return row, "" if signed else ending(files, now, "nobody who signs is there now")
+
+
+def _rows(found: LinkQuality, certificate: str) -> list[tuple[str, str]]:
     lost = (
         f"about {found.loss:.1%} of the packets, judged by late answers; a busy machine answers late, too" if found.loss else "none"
     )
     return [
         ("certificate, port, version", "accepted"),
+        *([("certificate", certificate)] if certificate else []),
         ("round trip", f"{_ms(found.round_trip_s)}, {_ms(found.round_trip_s + found.jitter_s)} for 95 of 100"),
         ("lost", lost + (f"; {found.unanswered} questions were never answered" if found.unanswered else "")),
         ("to the router", _rate(found.up_bit_s)),

@@ -22,6 +22,7 @@ from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
 from vistel.wire.zenoh.common_names import REVOKED, revoked_names
 from vistel.wire.zenoh.endpoints import ENCRYPTED, host_and_port, is_encrypted, objection
+from vistel_cli.site.renewing import start_certificates
 from vistel_cli.terminal import fail, out, print_warning
 from vistel_services.process.monitoring import monitored
 from vistel_services.process.plan import HUB
@@ -36,19 +37,31 @@ EVERYWHERE = ("0.0.0.0", "::")
 
 def run_clock(conference: Conference, hub: str, seconds: float) -> int:
     """Keep the time at somebody else's router, as `run_router` does at its own. Returns the exit code."""
+    return _beside(conference, hub, seconds, clock=True)
+
+
+def run_signing(conference: Conference, hub: str, seconds: float) -> int:
+    """Sign for those who renew their certificates, at a router without the authority's key. Returns the exit code."""
+    return _beside(conference, hub, seconds, clock=False)
+
+
+def _beside(conference: Conference, hub: str, seconds: float, *, clock: bool) -> int:
+    work = _at_router(conference, hub, seconds, clock=clock)
     try:
-        return asyncio.run(background.as_service("clock", _clock(conference, hub, seconds)))
+        return asyncio.run(background.as_service("clock" if clock else "authority", work))
     except BusError as e:
         fail(str(e))
 
 
-async def _clock(conference: Conference, hub: str, seconds: float) -> int:
+async def _at_router(conference: Conference, hub: str, seconds: float, *, clock: bool) -> int:
     stop = _stop_asked()
     bus = await connect(conference, HUB, SystemClock(), hub)
-    if await bus.query(BY_NAME["clock"], ClockProbe()) is not None:
-        fail(f"another clock answers at {hub}; one is enough")
-    serve_clock(bus, SystemClock())
-    out.print(f"clock of {conference.name} at {hub}; Ctrl-C stops", soft_wrap=True)
+    if clock:
+        if await bus.query(BY_NAME["clock"], ClockProbe()) is not None:
+            fail(f"another clock answers at {hub}; one is enough")
+        serve_clock(bus, SystemClock())
+    start_certificates(conference, bus, tls_files(conference, HUB), routes=False)
+    out.print(f"{'clock' if clock else 'authority'} of {conference.name} at {hub}; Ctrl-C stops", soft_wrap=True)
     with contextlib.suppress(TimeoutError):
         await asyncio.wait_for(stop.wait(), seconds or None)
     await bus.close()
@@ -81,8 +94,13 @@ def run_router(conference: Conference, file: Path, listen: str | None, seconds: 
 
 def fault_now(files: TlsFiles) -> str:
     """Why these certificates are not good now; empty where they are."""
-    from vistel.wire.certificates.authority import fault
+    from vistel.wire.certificates.authority import CertificateError, fault
+    from vistel.wire.certificates.renewal import complete
 
+    try:
+        complete(files)
+    except (CertificateError, OSError) as e:
+        return str(e)
     return fault(files, datetime.now(UTC))
 
 
@@ -105,6 +123,7 @@ async def _run(
     reach = listen.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
     bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[reach], tls=files)
     serve_clock(bus, clock, len(others))
+    start_certificates(conference, bus, files, routes=True)
     if others:
         background.start(follow_hub(bus, clock, f"router-{len(others)}"), "clock")
     out.print(f"router of {conference.name} on {' and '.join(both)}; Ctrl-C stops")

@@ -23,6 +23,7 @@ from vistel_cli.conference_choice import endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.run.earlier_room import FromRoom, resume
+from vistel_cli.site.renewing import keep_certificate
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_cli.world.move import check_place
 from vistel_services.process import logs
@@ -95,6 +96,8 @@ async def _serve(conferences: list[tuple[Conference, str]], seconds: float, at: 
     loop = asyncio.get_running_loop()
     for signum in (signal.SIGINT, signal.SIGTERM):
         loop.add_signal_handler(signum, stop.set)
+    for conference, endpoint in conferences:
+        background.start(keep_certificate(conference, HUB, endpoint), "certificate")
     serving = background.start(serve(rooms), "rooms")
     stopping = background.start(stop.wait(), "stop")
     with monitored(conferences[0][0].monitoring.listen, Path(), ()):
