@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import asyncio
 import json
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
 from secured_bus import Secured, secured
 
 from vistel.v1.world_pb2 import WorldHandover, WorldSnapshot
+from vistel.wire.certificates.signer import Signer
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh import config
 from vistel_cli.site.attack import report
@@ -28,7 +30,7 @@ participants = [{{ name = "ann" }}]
 name = "paris"
 participants = [{{ name = "bob" }}]
 """
-ROOM = {"to get the private state of the room", "to take the room"}
+ROOM = {"to get the private state of the room", "to take the room", "to get another's certificate by renewing it"}
 
 
 @pytest.mark.parametrize("open_to_all", [True, False], ids=["a router with holes", "a router"])
@@ -51,11 +53,12 @@ def test_what_a_router_lets_through_is_found(
             ("world_handover", WorldHandover()),
         ):
             hub.serve(BY_NAME[topic], lambda _, answer=answer: answer)
+        Signer(s.authority, lambda: datetime.now(UTC)).serve(hub, ["tokyo", "paris"])
         codes.append(await asyncio.to_thread(report, file, True))
 
     secured(tmp_path / "host", body, all_may_ask=open_to_all)
     attempts = json.loads(capsys.readouterr().out)["attempts"]
     assert codes == [int(open_to_all)]
-    assert len(attempts) == 17 and all(a["stopped"] is not None for a in attempts)
+    assert len(attempts) == 19 and all(a["stopped"] is not None for a in attempts)
     let_through = {a["tries"] for a in attempts if not a["stopped"]}
     assert let_through == (ROOM | {"to have 200 questions for the room answered at once"} if open_to_all else set())

@@ -82,6 +82,7 @@ class _Attacker:
     def all(self) -> list[Attempt]:
         """Of the least privilege first."""
         from vistel.wire.certificates.authority import Authority
+        from vistel.wire.certificates.signer import TOKEN
 
         now = datetime.now(UTC)
         host, port = host_and_port(self._endpoint)
@@ -111,6 +112,7 @@ class _Attacker:
         if self._other:
             found.append(Attempt("a site", "to speak as another site", not self._heard(hub, site, self._about(self._other))))
             found.append(Attempt("a site", "to be present as another site", not self._present(hub, site)))
+        signs = bool(list(hub.liveliness().get(f"vistel/{self._name}/alive/{HUB_PLACE}/{TOKEN}", timeout=WAIT_S)))
         for who, session in (("a site", site), ("an observer", self._observer and self._listening())):
             if not session:
                 found.append(Attempt(who, "to speak", None))
@@ -118,6 +120,8 @@ class _Attacker:
             if who == "an observer":
                 found.append(Attempt(who, "to speak", not self._heard(hub, session, self._about(self._observer))))
             found.append(Attempt(who, "to speak as the world", not self._heard(hub, session, self._key("world_state"))))
+            other = self._answers(session, "certificate", holder=self._other) if signs and self._other else None
+            found.append(Attempt(who, "to get another's certificate by renewing it", None if other is None else not other))
             for topic, what in (("world_save", "to get the private state of the room"), ("world_handover", "to take the room")):
                 runs = self._answers(hub, "world_save")
                 found.append(Attempt(who, what, not self._answers(session, topic) if runs else None))
@@ -198,8 +202,9 @@ class _Attacker:
         token.undeclare()
         return found
 
-    def _answers(self, session: Any, topic: str) -> bool:
-        return any(reply.ok is not None for reply in session.get(self._key(topic), timeout=WAIT_S))
+    def _answers(self, session: Any, topic: str, **names: str) -> bool:
+        key = BY_NAME[topic].pattern(self._name, **names)
+        return any(reply.ok is not None for reply in session.get(key, timeout=WAIT_S))
 
     def _flood(self, session: Any) -> bool:
         asked = [session.get(self._key("world_snapshot"), timeout=WAIT_S) for _ in range(QUESTIONS)]

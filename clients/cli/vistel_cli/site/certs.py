@@ -117,7 +117,7 @@ def renew(
 def _ask_to_renew(conference: Conference, names: list[str] | None, hub: str | None) -> None:
     from vistel.wire.certificates.authority import CertificateError, files_of
     from vistel.wire.certificates.renewal import renew
-    from vistel_cli.site.renewing import asking_at, now
+    from vistel_cli.renewing import asking_at, now
 
     folder = folder_of(conference)
     for name in names or sorted(key.stem for key in folder.glob("*.key")):

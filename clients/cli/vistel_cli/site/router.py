@@ -22,7 +22,7 @@ from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
 from vistel.wire.zenoh.common_names import REVOKED, revoked_names
 from vistel.wire.zenoh.endpoints import ENCRYPTED, host_and_port, is_encrypted, objection
-from vistel_cli.site.renewing import start_certificates
+from vistel_cli.renewing import start_certificates
 from vistel_cli.terminal import fail, out, print_warning
 from vistel_services.process.monitoring import monitored
 from vistel_services.process.plan import HUB

@@ -22,8 +22,8 @@ from vistel.wire.zenoh.bus import BusError
 from vistel_cli.conference_choice import endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
+from vistel_cli.renewing import keep_certificate
 from vistel_cli.run.earlier_room import FromRoom, resume
-from vistel_cli.site.renewing import keep_certificate
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_cli.world.move import check_place
 from vistel_services.process import logs
