@@ -74,9 +74,10 @@ def test_the_certificate_of_a_site_is_no_router(tmp_path: Path) -> None:
     secured(tmp_path, body)
 
 
-def test_a_revoked_certificate_is_cut_off_while_the_router_runs_and_a_new_one_is_let_in(tmp_path: Path) -> None:
+@pytest.mark.parametrize("protocol", ["tls", "quic"])
+def test_a_revoked_certificate_is_cut_off_while_the_router_runs_and_a_new_one_is_let_in(tmp_path: Path, protocol: str) -> None:
     file = tmp_path / "conference.toml"
-    file.write_text(FILE.format(port=free_port()))
+    file.write_text(FILE.format(port=free_port(protocol)).replace("tls/", f"{protocol}/"))
     vistel("init", file)
     vistel("add", file, "tokyo", "paris")
     words = [sys.executable, "-m", "vistel_cli.main", "site", "router", str(file)]

@@ -97,6 +97,7 @@ def test_only_a_signed_request_of_an_elliptic_key_is_taken_and_only_its_key(host
     assert "EC P-256" in host.asked(request=request_of("tokyo", rsa.generate_private_key(65537, 2048)))
     assert "EC P-256" in host.asked(request=request_of("tokyo", ec.generate_private_key(ec.SECP384R1())))
     assert "cannot be read" in host.asked(request="-----BEGIN CERTIFICATE REQUEST-----\nAAAA\n-----END CERTIFICATE REQUEST-----\n")
+    assert "cannot be read" in host.asked(request="\ud800")
 
 
 @given(st.binary(max_size=200) | st.recursive(st.text() | st.integers(), lambda j: st.dictionaries(st.text(), j)).map(json.dumps))

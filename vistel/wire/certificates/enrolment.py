@@ -123,7 +123,7 @@ class Enrolment:
             raise InvitationError("this invitation was used already; if not by you, tell the host at once, and ask for a new one")
         if now > found.until:
             raise InvitationError("this invitation has expired; ask the host for a new one")
-        key = requested_key(request.encode(), site)
+        key = requested_key(request.encode("utf-8", "replace"), site)
         found.used = True
         pem = self._authority.sign(site, key, now, valid=self._valid)
         self.on_enrolled(site, address)

@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 LOOK_EVERY_S = 1.0
 """How often a router looks whether certificates were renewed or revoked."""
+AGAIN_WITHIN_S = 10.0
+"""For a router to open at the addresses where it was before."""
+AGAIN_EVERY_S = 0.02
 EVERYWHERE = ("0.0.0.0", "::")
 
 
@@ -141,7 +144,7 @@ async def _run(
                         print_warning(f"{fault}; the router goes on with what it had")
                         continue
                     router.close()
-                    router = _opened(conference, both, files, others)
+                    router = await _opened_again(conference, both, files, others)
                     gone = ", ".join(revoked_names(files.ca.parent))
                     out.print(f"certificates read again{f'; revoked: {gone}' if gone else ''}", soft_wrap=True)
     await bus.close()
@@ -160,6 +163,15 @@ def _opened(conference: Conference, listen: list[str], files: TlsFiles | None, o
         observers = conference.observers
         access = access_rules(conference.name, sites, observers=observers, worlds=places, hosts=hosts, hub=HUB, revoked=revoked)
     return Router.open(listen, tls=files, access=access, connect=others)
+
+
+async def _opened_again(conference: Conference, listen: list[str], files: TlsFiles, others: Sequence[str]) -> Router:
+    """At the addresses that were given up just now. A socket of QUIC that had links is free a tenth of a second later."""
+    for _ in range(round(AGAIN_WITHIN_S / AGAIN_EVERY_S)):
+        with contextlib.suppress(BusError):
+            return _opened(conference, listen, files, others)
+        await asyncio.sleep(AGAIN_EVERY_S)
+    return _opened(conference, listen, files, others)
 
 
 def _stamps(files: TlsFiles | None) -> list[tuple[int, int]]:
