@@ -18,6 +18,7 @@ from vistel.session.room_view import RoomView
 from vistel.session.session import AsyncSession, LivePosture, opened
 from vistel.space.actions import Action
 from vistel.wire.bus import Sample
+from vistel.wire.zenoh.at_exit import close_at_exit, closed
 
 T = TypeVar("T")
 
@@ -70,8 +71,10 @@ class Session:
 
     def __enter__(self) -> Self:
         self._loop = asyncio.new_event_loop()
-        self._thread = threading.Thread(target=self._loop.run_forever, name="vistel session", daemon=True)
+        # No daemon: Zenoh's own threads would be daemons, too, and abort the process when it ends.
+        self._thread = threading.Thread(target=self._loop.run_forever, name="vistel session", daemon=False)
         self._thread.start()
+        close_at_exit(self, lambda: self.__exit__(None, None, None))
         try:
             self._session = self._call(self._opening.__aenter__())
         except BaseException:
@@ -141,6 +144,7 @@ class Session:
             self._call(cast("AsyncGenerator[T]", source).aclose())
 
     def _stop(self) -> None:
+        closed(self)
         self._loop.call_soon_threadsafe(self._loop.stop)
         self._thread.join()
         self._loop.close()

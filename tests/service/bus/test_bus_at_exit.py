@@ -5,6 +5,9 @@ from __future__ import annotations
 import subprocess
 import sys
 import textwrap
+from pathlib import Path
+
+import pytest
 
 BUS = """
 import asyncio
@@ -27,6 +30,19 @@ asyncio.run(main())
 """
 
 
+SESSION = """
+import vistel
+from vistel.wire.zenoh.bus import Router
+
+router = Router.open()
+session = vistel.join({file!r}, hub=router.endpoint)
+session.__enter__()
+if {close}:
+    session.__exit__(None, None, None)
+print("end", flush=True)
+"""
+
+
 def run(program: str) -> tuple[int, str]:
     command = [sys.executable, "-c", textwrap.dedent(program)]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
@@ -39,6 +55,21 @@ def test_a_program_that_closes_its_bus_ends_well() -> None:
 
 def test_a_program_that_forgets_to_close_its_bus_ends_well() -> None:
     assert run(BUS.format(close=False)) == (0, "end\n")
+
+
+@pytest.mark.parametrize("close", [True, False])
+def test_a_program_that_has_joined_a_conference_ends_well(close: bool, tmp_path: Path) -> None:
+    file = tmp_path / "small.toml"
+    file.write_text('name = "small"\n[[sites]]\nname = "here"\n[[sites.participants]]\nname = "ben"\n')
+    assert run(SESSION.format(file=str(file), close=close)) == (0, "end\n")
+
+
+def test_threads_of_a_joined_conference_are_waited_for(tmp_path: Path) -> None:
+    file = tmp_path / "small.toml"
+    file.write_text('name = "small"\n[[sites]]\nname = "here"\n[[sites.participants]]\nname = "ben"\n')
+    daemons = "import threading; print(sorted(t.name for t in threading.enumerate() if t.daemon and not t.name.startswith('bus ')))"
+    program = SESSION.format(file=str(file), close=False) + daemons
+    assert run(program) == (0, "end\n[]\n")
 
 
 def test_a_thread_of_the_bus_comes_to_its_end_before_the_interpreter_goes_down() -> None:

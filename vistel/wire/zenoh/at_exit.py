@@ -27,7 +27,8 @@ def close_at_exit(owner: object, close: Callable[[], object]) -> None:
     with _lock:
         _open[id(owner)] = close
         if _watcher is None:
-            _watcher = threading.Thread(target=_watch, name="vistel-at-exit")
+            # A thread is by default a daemon if the one is that starts it, and nobody waits for daemons.
+            _watcher = threading.Thread(target=_watch, name="vistel-at-exit", daemon=False)
             _watcher.start()
 
 
