@@ -201,6 +201,13 @@ def test_a_replay_from_devices_begins_with_people_and_things_as_they_were(confer
     with av.open(str(tmp_path / "zurich.mp4")) as video:
         first = next(video.decode(video=0)).to_ndarray(format="bgr24")
     assert min(np.abs(first - picture).mean() for picture in recorded) < 15  # an empty table or other postures: more than 20
+    begin_ns = LogReader(conference.out / "conference.mcap").begin_ns
+    decoder = WorldDecoder()
+    rooms = [now for r in _records(conference, "world_state") for now in decoder.read(r.message)]
+    then = next(room for room in rooms if room.t_ns >= begin_ns + 13_000_000_000)
+    holders = ",".join(then.holders("baton")) or "nobody"
+    replayed = re.findall(r"thing=baton held_by=(\S+)", (tmp_path / "logs" / "replay.log").read_text())
+    assert holders in (replayed or ["nobody"])
 
 
 def test_the_log_is_written_as_usd_that_moves_as_the_conference_did(conference: Run, tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 import math
 import time
@@ -77,50 +78,56 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     }
     props = {prop.tracker: _PropMaker(prop, config.site, bus) for prop in config.props}
     tracker = bus.subscribe(BY_NAME["tracker"], queue_all=True, site=config.site)
-    glove = bus.subscribe(BY_NAME["glove"], queue_all=True, site=config.site)
-    face = bus.subscribe(BY_NAME["face"], queue_all=True, site=config.site)
     by_face = {d: m for m in makers for d in (m.person.face, m.person.eye) if d}
-    for maker in makers:
-        maker.announce(clock)
-    try:
+    with contextlib.closing(_HandsAndFaces(bus, config.site, by_device, by_face)) as others, contextlib.closing(tracker):
+        for maker in makers:
+            maker.announce(clock)
         async with asyncio.TaskGroup() as group:
-            group.create_task(_follow_trackers(tracker, by_device, props))
-            group.create_task(_follow_gloves(glove, by_device))
-            group.create_task(_follow_faces(face, by_face))
+            group.create_task(_follow_trackers(tracker, by_device, props, others))
             for maker in makers:
-                group.create_task(maker.keep_going(clock))
+                group.create_task(maker.keep_going(clock, others))
             for own in avatars:
                 if own is not None:
                     group.create_task(send_parts(own, config.site, bus, clock))
-    finally:
-        tracker.close()
-        glove.close()
-        face.close()
 
 
-async def _follow_trackers(subscription: Subscription, by_device: dict[str, _Maker], props: dict[str, _PropMaker]) -> None:
+class _HandsAndFaces:
+    """What gloves and face cameras have sent. It is taken just before a posture is solved, so that a backlog of trackers' frames
+    never makes gloves that sent all the time look silent."""
+
+    def __init__(self, bus: Bus, site: str, by_glove: dict[str, _Maker], by_face: dict[str, _Maker]) -> None:
+        self._by_glove, self._by_face = by_glove, by_face
+        self._gloves = bus.subscribe(BY_NAME["glove"], queue_all=True, polled=True, site=site)
+        self._faces = bus.subscribe(BY_NAME["face"], queue_all=True, polled=True, site=site)
+
+    def take(self) -> None:
+        """Give every participant what has arrived since the last call."""
+        for sample in self._gloves.take():
+            maker = self._by_glove.get(sample.names["device"])
+            if maker is not None:
+                maker.capture.glove(sample.message)
+        for sample in self._faces.take():
+            device = sample.names["device"]
+            maker = self._by_face.get(device)
+            if maker is not None:
+                maker.face.take(sample.message, eye_camera=device == maker.person.eye)
+
+    def close(self) -> None:
+        self._gloves.close()
+        self._faces.close()
+
+
+async def _follow_trackers(
+    subscription: Subscription, by_device: dict[str, _Maker], props: dict[str, _PropMaker], others: _HandsAndFaces
+) -> None:
     async for sample in subscription:
         device = sample.names["device"]
         if device in props:
             props[device].follow(sample.message)
         maker = by_device.get(device)
         if maker is not None and maker.capture.tracker(sample.message):
+            others.take()
             maker.publish(maker.capture.newest_ns)
-
-
-async def _follow_gloves(subscription: Subscription, by_device: dict[str, _Maker]) -> None:
-    async for sample in subscription:
-        maker = by_device.get(sample.names["device"])
-        if maker is not None:
-            maker.capture.glove(sample.message)
-
-
-async def _follow_faces(subscription: Subscription, by_face: dict[str, _Maker]) -> None:
-    async for sample in subscription:
-        device = sample.names["device"]
-        maker = by_face.get(device)
-        if maker is not None:
-            maker.face.take(sample.message, eye_camera=device == maker.person.eye)
 
 
 class _PropMaker:
@@ -190,7 +197,7 @@ class _Maker:
         seq = self._motion.next_seq
         return sample_of(solved.posture, seq, t_ns, gaze=gaze, face=marks, lids=lids, stale=stale)
 
-    async def keep_going(self, clock: Clock) -> None:
+    async def keep_going(self, clock: Clock, others: _HandsAndFaces) -> None:
         """Continue by the clock while the tracker is silent."""
         tick = 0
         start_ns = max(clock.now_ns(), begin_ns_of(clock))
@@ -199,6 +206,7 @@ class _Maker:
             await clock.sleep_until_ns(start_ns + int(tick * 1e9 / RATE_HZ))
             now_ns = clock.now_ns()
             if now_ns - max(self.capture.newest_ns, start_ns) > PATIENCE_NS:
+                others.take()
                 self.publish(now_ns)
             # After a pause of the process go on from now instead of running after the ticks missed.
             tick = max(tick, math.floor((clock.now_ns() - start_ns) * 1e-9 * RATE_HZ))

@@ -34,6 +34,24 @@ class ReplayClock:
         return f"replay:{self.log_ns}:{self._monotonic_ns}:{self.speed!r}"
 
 
+class StandingClock:
+    """`clock`, but for that it stands at `begin_ns` until `clock` is there."""
+
+    def __init__(self, clock: ReplayClock, begin_ns: int) -> None:
+        self._clock, self._begin_ns = clock, begin_ns
+
+    def now_ns(self) -> int:
+        return max(self._begin_ns, self._clock.now_ns())
+
+    steady_ns = now_ns
+
+    async def sleep_until_ns(self, t_ns: int) -> None:
+        await self._clock.sleep_until_ns(t_ns)
+
+    def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
+        return self._clock.call_after(seconds + (self.now_ns() - self._clock.now_ns()) * 1e-9, callback)
+
+
 def begin_ns_of(clock: Clock) -> int:
     """Conference time at which a replay begins; its processes start earlier. 0 for a clock that is no replay's."""
     return clock.log_ns if isinstance(clock, ReplayClock) else 0

@@ -42,6 +42,9 @@ class _Queue:
     def give(self, topic: Topic, message: Any, device: str) -> None:
         self._queue.put_nowait(Sample(topic, "", {"device": device, "site": "a"}, message, 0))
 
+    def take(self) -> list[Sample]:
+        return [self._queue.get_nowait() for _ in range(self._queue.qsize())]
+
     async def __aiter__(self) -> AsyncIterator[Sample]:
         while True:
             yield await self._queue.get()
@@ -219,6 +222,19 @@ def test_a_silent_receiver_is_flagged_and_neither_its_loss_nor_its_return_snaps(
     assert not any(stale[10:120]) and all(stale[150:295]) and not any(stale[320:])
     # 10 cm in a sixtieth of a second is 6 m/s: nobody at a table is that quick.
     assert joint_steps(samples[20:]).max() < 0.10
+
+
+def test_a_backlog_of_three_seconds_that_arrives_at_once_makes_no_sensor_look_silent(tmp_path: Path) -> None:
+    async def script(stage: Stage) -> None:
+        for stage.records in range(1, 360):
+            t_ns = stage.start_ns + round(stage.records * RECORD_S * 1e9)
+            stage.record(t_ns)
+            if stage.records % 2 == 0:
+                stage.gloves(t_ns)
+        await until(lambda: len(stage.bus.sent.get("motion", [])) > 170)
+
+    samples = perform(script, tmp_path).motions()
+    assert all(s.stale == StalePart(0) for s in samples[5:])
 
 
 def test_with_the_tracker_unplugged_motion_goes_on_by_the_clock_and_relaxes(tmp_path: Path) -> None:

@@ -61,15 +61,15 @@ class Feeder:
             bus.serve(BY_NAME["world_snapshot"], lambda _: self._told.snapshot())
         self.fed = 0
 
-    async def feed(self, preroll_ns: int, begin_ns: int, end_ns: int) -> None:
-        """Publish the messages between `preroll_ns` and `begin_ns` at once, then the rest at their times.
+    async def feed(self, preroll_ns: int, begin_ns: int, end_ns: int, published_ns: int) -> None:
+        """Publish the messages between `preroll_ns` and `begin_ns` at once, at `published_ns`, then the rest at their times.
 
         Messages about participants are published from the log's beginning on.
         """
         for record in self._reader.records(topics=("participant",), end_ns=begin_ns):
             if record.topic.name in self._topics:
                 self._put(record.topic, record.names, record.message)
-        await self._clock.sleep_until_ns(begin_ns)
+        await self._clock.sleep_until_ns(published_ns)
         for n, (when_ns, topic, names, message) in enumerate(self._in_time(preroll_ns, end_ns)):
             if when_ns > begin_ns and when_ns > self._clock.now_ns():
                 await self._clock.sleep_until_ns(when_ns)

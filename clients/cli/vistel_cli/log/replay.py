@@ -31,7 +31,7 @@ from vistel_cli.run.prepared import prepare
 from vistel_cli.run.up import write_conference
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error, print_warning
 from vistel_services.process import logs
-from vistel_services.process.clocks import ReplayClock
+from vistel_services.process.clocks import ReplayClock, StandingClock
 from vistel_services.process.plan import HUB, hub_processes, site_processes
 from vistel_services.process.supervisor import Supervisor
 
@@ -41,15 +41,17 @@ if TYPE_CHECKING:
 RUN_UP_S = 2.0
 """All runs for at least so long before the asked time, so that films begin with everything as it was [s of this machine]."""
 PREROLL_NS = 2_500_000_000
-"""Before the run-up, published at once: key frames of motion and the world come at least so often [ns]."""
+"""How much before the run-up is published at once: key frames of motion and the world come at least so often [ns]."""
 STATES_APART_NS = 10_000_000_000
 """The log has the world's whole state at least so often, even from a busy machine [ns]."""
 LEAD_S = 8.0
 """Time for processes to start before the log's time begins to run [s]."""
 LEAD_FORKED_S = 4.0
 """The same for processes that are forked with everything loaded [s]."""
+PREROLL_S = 1.5
+"""The pre-roll is published so long before the run-up: every posture of it is solved by then [s of this machine]."""
 WORLD_EARLY_S = 0.3
-"""The world begins so long before anything is published, so that it receives all of it [s of this machine]."""
+"""The world subscribes so long before anything is published, so that it receives all of it [s of this machine]."""
 
 
 class PublishedKind(StrEnum):
@@ -188,7 +190,9 @@ async def _play(
                 begin_ns = max(begin_ns, start_ns)
         router = Router.open()
         lead_s = LEAD_FORKED_S if servers and all(s.ready for s in servers.values()) else LEAD_S
+        lead_s += WORLD_EARLY_S + PREROLL_S
         clock = ReplayClock(begin_ns, time.monotonic_ns() + int(lead_s * 1e9 + (begin_ns - start_ns) / speed), speed)
+        preroll_ns = start_ns - int(PREROLL_S * speed * 1e9)
         bus = await connect(conference, HUB, clock, router.endpoint)
         specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
         supervisor = Supervisor(specs, folder, servers)
@@ -197,11 +201,12 @@ async def _play(
             await supervisor.start()
             feeder = Feeder(reader, conference, bus, clock, source.value)
             if world is not None:
-                leading = background.start(_lead(world, conference, router.endpoint, clock, start_ns), "world")
-                start_ns += int(WORLD_EARLY_S * speed * 1e9)
+                await clock.sleep_until_ns(preroll_ns - int(WORLD_EARLY_S * speed * 1e9))
+                own_clock = StandingClock(clock, start_ns)
+                leading = background.start(_lead(world, conference, router.endpoint, own_clock), "world")
             with _progress() as bar:
                 task = bar.add_task(f"starting {len(specs)} processes", total=end - begin)
-                feeding = background.start(feeder.feed(start_ns - PREROLL_NS, start_ns, end_ns), "feed")
+                feeding = background.start(feeder.feed(start_ns - PREROLL_NS, start_ns, end_ns, preroll_ns), "feed")
                 stopping = background.start(stop.wait(), "stop")
                 while not feeding.done() and not stop.is_set():
                     at = (clock.now_ns() - begin_ns) * 1e-9
@@ -248,12 +253,11 @@ def seeded_world(reader: LogReader, conference: Conference, paths: RunPaths, lat
     return config, chosen.header.t_ns if chosen is not None else latest_ns
 
 
-async def _lead(config: "WorldConfig", conference: Conference, endpoint: str, clock: ReplayClock, begin_ns: int) -> None:
-    """Runs the world in this process from `begin_ns` on."""
+async def _lead(config: "WorldConfig", conference: Conference, endpoint: str, clock: StandingClock) -> None:
+    """Runs the world in this process."""
     from vistel_services.world import service as world  # loaded by now
 
     bus = await connect(conference, HUB, clock, endpoint)
-    await clock.sleep_until_ns(begin_ns)
     try:
         await world.run(config, bus, clock)
     finally:
