@@ -106,6 +106,11 @@ class Encoder:
         if hasattr(self, "_handle"):
             self._lib.opus_encoder_destroy(self._handle)
 
+    def set_bitrate(self, bitrate: int) -> None:
+        """Bits a second from the next frame on."""
+        if self._lib.opus_encoder_ctl(self._handle, _SET_BITRATE, ctypes.c_int(bitrate)) != 0:
+            raise OpusError(f"opus: the encoder refused setting {_SET_BITRATE} = {bitrate}")
+
     def encode(self, pcm: F32) -> bytes:
         """The packet of a frame: (FRAME,) or (FRAME, channels), -1 to 1. One of at most two bytes is silence."""
         frame = np.ascontiguousarray(pcm, np.float32)

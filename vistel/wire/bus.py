@@ -12,6 +12,7 @@ from typing import Any, Protocol
 from google.protobuf.message import Message
 
 from vistel.wire.fence import Fence
+from vistel.wire.link.uplink import Uplink
 from vistel.wire.topics import Publisher, Topic
 
 
@@ -70,6 +71,13 @@ class Bus(Protocol):
     site: str
     fence: Fence
     """The term under which this side's world publishes, and the terms of what it receives."""
+    uplink: Uplink
+    """What there is room for on the way to the others."""
+
+    @property
+    def connected(self) -> bool:
+        """Whether a router is there now."""
+        ...
 
     def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
         """Declare a key of `topic`; conference and site are filled in unless named.

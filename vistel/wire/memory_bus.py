@@ -18,6 +18,7 @@ from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.fence import Fence
 from vistel.wire.inbox import STALE_AFTER_NS, Inbox, MessageDecoder
+from vistel.wire.link.uplink import Uplink
 from vistel.wire.owners import Admission, Owners
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 
@@ -112,6 +113,7 @@ class MemoryBus:
         self.site = site
         self.counters = BusCounters()
         self.fence = Fence()
+        self.uplink = Uplink()
         self._admission = Admission(owners, self.counters)
         self._network = network
         self._clock = clock
@@ -120,6 +122,11 @@ class MemoryBus:
         self._publications: dict[str, _MemoryPublication] = {}
         self._inboxes: list[tuple[dict[str, str], Inbox]] = []
         self._watchers: list[Callable[[str, str, bool], None]] = []
+
+    @property
+    def connected(self) -> bool:
+        """As `Bus.connected`: always."""
+        return True
 
     def publish(self, topic: Topic, *, verbatim: bool = False, **names: str) -> Publication:
         """As `Bus.publish`."""

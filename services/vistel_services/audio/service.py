@@ -80,6 +80,7 @@ class _Site:
                 bus.publish(BY_NAME["voice"], participant=m.participant),
                 config.bitrate,
                 self._switches[m.participant],
+                bus.uplink,
                 config.repeats,
                 bus.publish(BY_NAME["voice_level"], participant=m.participant) if config.crowd else None,
             )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 from collections import deque
 
@@ -13,6 +14,7 @@ from vistel.audio.levels import SILENT_DB, Level, Meter
 from vistel.audio.opus import FRAME_NS, Encoder
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Publication
+from vistel.wire.link.uplink import MOST_FRAMES, Uplink
 from vistel_services.audio.microphone_switches import MicrophoneSwitch
 
 log = logging.getLogger("vistel.audio")
@@ -38,16 +40,23 @@ class VoiceSender:
         publication: Publication,
         bitrate: int,
         switch: MicrophoneSwitch,
+        uplink: Uplink,
         repeats: int = 0,
         levels: Publication | None = None,
     ) -> None:
-        """repeats: how many earlier packets each message repeats; levels: where a crowd is told how loud the voice is."""
+        """repeats: how many earlier packets each message repeats; levels: where a crowd is told how loud the voice is.
+
+        Where `uplink` is thin, a message carries several frames, each once, and fewer bits of each.
+        """
         self._levels, self._told_ns = levels, 0
         self.participant, self.switch = participant, switch
         self.level = Level()
         self._capture, self._publication = capture, publication
-        self._encoder = Encoder(1, bitrate)
-        self._sent: deque[tuple[int, bytes]] = deque(maxlen=repeats)
+        self._encoder, self._bitrate, self._uplink = Encoder(1, bitrate), bitrate, uplink
+        self._repeats = repeats
+        self._earlier: deque[tuple[int, bytes]] = deque(maxlen=max(repeats, MOST_FRAMES - 1))
+        self._unsent = 0
+        """How many of them were in no message yet."""
         self._meter = Meter()
         self._sounding = False
         self._clipped_ns: int | None = None
@@ -68,6 +77,7 @@ class VoiceSender:
         if not self.switch.open or self.level.idle or self.level.rms_db <= SILENT_DB:
             self._end(t_ns)
             return
+        self._encoder.set_bitrate(min(self._bitrate, self._uplink.voice[1]))
         packet = self._encoder.encode(pcm)
         if len(packet) <= _SILENT_BYTES:
             self._end(t_ns)
@@ -83,14 +93,22 @@ class VoiceSender:
             self._put(t_ns - self._encoder.lookahead_ns, b"")
 
     def _put(self, t_ns: int, packet: bytes) -> None:
+        """Send the frame of `t_ns`, or keep it for the next message; an empty one, which ends a talk, is sent at once."""
+        together = self._uplink.voice[0]
+        if packet and self._unsent + 1 < together:
+            self._earlier.appendleft((t_ns, packet))
+            self._unsent += 1
+            return
         message = Voice(
             opus=packet, level_db=self.level.rms_db, clipped=self.level.clipped, talking=bool(packet) and self.level.talking
         )
         message.header.t_ns = t_ns
-        for back, (then_ns, earlier) in enumerate(self._sent, 1):
+        repeated = self._unsent if together > 1 else max(self._unsent, self._repeats)
+        for back, (then_ns, earlier) in enumerate(itertools.islice(self._earlier, repeated), 1):
             if t_ns - then_ns == back * FRAME_NS:
                 message.earlier.append(earlier)
-        self._sent.appendleft((t_ns, packet))
+        self._earlier.appendleft((t_ns, packet))
+        self._unsent = 0
         self._publication.put(message)
         if self._levels is not None and packet and not 0 <= t_ns - self._told_ns < _LEVEL_NS:
             self._told_ns = t_ns

@@ -26,8 +26,10 @@ from vistel.wire import alive, background, event_loop
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub, set_clock
+from vistel.wire.link.probe import follow_uplink
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import BusError, ZenohBus
+from vistel.wire.zenoh.endpoints import is_local
 from vistel_services.process import logs, metrics
 from vistel_services.process.clocks import clock_from_text
 from vistel_services.process.plan import ProcessPlan, find
@@ -111,6 +113,8 @@ async def _main(args: argparse.Namespace) -> int:
                 process.start(_give_way(GIVE_WAY_AFTER_S), "priority")
             if isinstance(clock, SystemClock):
                 process.start(follow_hub(bus, clock, plan.label, measured=metrics.export_offset), "clock")
+                if args.measure_uplink or not all(is_local(e) for hub in args.hub for e in hub.split(",")):
+                    process.start(follow_uplink(bus, clock), "uplink")
             with metrics.announced(paths.metrics(plan.node), plan.node, port):
                 await stop.wait()
     except background.TaskFailedError:
@@ -132,6 +136,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, required=True, help="folder for videos and logs")
     parser.add_argument("--clock", default="system")
     parser.add_argument("--metrics-port", type=int, default=0)
+    parser.add_argument("--measure-uplink", action="store_true", help="also where the router is on this machine")
     parser.add_argument("--alive", type=Path, help="file of signs of life, for the supervisor")
     parser.add_argument("--log-level", default="INFO")
     args = parser.parse_args(arguments)

@@ -14,7 +14,7 @@ from vistel.conference.files import load
 from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
-from vistel.wire.link_quality import LinkQuality
+from vistel.wire.link.quality import LinkQuality
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.main import app
 from vistel_cli.site.link_report import certificate_end, meaning

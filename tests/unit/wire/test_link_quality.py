@@ -11,7 +11,7 @@ from google.protobuf.message import Message
 from virtual_time import LoopClock, run
 
 from vistel.wire.clock_sync import PADDING_BYTES_PER_S, serve_clock
-from vistel.wire.link_quality import LinkQuality, measure_link
+from vistel.wire.link.quality import LinkQuality, measure_link
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import Topic
 from vistel_sim.network import Conditions

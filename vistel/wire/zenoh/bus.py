@@ -18,7 +18,6 @@ import asyncio
 import contextlib
 import logging
 import secrets
-import threading
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -32,12 +31,13 @@ from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.fence import Fence
 from vistel.wire.inbox import QUEUE_LIMIT, STALE_AFTER_NS, Inbox, wake
+from vistel.wire.link.uplink import Uplink
 from vistel.wire.owners import Admission, Owners
-from vistel.wire.reliable import SendCache
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 from vistel.wire.zenoh.at_exit import close_at_exit, closed
 from vistel.wire.zenoh.config import Json, TlsFiles, as_text, router_config
 from vistel.wire.zenoh.endpoints import free_port
+from vistel.wire.zenoh.publication import ZenohPublication, undeclare
 from vistel.wire.zenoh.pump import Pump
 from vistel.wire.zenoh.reliable_reader import ReliableReader
 from vistel.wire.zenoh.session import BusError, check_endpoints, close_session, open_session, reason
@@ -49,13 +49,6 @@ BEAT_S = 1.0
 
 MOST_TOKENS = 256
 """Of one site, whose presence is told."""
-
-_BULK = frozenset({"device_raw", "world_inputs", "avatar_part"})
-"""Reliable topics that must not delay motion on a thin uplink."""
-_PUBLISHED_ONCE = frozenset({"avatar_part"})
-"""Reliable topics with very many keys, each published once: their heartbeats become rarer and rarer."""
-_RAREST_HEARTBEAT = 64
-"""Periods of BEAT_S between two heartbeats of such a key, at most."""
 
 
 class Router:
@@ -116,13 +109,14 @@ class ZenohBus:
         self.site = site
         self.counters = BusCounters()
         self.fence = Fence()
+        self.uplink = Uplink()
         self._admission = Admission(owners, self.counters)
         self._session = session
         self._clock = clock
         self._loop = loop
         self._stale_after_ns = stale_after_ns
         self._epoch = secrets.randbits(63) | 1
-        self._publications: dict[str, _ZenohPublication] = {}
+        self._publications: dict[str, ZenohPublication] = {}
         self._readers: list[ReliableReader] = []
         self._inboxes = WeakSet[Inbox]()
         self._held: list[Any] = []  # zenoh undeclares what nobody refers to
@@ -166,7 +160,8 @@ class ZenohBus:
         key = topic.format(**self._filled(topic, names))
         found = self._publications.get(key)
         if found is None:
-            found = self._publications[key] = _ZenohPublication(self._session, topic, key, self._epoch, verbatim, self.fence)
+            found = ZenohPublication(self._session, topic, key, self._epoch, verbatim, self.fence, self.uplink)
+            self._publications[key] = found
             if topic.delivery is Delivery.RELIABLE and self._beating is None:
                 self._beating = self._background.start(self._beat(), "bus heartbeat")
         return found
@@ -221,7 +216,7 @@ class ZenohBus:
         return out
 
     def _unsubscribe(self, held: list[Any]) -> None:
-        _undeclare(held)
+        undeclare(held)
         self._subscribed = [other for other in self._subscribed if other is not held]
 
     async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0, **names: str) -> Any | None:
@@ -339,92 +334,5 @@ class ZenohBus:
                 publication.beat()
 
 
-class _ZenohPublication:
-    def __init__(self, session: zenoh.Session, topic: Topic, key: str, epoch: int, verbatim: bool, fence: Fence) -> None:
-        self._fence = fence if topic.publisher is Publisher.WORLD else None
-        self.key = key
-        self.topic = topic
-        self._verbatim = verbatim
-        self._lock = threading.Lock()
-        self._seq = 0
-        self._published = False
-        self._published_once = topic.name in _PUBLISHED_ONCE
-        self._silent_beats = 0
-        self._cache = SendCache(epoch) if topic.delivery is Delivery.RELIABLE else None
-        priority = zenoh.Priority.DATA
-        if self._cache is not None:
-            priority = zenoh.Priority.DATA_LOW if topic.name in _BULK else zenoh.Priority.INTERACTIVE_HIGH
-        # Over QUIC, best effort goes in datagrams, which wait for none that is lost; TLS sends both in one stream.
-        reliability = zenoh.Reliability.RELIABLE if self._cache is not None else zenoh.Reliability.BEST_EFFORT
-        self._publisher = session.declare_publisher(
-            key, congestion_control=zenoh.CongestionControl.DROP, priority=priority, reliability=reliability
-        )
-        self._queryable = session.declare_queryable(key, self._repeat) if self._cache is not None else None
-
-    def undeclare(self) -> None:
-        """Publish no more, and repeat nothing."""
-        _undeclare([self._publisher, *([self._queryable] if self._queryable is not None else [])])
-
-    @property
-    def next_seq(self) -> int:
-        return self._seq + 1
-
-    def put(self, message: Any) -> None:
-        """See `vistel.wire.bus.Publication`. Safe from any thread."""
-        with self._lock:
-            self._seq = max(self._seq + 1, message.header.seq)
-            if not self._verbatim:
-                message.header.version = MESSAGE_VERSION
-                message.header.seq = self._seq
-                if self._fence is not None and self._fence.own:
-                    message.header.term = self._fence.own
-            payload = message.SerializeToString()
-            if self._cache is None:
-                self._publisher.put(payload)
-            else:
-                self._published = True
-                self._publisher.put(payload, attachment=self._cache.append(payload).to_bytes())
-
-    def beat(self) -> None:
-        """Publish the number of the last message, if none was published lately."""
-        if self._cache is None or not self._seq:
-            return
-        if self._published:
-            self._published, self._silent_beats = False, 0
-            return
-        self._silent_beats += 1
-        # A power of two: a loss is noticed within twice the time that the network was away.
-        n = self._silent_beats
-        if self._published_once and n & (n - 1) and n % _RAREST_HEARTBEAT:
-            return
-        with contextlib.suppress(zenoh.ZError):
-            self._publisher.put(b"", attachment=self._cache.beat().to_bytes())
-
-    def _repeat(self, query: zenoh.Query) -> None:
-        assert self._cache is not None
-        with query:
-            wanted = query.parameters
-            if "from" in wanted:
-                try:
-                    first, last = int(wanted["from"] or 0), int(wanted["to"] or 0)
-                    foreign = wanted["epoch"] != str(self._cache.epoch)
-                except ValueError:
-                    return
-                # An empty answer with our own stamp shows that the sender it asked for has ended.
-                found = [(self._cache.beat(), b"")] if foreign else self._cache.between(first, last)
-                if not found:
-                    found = [(self._cache.beat(), b"")]
-            else:
-                found = [self._cache.last()]
-            for stamp, payload in found:
-                query.reply(self.key, payload, attachment=stamp.to_bytes())
-
-
 def _tls(tls: TlsFiles | tuple[str, str, str] | None) -> TlsFiles | None:
     return TlsFiles(*(Path(p) for p in tls)) if isinstance(tls, tuple) else tls
-
-
-def _undeclare(held: list[Any]) -> None:
-    for thing in held:
-        with contextlib.suppress(zenoh.ZError):
-            thing.undeclare()

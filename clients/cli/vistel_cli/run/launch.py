@@ -24,9 +24,13 @@ OTHERS = "others"
 _STOP_RANK = {"sim": 4, "renderer": 3, "world": 2, "recorder": 0}
 
 
-def host_spec(plan: ProcessPlan, file: Path, hub: str, paths: RunPaths, clock: str = "system") -> ProcessSpec:
-    """How to run one process of services."""
+def host_spec(
+    plan: ProcessPlan, file: Path, hub: str, paths: RunPaths, clock: str = "system", *, measure_uplink: bool = False
+) -> ProcessSpec:
+    """How to run one process of services. measure_uplink: also where `hub` is an address of this machine."""
     arguments = (str(file), plan.node, "--hub", hub, "--run", str(paths.run), "--out", str(paths.out), "--clock", clock)
+    if measure_uplink:
+        arguments += ("--measure-uplink",)
     rank = min(_STOP_RANK.get(s, 3) for s in plan.services)
     return _spec(plan.node, "vistel_services.process.host", arguments, rank, paths, _server(plan), grace_s=10.0)
 

@@ -219,7 +219,7 @@ class _Run:
             specs.append(sim_spec(file, paths))
         for site in conference.sites:
             there = endpoint_of(links[site.name]) if links else endpoint
-            specs += [host_spec(p, file, there, paths) for p in site_processes(conference, site.name)]
+            specs += [host_spec(p, file, there, paths, measure_uplink=bool(links)) for p in site_processes(conference, site.name)]
             plans += site_processes(conference, site.name)
         servers = open_fork_servers(conference, plans, file, logs_folder, simulators=simulators)
         supervisor = Supervisor(specs, logs_folder, servers)

@@ -13,7 +13,7 @@ from rich.table import Table
 from vistel.conference.connect import tls_files
 from vistel.conference.model import HUB_PLACE
 from vistel.wire.clock import SystemClock
-from vistel.wire.link_quality import LinkQuality, measure_link
+from vistel.wire.link.quality import LinkQuality, measure_link
 from vistel.wire.zenoh.endpoints import is_local
 from vistel_cli.conference_choice import endpoint_of, on_bus
 from vistel_cli.site.link import check_link

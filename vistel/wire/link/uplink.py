@@ -1,0 +1,173 @@
+"""Sharing an uplink that is too thin for all that a site has to send: motion comes first, then voices, then frames of devices.
+
+Each process asks the hub's clock how long its questions take to get there. What they take beyond the shortest of ten minutes is a
+queue before the thinnest part of the link (LEDBAT, RFC 6817). What is less important gives way at a shorter queue and comes back
+later, so that processes which know nothing of each other share the link in that order. The hub's answers travel the other way: a
+queue there counts for nothing.
+"""
+
+import logging
+import math
+from collections import deque
+from collections.abc import Sequence
+
+log = logging.getLogger("vistel.uplink")
+
+LATE_S = 2.0
+"""The queue that a question met which nobody answered in time [s]."""
+NEWEST = 3
+"""The shortest of so many queues counts: a busy machine answers late now and then, a full link always."""
+BASE_MINUTES = 10
+"""So long the shortest way is remembered (RFC 6817, BASE_HISTORY)."""
+SETTLE_NS = 1_000_000_000
+"""After a change its effect is awaited for so long, and then for as long as the queue becomes shorter."""
+LONGEST_PATIENCE = 16
+"""A level that proved too much is tried again after twice as long, and so on up to so many times the patience."""
+
+EARLY_NS = 5_000_000
+"""A frame may come so much earlier than its rate says: captures are no exact sixtieths of a second apart."""
+
+_MINUTE_NS = 60_000_000_000
+
+
+class QueueDelay:
+    """How long what is sent waits before the thinnest part of the link, from questions and their answers."""
+
+    def __init__(self) -> None:
+        self._ways = deque[tuple[int, int, int]](maxlen=BASE_MINUTES)
+        """Of each minute: its number, the shortest way there, the shortest round trip."""
+        self._newest = deque[float](maxlen=NEWEST)
+
+    def answered(self, asked_ns: int, there_ns: int, back_ns: int) -> float:
+        """The queue [s] after one more answer. asked_ns, back_ns: of a steady clock; there_ns: of the hub's, whatever its zero."""
+        way, round_trip, minute = there_ns - asked_ns, back_ns - asked_ns, back_ns // _MINUTE_NS
+        if not self._ways or self._ways[-1][0] != minute:
+            self._ways.append((minute, way, round_trip))
+        _, least_way, least_trip = self._ways[-1]
+        self._ways[-1] = (minute, min(least_way, way), min(least_trip, round_trip))
+        # A hub's clock that was set looks like a queue; the round trip knows nothing of it.
+        longer = min(way - min(w for _, w, _ in self._ways), round_trip - min(r for _, _, r in self._ways))
+        return self._of(longer * 1e-9)
+
+    def unanswered(self) -> float:
+        """The queue [s] after a question that nobody answered in time, over a link that is open."""
+        return self._of(LATE_S)
+
+    def _of(self, queue_s: float) -> float:
+        self._newest.append(queue_s)
+        return min(self._newest) if len(self._newest) == NEWEST else 0.0
+
+
+class Share:
+    """How much of one kind of messages is sent. `level` 0: all; each further level is less."""
+
+    def __init__(self, most: int, queue_s: float, patience_s: float) -> None:
+        """most: the last level; queue_s: above this queue less is sent; patience_s: below half of it for so long, more is tried."""
+        self.level = 0
+        self._most, self._queue_s = most, queue_s
+        self._patience_ns = self._usual_ns = round(patience_s * 1e9)
+        self._last_queue_s = 0.0
+        self._settles_ns: int | None = None
+        self._calm_since_ns: int | None = None
+        self._more_since_ns: int | None = None
+
+    def follow(self, queue_s: float, now_ns: int) -> None:
+        """Choose the level for a queue that was measured at `now_ns` of a steady clock."""
+        if queue_s >= self._queue_s / 2:
+            self._calm_since_ns = None
+        elif self._calm_since_ns is None:
+            self._calm_since_ns = now_ns
+        if queue_s > self._queue_s:
+            self._less(queue_s, now_ns)
+        elif self.level and self._calm_since_ns is not None and now_ns - self._calm_since_ns >= self._patience_ns:
+            self.level -= 1
+            self._calm_since_ns = self._more_since_ns = now_ns
+
+    def _less(self, queue_s: float, now_ns: int) -> None:
+        if self._settles_ns is not None and now_ns < self._settles_ns:
+            return
+        shrinks = self._settles_ns is not None and queue_s < self._last_queue_s
+        self._settles_ns, self._last_queue_s = now_ns + SETTLE_NS, queue_s
+        if shrinks or self.level == self._most:
+            return
+        self.level += 1
+        too_much = self._more_since_ns is not None and now_ns - self._more_since_ns < self._patience_ns
+        self._patience_ns = min(2 * self._patience_ns, LONGEST_PATIENCE * self._usual_ns) if too_much else self._usual_ns
+        self._more_since_ns = None
+
+
+MOST_BITS = 510_000
+"""The highest rate of Opus [bit/s]: the voice goes as the conference file says."""
+MOST_FRAMES = 3
+"""Of a voice, in one message."""
+
+
+class Uplink:
+    """What a process may send: everything, as long as nobody measures (`vistel.wire.link.probe`)."""
+
+    MOTION_HZ: Sequence[float] = (math.inf, 30.0, 20.0, 15.0, 10.0)
+    """Frames of each person's motion a second, at most, by level."""
+    VOICE: Sequence[tuple[int, int]] = (
+        (1, MOST_BITS),
+        (2, 16_000),
+        (MOST_FRAMES, 12_000),
+        (MOST_FRAMES, 8_000),
+        (MOST_FRAMES, 6_000),
+    )
+    """Frames of 20 ms in a message, and bits of sound a second, at most, by level."""
+    FRAMES_HZ: Sequence[float] = (math.inf, 10.0, 0.0)
+    """Frames of each device a second that leave the process, at most, by level."""
+
+    def __init__(self) -> None:
+        self.queue_s = 0.0
+        self._motion = Share(len(self.MOTION_HZ) - 1, 0.150, 5.0)
+        self._voice = Share(len(self.VOICE) - 1, 0.100, 8.0)
+        self._frames = Share(len(self.FRAMES_HZ) - 1, 0.050, 20.0)
+
+    @property
+    def motion_hz(self) -> float:
+        return self.MOTION_HZ[self._motion.level]
+
+    @property
+    def voice(self) -> tuple[int, int]:
+        """Frames in a message, bits a second."""
+        return self.VOICE[self._voice.level]
+
+    @property
+    def frames_hz(self) -> float:
+        return self.FRAMES_HZ[self._frames.level]
+
+    @property
+    def levels(self) -> dict[str, int]:
+        """By kind; 0: nothing gives way."""
+        return {"motion": self._motion.level, "voice": self._voice.level, "frames": self._frames.level}
+
+    def follow(self, queue_s: float, now_ns: int) -> None:
+        """Choose anew for a queue that was measured at `now_ns` of a steady clock."""
+        before, self.queue_s = self.levels, queue_s
+        for share in (self._motion, self._voice, self._frames):
+            share.follow(queue_s, now_ns)
+        if self.levels != before:
+            voice_bits = self.voice[1]
+            log.info(
+                "uplink %s queue_ms=%.0f motion_hz=%g voice_bits_per_s=%d device_frames_hz=%g",
+                "thin" if any(self.levels.values()) else "wide",
+                queue_s * 1e3,
+                self.motion_hz,
+                voice_bits,
+                self.frames_hz,
+            )
+
+
+class Pacer:
+    """Which frames of a stream go, at a rate that may change."""
+
+    def __init__(self) -> None:
+        self._last_ns = 0
+
+    def due(self, t_ns: int, hz: float) -> bool:
+        """Whether the frame of `t_ns` goes, at `hz` frames a second at most. Where time goes back it begins anew."""
+        if hz <= 0.0 or 0 <= t_ns - self._last_ns < 1e9 / hz - EARLY_NS:
+            return False
+        self._last_ns = t_ns
+        return True
