@@ -49,8 +49,12 @@ name = "ann"
 loudspeaker = "none"
 [[sites]]
 name = "paris"
+[[sites.participants]]
+name = "bea"
+program = true
 """
-TOPICS = ("motion", "voice", "tracker", "glove")
+TOPICS = ("motion", "voice", "tracker", "glove", "device_raw")
+"""What a recorder takes, too: all that a site sends often."""
 
 
 @dataclass
@@ -122,10 +126,8 @@ async def measure() -> dict[str, Arrived]:
 def _commands(file: Path, port: int) -> Iterator[list[str]]:
     folder = str(file.parent)
     yield [sys.executable, "-m", "vistel_sim.process", str(file), "--run", folder, "--site", "tokyo"]
-    for label in ("capture", "audio"):
-        host = [sys.executable, "-m", "vistel_services.process.host", str(file), f"tokyo/{label}"]
-        places = ["--hub", f"quic/127.0.0.1:{port}", "--run", folder, "--out", folder]
-        yield [*host, *places, "--measure-uplink"]
+    host = [sys.executable, "-m", "vistel_services.process.host", str(file), "tokyo/capture"]
+    yield [*host, "--hub", f"quic/127.0.0.1:{port}", "--run", folder, "--out", folder, "--measure-uplink"]
 
 
 async def _phases(inboxes: dict[str, Inbox], link: DatagramProxy, clock: SystemClock) -> dict[str, Arrived]:

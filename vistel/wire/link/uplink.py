@@ -13,14 +13,14 @@ from collections.abc import Sequence
 
 log = logging.getLogger("vistel.uplink")
 
-LATE_S = 2.0
-"""The queue that a question met which nobody answered in time [s]."""
 NEWEST = 3
 """The shortest of so many queues counts: a busy machine answers late now and then, a full link always."""
 BASE_MINUTES = 10
 """So long the shortest way is remembered (RFC 6817, BASE_HISTORY)."""
 SETTLE_NS = 1_000_000_000
 """After a change its effect is awaited for so long, and then for as long as the queue becomes shorter."""
+FULL = 4.0
+"""Where the queue is longer than what a kind of messages bears by this factor, as little of it is sent as can be."""
 LONGEST_PATIENCE = 16
 """A level that proved too much is tried again after twice as long, and so on up to so many times the patience."""
 
@@ -49,9 +49,10 @@ class QueueDelay:
         longer = min(way - min(w for _, w, _ in self._ways), round_trip - min(r for _, _, r in self._ways))
         return self._of(longer * 1e-9)
 
-    def unanswered(self) -> float:
-        """The queue [s] after a question that nobody answered in time, over a link that is open."""
-        return self._of(LATE_S)
+    def waiting(self, asked_ns: int, now_ns: int) -> float:
+        """The queue [s], at least, while a question has no answer yet; 0 before the first answer."""
+        least = min((r for _, _, r in self._ways), default=now_ns - asked_ns)
+        return max(0.0, (now_ns - asked_ns - least) * 1e-9)
 
     def _of(self, queue_s: float) -> float:
         self._newest.append(queue_s)
@@ -84,13 +85,13 @@ class Share:
             self._calm_since_ns = self._more_since_ns = now_ns
 
     def _less(self, queue_s: float, now_ns: int) -> None:
-        if self._settles_ns is not None and now_ns < self._settles_ns:
+        if self._settles_ns is not None and now_ns < self._settles_ns and not queue_s > FULL * self._queue_s:
             return
         shrinks = self._settles_ns is not None and queue_s < self._last_queue_s
         self._settles_ns, self._last_queue_s = now_ns + SETTLE_NS, queue_s
         if shrinks or self.level == self._most:
             return
-        self.level += 1
+        self.level = self._most if queue_s > FULL * self._queue_s else self.level + 1
         too_much = self._more_since_ns is not None and now_ns - self._more_since_ns < self._patience_ns
         self._patience_ns = min(2 * self._patience_ns, LONGEST_PATIENCE * self._usual_ns) if too_much else self._usual_ns
         self._more_since_ns = None
@@ -109,20 +110,21 @@ class Uplink:
     """Frames of each person's motion a second, at most, by level."""
     VOICE: Sequence[tuple[int, int]] = (
         (1, MOST_BITS),
+        (2, MOST_BITS),
         (2, 16_000),
         (MOST_FRAMES, 12_000),
         (MOST_FRAMES, 8_000),
         (MOST_FRAMES, 6_000),
     )
     """Frames of 20 ms in a message, and bits of sound a second, at most, by level."""
-    FRAMES_HZ: Sequence[float] = (math.inf, 10.0, 0.0)
+    FRAMES_HZ: Sequence[float] = (math.inf, 30.0, 10.0, 0.0)
     """Frames of each device a second that leave the process, at most, by level."""
 
     def __init__(self) -> None:
         self.queue_s = 0.0
-        self._motion = Share(len(self.MOTION_HZ) - 1, 0.150, 5.0)
-        self._voice = Share(len(self.VOICE) - 1, 0.100, 8.0)
-        self._frames = Share(len(self.FRAMES_HZ) - 1, 0.050, 20.0)
+        self._motion = Share(len(self.MOTION_HZ) - 1, 0.100, 2.0)
+        self._voice = Share(len(self.VOICE) - 1, 0.060, 4.0)
+        self._frames = Share(len(self.FRAMES_HZ) - 1, 0.030, 10.0)
 
     @property
     def motion_hz(self) -> float:
@@ -136,6 +138,11 @@ class Uplink:
     @property
     def frames_hz(self) -> float:
         return self.FRAMES_HZ[self._frames.level]
+
+    @property
+    def raw(self) -> bool:
+        """Whether the bytes of devices leave the process."""
+        return self._frames.level == 0
 
     @property
     def levels(self) -> dict[str, int]:

@@ -17,6 +17,8 @@ _BULK = frozenset({"device_raw", "world_inputs", "avatar_part"})
 """Reliable topics that must not delay motion on a thin uplink."""
 _FRAMES = frozenset({"tracker", "glove", "face", "sound"})
 """Topics that give way to motion and voices where the uplink is thin. Who reads them in this process gets them all the same."""
+_RAW = "device_raw"
+"""For the log alone: it has gaps where the uplink is thin."""
 _PUBLISHED_ONCE = frozenset({"avatar_part"})
 """Reliable topics with very many keys, each published once: their heartbeats become rarer and rarer."""
 _RAREST_HEARTBEAT = 64
@@ -69,6 +71,8 @@ class ZenohPublication:
 
     def put(self, message: Any) -> None:
         """See `vistel.wire.bus.Publication`. Safe from any thread."""
+        if self.topic.name == _RAW and not self._uplink.raw:
+            return
         with self._lock:
             self._seq = max(self._seq + 1, message.header.seq)
             if not self._verbatim:
