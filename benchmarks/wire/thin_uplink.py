@@ -8,16 +8,15 @@ import random
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from benchmarks.progress import part
-from benchmarks.row import Row, at_least, at_most
+from benchmarks.row import Row, at_most
 from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
@@ -30,9 +29,14 @@ from vistel_sim.network import Conditions, DatagramProxy
 
 DELAY_S = 0.050
 WIDE, THIN = Conditions(DELAY_S), Conditions(DELAY_S, bits_per_s=64_000)
-BEFORE_S, THIN_S, AFTER_S = 10.0, 60.0, 60.0
-SETTLED_S = 30.0
-"""So long after a change the new rates are measured."""
+THIN_S = 10.0
+"""The link gets thin so long after everything runs [s]."""
+SETTLED_S = 40.0
+"""From here on what is received over the thin link is measured [s]."""
+WIDE_S = 70.0
+"""The link is wide again [s]."""
+END_S = 115.0
+CASE = "64 kbit/s up"
 FILE = """
 name = "thin"
 record = false
@@ -59,40 +63,71 @@ TOPICS = ("motion", "voice", "tracker", "glove", "device_raw")
 
 @dataclass
 class Arrived:
-    """Of one topic: when each message was received and how old it was, both in seconds, and the frames that it brought."""
+    """Of one topic: when each message was received and how old it was, both in seconds, and its number."""
 
     at_s: np.ndarray
     age_s: np.ndarray
-    frames: np.ndarray
+    seq: np.ndarray
 
     def between(self, begin_s: float, end_s: float) -> "Arrived":
         """What was received in that time."""
         chosen = (self.at_s >= begin_s) & (self.at_s < end_s)
-        return Arrived(self.at_s[chosen], self.age_s[chosen], self.frames[chosen])
+        return Arrived(self.at_s[chosen], self.age_s[chosen], self.seq[chosen])
+
+    @property
+    def lost(self) -> float:
+        """The part of the messages that did not arrive."""
+        return 1.0 - len(self.seq) / (self.seq.max() - self.seq.min() + 1) if len(self.seq) else 1.0
 
 
 def rows() -> Iterator[Row]:
-    """Motion first, voice next: what arrives over 64 kbit/s, and how soon all is back."""
-    seen = asyncio.run(measure())
-    thin_s = BEFORE_S
-    wide_s = thin_s + THIN_S
-    case = "64 kbit/s up"
-    for name, part_ in (("median", 50), ("p99", 99)):
-        ages = seen["motion"].between(thin_s + SETTLED_S, wide_s).age_s - DELAY_S
-        limit = at_most({50: 60.0, 99: 110.0}[part_])
-        value = float(np.percentile(ages, part_)) * 1e3 if len(ages) else np.inf
-        yield Row("apart", case, f"motion at the hub, beyond one way, {name}", "ms", value, target=limit)
-    for topic, kept in (("motion", None), ("voice", at_least(0.98))):
-        before, during, after = (
-            float(seen[topic].between(a, b).frames.sum()) / (b - a)
-            for a, b in ((0.0, thin_s), (thin_s + SETTLED_S, wide_s), (wide_s + SETTLED_S, wide_s + AFTER_S))
-        )
-        yield Row("apart", case, f"{topic}: frames a second before", "1/s", before)
-        yield Row("apart", case, f"{topic}: of these while thin", "", during / before, target=kept)
-        yield Row("apart", case, f"{topic}: of these after", "", after / before, target=at_least(0.95))
+    """Motion first, voice next: what arrives over 64 kbit/s, and how soon all is back; beside it, what arrives without adapting."""
+    ours, theirs = (asyncio.run(measure(adapts=adapts)) for adapts in (True, False))
+    for topic, (median, p99) in {"motion": (60.0, 110.0), "voice": (None, None)}.items():
+        for name, percent, limit in (("median", 50, median), ("p99", 99, p99)):
+            ages = (_percentile_ms(seen[topic].between(SETTLED_S, WIDE_S), percent) for seen in (ours, theirs))
+            target = None if limit is None else at_most(limit)
+            yield Row("apart", CASE, f"{topic} received, beyond one way, {name}", "ms", *_against(ages), target=target)
+    rates = (len(seen["motion"].between(SETTLED_S, WIDE_S).at_s) / (WIDE_S - SETTLED_S) for seen in (ours, theirs))
+    yield Row("apart", CASE, "motion received", "frames/s", *_against(rates))
+    lost = (100.0 * seen["voice"].between(SETTLED_S, WIDE_S).lost for seen in (ours, theirs))
+    yield Row("apart", CASE, "messages of voices lost", "%", *_against(lost))
+    yield Row("apart", CASE, "fresh motion after the link got thin", "s", *_against(_fresh_s(seen) for seen in (ours, theirs)))
+    for topic in ("motion", "tracker"):
+        back = (_back_s(seen[topic]) for seen in (ours, theirs))
+        yield Row("apart", CASE, f"{topic}: all frames after the link got wide", "s", *_against(back))
 
 
-async def measure() -> dict[str, Arrived]:
+def _against(values: Iterable[float]) -> tuple[float, str, float]:
+    ours, theirs = values
+    return float(ours), "not adapting", float(theirs)
+
+
+def _percentile_ms(arrived: Arrived, percent: float) -> float:
+    return 1e3 * (float(np.percentile(arrived.age_s, percent)) - DELAY_S) if len(arrived.at_s) else np.inf
+
+
+def _fresh_s(seen: dict[str, Arrived]) -> float:
+    """From when the link got thin until no motion is older than half a second for 5 s; infinite: never."""
+    motion = seen["motion"].between(THIN_S, WIDE_S)
+    for begin_s in np.arange(THIN_S, WIDE_S - 5.0, 0.1):
+        now = motion.between(begin_s, begin_s + 5.0)
+        if len(now.at_s) > 25 and now.age_s.max() < 0.5 + DELAY_S:
+            return begin_s - THIN_S
+    return np.inf
+
+
+def _back_s(arrived: Arrived) -> float:
+    """From when the link got wide until as many frames are received in a second as before it got thin; infinite: never."""
+    before = len(arrived.between(0.0, THIN_S).at_s) / THIN_S
+    for begin_s in np.arange(WIDE_S, END_S - 1.0, 0.1):
+        now = arrived.between(begin_s, begin_s + 1.0)
+        if len(now.at_s) >= 0.95 * before and now.age_s.max() < 0.5 + DELAY_S:
+            return begin_s - WIDE_S
+    return np.inf
+
+
+async def measure(*, adapts: bool) -> dict[str, Arrived]:
     """What arrives at the hub, by topic; times are from when everything runs."""
     with tempfile.TemporaryDirectory() as text:
         folder, port = Path(text), free_port("quic")
@@ -111,7 +146,7 @@ async def measure() -> dict[str, Arrived]:
             serve_clock(hub, clock)
             file = folder / "thin.toml"
             file.write_text(FILE.format(port=link.port))
-            children = [subprocess.Popen(c, stderr=sys.stderr) for c in _commands(file, link.port)]
+            children = [subprocess.Popen(c, stderr=sys.stderr) for c in _commands(file, link.port, adapts)]
             try:
                 return await _phases({t: paris.subscribe(BY_NAME[t], queue_all=True) for t in TOPICS}, link, clock)
             finally:
@@ -123,11 +158,11 @@ async def measure() -> dict[str, Arrived]:
                 router.close()
 
 
-def _commands(file: Path, port: int) -> Iterator[list[str]]:
+def _commands(file: Path, port: int, adapts: bool) -> Iterator[list[str]]:
     folder = str(file.parent)
     yield [sys.executable, "-m", "vistel_sim.process", str(file), "--run", folder, "--site", "tokyo"]
     host = [sys.executable, "-m", "vistel_services.process.host", str(file), "tokyo/capture"]
-    yield [*host, "--hub", f"quic/127.0.0.1:{port}", "--run", folder, "--out", folder, "--measure-uplink"]
+    yield [*host, "--hub", f"quic/127.0.0.1:{port}", "--run", folder, "--out", folder, *(["--measure-uplink"] if adapts else [])]
 
 
 async def _phases(inboxes: dict[str, Inbox], link: DatagramProxy, clock: SystemClock) -> dict[str, Arrived]:
@@ -141,7 +176,7 @@ async def _phases(inboxes: dict[str, Inbox], link: DatagramProxy, clock: SystemC
             for topic, inbox in inboxes.items():
                 for s in inbox.take():
                     age_s = (s.received_ns - s.message.header.t_ns) * 1e-9
-                    found[topic].append(((s.received_ns - begun_ns) * 1e-9, age_s, 1 + _earlier(topic, s.message)))
+                    found[topic].append(((s.received_ns - begun_ns) * 1e-9, age_s, s.message.header.seq))
 
     async with asyncio.timeout(120):
         while not (found["motion"] and found["voice"]):
@@ -150,18 +185,13 @@ async def _phases(inboxes: dict[str, Inbox], link: DatagramProxy, clock: SystemC
     for of_topic in found.values():
         of_topic.clear()
     begun_ns = clock.now_ns()
-    with part("64 kbit/s", 3) as done:
-        await listen(BEFORE_S)
-        done()
-        link.change(THIN, "up")
+    with part(CASE, 3) as done:
         await listen(THIN_S)
         done()
+        link.change(THIN, "up")
+        await listen(WIDE_S - THIN_S)
+        done()
         link.change(WIDE, "up")
-        await listen(AFTER_S)
+        await listen(END_S - WIDE_S)
         done()
     return {t: Arrived(*(np.array(c) for c in zip(*rows, strict=True))) for t, rows in found.items() if rows}
-
-
-def _earlier(topic: str, message: Any) -> int:
-    """Further frames that a message brings for the first time; where each is sent twice, none."""
-    return len(message.earlier) if topic == "voice" and len(message.earlier) > 1 else 0

@@ -38,6 +38,8 @@ log = logging.getLogger("vistel.host")
 
 DRAWING_PRIORITY = 10
 """Niceness of a process that draws."""
+SENDERS = frozenset({"posture", "audio"})
+"""Services that send less where the uplink is thin."""
 GIVE_WAY_AFTER_S = 6.0
 """Starting, and starting again after a crash, goes at full priority."""
 
@@ -86,6 +88,10 @@ async def _heartbeat(plan: ProcessPlan, port: int, bus: ZenohBus, clock: Clock) 
         await asyncio.sleep(1.0)
 
 
+def _is_local(hubs: Sequence[str]) -> bool:
+    return all(is_local(endpoint) for hub in hubs for endpoint in hub.split(","))
+
+
 async def _main(args: argparse.Namespace) -> int:
     conference = load(args.conference)
     plan = find(conference, args.node)
@@ -113,8 +119,9 @@ async def _main(args: argparse.Namespace) -> int:
                 process.start(_give_way(GIVE_WAY_AFTER_S), "priority")
             if isinstance(clock, SystemClock):
                 process.start(follow_hub(bus, clock, plan.label, measured=metrics.export_offset), "clock")
-                if args.measure_uplink or not all(is_local(e) for hub in args.hub for e in hub.split(",")):
-                    process.start(follow_uplink(bus, clock), "uplink")
+                if SENDERS & set(plan.services) and (args.measure_uplink or not _is_local(args.hub)):
+                    bus.uplink.frames_give_way = "posture" in plan.services
+                    process.start(follow_uplink(bus, clock, metrics.export_uplink), "uplink")
             with metrics.announced(paths.metrics(plan.node), plan.node, port):
                 await stop.wait()
     except background.TaskFailedError:

@@ -14,6 +14,7 @@ from prometheus_client import Counter, Gauge, start_http_server
 from vistel.wire.bus import BusCounters
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import Offset
+from vistel.wire.link.uplink import Uplink
 
 log = logging.getLogger("vistel.metrics")
 _UP = Gauge("vistel_process_start_time_seconds", "When this process started", ["node", "services"])
@@ -23,6 +24,8 @@ _WAITING = Gauge("vistel_bus_waiting_count", "Messages that have arrived and tha
 _OFFSET = Gauge("vistel_clock_offset_seconds", "How far this process's clock was behind the hub's when it was last measured")
 _UNCERTAINTY = Gauge("vistel_clock_uncertainty_seconds", "By how much that measurement is wrong, at most")
 _MACHINE = Gauge("vistel_clock_machine_ahead_seconds", "How far the machine's own time is ahead of the conference's")
+_QUEUE = Gauge("vistel_uplink_queue_seconds", "How long messages wait before the thinnest part of the link to the hub")
+_LEVEL = Gauge("vistel_uplink_level_count", "How far a kind of messages gives way on a thin uplink; 0: not", ["kind"])
 _LAG = Gauge("vistel_process_lag_seconds", "How late this process was when it last wanted to do something")
 
 
@@ -30,6 +33,13 @@ def export_offset(offset: Offset) -> None:
     """The last measurement of the clock."""
     _OFFSET.set(offset.offset_ns * 1e-9)
     _UNCERTAINTY.set(offset.uncertainty_ns * 1e-9)
+
+
+def export_uplink(uplink: Uplink) -> None:
+    """The last measurement of the link to the hub."""
+    _QUEUE.set(uplink.queue_s)
+    for kind, level in uplink.levels.items():
+        _LEVEL.labels(kind).set(level)
 
 
 def export_state(waiting: Mapping[str, int], clock: Clock, lag_s: float) -> None:

@@ -235,6 +235,29 @@ def test_each_message_carries_the_frame_before_it_once_more_and_none_across_a_pa
     play(Conference(tmp_path), script)
 
 
+def test_over_a_thin_uplink_three_frames_go_in_a_message_each_once_and_all_are_heard(tmp_path: Path) -> None:
+    async def script(c: Conference) -> None:
+        c.image_s = 0.15
+        await c.go_on(4.0)
+        received = c.network.bus("c", "hub", c.clock).subscribe(BY_NAME["voice"], queue_all=True)
+        c.tokyo.uplink.follow(1.0, c.clock.now_ns())
+        await c.go_on(2.0)
+        before = c.voice.frames, c.voice.concealed
+        received.take()
+        await c.go_on(4.0)
+        voices = [s.message for s in received.take()]
+        assert len(voices) == pytest.approx(4.0 / 0.06, abs=2)
+        assert {len(v.earlier) for v in voices} == {2}
+        steps = np.diff([v.header.t_ns for v in voices])
+        assert np.abs(steps - 3 * FRAME_NS).max() < 1_000_000
+        sound_bits = 8 * sum(len(packet) for v in voices for packet in (v.opus, *v.earlier)) / 4.0
+        assert sound_bits < 7_000
+        assert c.voice.frames - before[0] == pytest.approx(200, abs=15)  # it reports four times a second
+        assert c.voice.concealed == before[1]
+
+    play(Conference(tmp_path, loudness=always), script)
+
+
 @pytest.mark.parametrize("stood_s", [0.3, 0.7])
 def test_a_microphone_that_stood_still_for_a_moment_is_heard_with_its_picture_at_once(tmp_path: Path, stood_s: float) -> None:
     async def script(c: Conference) -> None:

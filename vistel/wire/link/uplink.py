@@ -15,15 +15,26 @@ log = logging.getLogger("vistel.uplink")
 
 NEWEST = 3
 """The shortest of so many queues counts: a busy machine answers late now and then, a full link always."""
+LATE_S = 0.2
+"""No answer for so long, and for REPEATS shortest round trips more, means a queue [s]."""
+REPEATS = 2.0
+"""While other messages flow, what is lost is sent again after little more than a round trip; it is rarely lost twice."""
 BASE_MINUTES = 10
 """So long the shortest way is remembered (RFC 6817, BASE_HISTORY)."""
 SETTLE_NS = 1_000_000_000
-"""After a change its effect is awaited for so long, and then for as long as the queue becomes shorter."""
+"""After a change its effect is awaited for so long beyond the queue, and then for as long as the queue becomes shorter."""
+ONE_AT_A_TIME_NS = 2_000_000_000
+"""From one attempt at more, of whichever kind, to the next: who was too much is then known."""
 FULL = 4.0
 """Where the queue is longer than what a kind of messages bears by this factor, as little of it is sent as can be."""
-LONGEST_PATIENCE = 16
-"""A level that proved too much is tried again after twice as long, and so on up to so many times the patience."""
-
+TRIED_NS = 5_000_000_000
+"""A queue that grows within this time after a share rose came from that."""
+LATER = 4
+"""A level that proved too much is tried again after so many times the patience, and so on, LATEST times."""
+LATEST = 2
+CLEAR_S = 0.005
+"""A queue as short as this for CLEAR_NS shows that the link has become wider: what was too much is forgotten [s]."""
+CLEAR_NS = 8_000_000_000
 EARLY_NS = 5_000_000
 """A frame may come so much earlier than its rate says: captures are no exact sixtieths of a second apart."""
 
@@ -46,17 +57,20 @@ class QueueDelay:
         _, least_way, least_trip = self._ways[-1]
         self._ways[-1] = (minute, min(least_way, way), min(least_trip, round_trip))
         # A hub's clock that was set looks like a queue; the round trip knows nothing of it.
-        longer = min(way - min(w for _, w, _ in self._ways), round_trip - min(r for _, _, r in self._ways))
-        return self._of(longer * 1e-9)
+        longer = min(way - min(w for _, w, _ in self._ways), round_trip - self._least_trip) * 1e-9
+        self._newest.append(longer)
+        return min(self._newest) if len(self._newest) == NEWEST else 0.0
 
     def waiting(self, asked_ns: int, now_ns: int) -> float:
-        """The queue [s], at least, while a question has no answer yet; 0 before the first answer."""
-        least = min((r for _, _, r in self._ways), default=now_ns - asked_ns)
-        return max(0.0, (now_ns - asked_ns - least) * 1e-9)
+        """The queue [s], at least, that a question met which has no answer yet; 0 where it may as well have been lost."""
+        if not self._ways:
+            return 0.0
+        longer, least = (now_ns - asked_ns - self._least_trip) * 1e-9, self._least_trip * 1e-9
+        return longer if longer > LATE_S + REPEATS * least else 0.0
 
-    def _of(self, queue_s: float) -> float:
-        self._newest.append(queue_s)
-        return min(self._newest) if len(self._newest) == NEWEST else 0.0
+    @property
+    def _least_trip(self) -> int:
+        return min(r for _, _, r in self._ways)
 
 
 class Share:
@@ -65,36 +79,59 @@ class Share:
     def __init__(self, most: int, queue_s: float, patience_s: float) -> None:
         """most: the last level; queue_s: above this queue less is sent; patience_s: below half of it for so long, more is tried."""
         self.level = 0
-        self._most, self._queue_s = most, queue_s
-        self._patience_ns = self._usual_ns = round(patience_s * 1e9)
+        self._most, self._queue_s, self._patience_ns = most, queue_s, round(patience_s * 1e9)
         self._last_queue_s = 0.0
         self._settles_ns: int | None = None
         self._calm_since_ns: int | None = None
-        self._more_since_ns: int | None = None
+        self._clear_since_ns: int | None = None
+        self._rose_ns: int | None = None
+        self._failed: tuple[int, int] | None = None
+        """The level that proved too much, and how often in a row."""
 
-    def follow(self, queue_s: float, now_ns: int) -> None:
-        """Choose the level for a queue that was measured at `now_ns` of a steady clock."""
-        if queue_s >= self._queue_s / 2:
-            self._calm_since_ns = None
-        elif self._calm_since_ns is None:
-            self._calm_since_ns = now_ns
+    def follow(self, queue_s: float, now_ns: int, *, may_rise: bool = True) -> bool:
+        """Choose the level for a queue that was measured at `now_ns` of a steady clock. Whether more is tried."""
+        self._calm_since_ns = _since(self._calm_since_ns, queue_s < self._queue_s / 2, now_ns)
+        self._clear_since_ns = _since(self._clear_since_ns, queue_s < CLEAR_S, now_ns)
+        if self._clear_since_ns is not None and now_ns - self._clear_since_ns >= CLEAR_NS:
+            self._failed = None
         if queue_s > self._queue_s:
             self._less(queue_s, now_ns)
-        elif self.level and self._calm_since_ns is not None and now_ns - self._calm_since_ns >= self._patience_ns:
-            self.level -= 1
-            self._calm_since_ns = self._more_since_ns = now_ns
+            return False
+        self._settles_ns = None
+        calm_ns = now_ns - self._calm_since_ns if self._calm_since_ns is not None else 0
+        if not (self.level and may_rise and calm_ns >= self._wait_ns(self.level - 1)):
+            return False
+        self.level -= 1
+        self._calm_since_ns = self._rose_ns = now_ns
+        return True
+
+    def _wait_ns(self, level: int) -> int:
+        """How long the queue is short before `level` is tried."""
+        if self._failed is None or level > self._failed[0]:
+            return self._patience_ns
+        return LATER ** min(self._failed[1], LATEST) * self._patience_ns
 
     def _less(self, queue_s: float, now_ns: int) -> None:
-        if self._settles_ns is not None and now_ns < self._settles_ns and not queue_s > FULL * self._queue_s:
+        full = queue_s > FULL * self._queue_s
+        settles = self._settles_ns is not None and now_ns < self._settles_ns
+        if settles and not (full and queue_s > 2.0 * self._last_queue_s):
             return
         shrinks = self._settles_ns is not None and queue_s < self._last_queue_s
-        self._settles_ns, self._last_queue_s = now_ns + SETTLE_NS, queue_s
+        self._settles_ns, self._last_queue_s = now_ns + SETTLE_NS + round(queue_s * 1e9), queue_s
         if shrinks or self.level == self._most:
             return
-        self.level = self._most if queue_s > FULL * self._queue_s else self.level + 1
-        too_much = self._more_since_ns is not None and now_ns - self._more_since_ns < self._patience_ns
-        self._patience_ns = min(2 * self._patience_ns, LONGEST_PATIENCE * self._usual_ns) if too_much else self._usual_ns
-        self._more_since_ns = None
+        failed = self._rose_ns is not None and now_ns - self._rose_ns < TRIED_NS
+        self._rose_ns = None
+        if failed:
+            again = self._failed is not None and self._failed[0] == self.level
+            self._failed = self.level, self._failed[1] + 1 if again and self._failed is not None else 1
+        # What was sent before the last attempt at more had room.
+        self.level = self._most if full and not failed else self.level + 1
+
+
+def _since(since_ns: int | None, holds: bool, now_ns: int) -> int | None:
+    """Since when something holds that held since `since_ns`."""
+    return None if not holds else now_ns if since_ns is None else since_ns
 
 
 MOST_BITS = 510_000
@@ -117,14 +154,17 @@ class Uplink:
         (MOST_FRAMES, 6_000),
     )
     """Frames of 20 ms in a message, and bits of sound a second, at most, by level."""
-    FRAMES_HZ: Sequence[float] = (math.inf, 30.0, 10.0, 0.0)
+    FRAMES_HZ: Sequence[float] = (math.inf, 30.0, 10.0, 3.0, 0.0)
     """Frames of each device a second that leave the process, at most, by level."""
 
     def __init__(self) -> None:
         self.queue_s = 0.0
-        self._motion = Share(len(self.MOTION_HZ) - 1, 0.100, 2.0)
-        self._voice = Share(len(self.VOICE) - 1, 0.060, 4.0)
-        self._frames = Share(len(self.FRAMES_HZ) - 1, 0.030, 10.0)
+        self.frames_give_way = True
+        """False: another process of the site needs the frames of devices that this one sends."""
+        self._rose_ns = -ONE_AT_A_TIME_NS
+        self._motion = Share(len(self.MOTION_HZ) - 1, 0.110, 3.0)
+        self._voice = Share(len(self.VOICE) - 1, 0.080, 4.0)
+        self._frames = Share(len(self.FRAMES_HZ) - 1, 0.060, 10.0)
 
     @property
     def motion_hz(self) -> float:
@@ -137,7 +177,7 @@ class Uplink:
 
     @property
     def frames_hz(self) -> float:
-        return self.FRAMES_HZ[self._frames.level]
+        return self.FRAMES_HZ[self._frames.level] if self.frames_give_way else math.inf
 
     @property
     def raw(self) -> bool:
@@ -153,7 +193,8 @@ class Uplink:
         """Choose anew for a queue that was measured at `now_ns` of a steady clock."""
         before, self.queue_s = self.levels, queue_s
         for share in (self._motion, self._voice, self._frames):
-            share.follow(queue_s, now_ns)
+            if share.follow(queue_s, now_ns, may_rise=now_ns - self._rose_ns >= ONE_AT_A_TIME_NS):
+                self._rose_ns = now_ns
         if self.levels != before:
             voice_bits = self.voice[1]
             log.info(
