@@ -25,7 +25,7 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel.wire.zenoh.endpoints import free_port
-from vistel_sim.network import Conditions, DatagramProxy
+from vistel_sim.network import Conditions, DatagramProxy, StreamProxy
 
 DELAY_S = 0.050
 WIDE, THIN = Conditions(DELAY_S), Conditions(DELAY_S, bits_per_s=64_000)
@@ -43,7 +43,7 @@ record = false
 standby = false
 [bus]
 mode = "routed"
-endpoints = ["quic/127.0.0.1:{port}"]
+endpoints = ["{endpoint}"]
 tls = {{ folder = "certificates" }}
 [[sites]]
 name = "tokyo"
@@ -127,16 +127,17 @@ def _back_s(arrived: Arrived) -> float:
     return np.inf
 
 
-async def measure(*, adapts: bool) -> dict[str, Arrived]:
+async def measure(protocol: str = "quic", *, adapts: bool) -> dict[str, Arrived]:
     """What arrives at the hub, by topic; times are from when everything runs."""
     with tempfile.TemporaryDirectory() as text:
-        folder, port = Path(text), free_port("quic")
+        folder, port = Path(text), free_port(protocol)
         authority = Authority.create(folder / "certificates", datetime.now(UTC))
         names = {n: authority.issue(n, datetime.now(UTC), hosts=["127.0.0.1", "localhost"]) for n in ("hub", "tokyo", "paris")}
         rules = access_rules("thin", ["tokyo", "paris"])
-        router = Router.open(f"quic/127.0.0.1:{port}", tls=names["hub"], access=rules)
-        async with DatagramProxy.open(("127.0.0.1", port), WIDE, random.Random(1)) as link:
-            clock, endpoints = SystemClock(), [f"quic/127.0.0.1:{port}"]
+        router = Router.open(f"{protocol}/127.0.0.1:{port}", tls=names["hub"], access=rules)
+        proxy = DatagramProxy if protocol == "quic" else StreamProxy
+        async with proxy.open(("127.0.0.1", port), WIDE, random.Random(1)) as link:
+            clock, endpoints = SystemClock(), [f"{protocol}/127.0.0.1:{port}"]
             hub, paris = [
                 await ZenohBus.open(
                     conference="thin", site=site, clock=clock, endpoints=endpoints, tls=names[site], stale_after_ns=None
@@ -145,8 +146,9 @@ async def measure(*, adapts: bool) -> dict[str, Arrived]:
             ]
             serve_clock(hub, clock)
             file = folder / "thin.toml"
-            file.write_text(FILE.format(port=link.port))
-            children = [subprocess.Popen(c, stderr=sys.stderr) for c in _commands(file, link.port, adapts)]
+            endpoint = f"{protocol}/127.0.0.1:{link.port}"
+            file.write_text(FILE.format(endpoint=endpoint))
+            children = [subprocess.Popen(c, stderr=sys.stderr) for c in _commands(file, endpoint, adapts)]
             try:
                 return await _phases({t: paris.subscribe(BY_NAME[t], queue_all=True) for t in TOPICS}, link, clock)
             finally:
@@ -158,14 +160,14 @@ async def measure(*, adapts: bool) -> dict[str, Arrived]:
                 router.close()
 
 
-def _commands(file: Path, port: int, adapts: bool) -> Iterator[list[str]]:
+def _commands(file: Path, endpoint: str, adapts: bool) -> Iterator[list[str]]:
     folder = str(file.parent)
     yield [sys.executable, "-m", "vistel_sim.process", str(file), "--run", folder, "--site", "tokyo"]
     host = [sys.executable, "-m", "vistel_services.process.host", str(file), "tokyo/capture"]
-    yield [*host, "--hub", f"quic/127.0.0.1:{port}", "--run", folder, "--out", folder, *(["--measure-uplink"] if adapts else [])]
+    yield [*host, "--hub", endpoint, "--run", folder, "--out", folder, *(["--measure-uplink"] if adapts else [])]
 
 
-async def _phases(inboxes: dict[str, Inbox], link: DatagramProxy, clock: SystemClock) -> dict[str, Arrived]:
+async def _phases(inboxes: dict[str, Inbox], link: DatagramProxy | StreamProxy, clock: SystemClock) -> dict[str, Arrived]:
     found: dict[str, list[tuple[float, float, int]]] = {topic: [] for topic in inboxes}
     begun_ns = clock.now_ns()
 

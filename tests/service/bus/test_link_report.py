@@ -81,7 +81,8 @@ def test_a_good_link_is_enough_and_motion_is_in_time(file: Path) -> None:
 @pytest.mark.parametrize(
     ("change", "enough", "words"),
     [
-        ({"up_bit_s": 40e3}, False, "send about 52 kbit/s: the link carries less"),
+        ({"up_bit_s": 30e3}, False, "send about 52 kbit/s: the link carries less. Voices will break"),
+        ({"up_bit_s": 40e3}, True, "send about 52 kbit/s: the link carries less. Fewer frames of motion and poorer voices go"),
         ({"up_bit_s": 60e3}, True, "send about 52 kbit/s: the link carries just that"),
         ({"down_bit_s": 100e3}, False, "receive about 124 kbit/s: the link carries less"),
         ({"down_bit_s": None}, True, "was not measured: try again when nobody else does"),

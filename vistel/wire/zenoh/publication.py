@@ -89,8 +89,9 @@ class ZenohPublication:
 
     def _reaching(self, t_ns: int) -> zenoh.Publisher:
         """Reaches all, or this process alone where the uplink has no room for the frame of `t_ns`."""
-        stays = self._nearby is not None and not self._pacer.due(t_ns, self._uplink.frames_hz)
-        return self._nearby if stays else self._publisher
+        if self._nearby is None or self._pacer.due(t_ns, self._uplink.frames_hz):
+            return self._publisher
+        return self._nearby
 
     def beat(self) -> None:
         """Publish the number of the last message, if none was published lately."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 
 PERSON_BIT_S = 52e3
 """Of one participant on the link: motion, 27 kbit/s, and voice, 25 kbit/s (docs/performance-history.md)."""
+LEAST_PERSON_BIT_S = 33e3
+"""The same where the uplink is thin and as little is sent as can be (docs/explanation/networks.md)."""
 ROOM_BIT_S = 20e3
 """What a site receives of the room at most with few people (docs/performance.md)."""
 AMPLE = 1.5
@@ -107,7 +110,7 @@ def meaning(conference: Conference, site: str, endpoint: str, found: LinkQuality
     """Whether the link carries the meeting, and in plain lines how well."""
     here = sum(len(s.participants) for s in conference.sites if s.name == site)
     others = sum(len(s.participants) for s in conference.sites if s.name != site)
-    up, said_up = _carries("send", found.up_bit_s, here * PERSON_BIT_S)
+    up, said_up = _carries("send", found.up_bit_s, here * PERSON_BIT_S, here * LEAST_PERSON_BIT_S)
     down, said_down = _carries("receive", found.down_bit_s, others * PERSON_BIT_S + ROOM_BIT_S)
     lines = [said_up, said_down, _lateness(conference, found)]
     if found.loss > FEW_LOST and "quic/" not in endpoint and not all(map(is_local, endpoint.split(","))):
@@ -118,7 +121,7 @@ def meaning(conference: Conference, site: str, endpoint: str, found: LinkQuality
     return up and down, lines
 
 
-def _carries(what: str, bit_s: float | None, needed_bit_s: float) -> tuple[bool, str]:
+def _carries(what: str, bit_s: float | None, needed_bit_s: float, least_bit_s: float = math.inf) -> tuple[bool, str]:
     needs = f"This site has to {what} about {needed_bit_s / 1e3:.0f} kbit/s"
     if bit_s is None:
         return True, f"{needs}; whether the link carries that was not measured: try again when nobody else does."
@@ -126,6 +129,8 @@ def _carries(what: str, bit_s: float | None, needed_bit_s: float) -> tuple[bool,
         return True, f"{needs}: the link carries that."
     if bit_s >= needed_bit_s:
         return True, f"{needs}: the link carries just that. Let nothing else use it during the meeting."
+    if bit_s >= least_bit_s:
+        return (True, f"{needs}: the link carries less. Fewer frames of motion and poorer voices go; devices are not recorded.")
     return False, f"{needs}: the link carries less. Voices will break and figures stop; use another link, or fewer people."
 
 
