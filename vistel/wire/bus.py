@@ -12,8 +12,8 @@ from typing import Any, Protocol
 from google.protobuf.message import Message
 
 from vistel.wire.fence import Fence
-from vistel.wire.link.uplink import Uplink
 from vistel.wire.topics import Publisher, Topic
+from vistel.wire.uplink import Uplink
 
 
 @dataclass(frozen=True)

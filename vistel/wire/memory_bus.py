@@ -18,9 +18,9 @@ from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.fence import Fence
 from vistel.wire.inbox import STALE_AFTER_NS, Inbox, MessageDecoder
-from vistel.wire.link.uplink import Uplink
 from vistel.wire.owners import Admission, Owners
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
+from vistel.wire.uplink import Uplink
 
 log = logging.getLogger("vistel.bus")
 

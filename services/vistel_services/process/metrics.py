@@ -14,7 +14,7 @@ from prometheus_client import Counter, Gauge, start_http_server
 from vistel.wire.bus import BusCounters
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import Offset
-from vistel.wire.link.uplink import Uplink
+from vistel.wire.uplink import Uplink
 
 log = logging.getLogger("vistel.metrics")
 _UP = Gauge("vistel_process_start_time_seconds", "When this process started", ["node", "services"])

@@ -15,11 +15,11 @@ from virtual_time import LoopClock, run
 
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.link.probe import follow_uplink
-from vistel.wire.link.uplink import MOST_FRAMES, Pacer, QueueDelay, Share, Uplink
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.motion import MotionDecoder, MotionSample
 from vistel.wire.motion.publication import MotionPublication
 from vistel.wire.topics import BY_NAME, Topic
+from vistel.wire.uplink import MOST_FRAMES, Pacer, QueueDelay, Share, Uplink
 from vistel_sim.network import Conditions
 from vistel_sim.network.link import Link
 

@@ -1,1 +1,1 @@
-"""The link between a site and its hub: how good it is, and what it has room for."""
+"""The link to the hub, measured: once before a meeting, and as long as a process runs."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vistel.wire.bus import Bus
-from vistel.wire.link.uplink import Pacer
 from vistel.wire.motion import Losses, MotionEncoder, MotionSample
 from vistel.wire.topics import BY_NAME
+from vistel.wire.uplink import Pacer
 
 THIN_HZ = 10.0
 """Frames of the thin motion a second, at most: a picture shows what was captured a tenth of a second ago."""

@@ -31,9 +31,9 @@ from vistel.wire.bus import BusCounters, Publication
 from vistel.wire.clock import Clock
 from vistel.wire.fence import Fence
 from vistel.wire.inbox import QUEUE_LIMIT, STALE_AFTER_NS, Inbox, wake
-from vistel.wire.link.uplink import Uplink
 from vistel.wire.owners import Admission, Owners
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
+from vistel.wire.uplink import Uplink
 from vistel.wire.zenoh.at_exit import close_at_exit, closed
 from vistel.wire.zenoh.config import Json, TlsFiles, as_text, router_config
 from vistel.wire.zenoh.endpoints import free_port

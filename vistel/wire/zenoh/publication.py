@@ -9,9 +9,9 @@ from typing import Any
 import zenoh
 
 from vistel.wire.fence import Fence
-from vistel.wire.link.uplink import Pacer, Uplink
 from vistel.wire.reliable import SendCache
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
+from vistel.wire.uplink import Pacer, Uplink
 
 _BULK = frozenset({"device_raw", "world_inputs", "avatar_part"})
 """Reliable topics that must not delay motion on a thin uplink."""
