@@ -168,6 +168,7 @@ class Uplink:
 
     @property
     def motion_hz(self) -> float:
+        """Frames of each person's motion a second, at most."""
         return self.MOTION_HZ[self._motion.level]
 
     @property
@@ -177,6 +178,7 @@ class Uplink:
 
     @property
     def frames_hz(self) -> float:
+        """Frames of each device a second, at most, that leave the process."""
         return self.FRAMES_HZ[self._frames.level] if self.frames_give_way else math.inf
 
     @property

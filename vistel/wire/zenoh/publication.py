@@ -67,6 +67,7 @@ class ZenohPublication:
 
     @property
     def next_seq(self) -> int:
+        """As `vistel.wire.bus.Publication.next_seq`."""
         return self._seq + 1
 
     def put(self, message: Any) -> None:
