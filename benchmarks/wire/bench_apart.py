@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.row import Row, at_most
-from benchmarks.wire import thin_uplink
+from benchmarks.wire import thin_uplink, whole_sites
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture
 from vistel.render.stage.stage import Stage
@@ -69,6 +69,7 @@ def run() -> Iterator[Row]:
     ours, theirs = (_fresh_after_s(s) for s in (quic, tls))
     yield Row("apart", case, "fresh motion after it healed", "s", ours, "TLS", theirs, target=at_most(FRESH_S))
     yield from thin_uplink.rows()
+    yield from whole_sites.rows()
 
 
 def _settled(seen: _Seen) -> np.ndarray:

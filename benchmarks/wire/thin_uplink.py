@@ -4,27 +4,17 @@ What arrives at the hub is measured before the link gets thin, while it is, and 
 """
 
 import asyncio
-import random
-import subprocess
-import sys
-import tempfile
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from pathlib import Path
 
 import numpy as np
 
 from benchmarks.progress import part
 from benchmarks.row import Row, at_most
-from vistel.wire.certificates.authority import Authority
+from benchmarks.wire.linked_sites import linked_sites
 from vistel.wire.clock import SystemClock
-from vistel.wire.clock_sync import serve_clock
 from vistel.wire.inbox import Inbox
 from vistel.wire.topics import BY_NAME
-from vistel.wire.zenoh.access import access_rules
-from vistel.wire.zenoh.bus import Router, ZenohBus
-from vistel.wire.zenoh.endpoints import free_port
 from vistel_sim.network import Conditions, DatagramProxy, StreamProxy
 
 DELAY_S = 0.050
@@ -37,25 +27,13 @@ WIDE_S = 70.0
 """The link is wide again [s]."""
 END_S = 115.0
 CASE = "64 kbit/s up"
-FILE = """
-name = "thin"
-record = false
-standby = false
-[bus]
-mode = "routed"
-endpoints = ["{endpoint}"]
-tls = {{ folder = "certificates" }}
+SECTIONS = """
 [[sites]]
 name = "tokyo"
 [[sites.participants]]
 name = "ann"
 [sites.audio]
 loudspeaker = "none"
-[[sites]]
-name = "paris"
-[[sites.participants]]
-name = "bea"
-program = true
 """
 TOPICS = ("motion", "voice", "tracker", "glove", "device_raw")
 """What a recorder takes, too: all that a site sends often."""
@@ -129,42 +107,10 @@ def _back_s(arrived: Arrived) -> float:
 
 async def measure(protocol: str = "quic", *, adapts: bool) -> dict[str, Arrived]:
     """What arrives at the hub, by topic; times are from when everything runs."""
-    with tempfile.TemporaryDirectory() as text:
-        folder, port = Path(text), free_port(protocol)
-        authority = Authority.create(folder / "certificates", datetime.now(UTC))
-        names = {n: authority.issue(n, datetime.now(UTC), hosts=["127.0.0.1", "localhost"]) for n in ("hub", "tokyo", "paris")}
-        rules = access_rules("thin", ["tokyo", "paris"])
-        router = Router.open(f"{protocol}/127.0.0.1:{port}", tls=names["hub"], access=rules)
-        proxy = DatagramProxy if protocol == "quic" else StreamProxy
-        async with proxy.open(("127.0.0.1", port), WIDE, random.Random(1)) as link:
-            clock, endpoints = SystemClock(), [f"{protocol}/127.0.0.1:{port}"]
-            hub, paris = [
-                await ZenohBus.open(
-                    conference="thin", site=site, clock=clock, endpoints=endpoints, tls=names[site], stale_after_ns=None
-                )
-                for site in ("hub", "paris")
-            ]
-            serve_clock(hub, clock)
-            file = folder / "thin.toml"
-            endpoint = f"{protocol}/127.0.0.1:{link.port}"
-            file.write_text(FILE.format(endpoint=endpoint))
-            children = [subprocess.Popen(c, stderr=sys.stderr) for c in _commands(file, endpoint, adapts)]
-            try:
-                return await _phases({t: paris.subscribe(BY_NAME[t], queue_all=True) for t in TOPICS}, link, clock)
-            finally:
-                for child in children:
-                    child.terminate()
-                for child in children:
-                    child.wait(20)
-                await asyncio.gather(hub.close(), paris.close())
-                router.close()
-
-
-def _commands(file: Path, endpoint: str, adapts: bool) -> Iterator[list[str]]:
-    folder = str(file.parent)
-    yield [sys.executable, "-m", "vistel_sim.process", str(file), "--run", folder, "--site", "tokyo"]
-    host = [sys.executable, "-m", "vistel_services.process.host", str(file), "tokyo/capture"]
-    yield [*host, "--hub", endpoint, "--run", folder, "--out", folder, *(["--measure-uplink"] if adapts else [])]
+    clock = SystemClock()
+    async with linked_sites(SECTIONS, ["tokyo"], ["tokyo/capture"], WIDE, clock, protocol, adapts=adapts) as there:
+        inboxes = {t: there.observer.subscribe(BY_NAME[t], queue_all=True) for t in TOPICS}
+        return await _phases(inboxes, there.links["tokyo"], clock)
 
 
 async def _phases(inboxes: dict[str, Inbox], link: DatagramProxy | StreamProxy, clock: SystemClock) -> dict[str, Arrived]:
