@@ -11,13 +11,13 @@ from vistel.geometry.rotation import rotation_y
 from vistel.messages.postures import sample_of
 from vistel.space.room import TABLE_SEATS, seat_pose
 from vistel.wire.motion import MotionEncoder
-from vistel.wire.motion.publication import THIN_NS
+from vistel.wire.motion.publication import THIN_HZ
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.source import simulated_people
 
 FRAMES = 240
 """Of a loop, at 60 Hz, there and back; a multiple of the frames between full ones of both streams."""
-THIN = THIN_NS * 60 // 1_000_000_000
+THIN = round(60 / THIN_HZ)
 """Frames from one of the thin motion to the next."""
 LATE = 97
 """Frames by which the next one who does the same is behind."""
