@@ -111,3 +111,17 @@ def test_a_world_that_is_stopped_is_started_again_and_goes_on(conference: Confer
     assert conference.process.returncode == 0, text
     report = json.loads((conference.out / "report.json").read_text())
     assert {n: p["restarts"] for n, p in report["processes"].items() if p["restarts"]} == {"hub/world": 1}
+
+
+def test_ctrl_c_before_the_first_picture_is_no_error(tmp_path: Path) -> None:
+    file = tmp_path / "short.toml"
+    file.write_text(FILE.replace('"small"', '"short"'))
+    command = [sys.executable, "-m", "vistel_cli.main", "up", str(file), "--out", str(tmp_path / "out")]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as starting:
+        assert starting.stdout is not None
+        begun = next((line for line in starting.stdout if line.startswith("  folder")), "")
+        starting.send_signal(signal.SIGINT)
+        text = starting.stdout.read()
+    assert begun and starting.returncode == 0, text
+    assert "stopped before every site had a picture of everybody" in text
+    assert "error" not in text

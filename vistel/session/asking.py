@@ -58,4 +58,4 @@ class Asker:
             if result is not None:
                 return Answer(result.outcome == CommandResult.OUTCOME_DONE, tuple(result.things), result.reason)
             await self._clock.sleep_until_ns(self._clock.now_ns() + POLL_NS)
-        return Answer(False, (), "the world did not answer; is it running?")
+        return Answer(False, (), "the world did not answer; if the conference has just started, wait and ask again")

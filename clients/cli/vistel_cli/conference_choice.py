@@ -45,7 +45,7 @@ def newest() -> Running:
     """The newest conference that runs on this machine. Ends the command where there is none."""
     here = running_conferences()
     if not here:
-        fail("no conference of `vistel up` runs on this machine; start one, or name the conference file of one that runs otherwise")
+        fail("no conference of `vistel up` runs on this machine; start one, or name the file of a conference that runs elsewhere")
     _name_others(here[1:], here[0])
     return here[0]
 

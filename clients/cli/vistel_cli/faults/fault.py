@@ -26,14 +26,14 @@ def fault(
         list[str] | None,
         typer.Argument(
             metavar="[FILE] NAME [TARGET]",
-            help="Which fault, and the process or the site it strikes; without any word, all faults are listed.",
+            help="Which fault, and the process or site that it breaks; without any word, all faults are listed.",
         ),
     ] = None,
     seconds: Annotated[float | None, typer.Option(help="How long it lasts; default: as the list says.")] = None,
     amount: Annotated[float | None, typer.Option(help="Of bandwidth: kbit/s; of clock-step: seconds.")] = None,
     hub: Hub = None,
 ) -> None:
-    """Strike a conference of `vistel up` with a fault, before a meeting that must not fail. What is broken is mended by itself.
+    """Break a part of a running conference for some seconds, to see what its people would see.
 
     [bold]Examples[/bold]
 
@@ -69,14 +69,14 @@ def fault(
 
     reply = on_bus(conference, HUB_PLACE, router, struck)
     if reply is None:
-        fail(f"no `vistel up` answers at {router}; faults are struck where it runs")
+        fail(f"no `vistel up` answers at {router}; only a conference of `vistel up` can be broken")
     if reply.refused:
         fail(f"refused: {reply.refused}", FAILED)
     out.print(reply.struck)
 
 
 def _list() -> None:
-    table = Table("fault", "strikes", "what happens", "for", box=None)
+    table = Table("fault", "of", "what happens", "default", box=None)
     for kind in KINDS.values():
         lasts = f"{kind.seconds:g} s" if kind.seconds else ""
         amount = f", {kind.amount:g} {kind.unit}" if kind.unit else ""

@@ -64,7 +64,7 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, dr
 async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
     """Show what `child` says of its steps until it ends: in a terminal as a bar, elsewhere as a line every two seconds."""
     assert child.stdout is not None
-    columns = (TextColumn("preparing, once: {task.description}", markup=False), BarColumn(bar_width=10), TimeElapsedColumn())
+    columns = (TextColumn("preparing, once: {task.description}", markup=False), BarColumn(bar_width=6), TimeElapsedColumn())
     steps = done = kernels = 0
     doing, began, shown = "loading", time.monotonic(), -LINE_EVERY_S
     with Progress(*columns, console=err, transient=True, disable=silent or not err.is_terminal) as bar:
@@ -75,7 +75,7 @@ async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
             done += word == "done"
             kernels += word == "kernel"
             doing = said if word in ("begun", "kernel") else doing
-            text = f"{done} of {steps}, kernel {kernels}, {doing}" if steps else doing
+            text = f"{done} of {steps} done, function {kernels}, {doing}" if steps else doing
             bar.update(task, completed=done, total=steps or None, description=text)
             now = time.monotonic() - began
             if not (silent or err.is_terminal) and now - shown >= LINE_EVERY_S:

@@ -9,6 +9,7 @@ import signal
 import tempfile
 import time
 from datetime import UTC, datetime
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -315,13 +316,16 @@ class _Run:
         files += (paths.logs or [paths.log]) if self.conference.record else []
         report["files"] = {f.name: f.stat().st_size if f.exists() else None for f in files}
         paths.report.write_text(json.dumps(report, indent=2) + "\n", "utf-8")
-        faults = [f"{f.name} is missing" for f in files if not f.exists()]
+        stopped_early = ready_s is None and self.stop.is_set()
+        faults = [f"{f.name} is missing" for f in files if not f.exists() and not stopped_early]
         faults += [f"{at_the_end(n, c)}; see its log" for n, c in codes.items() if c not in (0, -signal.SIGTERM)]
-        if ready_s is None and not self.stop.is_set():
+        if ready_s is None and not stopped_early:
             faults.append("not all sites saw all participants")
         if self.as_json:
             out.print_json(data=report)
         else:
+            if stopped_early:
+                out.print("stopped before every site had a picture of everybody")
             _show_report(report, self.out)
         for fault in faults:
             print_error(fault)
@@ -364,14 +368,14 @@ def _running(conference: Conference, source: Path, endpoint: str, paths: RunPath
 def _show_report(report: dict[str, Any], folder: Path) -> None:
     for name, s in report["sites"].items():
         delays = ", ".join(f"{p} {d * 1e3:.0f} ms" for p, d in s["image_delay_s_median"].items())
-        out.print(f"{name:10} {s['frames']} pictures, {s['frames_per_s_median']} pictures/s; delay {delays}")
+        out.print(f"{name:10} {s['frames']} pictures, {s['frames_per_s_median']} pictures/s{'; delay ' if delays else ''}{delays}")
     for name, s in report.get("sound", {}).items():
         for who, v in s["voices"].items():
             if v["mouth_to_ear_s_median"] is not None:
                 skew = "" if v["skew_s_median"] is None else f", {v['skew_s_median'] * 1e3:+.0f} ms from the picture"
                 out.print(f"{name:10} hears {who} after {v['mouth_to_ear_s_median'] * 1e3:.0f} ms{skew}")
     for thing, holders in report["world"]["things_held_by_in_turn"].items():
-        out.print(f"{thing:10} held by {', then '.join(holders)}")
+        out.print(f"{thing:10} held by {', then '.join(holder for holder, _ in groupby(holders))}")
     for pair in report["world"]["people_touched"]:
         out.print(f"{pair} touched")
     for name, size in report["files"].items():

@@ -188,6 +188,8 @@ def _draw(interior: Interior, picture: Path, pixels: tuple[int, int], show: bool
         with busy("drawing", show):
             image = room_picture(interior, *pixels)
         Image.fromarray(image).save(picture)
+        if show:
+            out.print(f"{picture}: {pixels[0]} x {pixels[1]}", soft_wrap=True)
     except NoOpenGlError as fault:
         fail(f"nothing to draw with: {fault}; `vistel doctor` says what is missing", FAILED)
     except (OSError, ValueError) as fault:
