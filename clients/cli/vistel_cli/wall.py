@@ -10,7 +10,7 @@ from PIL import Image
 
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.overwriting import Force, out_file
+from vistel_cli.overwriting import Force, keep_existing, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 def wall(
     file: Annotated[Path, Takes(CONFERENCE), typer.Argument(help="A conference file (TOML) with \\[\\[sites.display.screens]].")],
     site: Annotated[str | None, typer.Option(help="Site of the wall; default: the first site that has one.")] = None,
-    output: Annotated[Path, out_file("PNG to write.")] = Path("wall.png"),
+    output: Annotated[Path | None, out_file("PNG to write; default: wall.png.")] = None,
     show: Annotated[bool, typer.Option("--show", help="Show the picture in a window until the window is closed.")] = False,
     force: Force = False,
 ) -> None:
@@ -53,6 +53,9 @@ def wall(
     if show:
         _show(picture, f"VISTEL {chosen.name}: wall")
         return
+    if output is None:
+        output = Path("wall.png")
+        keep_existing(output, force=force)
     try:
         output.parent.mkdir(parents=True, exist_ok=True)
         Image.fromarray(picture).save(output)

@@ -28,16 +28,16 @@ class FaultKind:
 KINDS = {
     kind.name: kind
     for kind in (
-        FaultKind("kill", Target.PROCESS, "it ends without a word, and is started again"),
-        FaultKind("hang", Target.PROCESS, "it stands still, then goes on where it was", 10.0),
+        FaultKind("kill", Target.PROCESS, "it ends without a message, and is started again"),
+        FaultKind("hang", Target.PROCESS, "it stops, then goes on where it was", 10.0),
         FaultKind("signal-reconnect", Target.SITE, "its connections to the router are closed; it connects again"),
         FaultKind("router-failure", Target.CONFERENCE, "the router closes, and opens again", 5.0),
-        FaultKind("world-failure", Target.CONFERENCE, "the process of the world that leads ends without a word"),
-        FaultKind("link-cut", Target.SITE, "nothing passes between it and the router, and nobody is told", 10.0),
-        FaultKind("bandwidth", Target.SITE, "the link from it to the router is thin", 30.0, 64.0, "kbit/s"),
+        FaultKind("world-failure", Target.CONFERENCE, "the process of the world that leads ends without a message"),
+        FaultKind("link-cut", Target.SITE, "nothing passes between it and the router, and no connection is closed", 10.0),
+        FaultKind("bandwidth", Target.SITE, "the link from it to the router is slow", 30.0, 64.0, "kbit/s"),
         FaultKind("clock-step", Target.CONFERENCE, "the hub's clock, which all follow, is set, and set back", 30.0, 2.0, "s"),
         FaultKind("disk-full", Target.PROCESS, "the system refuses every byte it writes to a file", 20.0),
-        FaultKind("slow-disk", Target.CONFERENCE, "the disk of the room is kept busy by others", 20.0),
+        FaultKind("slow-disk", Target.CONFERENCE, "another process writes to the disk of the room all the time", 20.0),
     )
 }
 """By name."""

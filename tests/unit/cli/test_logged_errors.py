@@ -1,15 +1,23 @@
-"""Errors in the logs of a run, as the terminal shows them."""
+"""Errors in the logs of a run and its report, as the terminal shows them."""
 
 from __future__ import annotations
 
 import logging
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 from vistel_cli.run.logged_errors import LoggedErrors, told
-from vistel_cli.run.up import ended
+from vistel_cli.run.up import _show_report, ended
 from vistel_services.process import logs
 
 REFUSED = "event=avatar_refused participant=%s avatar=%s reason=%r shown=stand-in"
+REPORT: dict[str, Any] = {
+    "sites": {"tokyo": {"frames": 0, "frames_per_s_median": 0.0, "image_delay_s_median": {}}},
+    "world": {"things_held_by_in_turn": {"baton": ["aiko", "ben", "aiko", "aiko"]}, "people_touched": []},
+    "files": {},
+}
 
 
 def line_of(level: int, text: str, *values: object, node: str = "tokyo/capture") -> str:
@@ -47,3 +55,13 @@ def test_the_last_words_of_a_process_that_cannot_use_its_input_are_reported(tmp_
     log.write_text("begun\nhand.json: expected a calibration\n")
     assert ended("tokyo/capture", 2, log) == "tokyo/capture ended (2): hand.json: expected a calibration; starting it again"
     assert ended("tokyo/capture", -9, log) == "tokyo/capture ended (-9); starting it again"
+
+
+def test_a_site_without_pictures_has_no_delay(capsys: pytest.CaptureFixture[str]) -> None:
+    _show_report(REPORT, Path("out"))
+    assert "0.0 pictures/s\n" in capsys.readouterr().out
+
+
+def test_who_takes_a_thing_twice_in_a_row_is_named_once(capsys: pytest.CaptureFixture[str]) -> None:
+    _show_report(REPORT, Path("out"))
+    assert "held by aiko, then ben, then aiko\n" in capsys.readouterr().out

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -44,3 +45,15 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
     code, said = run(str(V_WALL), "-o", str(tmp_path / "file" / "wall.png"))
     assert code == 1
     assert "cannot be written" in " ".join(said.split())
+
+
+def test_a_wall_that_is_only_shown_is_not_refused_for_a_picture_that_exists(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    for variable in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(variable, raising=False)
+    Path("wall.png").write_text("mine")
+    assert "exists already" in run(str(V_WALL))[1]
+    assert "exists already" not in run(str(V_WALL), "--show")[1]
+    assert Path("wall.png").read_text() == "mine"

@@ -66,6 +66,8 @@ def show(
         return
     for s in found:
         out.print(f"{s.name:22} {s.material:6} {len(s.branches)} curves  {s.about}", soft_wrap=True)
+    if output is not None:
+        out.print(f"  {output}", soft_wrap=True)
 
 
 @app.command("draw")
