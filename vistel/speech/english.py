@@ -41,7 +41,7 @@ class EnglishRecogniser:
         arcs += [(end, graph.states, p) for end, p in zip(graph.ends, graph.end_chances, strict=True)]
         self._commands.add_fsg("commands", self._commands.create_fsg("commands", 0, graph.states, arcs))
         self._commands.activate_search("commands")
-        self._phones = module.Decoder(lm=None, samprate=SAMPLE_RATE, compallsen=True)
+        self._phones = module.Decoder(lm=None, samprate=SAMPLE_RATE, compallsen=True, loglevel="FATAL")
         self._phones.add_allphone_file("phones", None)
         self._phones.activate_search("phones")
         self.reset()

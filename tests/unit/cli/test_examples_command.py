@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-from vistel_cli.examples.made import EXAMPLES
+from vistel_cli.examples.made import EXAMPLES, SAID
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, CONFERENCE, CSV, GLTF, OBJ, PICTURE, SOUND, kind_of_file
 from vistel_cli.main import app
@@ -70,3 +71,12 @@ def test_a_folder_that_holds_one_of_the_files_is_left_as_it_is(tmp_path: Path) -
     assert done.exit_code == 1
     assert "mug.glb: exists already" in done.stderr.replace("\n", "")
     assert [f.name for f in tmp_path.iterdir()] == ["mug.glb"]
+
+
+@pytest.mark.skipif(shutil.which("espeak-ng") is None, reason="the spoken example needs espeak-ng")
+def test_the_spoken_example_is_understood_and_the_recogniser_prints_nothing_of_its_own(
+    made: tuple[Path, str], capfd: pytest.CaptureFixture[str]
+) -> None:
+    done = CliRunner().invoke(app, ["speech", "try", str(made[0] / "said.wav"), "--language", "en"])
+    assert f"✓ {SAID}" in done.output
+    assert "WARN" not in "".join(capfd.readouterr())

@@ -101,4 +101,6 @@ def report(as_json: bool, facts: dict[str, Any]) -> None:
         print(json.dumps(facts))
         return
     for key, value in facts.items():
-        out.print(f"{key.replace('_', ' '):26} {value}", soft_wrap=True)
+        parts = [f"{name}: {what}" for name, what in value.items()] if isinstance(value, dict) else value
+        text = (", ".join(map(str, parts)) or "none") if isinstance(parts, list | tuple) else parts
+        out.print(f"{key.replace('_', ' '):26} {text}", soft_wrap=True)

@@ -19,7 +19,7 @@ SHIPPED = Path(__file__).parent / "files"
 """The repository's folder `examples`."""
 PERSON = "builtin:seed=3,hair_style=5"
 """One of the demo, who is made once."""
-SAID = "move the red box left"
+SAID = "move the yellow ball to the right"
 SCAN = ("scan.obj", "scan.mtl", "scan.png")
 CHARACTER = ("character.vrm", "character.glb", "character.usdz")
 RECORDED = ("recordings/walk.bvh", "recordings/handover")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -88,5 +89,11 @@ def _fitted(who: Avatar, worn: list[WrinkleSet]) -> dict[str, Any]:
 
     finest = replace(who, coarser=())
     made = dressed(finest, charted(worn))
-    fitted = Worn(made.avatar, worn, made.charts)
+    log = logging.getLogger("vistel.wrinkle")
+    level = log.level
+    log.setLevel(logging.ERROR)  # what does not fit is told by the caller
+    try:
+        fitted = Worn(made.avatar, worn, made.charts)
+    finally:
+        log.setLevel(level)
     return {"regions": sorted({s.side + s.what.region.name for s in fitted.sets}), "without": fitted.left_out}

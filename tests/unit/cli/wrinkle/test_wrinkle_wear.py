@@ -53,6 +53,7 @@ def test_regions_that_wear_none_are_reported_and_where_all_are_so_nothing_is_wri
     said = " ".join(_run(str(tmp_path / "plain.usdc"), "face", code=1).split())
     assert "face: no wrinkles: 100% of it has no texture coordinates" in said
     assert said.count("error:") == 1
+    assert "event=" not in said
     assert (tmp_path / "plain.usdc").read_bytes() == before
 
 
