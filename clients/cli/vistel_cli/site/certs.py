@@ -213,7 +213,7 @@ def folder_of(conference: Conference) -> Path:
     tls = conference.bus.tls
     if tls is None or tls.folder is None:
         fail(
-            'certificates: put these lines under [bus]: endpoints = ["quic/HOST:7447", "tls/HOST:7447"] and '
+            'certificates: put these lines under [bus]: mode = "routed", endpoints = ["quic/HOST:7447", "tls/HOST:7447"] and '
             'tls = { folder = "certificates" }',
             USAGE,
         )
