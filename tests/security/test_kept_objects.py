@@ -15,6 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.figure.avatar.avatar import Target
+from vistel.figure.face.rules import builtin_rules
 from vistel.render.figures.object_file import ObjectFileError, from_bytes, to_bytes
 
 
@@ -38,6 +39,12 @@ def test_what_is_kept_comes_back_to_the_last_bit_and_what_was_shared_is_shared()
     assert back["a"].vertex.dtype == np.int32 and back["a"].vertex.flags.writeable and back["a"].vertex.flags.aligned
     assert back[1][1:] == (None, True, 0.1, {2, 3}, frozenset({"b"}))
     assert back["n"][0] == np.float32(1 / 3) and type(back["n"][0]) is np.float32 and back["n"][1].shape == (0, 3)
+
+
+def test_rules_of_a_face_come_back_with_all_their_fields() -> None:
+    unit = builtin_rules().units[0].unit
+    back: Any = from_bytes(kept(unit))
+    assert back == unit and back.name == unit.name
 
 
 @pytest.mark.parametrize(

@@ -15,6 +15,7 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import BaseModel
 
 from vistel.arrays import U8
 
@@ -129,7 +130,10 @@ class _Reader:
             made = self._made[number] = object.__new__(cls)
             state = {name: self.value(n) for name, n in zip(rest[2::2], rest[3::2], strict=True)}
             fill = getattr(cls, "__setstate__", None)  # of tables with addresses of arrays, which are others now
-            fill(made, state) if fill is not None else made.__dict__.update(state)
+            if issubclass(cls, BaseModel):
+                made.__setstate__({"__dict__": state, "__pydantic_extra__": None, "__pydantic_private__": None})
+            else:
+                fill(made, state) if fill is not None else made.__dict__.update(state)
             return made
         if kind == "method":
             owner = self.value(rest[0])
