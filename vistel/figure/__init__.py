@@ -9,9 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from vistel.figure.posed import PosedFigure, builtin, load
+    from vistel.figure.posed import PosedFigure, builtin, load, person
 
-__all__ = ["PosedFigure", "builtin", "load"]
+__all__ = ["PosedFigure", "builtin", "load", "person"]
 
 
 def __getattr__(name: str) -> Any:

@@ -130,7 +130,7 @@ def make_avatar(
     index[rows] = np.arange(len(rows), dtype=np.int32)
     tri, p0 = index[body], points[rows]
     file = None if known.weight is None or skeleton_from.startswith("shape") else known.weight[rows]
-    limb_joint = _limb_joints(joints, p0, file, known.joint_of_column)
+    limb_joint = limb_joints(joints, p0, file, known.joint_of_column)
     own = bone_weights(joints.found, p0.astype(np.float32), tri, limb_joint)
     weight = own if file is None else blended_weights(file, known.joint_of_column, own)
     weight0 = weight
@@ -251,7 +251,7 @@ def _eye_centres(points: F64, eyes: I32) -> dict[str, F64]:
     return out
 
 
-def _limb_joints(joints: Jointed, p: F64, file: NDArray[np.float32] | None, joint_of: Mapping[int, str]) -> I32:
+def limb_joints(joints: Jointed, p: F64, file: NDArray[np.float32] | None, joint_of: Mapping[int, str]) -> I32:
     """(V,) joint of the limb each vertex belongs to: by the rig's weights, else by the primitives of a standard person
     in the pose of the file."""
     body = standard_body(joints.rest)

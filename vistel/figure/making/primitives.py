@@ -56,6 +56,14 @@ def fit_body(skeleton: Skeleton, points: F64, triangles: I32, bone: I32, count: 
     return BodyFit(body, limb, distances(body, skeleton, points, limb), area)
 
 
+def fit_to_limbs(skeleton: Skeleton, points: F64, triangles: I32, limb: I32, rounds: int = 2) -> BodyFit:
+    """As `fit_body` with WITH_FINGERS primitives, where it is known to which one each vertex belongs: limb (V,)."""
+    body, area = standard_body(skeleton), vertex_areas(points, triangles)
+    for _ in range(rounds):
+        body = _nearer(body, skeleton, points, area, limb)
+    return BodyFit(body, limb, distances(body, skeleton, points, limb), area)
+
+
 def vertex_areas(points: F64, triangles: I32) -> F64:
     """(V,) area of the mesh round each vertex [m^2]."""
     corner = points[triangles]
@@ -121,18 +129,23 @@ def _settle(
     body: Body, skeleton: Skeleton, points: F64, area: F64, group: I32, limb: I32, rounds: int = _ROUNDS
 ) -> tuple[Body, I32]:
     for _ in range(rounds):
-        cones = _cones(body, skeleton)
-        first: set[int] = set()
-        for i in range(len(body)):
-            joint = int(body.joint[i])
-            anchored = joint not in first and JOINTS[joint].endswith(_ANCHORED)
-            first.add(joint)
-            rows = np.flatnonzero(limb == i)
-            if len(rows) >= _FEWEST:
-                cones[i] = _fit(cones[i], points[rows], area[rows], anchored)
-        body = _with_cones(body, skeleton, cones)
+        body = _nearer(body, skeleton, points, area, limb)
         limb = _nearest(body, skeleton, points, group)
     return body, limb
+
+
+def _nearer(body: Body, skeleton: Skeleton, points: F64, area: F64, limb: I32) -> Body:
+    """Each primitive fitted to its vertices."""
+    cones = _cones(body, skeleton)
+    first: set[int] = set()
+    for i in range(len(body)):
+        joint = int(body.joint[i])
+        anchored = joint not in first and JOINTS[joint].endswith(_ANCHORED)
+        first.add(joint)
+        rows = np.flatnonzero(limb == i)
+        if len(rows) >= _FEWEST:
+            cones[i] = _fit(cones[i], points[rows], area[rows], anchored)
+    return _with_cones(body, skeleton, cones)
 
 
 def _fit(cone: F64, p: F64, area: F64, anchored: bool) -> F64:

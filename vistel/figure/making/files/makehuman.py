@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F64
 from vistel.figure.making.source import MakingError, Rig, SourceMesh
 
-_CUBES = {
+CUBES = {
     "pelvis": "hips", "neck": "neck", "head": "head", "jaw": "jaw",
     "clavicle": "shoulder", "shoulder": "upper_arm", "elbow": "lower_arm", "hand": "hand", "upper-leg": "upper_leg",
     "knee": "lower_leg", "ankle": "foot", "foot-1": "toes", "eye": "eye",
@@ -31,7 +31,7 @@ def cubes_rig(source: SourceMesh) -> Rig | None:
     centre = _cube_centres(source)
     names: list[str] = []
     at: list[F64] = []
-    for cube, joint in _CUBES.items():
+    for cube, joint in CUBES.items():
         paired = joint not in ("hips", "neck", "head", "jaw")
         for side in ("left", "right") if paired else ("",):
             key = f"joint-{side[0]}-{cube}" if side else f"joint-{cube}"

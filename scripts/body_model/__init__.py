@@ -1,0 +1,1 @@
+"""Distils MakeHuman's free body data into the one file of `vistel.figure.body_model`."""

@@ -1,0 +1,114 @@
+"""Masks of the skin's parts in the texture: those that MakeHuman draws, and those that follow from where a texel lies on the
+body."""
+
+import numpy as np
+
+from scripts.body_model.raster import rasterise
+from scripts.body_model.wheel import Wheel
+from vistel.arrays import F64, U8
+from vistel.geometry.smoothstep import smooth
+
+HEIGHT = 1024
+"""Texels of the texture's height; it is twice as wide."""
+_DRAWN = {"lips": "lips", "nails": "fingernails", "toenails": "toenails", "inside": "inside-mouth"}
+_SOURCE = 2048
+_CREW = 0.012
+"""How far below the neck joint a shirt's collar lies in front [m]."""
+
+
+def masks(wheel: Wheel, points: F64, joints: dict[str, F64], triangles: F64, uv: F64, old_uv: F64, arm: F64) -> dict[str, U8]:
+    """(H, 2 H) by name, 0 to 255, first row at the top. points: (V, 3) of a usual person as MakeHuman has them; triangles: (F, 3)
+    of the closed skin; uv, old_uv: (F, 3, 2) in our texture and in MakeHuman's; arm: (V,) share of the arms' joints in a vertex."""
+    owner, share = rasterise(uv * (2 * HEIGHT, HEIGHT), (HEIGHT, 2 * HEIGHT))
+    on = owner >= 0
+
+    def over(values: F64) -> F64:
+        """Corner values (F, 3, ...) at the texels that show something."""
+        return np.einsum("nk,nk...->n...", share[on], values[owner[on]])
+
+    at, old = over(points[triangles]), over(old_uv)
+    found = {name: _sampled(wheel.mask(file, _SOURCE), old) for name, file in _DRAWN.items()}
+    found["nails"] = np.maximum(found["nails"], found.pop("toenails"))
+    found |= _brows(at, joints) | _scalp(at, joints) | _flush(at, joints) | _clothes(at, joints, over(arm[triangles]))
+    out: dict[str, U8] = {}
+    for name, value in found.items():
+        out[name] = np.zeros(on.shape, np.uint8)
+        out[name][on] = np.round(255 * np.clip(value, 0.0, 1.0)).astype(np.uint8)
+    out["skin"] = np.where(on, 255, 0).astype(np.uint8)
+    return out
+
+
+def _sampled(mask: U8, uv: F64) -> F64:
+    x, y = (uv[:, 0] * _SOURCE).astype(int).clip(0, _SOURCE - 1), ((1.0 - uv[:, 1]) * _SOURCE).astype(int).clip(0, _SOURCE - 1)
+    return mask[y, x] / 255.0
+
+
+def _brows(p: F64, joints: dict[str, F64]) -> dict[str, F64]:
+    """An arc over each eye, thick at its inner end."""
+    eye = joints["left_eye"]
+    x, y = np.abs(p[:, 0]) - eye[0], p[:, 1] - eye[1]
+    u = (x + 0.019) / 0.045  # 0 at the inner end, 1 at the outer
+    middle = 0.0195 + 0.0068 * np.sin(np.clip(u, 0.0, 1.0) * 2.35) - 0.0062 * np.clip(u - 0.62, 0.0, 1.0)
+    half = 0.0048 - 0.0030 * np.clip(u, 0.0, 1.0) ** 1.5
+    across = smooth(1.6 - np.abs(y - middle) / half)
+    return {"brows": across * smooth(6.0 * u + 0.3) * smooth(6.0 * (1.0 - u)) * (p[:, 2] > eye[2] - 0.01)}
+
+
+def _scalp(p: F64, joints: dict[str, F64]) -> dict[str, F64]:
+    """Where hair grows: above the forehead, behind the ears, down to the nape; and the beard."""
+    eye, head, jaw = joints["left_eye"], joints["head"], joints["jaw"]
+    x, y, z = np.abs(p[:, 0]), p[:, 1] - eye[1], p[:, 2] - eye[2]
+    # The hairline: from the forehead's middle down before the ear, then behind it to the nape.
+    front = np.interp(-z, (-0.03, 0.005, 0.035, 0.058, 0.085, 0.115, 0.2), (0.078, 0.066, 0.040, -0.004, -0.004, -0.050, -0.075))
+    hair = smooth((y - front - 0.35 * np.maximum(0.0, 0.03 - x) * (z > -0.02)) / 0.012)
+    below = (p[:, 1] < eye[1] - 0.035) & (z > -0.075)
+    chin = smooth((eye[1] - 0.037 - 0.55 * np.maximum(0.0, x - 0.045) * 0.0 - p[:, 1]) / 0.018)
+    side = smooth((x - 0.030) / 0.02)
+    beard = chin * np.where(z > -0.02, 1.0, side) * smooth((z + 0.078) / 0.02) * smooth((y + 0.165) / 0.03) * below
+    # Cheeks are free above a line from the mouth's corner to the ear.
+    line = -0.058 + 0.60 * np.maximum(0.0, x - 0.030)
+    beard *= smooth((line - y) / 0.012)
+    return {"scalp": hair * (p[:, 1] > head[1] - 0.06), "beard": beard * (jaw[1] < eye[1])}
+
+
+def _flush(p: F64, joints: dict[str, F64]) -> dict[str, F64]:
+    """Where blood shows: cheeks, tip of the nose, chin, ears, knuckles and tips of fingers, knees, toes."""
+    eye = joints["left_eye"]
+
+    def spot(at: tuple[float, float, float], radius: float) -> F64:
+        q = np.column_stack([np.abs(p[:, 0]), p[:, 1], p[:, 2]]) - (at[0], eye[1] + at[1], eye[2] + at[2])
+        return np.exp(-(q * q).sum(axis=1) / radius**2)
+
+    out = 0.7 * spot((0.046, -0.035, 0.0), 0.022) + 0.8 * spot((0.0, -0.038, 0.042), 0.014) + 0.4 * spot((0.0, -0.098, 0.02), 0.016)
+    out += 0.6 * spot((0.080, -0.012, -0.062), 0.024)
+    for side in ("left", "right"):
+        for finger in ("index", "middle", "ring", "little"):
+            for k, digit in enumerate(("proximal", "intermediate", "distal")):
+                q = p - joints[f"{side}_{finger}_{digit}"]
+                out += (0.55 + 0.1 * k) * np.exp(-(q * q).sum(axis=1) / 0.013**2)
+        q = p - joints[f"{side}_lower_leg"]
+        out += 0.4 * np.exp(-(q * q).sum(axis=1) / 0.06**2)
+        q = p - joints[f"{side}_toes"]
+        out += 0.4 * np.exp(-(q * q).sum(axis=1) / 0.05**2)
+    return {"flush": out}
+
+
+def _clothes(p: F64, joints: dict[str, F64], arm: F64) -> dict[str, F64]:
+    """A T-shirt and shorts, as colours of the skin."""
+    neck, hips = joints["neck"], joints["hips"]
+    shoulder, elbow = joints["left_upper_arm"], joints["left_lower_arm"]
+    q = p * np.where(p[:, :1] < 0.0, (-1.0, 1.0, 1.0), (1.0, 1.0, 1.0))
+    along = (q - shoulder) @ (elbow - shoulder) / np.square(elbow - shoulder).sum()
+    sleeve = np.where(arm > 0.5, smooth((0.52 - along) / 0.012), 1.0)
+    r = np.hypot(p[:, 0] / 1.05, p[:, 2] - neck[2])
+    collar = neck[1] - _CREW - 0.30 * np.maximum(0.0, p[:, 2] - neck[2]) + 0.10 * np.maximum(0.0, r - 0.05)
+    under = smooth((collar - p[:, 1]) / 0.006) * (np.abs(p[:, 0]) < 0.6)
+    waist = hips[1] + 0.075
+    knee = joints["left_lower_leg"][1]
+    hem = knee + 0.42 * (hips[1] - knee)
+    above = smooth((p[:, 1] - waist) / 0.004)
+    hand = along > 0.6
+    top = np.where(hand & (arm > 0.5), 0.0, under * sleeve * np.where(arm > 0.5, 1.0, above))
+    shorts = np.where(arm > 0.3, 0.0, (1.0 - above) * smooth((p[:, 1] - hem) / 0.006))
+    edges = np.abs(p[:, 1] - hem) < 0.012
+    return {"top": top, "shorts": shorts, "seam": np.where(edges, shorts, 0.0) + top * (np.abs(collar - 0.006 - p[:, 1]) < 0.008)}

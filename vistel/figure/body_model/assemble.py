@@ -1,0 +1,84 @@
+"""An avatar of a shape of the body model, by VISTEL's way with rigged meshes: jointed, in the T-pose, its primitives fitted."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from vistel.arrays import F32, F64, I32, U8
+from vistel.figure.avatar.avatar import Avatar, Mesh, Target
+from vistel.figure.avatar.patch import Patch
+from vistel.figure.body_model.model import BodyModel, Level, Shape
+from vistel.figure.making.joints import jointed
+from vistel.figure.making.primitives import fit_to_limbs
+from vistel.figure.making.repose import repose
+from vistel.figure.rigid.weights import TWIST_BONES
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
+
+_RINGS = 16
+"""Of an eyeball, from pole to pole."""
+_SECTORS = 28
+"""Of each ring."""
+EYE_POWER = 0.6
+"""In an eyeball's picture a place lies (angle from the pole / pi) to this power of the way to its edge."""
+_CORNEA = 0.07, 0.42
+"""How far the cornea stands out of an eyeball, and how wide it is, as shares of the radius."""
+
+
+def assemble(model: BodyModel, shape: Shape, *, name: str, albedo: U8, patches: tuple[Patch, ...] = ()) -> Avatar:
+    """The avatar. albedo, patches: its texture, in the model's coordinates."""
+    joints = jointed(shape.joints | {"left_eye": shape.eyes[0], "right_eye": shape.eyes[1]}, shape.stature)
+    weight = np.zeros((len(shape.points), len(JOINTS) + len(TWIST_BONES)))
+    np.put_along_axis(weight, model.bone.astype(np.int64), model.weight.astype(np.float64), axis=1)
+    p = repose(shape.points, weight, joints)
+    ankles = 0.5 * (joints.rest.rest[JOINT_INDEX["left_foot"], 2] + joints.rest.rest[JOINT_INDEX["right_foot"], 2])
+    floor = np.array((0.0, -p[:, 1].min(), -ankles))
+    p, rest = p + floor, Skeleton(joints.rest.rest + floor, joints.rest.tip)
+    fit = fit_to_limbs(rest, p[: model.body], model.closed, model.limb)
+    skull = fit.body.names.index("skull")
+    limb = np.full(len(p), fit.body.names.index("face"), np.int32)
+    limb[: model.body] = model.limb
+    # Expressions are those of the base's head, larger or smaller with this one.
+    size = float(np.linalg.norm(shape.eyes[0] - shape.eyes[1])) / model.eyes_apart
+    eyes = tuple(_eyeball(middle + floor, shape.eye_radius, model.boxes["eye"], skull) for middle in shape.eyes)
+    levels = [
+        Avatar(name, rest, fit.body, _mesh(model, level, p.astype(np.float32), limb, size), eyes, albedo, patches=patches)
+        for level in model.levels
+    ]
+    return replace(levels[0], coarser=tuple(levels[1:]))
+
+
+def _mesh(model: BodyModel, level: Level, points: F32, limb: I32, size: float) -> Mesh:
+    place = np.full(len(model.base), -1, np.int32)
+    place[level.vertex] = np.arange(len(level.vertex), dtype=np.int32)
+    units = model.units
+    targets = tuple(
+        Target(name, units.vertex[a:b], np.float32(size) * units.offset[a:b]).of(place)
+        for name, a, b in zip(units.names, units.start[:-1], units.start[1:], strict=True)
+    )
+    own = points[level.vertex], level.triangles, level.corner_vertex, level.uv, level.corner_triangles, limb[level.vertex]
+    return Mesh(*own, model.bone[level.vertex], model.weight[level.vertex], targets)
+
+
+def _eyeball(middle: F64, radius: float, box: F64, limb: int) -> Mesh:
+    """A sphere with a cornea, its pole to the front, on which its picture lies as it is seen from there."""
+    polar = np.linspace(0.0, np.pi, _RINGS + 1)
+    around = np.arange(_SECTORS) * (2.0 * np.pi / _SECTORS)
+    ring = np.stack([np.cos(around), np.sin(around)], axis=-1)
+    unit = np.concatenate([np.column_stack([np.sin(t) * ring, np.full(_SECTORS, np.cos(t))]) for t in polar[1:-1]])
+    unit = np.vstack([(0.0, 0.0, 1.0), unit, (0.0, 0.0, -1.0)])
+    high, wide = _CORNEA
+    out = 1.0 + high * np.exp(-np.square(np.hypot(unit[:, 0], unit[:, 1]) / wide)) * (unit[:, 2] > 0.0)
+    k, n = np.arange(_SECTORS), np.roll(np.arange(_SECTORS), -1)
+    triangles = [np.column_stack([np.zeros_like(k), 1 + k, 1 + n])]
+    for r in range(_RINGS - 2):
+        a, b = 1 + r * _SECTORS, 1 + (r + 1) * _SECTORS
+        triangles += [np.column_stack([a + k, b + k, b + n]), np.column_stack([a + k, b + n, a + n])]
+    last = 1 + (_RINGS - 2) * _SECTORS
+    triangles.append(np.column_stack([last + k, np.full_like(k, len(unit) - 1), last + n]))
+    # By the angle from the pole: what faces back has a place too, and the iris most texels.
+    flat = unit[:, :2] / np.maximum(np.hypot(unit[:, 0], unit[:, 1]), 1e-9)[:, None]
+    away = (np.arccos(np.clip(unit[:, 2], -1.0, 1.0))[:, None] / np.pi) ** EYE_POWER
+    uv = box[:2] + (0.5 + 0.5 * away * flat) * (box[2:] - box[:2])
+    tri = np.concatenate(triangles).astype(np.int32)
+    vertices = (middle + radius * out[:, None] * unit).astype(np.float32)
+    return Mesh(vertices, tri, np.arange(len(unit), dtype=np.int32), uv.astype(np.float32), tri, np.full(len(unit), limb, np.int32))

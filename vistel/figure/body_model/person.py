@@ -1,0 +1,172 @@
+"""People by measures and seeds: what a person is told to be becomes a look of the body model that has it, and an avatar."""
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.body_model.assemble import assemble
+from vistel.figure.body_model.fit import ADULT, Fitted, fitted, statistics
+from vistel.figure.body_model.look import ORIGINS, Look
+from vistel.figure.body_model.measures import COLUMNS
+from vistel.figure.body_model.model import BodyModel, body_model
+from vistel.figure.body_model.paint import Colours, paint
+
+SEXES = ("female", "male")
+_COVERED = {"age": (1.0, 90.0), "height": (0.6, 2.2), "weight": (5.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0)}
+"""What the model covers: years, metres, kilograms, and shares."""
+_GROWTH = {  # age [years]: height [m] and weight [kg] of girls, then of boys; CDC growth charts of 2000, 50th percentiles, rounded
+    1.0: (0.74, 9.0, 0.76, 10.0), 5.0: (1.08, 18.0, 1.09, 18.4), 10.0: (1.38, 33.0, 1.385, 32.0), 14.0: (1.60, 49.0, 1.64, 51.0),
+    18.0: (1.63, 57.0, 1.76, 67.0),
+}  # fmt: skip
+_FACE = ("head-", "forehead-", "eyebrows-", "eye-", "nose-", "mouth-", "ear-", "chin-", "cheek-")
+_NO_FACE = ("age", "fat", "shape", "trans", "epicanthus")
+"""Parts of names of details that no face is given at random: they go with age, weight and origin, or are no people's."""
+_HAIR = ((28, 22, 20), (44, 32, 26), (62, 44, 32), (96, 68, 44), (150, 112, 68))
+_IRIS = ((60, 40, 28), (92, 62, 38), (116, 88, 52), (98, 106, 78), (92, 116, 138))
+_CLOTH = ((74, 92, 118), (112, 62, 62), (66, 96, 80), (150, 138, 120), (92, 88, 116), (70, 74, 82))
+
+
+class PersonWarning(UserWarning):
+    """Something that the model does not cover: the nearest that it covers is taken."""
+
+
+@dataclass(frozen=True)
+class Person:
+    """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
+    muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
+    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]."""
+
+    sex: str = "female"
+    age: float = 30.0
+    height: float | None = None
+    weight: float | None = None
+    muscle: float = 0.5
+    origin: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    face_seed: int = 0
+    skin: float = 0.3
+    measures: Mapping[str, float] = field(default_factory=dict[str, float])
+
+
+def checked(told: Person) -> Person:
+    """Everything given and within what the model covers; a PersonWarning names what had to be brought there. Raises ValueError, one
+    line, for a sex or a measure that is not known, and for numbers that are none."""
+    if told.sex not in SEXES:
+        raise ValueError(f"sex: expected one of {', '.join(SEXES)}, got {told.sex!r}")
+    for name in told.measures:
+        if name not in COLUMNS:
+            raise ValueError(f"no measure {name!r}; expected one of {', '.join(COLUMNS)}")
+    told = _within(told, ("age", "muscle", "skin", "height", "weight"))
+    if len(told.origin) != len(ORIGINS) or not np.isfinite(told.origin).all() or min(told.origin) < 0.0 or not sum(told.origin):
+        raise ValueError(f"origin: expected shares of {', '.join(ORIGINS)}, got {told.origin}")
+    tall, heavy = _usual(told.sex, told.age)
+    height = tall if told.height is None else told.height
+    weight = heavy * (height / tall) ** 2 if told.weight is None else told.weight
+    return replace(told, height=height, weight=weight)
+
+
+def fit(told: Person) -> Fitted:
+    """The look of the model that is this person. Warns and raises as `checked` does, and warns where their weight is not
+    reached."""
+    person = checked(told)
+    assert person.height is not None and person.weight is not None
+    model = body_model()
+    rng = np.random.default_rng(person.face_seed)
+    face = face_of(model, rng) | _of_age(person.sex, person.age)
+    look = Look(float(person.sex == "male"), person.age, person.muscle, origin=person.origin, details=face)
+    differs = {name: float(z) for name, z in zip(COLUMNS, np.clip(rng.normal(0.0, 0.5, len(COLUMNS)), -1.0, 1.0), strict=True)}
+    found = fitted(model, look, person.height, person.weight, person.measures, differs)
+    if abs(found.weight - person.weight) > max(1.0, 0.02 * person.weight):
+        _warn(f"weight: {person.weight:.0f} kg at {person.height:.2f} m is beyond the model; {found.weight:.0f} kg taken")
+    return found
+
+
+def make(told: Person, name: str = "person") -> Avatar:
+    """The avatar of a person. Warns and raises as `fit` does."""
+    found = fit(told)
+    albedo, patches = paint(body_model(), colours_of(checked(told)))
+    return assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
+
+
+def face_of(model: BodyModel, rng: np.random.Generator) -> dict[str, float]:
+    """Details of a face: most near the middle, the two sides a little different."""
+    out: dict[str, float] = {}
+    for name, (low, _) in model.details.items():
+        if name.startswith(_FACE) and not any(part in name for part in _NO_FACE):
+            x = float(np.clip(rng.normal(0.0, 0.20), -0.5, 0.5))
+            out[name] = x if low >= 0 else max(0.0, x - 0.15)
+        elif name.startswith("asym-"):
+            out[name] = max(0.0, float(rng.normal(0.0, 0.08)))
+    return out
+
+
+def _of_age(sex: str, age: float) -> dict[str, float]:
+    """Details that go with age; and what clothes press flat."""
+    flat = {"nipple-point": -0.7} | ({"breast-point": -0.5} if sex == "female" else {})
+    return flat | {"head-age": float(np.clip((age - 50.0) / 30.0, 0.0, 1.0))}
+
+
+def colours_of(person: Person) -> Colours:
+    """Drawn from the face's seed, but for the skin: dark skins have dark hair and eyes."""
+    rng = np.random.default_rng(person.face_seed + 1)
+    most = 1 + round(4 * max(0.0, 1.0 - 2.0 * person.skin))
+    grey = float(np.clip((person.age - 45.0) / 35.0, 0.0, 1.0) * rng.uniform(0.4, 1.0))
+    hair = (1.0 - grey) * np.array(_HAIR[rng.integers(most)], np.float64) + grey * np.array((176.0, 172.0, 168.0))
+    h = [float(x) for x in hair]
+    return Colours(
+        skin=person.skin,
+        iris=_IRIS[rng.integers(most)],
+        hair=(h[0], h[1], h[2]),
+        top=_CLOTH[rng.integers(len(_CLOTH))],
+        stubble=float(rng.uniform(0.1, 0.6)) if person.sex == "male" and person.age >= ADULT else 0.0,
+        lips=0.6 if person.sex == "female" else 0.3,
+        seed=person.face_seed,
+    )
+
+
+def drawn(seed: int, sex: str | None = None) -> Person:
+    """A random adult: height and weight as people of ANSUR II have them, between their 5th and 95th percentile."""
+    rng = np.random.default_rng(seed)
+    sex = SEXES[int(rng.random() < 0.5)] if sex is None else sex
+    table = statistics()[sex]
+    low, high = (float(table["stature"]["percentiles"][k]) for k in (1, 3))
+    height = float(np.clip(rng.normal(0.5 * (low + high), (high - low) / 3.29), low, high))
+    light, heavy = (float(table["weight"]["percentiles"][k]) for k in (1, 3))
+    tall, usual = _usual(sex, 30.0)
+    weight = float(np.clip(usual * (height / tall) ** 2 * np.exp(rng.normal(0.0, 0.11)), light, heavy))
+    origin = rng.dirichlet((0.5, 0.5, 0.5))
+    skin = float(np.clip(origin @ (0.78, 0.30, 0.18) + rng.normal(0.0, 0.06), 0.0, 1.0))
+    three = (float(origin[0]), float(origin[1]), float(origin[2]))
+    muscle = float(np.clip(rng.normal(0.5, 0.12), 0.2, 0.8))
+    return Person(sex, float(rng.uniform(18.0, 75.0)), height, weight, muscle, three, int(rng.integers(1 << 31)), skin)
+
+
+def _usual(sex: str, age: float) -> tuple[float, float]:
+    """Height [m] and weight [kg] that are usual."""
+    if age >= ADULT:
+        table = statistics()[sex]
+        return table["stature"]["percentiles"][2], table["weight"]["percentiles"][2]
+    column = 2 * SEXES.index(sex)
+    rows = np.array(list(_GROWTH.values()))
+    return float(np.interp(age, list(_GROWTH), rows[:, column])), float(np.interp(age, list(_GROWTH), rows[:, column + 1]))
+
+
+def _within(told: Person, names: tuple[str, ...]) -> Person:
+    for name in names:
+        value: float | None = getattr(told, name)
+        if value is None:
+            continue
+        low, high = _COVERED[name]
+        if not np.isfinite(value):
+            raise ValueError(f"{name}: expected a number from {low:g} to {high:g}, got {value}")
+        if not low <= value <= high:
+            taken = min(max(value, low), high)
+            _warn(f"{name}: {value:g} is beyond what the model covers, {low:g} to {high:g}; {taken:g} taken")
+            told = replace(told, **{name: taken})
+    return told
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, PersonWarning, stacklevel=4)
