@@ -22,6 +22,7 @@ from vistel.wire.bus import Sample
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.motion import MotionDecoder, MotionSample, StalePart
 from vistel.wire.topics import BY_NAME, Topic
+from vistel.wire.uplink import Uplink
 from vistel_services import posture
 from vistel_sim.motion import MotionSource, open_motion
 
@@ -72,6 +73,7 @@ class _Bus:
     sent: dict[str, list[Any]] = field(default_factory=dict)
     inputs: dict[str, _Queue] = field(default_factory=dict)
     present: list[str] = field(default_factory=list)
+    uplink: Uplink = field(default_factory=Uplink)
 
     def publish(self, topic: Topic, **_names: str) -> _Publication:
         return _Publication(self.sent.setdefault(topic.name, []))
@@ -149,7 +151,7 @@ def perform(script: Callable[[Stage], Coroutine[Any, Any, None]], tmp_path: Path
         stage = Stage()
         config = posture.configure(CONFERENCE, CONFERENCE.sites[0], RunPaths(tmp_path, tmp_path))
         task = asyncio.create_task(posture.run(config, stage.bus, stage.clock))  # type: ignore[arg-type]
-        await ready(stage.bus)
+        await ready(stage.bus, task)
         await script(stage)
         assert not task.done()
         task.cancel()
@@ -159,9 +161,11 @@ def perform(script: Callable[[Stage], Coroutine[Any, Any, None]], tmp_path: Path
     return asyncio.run(scenario())
 
 
-async def ready(bus: _Bus) -> None:
+async def ready(bus: _Bus, service: asyncio.Task[None]) -> None:
     """The service has compiled what it needs and said who is there."""
-    await until(lambda: bus.present)
+    await until(lambda: bus.present or service.done())
+    if service.done():
+        service.result()
 
 
 def posture_of(sample: MotionSample) -> Posture:
@@ -294,7 +298,7 @@ def test_a_participant_without_a_tracker_sits_at_rest(tmp_path: Path) -> None:
         bus, clock = _Bus(), SimulatedClock(5_000_000_000)
         config = posture.configure(conference, conference.sites[0], RunPaths(tmp_path, tmp_path))
         task = asyncio.create_task(posture.run(config, bus, clock))  # type: ignore[arg-type]
-        await ready(bus)
+        await ready(bus, task)
         await clock.advance_to_ns(8_000_000_000)
         task.cancel()
         await asyncio.gather(task, return_exceptions=True)
