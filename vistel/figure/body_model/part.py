@@ -1,0 +1,102 @@
+"""What a person has on: hair and garments, each a mesh and a picture of its own, joined with the body into one avatar."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vistel.arrays import F64, I32, U8, Bool
+from vistel.figure.avatar.atlas import atlas
+from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.patch import Patch
+
+
+@dataclass(frozen=True, eq=False)
+class Part:
+    """Hair or a garment, in the T-pose of the body that it was made for.
+
+    levels: a mesh for each level of detail of the body, the finest first, with bones and weights; `uv` in the part's own picture.
+    albedo: (H, W, 3) sRGB, first row at the top. patches: surface properties, boxes in that picture. hides: for each level (F,)
+    triangles of the body that are covered everywhere and not drawn."""
+
+    name: str
+    levels: tuple[Mesh, ...]
+    albedo: U8
+    patches: tuple[Patch, ...] = ()
+    hides: tuple[Bool, ...] = ()
+
+
+def joined(body: Avatar, parts: Sequence[Part]) -> Avatar:
+    """The body with its parts on, every level of detail."""
+    if not parts:
+        return body
+    albedo, box = atlas([body.albedo, *(part.albedo for part in parts)])
+    patches = tuple(p.within(b) for b, has in zip(box, (body.patches, *(p.patches for p in parts)), strict=True) for p in has)
+    eyes = tuple(replace(eye, uv=_placed(eye, box[0]).uv) for eye in body.eyeballs)
+    levels: list[Avatar] = []
+    for k, level in enumerate((body, *body.coarser)):
+        hidden = np.zeros(len(level.mesh.triangles), np.bool_)
+        for part in parts:
+            if part.hides:
+                hidden |= part.hides[k]
+        worn = [_placed(part.levels[k], b) for part, b in zip(parts, box[1:], strict=True)]
+        mesh = _together([_without(_placed(level.mesh, box[0]), hidden), *worn])
+        levels.append(replace(level, mesh=mesh, eyeballs=eyes, albedo=albedo, patches=patches, coarser=()))
+    return replace(levels[0], coarser=tuple(levels[1:]))
+
+
+def _placed(mesh: Mesh, box: F64) -> Mesh:
+    return replace(mesh, uv=(box[:2] + mesh.uv * box[2:]).astype(np.float32))
+
+
+def _without(mesh: Mesh, hidden: Bool) -> Mesh:
+    """The mesh without those triangles, and without what only they used."""
+    if not hidden.any():
+        return mesh
+    vertex, triangles = _compact(mesh.triangles[~hidden], len(mesh.vertices))
+    corner, corner_triangles = _compact(mesh.corner_triangles[~hidden], len(mesh.uv))
+    place = np.full(len(mesh.vertices), -1, np.int32)
+    place[vertex] = np.arange(len(vertex), dtype=np.int32)
+    return Mesh(
+        mesh.vertices[vertex],
+        triangles,
+        place[mesh.corner_vertex[corner]],
+        mesh.uv[corner],
+        corner_triangles,
+        mesh.limb[vertex],
+        None if mesh.bone is None else mesh.bone[vertex],
+        None if mesh.weight is None else mesh.weight[vertex],
+        tuple(target.of(place) for target in mesh.targets),
+    )
+
+
+def _compact(triangles: I32, count: int) -> tuple[I32, I32]:
+    """Which of `count` vertices triangles use, and the triangles of those alone."""
+    used = np.zeros(count, np.bool_)
+    used[triangles] = True
+    number = np.cumsum(used, dtype=np.int32) - 1
+    return np.flatnonzero(used).astype(np.int32), number[triangles].astype(np.int32)
+
+
+def _together(meshes: Sequence[Mesh]) -> Mesh:
+    """One mesh of several with bones; their expressions are those of the first and of all that have one of the same name."""
+    first = np.cumsum([0, *(len(m.vertices) for m in meshes)]).astype(np.int32)
+    corner = np.cumsum([0, *(len(m.uv) for m in meshes)]).astype(np.int32)
+    assert all(m.bone is not None and m.weight is not None for m in meshes), "parts have bones"
+    names = dict.fromkeys(t.name for m in meshes for t in m.targets)
+    targets = []
+    for name in names:
+        found = [(t, f) for m, f in zip(meshes, first, strict=False) for t in m.targets if t.name == name]
+        vertex = np.concatenate([t.vertex + f for t, f in found]).astype(np.int32)
+        targets.append(replace(found[0][0], vertex=vertex, offset=np.concatenate([t.offset for t, _ in found])))
+    return Mesh(
+        np.concatenate([m.vertices for m in meshes]),
+        np.concatenate([m.triangles + f for m, f in zip(meshes, first, strict=False)]),
+        np.concatenate([m.corner_vertex + f for m, f in zip(meshes, first, strict=False)]),
+        np.concatenate([m.uv for m in meshes]),
+        np.concatenate([m.corner_triangles + c for m, c in zip(meshes, corner, strict=False)]),
+        np.concatenate([m.limb for m in meshes]),
+        np.concatenate([m.bone for m in meshes if m.bone is not None]),
+        np.concatenate([m.weight for m in meshes if m.weight is not None]),
+        tuple(targets),
+    )
