@@ -64,6 +64,11 @@ class Router:
         """Where clients on this machine find it."""
         return self.endpoints[0]
 
+    @property
+    def is_linked(self) -> bool:
+        """Whether it has a link to another router."""
+        return bool(self._session.info.routers_zid())
+
     @staticmethod
     def open(
         listen: str | Sequence[str] | None = None,

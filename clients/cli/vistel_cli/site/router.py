@@ -32,6 +32,9 @@ if TYPE_CHECKING:
 
 LOOK_EVERY_S = 1.0
 """How often a router looks whether certificates were renewed or revoked."""
+SILENT_S = 3.0
+"""A router that is linked to others and hears no clock of theirs for so long opens again; after twice as long each time [s]."""
+MOST_SILENT_S = 60.0
 AGAIN_WITHIN_S = 10.0
 """For a router to open at the addresses where it was before."""
 AGAIN_EVERY_S = 0.02
@@ -67,6 +70,7 @@ async def _at_router(conference: Conference, hub: str, seconds: float, *, clock:
     out.print(f"{'clock' if clock else 'authority'} of {conference.name} at {hub}; Ctrl-C stops", soft_wrap=True)
     with contextlib.suppress(TimeoutError):
         await asyncio.wait_for(stop.wait(), seconds or None)
+    background.current().end()  # what still asks over a closed bus fails
     await bus.close()
     return 0
 
@@ -127,6 +131,7 @@ async def _run(
     bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[reach], tls=files)
     serve_clock(bus, clock, len(others))
     start_certificates(conference, bus, files, routes=True)
+    before = _Before(bus, len(others)) if others else None
     if others:
         background.start(follow_hub(bus, clock, f"router-{len(others)}"), "clock")
     out.print(f"router of {conference.name} on {' and '.join(both)}; Ctrl-C stops")
@@ -138,18 +143,55 @@ async def _run(
             while not stop.is_set():
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(stop.wait(), LOOK_EVERY_S)
-                if files and not stop.is_set() and (now := _stamps(files)) != seen:
+                if stop.is_set():
+                    break
+                told = ""
+                if files and (now := _stamps(files)) != seen:
                     seen = now
                     if fault := fault_now(files):
                         print_warning(f"{fault}; the router goes on with what it had")
                         continue
+                    gone = ", ".join(revoked_names(files.ca.parent))
+                    told = f"certificates read again{f'; revoked: {gone}' if gone else ''}"
+                elif before is not None and await before.is_silent(linked=router.is_linked):
+                    told = "linked to the routers that were there before and heard no clock of theirs; opened again"
+                if told:
                     router.close()
                     router = await _opened_again(conference, both, files, others)
-                    gone = ", ".join(revoked_names(files.ca.parent))
-                    out.print(f"certificates read again{f'; revoked: {gone}' if gone else ''}", soft_wrap=True)
+                    out.print(told, soft_wrap=True)
+    background.current().end()
     await bus.close()
     router.close()
     return 0
+
+
+class _Before:
+    """The routers that were there before, heard by the clocks beside them.
+
+    Where two routers open again at about the same time, Zenoh 1.10 sometimes links them and then does not tell the one that joins
+    what processes at the other serve: its sites hear no clock until it opens once more."""
+
+    def __init__(self, bus: ZenohBus, rank: int) -> None:
+        self._bus, self._rank = bus, rank
+        self._there: set[str] = set()
+        self._heard_s, self._patience_s = asyncio.get_running_loop().time(), SILENT_S
+        bus.watch_presence(self._seen)
+
+    def _seen(self, site: str, token: str, alive: bool) -> None:
+        kind, _, number = token.partition("-")
+        if site == self._bus.site and kind == "clock" and number.isdigit() and int(number) < self._rank:
+            (self._there.add if alive else self._there.discard)(token)
+
+    async def is_silent(self, *, linked: bool) -> bool:
+        """Whether none of them was heard for too long. linked: whether there is a link to one of them."""
+        heard = not linked or (bool(self._there) and await self._bus.query(BY_NAME["clock"], ClockProbe()) is not None)
+        now_s = asyncio.get_running_loop().time()
+        if heard:
+            self._heard_s, self._patience_s = now_s, SILENT_S
+        if now_s - self._heard_s < self._patience_s:
+            return False
+        self._heard_s, self._patience_s = now_s, min(2.0 * self._patience_s, MOST_SILENT_S)
+        return True
 
 
 def _opened(conference: Conference, listen: list[str], files: TlsFiles | None, others: Sequence[str]) -> Router:
@@ -165,7 +207,7 @@ def _opened(conference: Conference, listen: list[str], files: TlsFiles | None, o
     return Router.open(listen, tls=files, access=access, connect=others)
 
 
-async def _opened_again(conference: Conference, listen: list[str], files: TlsFiles, others: Sequence[str]) -> Router:
+async def _opened_again(conference: Conference, listen: list[str], files: TlsFiles | None, others: Sequence[str]) -> Router:
     """At the addresses that were given up just now. A socket of QUIC that had links is free a tenth of a second later."""
     for _ in range(round(AGAIN_WITHIN_S / AGAIN_EVERY_S)):
         with contextlib.suppress(BusError):
