@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from scripts.body_model import parts, skin
+from scripts.body_model import density, parts, skin
 from scripts.body_model.layout import BOXES
 from scripts.body_model.masks import masks
 from scripts.body_model.wheel import BaseMesh, Wheel
@@ -25,6 +25,8 @@ PEOPLE = 1200
 HELD_OUT = 100
 """Random people on whom the error is measured."""
 COMPONENTS = 160
+MOVED = {"helper-tongue": (0.0, -0.007, -0.009), "helper-upper-teeth": (0.0, -0.0022, 0.0)}
+"""MakeHuman's tongue fills the mouth to the teeth, and the upper lip hides the teeth when the mouth opens [m]."""
 _FEWEST = 1e-5
 """Offsets below this are left out [m]."""
 
@@ -75,8 +77,8 @@ def sparse(kept: list[tuple[str, F64]], name: str) -> dict[str, Any]:
     }
 
 
-def make(wheel: Wheel, seed: int) -> tuple[dict[str, Any], F64, F32]:
-    """The file's arrays, and what it was made of: the base (P, 3) and macro targets (K, P * 3) [m]."""
+def make(wheel: Wheel, seed: int) -> tuple[dict[str, Any], density.Density, F64, F32]:
+    """The file's arrays, the mesh's making, and what it was made of: the base (P, 3) and macro targets (K, P * 3) [m]."""
     mesh: BaseMesh = wheel.base_mesh()
     rows = parts.rows_of(mesh)
     count = len(mesh.points)
@@ -84,57 +86,56 @@ def make(wheel: Wheel, seed: int) -> tuple[dict[str, Any], F64, F32]:
     names = sorted(found)
     table = np.array([rows.compact(parts.dense(found[n], count)).ravel() for n in names], np.float32)
     base, of = rows.compact(mesh.points), rule(names)
+    for group, by in MOVED.items():
+        base[np.unique(rows.of[mesh.quads[group]])] += by
     mixing, components = fitted(table, of, np.random.default_rng(seed))
     usual = base + (shares(Look(), of).astype(np.float32) @ table).reshape(-1, 3)
+    stood = usual - (0.0, usual[: rows.body, 1].min(), 0.0)
+    joints = skin.joints_of(rows, stood)
     faces = skin.faces(mesh, rows)
     rig = wheel.rig("rig.default")
-    stood = usual - (0.0, usual[: rows.body, 1].min(), 0.0)
-    on = skin.bones(
-        rig,
-        parts.weights(wheel, rows, tuple(rig), count),
-        stood[: rows.skin],
-        skin.joints_of(rows, stood),
-        faces.triangles,
-        rows.body,
-    )
+    painted = parts.weights(wheel, rows, tuple(rig), count)
+    mesher = density.Density(faces, stood, rows, joints)
+    on = skin.bones(rig, mesher.weights(painted), mesher.drawn(stood), joints, mesher.triangles, mesher.body)
+    mesher.reduce(on.points, on.bone)
 
     def compact(targets: Any) -> list[tuple[str, F64]]:
-        return [(name, rows.compact(parts.dense(t, count))) for name, t in targets]
+        return [(name, mesher.kept(rows.compact(parts.dense(t, count)))) for name, t in targets]
 
     data: dict[str, Any] = {
         "version": np.array(VERSION),
         "macro_names": np.array(names),
         "mixing": mixing,
-        "base": steps(base),
-        "components": steps(components.reshape(len(components), -1, 3)),
+        "base": steps(mesher.kept(base)),
+        "components": steps(np.array([mesher.kept(c.reshape(-1, 3)) for c in components])),
         "joints": np.array(list(rows.cubes)),
-        "body": np.array(rows.body),
-        "bone": on.bone.astype(np.uint8),
-        "limb": on.limb.astype(np.uint8),
-        "weight": np.round(on.weight * 255).astype(np.uint8),
+        "body": np.array(mesher.kept_body),
+        "bone": on.bone[mesher.left].astype(np.uint8),
+        "limb": on.limb[mesher.left[: mesher.kept_body]].astype(np.uint8),
+        "weight": np.round(on.weight[mesher.left] * 255).astype(np.uint8),
     }
     data |= sparse(compact(parts.details(wheel)), "detail") | sparse(compact(parts.units(wheel)), "unit")
-    for k, level in enumerate(skin.levels(on.points, faces.triangles, faces.uv)):
+    for k, level in enumerate(mesher.levels()):
         data |= {f"level{k}_{name}": array for name, array in level.items()}
     closed = (faces.triangles < rows.body).all(axis=1)
     arms = [
         k for k, joint in enumerate(JOINTS) if joint.endswith(("_arm", "_hand", "metacarpal", "proximal", "intermediate", "distal"))
     ]
-    arm = (on.weight * (np.isin(on.bone, arms) | (on.bone >= len(JOINTS)))).sum(axis=1)
-    drawn = masks(wheel, stood, skin.joints_of(rows, stood), faces.triangles[closed], faces.uv[closed], faces.old_uv[closed], arm)
+    arm = (on.weight * (np.isin(on.bone, arms) | (on.bone >= len(JOINTS)))).sum(axis=1)[mesher.old]
+    drawn = masks(wheel, stood, joints, faces.triangles[closed], faces.uv[closed], faces.old_uv[closed], arm)
     data |= {f"mask_{name}": mask for name, mask in drawn.items()}
     data |= {f"box_{name}": np.array(box) for name, box in BOXES.items()}
-    return data, base, table
+    return data, mesher, base, table
 
 
-def errors(model: BodyModel, base: F64, table: F32, seed: int) -> F64:
+def errors(model: BodyModel, mesher: density.Density, base: F64, table: F32, seed: int) -> F64:
     """(N,) distances of points of people who were not fitted from where the full targets have them [m]."""
     rng = np.random.default_rng(seed + 1)
     out: list[F64] = []
     for _ in range(HELD_OUT):
         look = random_look(rng)
         whole = base + (shares(look, model.of).astype(np.float32) @ table).reshape(-1, 3)
-        out.append(np.linalg.norm(model.points(look) - whole, axis=1))
+        out.append(np.linalg.norm(model.points(look) - mesher.kept(whole), axis=1))
     return np.concatenate(out)
 
 
@@ -156,13 +157,13 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     told = parser.parse_args()
     try:
-        data, base, table = make(Wheel(told.wheel), told.seed)
+        data, mesher, base, table = make(Wheel(told.wheel), told.seed)
     except (OSError, ValueError) as fault:
         raise SystemExit(str(fault)) from None
     keep(data)
     # Measures are taken of the finished model.
     keep(data | {f"slope_{sex}": jacobian(load(), sex).astype(np.float32) for sex in ("male", "female")})
-    away = 1e3 * errors(load(), base, table, told.seed)
+    away = 1e3 * errors(load(), mesher, base, table, told.seed)
     print(f"{FILE}: {FILE.stat().st_size / 1e6:.2f} MB")
     p99 = np.percentile(away, 99)
     print(f"error on {HELD_OUT} people not fitted: median {np.median(away):.3f}, p99 {p99:.3f}, max {away.max():.3f} mm")

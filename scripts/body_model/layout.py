@@ -20,7 +20,11 @@ _COLUMN = {  # lowest u and v, highest u and v
 LASHES = (0.390, 0.345, 0.495, 0.445)
 """Box of lashes: of the lower lids in its upper half, of the upper lids in its lower half."""
 _LID = {"eyelashes-1": (0.390, 0.396, 0.495, 0.445), "eyelashes-2": (0.390, 0.345, 0.495, 0.394)}
-_BODY_WIDTH = 0.77
+_BODY = 0.275, 0.72
+"""Where v = 0 of the trunk's chart lies, and how much lower it is: clothes cover most of it."""
+_HANDS = (0.002, 0.004, 0.190, 0.365), (0.195, 0.004, 0.383, 0.365)
+"""Larger than MakeHuman has them: hands are bare."""
+_FEET = (0.135, 0.378, 0.185, 0.450), (0.190, 0.378, 0.240, 0.450)
 _FACE = (0.885, 0.484)
 """Middle of the face in MakeHuman's coordinates."""
 _REACH = (0.245, 0.337)
@@ -53,8 +57,11 @@ def laid_out(group: list[str], uv: F64, island: I32) -> F64:
             out[mine] = _head(uv[mine])
         elif low[0] > 0.70:
             out[mine] = _into(uv[mine], low, high, _COLUMN["mouth"])
+        elif high[1] < 0.25:
+            side = int(low[0] + high[0] > (0.36 if high[0] < 0.4 else 1.1))
+            out[mine] = _into(uv[mine], low, high, (_HANDS if high[0] > 0.4 else _FEET)[side])
         else:
-            out[mine] = uv[mine] * (0.5 * 0.77 / _BODY_WIDTH, 1.0)
+            out[mine] = uv[mine] * (0.5, _BODY[1]) + (0.0, _BODY[0])
     for word, box in _LID.items():
         mine = np.char.endswith(name, word)
         out[mine] = _into(uv[mine], np.zeros(2), np.ones(2), box)

@@ -4,6 +4,7 @@ body."""
 import numpy as np
 
 from scripts.body_model.raster import rasterise
+from scripts.body_model.skin_masks import places, skin_masks
 from scripts.body_model.wheel import Wheel
 from vistel.arrays import F64, U8
 from vistel.geometry.smoothstep import smooth
@@ -26,10 +27,20 @@ def masks(wheel: Wheel, points: F64, joints: dict[str, F64], triangles: F64, uv:
         """Corner values (F, 3, ...) at the texels that show something."""
         return np.einsum("nk,nk...->n...", share[on], values[owner[on]])
 
+    corner = points[triangles]
+    flat, normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), np.zeros_like(points)
+    for k in range(3):
+        np.add.at(normal, triangles[:, k], flat)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
     at, old = over(points[triangles]), over(old_uv)
     found = {name: _sampled(wheel.mask(file, _SOURCE), old) for name, file in _DRAWN.items()}
     found["nails"] = np.maximum(found["nails"], found.pop("toenails"))
-    found |= _brows(at, joints) | _scalp(at, joints) | _flush(at, joints) | _clothes(at, joints, over(arm[triangles]))
+    found |= (
+        _brows(at, joints)
+        | _scalp(at, joints)
+        | skin_masks(at, over(normal[triangles]), joints)
+        | _clothes(at, joints, over(arm[triangles]))
+    )
     out: dict[str, U8] = {}
     for name, value in found.items():
         out[name] = np.zeros(on.shape, np.uint8)
@@ -44,14 +55,13 @@ def _sampled(mask: U8, uv: F64) -> F64:
 
 
 def _brows(p: F64, joints: dict[str, F64]) -> dict[str, F64]:
-    """An arc over each eye, thick at its inner end."""
-    eye = joints["left_eye"]
-    x, y = np.abs(p[:, 0]) - eye[0], p[:, 1] - eye[1]
-    u = (x + 0.019) / 0.045  # 0 at the inner end, 1 at the outer
-    middle = 0.0195 + 0.0068 * np.sin(np.clip(u, 0.0, 1.0) * 2.35) - 0.0062 * np.clip(u - 0.62, 0.0, 1.0)
-    half = 0.0048 - 0.0030 * np.clip(u, 0.0, 1.0) ** 1.5
-    across = smooth(1.6 - np.abs(y - middle) / half)
-    return {"brows": across * smooth(6.0 * u + 0.3) * smooth(6.0 * (1.0 - u)) * (p[:, 2] > eye[2] - 0.01)}
+    """An arc over each eye, thick at its inner end; 1 in its middle, falling to 0 at the farthest hairs."""
+    x, y, z = places(p, joints).T
+    u = (x - joints["left_eye"][0] + 0.019) / 0.046  # 0 at the inner end, 1 at the outer
+    middle = 0.0188 + 0.0066 * np.sin(np.clip(u, 0.0, 1.0) * 2.35) - 0.0066 * np.clip(u - 0.60, 0.0, 1.0)
+    half = 0.0056 - 0.0034 * np.clip(u, 0.0, 1.0) ** 1.4
+    across = np.clip(1.25 - np.abs(y - middle) / half, 0.0, 1.0)
+    return {"brows": across * smooth(5.0 * u + 0.5) * smooth(5.0 * (1.0 - u)) * (z > -0.01)}
 
 
 def _scalp(p: F64, joints: dict[str, F64]) -> dict[str, F64]:
@@ -69,28 +79,6 @@ def _scalp(p: F64, joints: dict[str, F64]) -> dict[str, F64]:
     line = -0.058 + 0.60 * np.maximum(0.0, x - 0.030)
     beard *= smooth((line - y) / 0.012)
     return {"scalp": hair * (p[:, 1] > head[1] - 0.06), "beard": beard * (jaw[1] < eye[1])}
-
-
-def _flush(p: F64, joints: dict[str, F64]) -> dict[str, F64]:
-    """Where blood shows: cheeks, tip of the nose, chin, ears, knuckles and tips of fingers, knees, toes."""
-    eye = joints["left_eye"]
-
-    def spot(at: tuple[float, float, float], radius: float) -> F64:
-        q = np.column_stack([np.abs(p[:, 0]), p[:, 1], p[:, 2]]) - (at[0], eye[1] + at[1], eye[2] + at[2])
-        return np.exp(-(q * q).sum(axis=1) / radius**2)
-
-    out = 0.7 * spot((0.046, -0.035, 0.0), 0.022) + 0.8 * spot((0.0, -0.038, 0.042), 0.014) + 0.4 * spot((0.0, -0.098, 0.02), 0.016)
-    out += 0.6 * spot((0.080, -0.012, -0.062), 0.024)
-    for side in ("left", "right"):
-        for finger in ("index", "middle", "ring", "little"):
-            for k, digit in enumerate(("proximal", "intermediate", "distal")):
-                q = p - joints[f"{side}_{finger}_{digit}"]
-                out += (0.55 + 0.1 * k) * np.exp(-(q * q).sum(axis=1) / 0.013**2)
-        q = p - joints[f"{side}_lower_leg"]
-        out += 0.4 * np.exp(-(q * q).sum(axis=1) / 0.06**2)
-        q = p - joints[f"{side}_toes"]
-        out += 0.4 * np.exp(-(q * q).sum(axis=1) / 0.05**2)
-    return {"flush": out}
 
 
 def _clothes(p: F64, joints: dict[str, F64], arm: F64) -> dict[str, F64]:

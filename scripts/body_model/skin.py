@@ -9,23 +9,22 @@ from scripts.body_model.layout import islands, laid_out
 from scripts.body_model.parts import DRAWN, Rows
 from scripts.body_model.wheel import BaseMesh
 from vistel.arrays import F32, F64, I32
-from vistel.figure.avatar.avatar import Mesh, Target
-from vistel.figure.avatar.detail import coarser
-from vistel.figure.making.dress import drawn
-from vistel.figure.making.joints import jointed
+from vistel.figure.avatar.avatar import Mesh
+from vistel.figure.making.joints import Jointed, jointed
 from vistel.figure.making.make import limb_joints
 from vistel.figure.making.primitives import fit_body
 from vistel.figure.making.repose import repose
 from vistel.figure.making.rigs import mapped
 from vistel.figure.making.source import Rig
 from vistel.figure.making.weights import blended_weights, limb_groups_of, strongest
-from vistel.figure.rigid.weights import bone_weights, smoothed
+from vistel.figure.rigid.weights import TWIST_BONES, bone_weights, smoothed
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS
+from vistel.geometry.smoothstep import smooth
 
-TRIANGLES = (6_000, 2_600)
-"""Of the coarser levels."""
+_BESIDE = 0.06, 0.17
+"""How far on the neck's side of a shoulder the arm moves its top, and over what way it comes to do so wholly [m]."""
 SOFTER = 8
 """Rounds of averaging that MakeHuman's weights get, which are painted for straight blends."""
-_MARK = "vertex"
 
 
 @dataclass(frozen=True)
@@ -56,6 +55,22 @@ def faces(mesh: BaseMesh, rows: Rows) -> Faces:
         old[mine] = _along_lid(mesh.points[base[real][mine]], mesh.points[np.unique(mesh.quads[f"helper-{side}-eye"])])
     island = islands(np.ascontiguousarray(tri[:, :, 1]), len(mesh.uv))
     return Faces(np.ascontiguousarray(tri[:, :, 0], np.int32), laid_out(group.tolist(), old, island), old)
+
+
+def _shoulders(weight: F64, p: F64, at: Jointed) -> F64:
+    """(V, B) weights with less of the arm on top of the shoulder, towards the neck: it would turn up there as the arm goes down.
+    p: (V, 3) in the T-pose."""
+    out = weight.copy()
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        joint = at.rest.rest[JOINT_INDEX[f"{side}_upper_arm"]]
+        names = (f"{side}_upper_arm", f"{side}_lower_arm")
+        arm = [JOINT_INDEX[n] for n in names] + [len(JOINTS) + k for k, b in enumerate(TWIST_BONES) if b.joint in names]
+        beside = smooth((sign * (p[:, 0] - joint[0]) + _BESIDE[0]) / _BESIDE[1])
+        less = 1.0 - smooth((p[:, 1] - joint[1] + 0.02) / 0.03) * (1.0 - beside)
+        others = np.setdiff1d(np.arange(weight.shape[1]), arm)
+        has = weight[:, others].sum(axis=1) > 0.02
+        out[:, arm] *= np.where(has, less, 1.0)[:, None]
+    return out / out.sum(axis=1, keepdims=True)
 
 
 @dataclass(frozen=True)
@@ -93,31 +108,20 @@ def bones(rig: dict[str, Any], weight: F32, points: F64, joints: dict[str, F64],
     p = repose(points, first, at)
     own = bone_weights(at.rest, p.astype(np.float32), triangles, limb)
     whole = smoothed(blended_weights(known.weight, known.joint_of_column, own), triangles, SOFTER)
+    whole = _shoulders(whole, p, at)
     bone, share = strongest(whole, limb_groups_of(known.joint_of_column))
     closed = triangles[(triangles < body).all(axis=1)]
     return Skinned(bone, share, fit_body(at.rest, p[:body], closed, bone[:body, 0]).limb, p)
 
 
-def levels(points: F64, triangles: I32, corner_uv: F64) -> list[dict[str, Any]]:
-    """Arrays of each level of detail, the finest first. points: in the T-pose."""
-    vertex, uv, corner = drawn(corner_uv, triangles)
-    row = np.arange(len(points), dtype=np.int32)
-    mark = Target(_MARK, row, np.column_stack([row, row, row]).astype(np.float32))
-    at = Mesh(points.astype(np.float32), triangles, vertex, uv, corner, np.zeros(len(points), np.int32), targets=(mark,))
-    out: list[dict[str, Any]] = []
-    for count in (None, *TRIANGLES):
-        at = at if count is None else coarser(at, count)
-        kept = np.empty(len(at.vertices), np.uint16)
-        kept[at.targets[0].vertex] = at.targets[0].offset[:, 0].astype(np.uint16)
-        out.append(
-            {
-                "vertex": kept,
-                "corner": at.corner_vertex.astype(np.uint16),
-                "uv": np.round(at.uv * 65535).astype(np.uint16),
-                "triangles": at.corner_triangles.astype(np.uint16),
-            }
-        )
-    return out
+def level(mesh: Mesh, number: I32) -> dict[str, Any]:
+    """Arrays of a level of detail. number: (V,) of its vertices."""
+    return {
+        "vertex": number.astype(np.uint16),
+        "corner": mesh.corner_vertex.astype(np.uint16),
+        "uv": np.round(mesh.uv * 65535).astype(np.uint16),
+        "triangles": mesh.corner_triangles.astype(np.uint16),
+    }
 
 
 def joints_of(rows: Rows, points: F64) -> dict[str, F64]:

@@ -38,8 +38,9 @@ def with_levels(avatar: Avatar, triangles: Sequence[int]) -> Avatar:
     return replace(avatar, coarser=tuple(levels))
 
 
-def coarser(mesh: Mesh, triangles: int) -> Mesh:
-    """`mesh` with about `triangles` triangles; more where its shape or its seams allow no fewer.
+def coarser(mesh: Mesh, triangles: int, importance: F64 | None = None) -> Mesh:
+    """`mesh` with about `triangles` triangles; more where its shape or its seams allow no fewer. importance: (V,) by how much more a
+    distance from the surface counts at each vertex; infinite: it stays. None: all alike.
 
     The result is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a subset of the mesh's.
     """
@@ -48,13 +49,17 @@ def coarser(mesh: Mesh, triangles: int) -> Mesh:
     quadric, weight = np.zeros((len(p), 10)), np.zeros(len(p))
     face_quadrics(p, tri, quadric, weight)
     seam_quadrics(p, tri, seams(tri, corner), quadric)
+    stays = np.zeros(len(p), np.bool_)
+    if importance is not None:
+        stays = np.isinf(importance)
+        quadric *= np.square(np.where(stays, 1.0, importance))[:, None]
     to, cost = np.empty(len(p), np.int64), np.empty(len(p))
     longest = _LONGEST * _mean_edge(p, tri, triangles)
     living = len(tri)
     while living > triangles:
         start, fan = _fans(tri, len(p))
         cheapest(p, tri, corner, start, fan, quadric, weight, longest * longest, to, cost)
-        can = np.flatnonzero(to >= 0)
+        can = np.flatnonzero((to >= 0) & ~stays)
         order = can[np.argsort(cost[can], kind="stable")]
         order = order[: max(1, int(_AT_ONCE * len(np.unique(tri))))]
         before = living

@@ -115,12 +115,18 @@ def colours_of(person: Person) -> Colours:
     grey = float(np.clip((person.age - 45.0) / 35.0, 0.0, 1.0) * rng.uniform(0.4, 1.0))
     hair = (1.0 - grey) * np.array(_HAIR[rng.integers(most)], np.float64) + grey * np.array((176.0, 172.0, 168.0))
     h = [float(x) for x in hair]
+    man = person.sex == "male" and person.age >= ADULT
+    freckled = rng.random() < 0.5 * max(0.0, 1.0 - 3.0 * person.skin)
     return Colours(
         skin=person.skin,
         iris=_IRIS[rng.integers(most)],
         hair=(h[0], h[1], h[2]),
         top=_CLOTH[rng.integers(len(_CLOTH))],
-        stubble=float(rng.uniform(0.1, 0.6)) if person.sex == "male" and person.age >= ADULT else 0.0,
+        stubble=float(rng.uniform(0.1, 0.6)) if man else 0.0,
+        brows=float(np.clip(rng.normal(0.65 if man else 0.4, 0.15), 0.0, 1.0)),
+        freckles=float(rng.uniform(0.3, 1.0)) if freckled else 0.0,
+        grey=grey,
+        age=person.age,
         lips=0.6 if person.sex == "female" else 0.3,
         seed=person.face_seed,
     )

@@ -13,6 +13,7 @@ from vistel.figure.face.lids import Lids, lids_of
 from vistel.figure.face.lips import line_of_lips, sides_of_mouth
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
 from vistel.figure.face.rules import FaceRules, OneSided, SkinPull, builtin_rules
+from vistel.figure.face.seal import seal_of
 from vistel.figure.face.targets import half, shapes_of
 from vistel.geometry.smoothstep import smooth
 
@@ -73,6 +74,7 @@ class FaceShape:
         # After them the marks themselves, which show how far the rules move them.
         self._p = np.concatenate((v[self.vertex], marks.marks))
         self._below, inside = below_the_lips(self._p, marks), np.zeros(len(self._p), np.bool_)
+        side = np.full(len(v), np.nan)
         if triangles is not None:
             side, within = sides_of_mouth(v, np.asarray(triangles, np.int64), marks)
             inside[:-MARK_COUNT] = within[self.vertex]
@@ -95,6 +97,9 @@ class FaceShape:
         self._follow = self._following()
         faces = None if triangles is None else self._faces(np.asarray(triangles, np.int64), len(v))
         self._lids = [lids_of(self._p, eye, scale, faces) for eye in marks.eyes]
+        self._seal = None
+        if targets and triangles is not None and faces is not None:
+            self._seal = seal_of(self._p[:-MARK_COUNT], faces, side[self.vertex], marks)
 
     def offsets(self, e: Expression) -> F32:
         """(F, 3) how far each vertex moves [m]."""
@@ -104,6 +109,8 @@ class FaceShape:
             made = (p[-MARK_COUNT:] - self.landmarks.marks)[:, :2]
             rest = np.nan_to_num(self._scale * e.marks - made)
             p[:, :2] += self._follow @ np.clip(rest, -MOST_REST * self._scale, MOST_REST * self._scale)
+        if self._seal is not None:
+            self._seal.part_lips(p)
         for eye, lid in enumerate(self._lids):
             self._blink(p, lid, e, eye)
         return np.asarray((p - self._p)[:-MARK_COUNT], np.float32)

@@ -13,6 +13,7 @@ out float open_share;
 const float REACH = 0.16;   // metres
 const float STRENGTH = 1.5;
 const int TAPS = 14;
+const float NEIGHBOURHOOD = 0.006;  // metres
 
 // Beside the part lies another eye's picture or another screen's: what is nearest within it stands for what is not seen.
 vec3 place(vec2 anywhere) {
@@ -22,23 +23,28 @@ vec3 place(vec2 anywhere) {
     return p.xyz / p.w;
 }
 
+// How the surface goes on along a step in the picture.
+vec3 slope(vec3 p, vec2 by) {
+    vec3 ahead = place(at + by) - p, back = p - place(at - by);
+    float a = dot(ahead, ahead), b = dot(back, back);
+    if (any(lessThan(at - by, vec2(0.0)))) return ahead;
+    if (any(greaterThan(at + by, vec2(1.0)))) return back;
+    return a > 4.0 * b ? back : b > 4.0 * a ? ahead : ahead + back;
+}
+
 void main() {
     vec3 p = place(at);
-    // The normal from the nearer neighbour on each side, so that it does not bend over edges.
+    // The normal of the neighbourhood, so that triangles do not show; at edges from the nearer side only.
+    float away = length(p - eye);
     vec2 texel = 1.0 / (vec2(textureSize(depth, 0)) * part.zw);
-    vec3 right = place(at + vec2(texel.x, 0.0)) - p, left = p - place(at - vec2(texel.x, 0.0));
-    vec3 up = place(at + vec2(0.0, texel.y)) - p, down = p - place(at - vec2(0.0, texel.y));
-    vec2 ahead = vec2(dot(right, right), dot(up, up)), back = vec2(dot(left, left), dot(down, down));
-    bvec2 forth = bvec2(at.x + texel.x < 1.0 && (at.x < texel.x || ahead.x < back.x),
-                        at.y + texel.y < 1.0 && (at.y < texel.y || ahead.y < back.y));
-    vec3 n = cross(forth.x ? right : left, forth.y ? up : down);
+    vec2 beside = max(texel, min(0.02, NEIGHBOURHOOD * pixels / away) * vec2(1.0, aspect));
+    vec3 n = cross(slope(p, vec2(beside.x, 0.0)), slope(p, vec2(0.0, beside.y)));
     float size = length(n);
     if (size < 1e-12) {
         open_share = 1.0;
         return;
     }
     n /= size;
-    float away = length(p - eye);
     float reach = min(0.25, REACH * pixels / away);
     float turn = 6.2831853 * fract(52.9829189 * fract(dot(gl_FragCoord.xy, vec2(0.06711056, 0.00583715))));
     float hidden = 0.0;

@@ -81,8 +81,8 @@ void main() {
     Surface s = Surface(base * (1.0 - orm.z), 0.04, orm.y, vec3(0.0), skin_of(kind) * (1.0 - orm.z));
     vec3 shown = fine_light_of(s, mix(vec3(0.04), base, orm.z), p_room, n, orm.x);
 #else
-    float visible = dot(flat_n, KEY_DIRECTION) > -0.2 ? lit_at(shadow_place(p_room, flat_n, 0.025)) : 0.0;
-    vec3 shown = plain_light(base, orm.y, orm.z, n, normalize(eye - p_room), visible, orm.x);
+    float visible = dot(flat_n, KEY_DIRECTION) > -0.35 ? lit_at(shadow_place(p_room, flat_n, 0.025)) : 0.0;
+    vec3 shown = plain_light(base, orm.y, orm.z, n, normalize(eye - p_room), visible, orm.x, skin_of(kind) * (1.0 - orm.z));
 #endif
 #ifdef GLOW
     vec3 own = glow;

@@ -40,7 +40,7 @@ void main() {
     float c = max(dot(n, KEY_DIRECTION), 0.0);
     float visible = c > 0.0 ? lit_at(shadow_place(p_room, n, 0.008)) : 0.0;
 #ifdef PICTURED
-    colour = vec4(display(plain_light(own, rough, metallic, n, v, visible, base_colour.a)), 1.0);
+    colour = vec4(display(plain_light(own, rough, metallic, n, v, visible, base_colour.a, 0.0)), 1.0);
 #else
     float f = max(0.0, (dot(n, FILL_DIRECTION) + 0.25) / 1.56);
     vec3 light = KEY * c * visible + (FILL * f + ambient(n)) * base_colour.a;

@@ -1,0 +1,77 @@
+"""Pictures in the model's texture coordinates: mixing, noise, edges."""
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageFilter
+from scipy.ndimage import distance_transform_edt
+
+from vistel.arrays import F32, F64, U8, Bool
+from vistel.figure.body_model.model import BodyModel
+from vistel.geometry.smoothstep import smooth
+
+Floats = NDArray[np.floating]
+Colour = tuple[float, float, float]
+
+
+def mask(model: BodyModel, name: str) -> F32:
+    """(H, W) 0 to 1."""
+    return model.masks[name].astype(np.float32) / 255.0
+
+
+def over(out: Floats, colour: Floats, share: Floats) -> None:
+    """Mix a colour (3,) or (H, W, 3) into the picture, in place, where the share is above 0."""
+    on = share > 0.0
+    s = share[on][:, None]
+    out[on] = out[on] * (1.0 - s) + (colour[on] if colour.ndim == 3 else colour) * s
+
+
+def noise(rng: np.random.Generator, size: tuple[int, ...], texels: tuple[int, int]) -> F32:
+    """(H, W) smooth noise about 0, whose spots are some texels high and wide."""
+    coarse = rng.standard_normal((size[0] // texels[0] + 2, size[1] // texels[1] + 2), np.float32)
+    if texels == (1, 1):
+        return coarse[: size[0], : size[1]]
+    large = Image.fromarray(coarse).resize((coarse.shape[1] * texels[1], coarse.shape[0] * texels[0]), Image.Resampling.BICUBIC)
+    return np.asarray(large, np.float32)[: size[0], : size[1]]
+
+
+def spread(picture: U8, known: Bool) -> U8:
+    """The picture with its parts' colours beyond their edges, so that filtering over them meets no other colour."""
+    image = Image.fromarray(np.where(known[..., None], picture, 0).astype(np.uint8))
+    cover = Image.fromarray(np.where(known, 255, 0).astype(np.uint8))
+    out = picture.copy()
+    filled = known.copy()
+    for factor in (2, 4, 8, 16, 32):
+        size = (max(1, image.width // factor), max(1, image.height // factor))
+        colour = np.asarray(image.resize(size, Image.Resampling.BOX).resize(image.size, Image.Resampling.BILINEAR), np.float32)
+        share = np.asarray(cover.resize(size, Image.Resampling.BOX).resize(image.size, Image.Resampling.BILINEAR), np.float32)
+        new = ~filled & (share > 4.0)
+        out[new] = np.clip(colour[new] * 255.0 / share[new][:, None], 0, 255).astype(np.uint8)
+        filled |= new
+    return out
+
+
+def texels(box: F64, size: tuple[int, ...]) -> tuple[int, int]:
+    """Height and width of a box in texels."""
+    return round((box[3] - box[1]) * size[0]), round((box[2] - box[0]) * size[1])
+
+
+def put(picture: U8, box: F64, part: Floats) -> None:
+    """Lay a picture (h, w, 3), first row at the top, into a box of texture coordinates."""
+    top, left = round((1.0 - box[3]) * picture.shape[0]), round(box[0] * picture.shape[1])
+    picture[top : top + part.shape[0], left : left + part.shape[1]] = np.clip(part, 0, 255).astype(np.uint8)
+
+
+def soft(shape: F32) -> F32:
+    """A mask with softer edges."""
+    image = Image.fromarray(np.round(255.0 * shape).astype(np.uint8)).filter(ImageFilter.GaussianBlur(2.5))
+    return np.asarray(image, np.float32) / 255.0
+
+
+def between_lips(model: BodyModel, reach: float) -> F32:
+    """(H, W) 1 at the inner edges of the lips, nothing `reach` texels before them."""
+    lips, out = model.masks["lips"] > 127, np.zeros(model.masks["lips"].shape, np.float32)
+    rows, columns = np.nonzero(lips)
+    box = slice(rows.min(), rows.max() + 1), slice(columns.min(), columns.max() + 1)
+    away = distance_transform_edt(model.masks["skin"][box] > 0)
+    out[box] = smooth(1.0 - np.asarray(away, np.float32) / reach)
+    return out
