@@ -1,0 +1,127 @@
+"""Hair of a person, of eight styles."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vistel.arrays import F64
+from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.patch import Patch
+from vistel.figure.body_model.part import Part
+from vistel.figure.figure import vertex_normals
+from vistel.figure.hair.cards import Strips, cap, cards, mesh_of
+from vistel.figure.hair.growth import ROWS, along, grown
+from vistel.figure.hair.scalp import Roots, Scalp
+from vistel.figure.hair.strands import OUTER, cap_box, lock_box, painted, strands
+from vistel.figure.hair.styles import STYLES, Style, bun_of
+
+_ROUGHNESS = 0.58
+
+
+def hair(
+    body: Avatar,
+    style: str,
+    colour: tuple[float, float, float],
+    rng: np.random.Generator,
+    *,
+    grey: float = 0.0,
+    receding: float = 0.0,
+) -> Part | None:
+    """Hair for a body in the T-pose as `vistel.figure.body_model.assemble` makes it, with all its levels; None if it is shaved,
+    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour; receding: 0 to
+    1, how far the hairline is drawn back at the temples. Raises ValueError, one line, for a style that is not known."""
+    if style not in STYLES:
+        raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {style!r}")
+    made = STYLES[style]
+    if made is None:
+        return None
+    scalp = Scalp(body, receding)
+    locks = _grown(scalp, made, rng)
+    seed = int(rng.integers(1 << 31))
+    limb = body.body.names.index("skull")
+    meshes = (body.mesh, *(level.mesh for level in body.coarser))
+    levels = tuple(_level(scalp, made, locks, k, mesh, seed, limb) for k, mesh in enumerate(meshes))
+    drawn = strands(made.kind)
+    patch = Patch(roughness=_ROUGHNESS, normal=drawn.normal, opacity=drawn.opacity, cutoff=0.35, both_sides=True)
+    return Part(f"{style} hair", levels, painted(made.kind, colour, grey, rng), (patch,))
+
+
+@dataclass(frozen=True, eq=False)
+class _Locks:
+    """Cards before they have a width in a level: curve, out (N, ROWS, 3); box (N, 4); width (N,) [m]; order: (N,) from 0, the place
+    among those of the same layer, as a share of them: coarser levels have the first."""
+
+    curve: F64
+    out: F64
+    box: F64
+    width: F64
+    order: F64
+
+
+def _grown(scalp: Scalp, style: Style, rng: np.random.Generator) -> _Locks:
+    size = scalp.size
+    if not style.counts[0]:
+        none = np.zeros((0, ROWS, 3))
+        return _Locks(none, none, np.zeros((0, 4)), np.zeros(0), np.zeros(0))
+    counts = [round(layer.share * style.counts[0]) for layer in style.layers]
+    roots = [
+        scalp.roots(n, rng, layer.least * size, layer.most * size, style.dense)
+        for n, layer in zip(counts, style.layers, strict=True)
+    ]
+    of = np.repeat(np.arange(len(roots)), [len(r) for r in roots])
+    order = np.concatenate([np.arange(len(r)) / len(r) for r in roots])
+    every = Roots.together(roots)
+    lift, wide = (np.array([getattr(layer, name) for layer in style.layers])[of] for name in ("lift", "wide"))
+    growth = replace(style.growth(scalp, every, lift, rng), cap=max((style.cap, *style.shells)) * size / 0.095)
+    curve, out = grown(scalp, every, growth, rng)
+    column = np.array([rng.choice(style.layers[k].columns) for k in of])
+    return _Locks(curve, out, _boxes(column, rng), style.width * wide * (size / 0.095) * rng.uniform(0.8, 1.2, len(of)), order)
+
+
+def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, body: Mesh, seed: int, limb: int) -> Mesh:
+    points = body.vertices.astype(np.float64)
+    normals = vertex_normals(body).astype(np.float64)
+    shells = style.shells if level == 0 else style.shells[-1:] if level == 1 else ()
+    size = scalp.size / 0.095
+    parts = [cap(scalp, points, normals, body.triangles, style.cap * size, cap_box(), style.lumps * size)]
+    over = cap_box(shell=True)
+    parts += [cap(scalp, points, normals, body.triangles, high * size, over, style.lumps * size) for high in shells]
+    if not len(locks.order):
+        return mesh_of(scalp, parts, limb)
+    level_of = min(level, len(style.counts) - 1)
+    share, rows = style.counts[level_of] / style.counts[0], style.rows[level_of]
+    on = np.flatnonzero(locks.order < share)
+    s = np.broadcast_to(np.linspace(0.0, ROWS - 1.0, rows), (len(on), rows))
+    taper = np.interp(np.linspace(0.0, 1.0, rows), (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
+    wide = max(share, 0.05) ** -0.55 * locks.width[on, None] * taper
+    across = 3 if level == 0 else 2
+    parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), wide, locks.box[on], across))
+    if style.tied:
+        parts.append(_bun(scalp, level, np.random.default_rng(seed)))
+    return mesh_of(scalp, parts, limb)
+
+
+def _boxes(column: F64, rng: np.random.Generator) -> F64:
+    """(N, 4) of locks; every other one the other way round."""
+    box = np.array([lock_box(int(c)) for c in column])
+    turned = rng.random(len(box)) < 0.5
+    box[turned] = box[turned][:, [2, 1, 0, 3]]
+    return box
+
+
+def _bun(scalp: Scalp, level: int, rng: np.random.Generator) -> Strips:
+    """Locks wound round a ball."""
+    middle, radius = bun_of(scalp), 0.36 * scalp.size
+    count, rows = ((26, 8), (12, 6), (6, 5))[min(level, 2)]
+    axis = (middle - scalp.middle) / np.linalg.norm(middle - scalp.middle)
+    side = np.cross(axis, (0.0, 1.0, 0.0))
+    side /= np.linalg.norm(side)
+    up = np.cross(side, axis)
+    start = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False) + rng.normal(0.0, 0.1, count)
+    s = np.linspace(0.0, 1.0, rows)
+    around = start[:, None] + 2.4 * s * rng.uniform(0.8, 1.2, count)[:, None]
+    polar = 0.72 * np.pi * (1.0 - s) + 0.06 * np.pi + rng.normal(0.0, 0.05, count)[:, None]
+    unit = np.cos(polar)[..., None] * axis + np.sin(polar)[..., None] * (np.cos(around)[..., None] * side + np.sin(around)[..., None] * up)
+    curve = middle + radius * unit * rng.uniform(0.94, 1.06, count)[:, None, None]
+    wide = np.full((count, rows), 2.0 * np.pi * radius * 1.9 / count) * np.interp(s, (0.0, 0.5, 1.0), (0.8, 1.0, 0.5))
+    return cards(curve, unit, wide, np.array([lock_box(int(c)) for c in rng.choice((2, 3, 4, *OUTER), count)]), 3 if level == 0 else 2)
