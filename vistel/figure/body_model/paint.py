@@ -31,7 +31,8 @@ _GAPS = 14
 @dataclass(frozen=True)
 class Colours:
     """What the model does not know of a person. skin: 0 the lightest .. 1 the darkest tone; stubble: of the beard, 0 none .. 1;
-    others: sRGB 0 to 255. grey: share of the hair that is; seed: of what differs from texel to texel."""
+    scalp: how dark its hair is painted, 1 where hair is grown over it; others: sRGB 0 to 255. seed: of what differs from texel to
+    texel."""
 
     skin: float = 0.25
     iris: Colour = (92, 64, 42)
@@ -39,6 +40,7 @@ class Colours:
     top: Colour = (74, 92, 118)
     shorts: Colour = (52, 56, 66)
     stubble: float = 0.0
+    scalp: float = 1.0
     lips: float = 0.5
     seed: int = 0
 
@@ -67,7 +69,7 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     stubble = 0.5 + 0.5 * np.clip(1.6 * _noise(rng, size, (1, 1)), -1.0, 1.0)
     # The head lies on its side in the texture: brows grow along its columns.
     strands = 0.5 + 0.5 * np.clip(1.6 * _noise(rng, size, (9, 1)), -1.0, 1.0)
-    _over(out, hair, _mask(model, "scalp") * (0.80 + 0.18 * stubble))
+    _over(out, hair, colours.scalp * _mask(model, "scalp") * (0.80 + 0.18 * stubble))
     if colours.stubble:
         _over(out, 0.6 * hair + 0.25 * skin, colours.stubble * _mask(model, "beard") * (0.35 + 0.5 * stubble))
     brows = _mask(model, "brows")

@@ -1,4 +1,4 @@
-"""Meshes of hair: cards along curves, and the cap under them."""
+"""Meshes of hair: cards along curves, and the bones that hair follows."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,6 @@ import numpy as np
 
 from vistel.arrays import F64, I32
 from vistel.figure.avatar.avatar import Mesh
-from vistel.figure.hair.growth import cap_share
 from vistel.figure.hair.scalp import Scalp
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.smoothstep import smooth
@@ -21,8 +20,8 @@ class Strips:
     triangles: I32
 
 
-def cards(curve: F64, out: F64, width: F64, box: F64, across: int, arch: float = 0.06) -> Strips:
-    """A strip along each curve (N, R, 3). out: (N, R, 3) unit, to which its face is turned; width: (N, R) [m]; box: (N, 4) of the
+def cards(curve: F64, out: F64, at: F64, width: F64, box: F64, across: int, arch: float) -> Strips:
+    """A strip along each curve (N, R, 3). at: (R,) shares of its length, 0 at the root; out: (N, R, 3) unit, to which its face is turned; width: (N, R) [m]; box: (N, 4) of the
     picture, u at the left, v at the tip, u at the right, v at the root; across: vertices across, 2 or 3; arch: height of its
     middle as a share of its width."""
     count, rows, _ = curve.shape
@@ -35,54 +34,14 @@ def cards(curve: F64, out: F64, width: F64, box: F64, across: int, arch: float =
     p = curve[:, :, None] + (place[:, None] * side[:, :, None] - arch * (2.0 * np.abs(place[:, None]) * face[:, :, None])) * (
         width[:, :, None, None]
     )
-    s = np.linspace(0.0, 1.0, rows)
     u = box[:, None, None, 0] + (box[:, 2] - box[:, 0])[:, None, None] * (place + 0.5)
-    v = box[:, None, None, 3] + (box[:, 1] - box[:, 3])[:, None, None] * s[:, None]
+    v = box[:, None, None, 3] + (box[:, 1] - box[:, 3])[:, None, None] * at[:, None]
     uv = np.stack(np.broadcast_arrays(u, v), axis=-1)
     first = np.arange(rows - 1)[:, None] * across + np.arange(across - 1)
     a, b, c, d = first, first + 1, first + across, first + across + 1
     quad = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([b, d, c], -1).reshape(-1, 3)])
     tri = (np.arange(count)[:, None, None] * rows * across + quad).reshape(-1, 3)
     return Strips(p.reshape(-1, 3), uv.reshape(-1, 2), tri.astype(np.int32))
-
-
-def cap(scalp: Scalp, points: F64, normals: F64, triangles: I32, thick: float, box: F64, lumps: float = 0.0) -> Strips:
-    """The skin inside the hairline, lifted by `thick` [m] well inside, there by up to `lumps` more and less. points, normals: (V, 3) of a level of the body, triangles:
-    (F, 3). In its box of the picture v grows from the hairline, u round the whorl, alike on both sides."""
-    head = points[:, 1] > scalp.middle[1] - 1.4 * scalp.size
-    inside = np.full(len(points), -1.0)
-    inside[head] = scalp.inside(points[head])
-    d = points - scalp.middle
-    ear = np.einsum("vi,vi->v", d, normals) < 0.35 * np.linalg.norm(d, axis=1)
-    least = -CAP_EDGE * scalp.size
-    tri = triangles[(inside[triangles] > least).any(axis=1) & ~ear[triangles].any(axis=1)]
-    used = np.unique(tri)
-    place = np.full(len(points), -1, np.int32)
-    place[used] = np.arange(len(used), dtype=np.int32)
-    h = inside[used]
-    d = d[used]
-    lift = 0.0007 + thick * cap_share(scalp, h) + lumps * cap_share(scalp, h) * _lumpy(d / scalp.size)
-    p = points[used] + lift[:, None] * normals[used]
-    # The polar angle about the whorl: no seam, as both sides have the same.
-    d /= np.linalg.norm(d, axis=1, keepdims=True)
-    ahead = np.array((0.0, 0.0, 1.0)) - scalp.whorl[2] * scalp.whorl
-    ahead /= np.linalg.norm(ahead)
-    angle = np.abs(np.arctan2(d @ np.cross(scalp.whorl, ahead), d @ ahead)) / np.pi
-    v = np.clip((h / scalp.size + CAP_EDGE) / (CAP_DEEP + CAP_EDGE), 0.0, 1.0)
-    uv = box[:2] + np.column_stack([angle, v]) * (box[2:] - box[:2])
-    return Strips(p, uv, place[tri])
-
-
-def _lumpy(at: F64) -> F64:
-    """(N,) about 0, at most 1: waves over a head of size 1, the same for all levels of detail."""
-    waves = ((7.1, 2.3, -4.4, 0.3), (-3.7, 8.9, 2.6, 1.9), (4.8, -5.2, 7.7, 4.1), (10.9, 6.1, 3.2, 2.7))
-    return np.mean([np.sin(at @ w[:3] + w[3]) for w in waves], axis=0)
-
-
-CAP_EDGE = 0.05
-"""How far a cap reaches beyond the hairline, as a share of the head's size."""
-CAP_DEEP = 1.45
-"""Farthest place inside the hairline, likewise."""
 
 
 def mesh_of(scalp: Scalp, parts: list[Strips], limb: int) -> Mesh:

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.figure.hair.cap import Cap
 from vistel.figure.hair.scalp import Roots, Scalp
 from vistel.geometry.smoothstep import smooth
 
 _STEPS = 26
 """Of a curve while it grows."""
-ROWS = 16
+ROWS = 24
 """Places of a curve."""
 Comb = Callable[[Scalp, F64, Roots], F64]
 """Which way hair is combed at places (N, 3) of curves that began at the roots: (N, 3) of any length."""
@@ -19,8 +20,8 @@ Comb = Callable[[Scalp, F64, Roots], F64]
 
 @dataclass(frozen=True, eq=False)
 class Growth:
-    """How curves grow. length: (N,) [m]; end: (N,) height at which they are cut [m]; lift: (N,) how far they stand off the cap,
-    which is `cap` thick [m]; rise: cosine of the way out of the skin at the root; stiff: share of its own way that a curve keeps from step to step;
+    """How curves grow. length: (N,) [m]; end: (N,) height at which they are cut [m]; lift: (N,) how far they stand off the
+    cap at most [m]; rise: cosine of the way out of the skin at the root; stiff: share of its own way that a curve keeps from step to step;
     weight: how hard it falls against how hard it is combed; curl: (radius [m], turns per metre)."""
 
     comb: Comb
@@ -31,12 +32,13 @@ class Growth:
     stiff: float = 0.6
     weight: float = 0.25
     curl: tuple[float, float] = (0.0, 0.0)
-    cap: float = 0.0
+    cap: Cap = Cap(0.0)
 
 
 def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) -> tuple[F64, F64]:
     """(N, ROWS, 3) places of curves, evenly spaced from the root, and (N, ROWS, 3) unit the way out of the head there."""
-    p = roots.p.copy()
+    # From just under the cap's surface, so that no curve comes out of it like a peg.
+    p = roots.p + 0.9 * growth.cap.height(scalp, roots.p, roots.inside)[:, None] * roots.normal
     step = growth.length / _STEPS
     way = _turned(growth.comb(scalp, p, roots), roots.normal, growth.rise)
     near, normal = np.zeros(len(p)), roots.normal
@@ -45,15 +47,17 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
     for k in range(_STEPS):
         # Ears are pressed by hair that lies over them.
         lift = growth.lift * (1.0 - 0.65 * smooth((scalp.middle[1] - p[:, 1]) / (0.5 * scalp.size)))
-        lift = lift + growth.cap * cap_share(scalp, scalp.inside(p))
         wish = _tangent(growth.comb(scalp, p, roots), normal)
         free = np.clip((near - lift) / (0.15 * scalp.size), 0.0, 1.0)[:, None]
         wish = wish * (1.0 - 0.85 * free) + (growth.weight + 0.6 * free) * np.array((0.0, -1.0, 0.0))
+        # What lies on something slides along it.
+        wish -= (1.0 - free) * np.minimum(0.0, np.einsum("ni,ni->n", wish, normal))[:, None] * normal
         way = _unit(growth.stiff * way + (1.0 - growth.stiff) * wish)
         moved = p + step[:, None] * way
         near, normal = scalp.skin(moved)
         # Off the skin by more and more from the root on, and no deeper than that anywhere.
-        deep = np.maximum(0.0, lift * min(1.0, (k + 1.0) / 5.0) - near)
+        high = growth.cap.height(scalp, moved, scalp.inside(moved))
+        deep = np.maximum(0.0, high + lift * float(smooth((k + 2.0) / (0.6 * _STEPS))) - near)
         moved += deep[:, None] * normal
         near += deep
         way = _unit(moved - p + 1e-9)
@@ -70,11 +74,6 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
         curve = _curled(curve, radius, turns, growth.length, rng)
         curve[:, 1:] = pushed_out(scalp, curve[:, 1:].reshape(-1, 3), 0.002).reshape(len(curve), -1, 3)
     return curve, _facing(scalp, curve, facing)
-
-
-def cap_share(scalp: Scalp, inside: F64) -> F64:
-    """(N,) how thick a cap is, as a share of its thickness, by the distance from the hairline [m]."""
-    return smooth(inside / (0.35 * scalp.size))
 
 
 def pushed_out(scalp: Scalp, p: F64, least: float) -> F64:

@@ -9,13 +9,14 @@ from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model.part import Part
 from vistel.figure.figure import vertex_normals
-from vistel.figure.hair.cards import Strips, cap, cards, mesh_of
+from vistel.figure.hair.cards import Strips, cards, mesh_of
+from vistel.figure.hair.cap import cap, ground
 from vistel.figure.hair.growth import ROWS, along, grown
 from vistel.figure.hair.scalp import Roots, Scalp
-from vistel.figure.hair.strands import OUTER, cap_box, lock_box, painted, strands
+from vistel.figure.hair.strands import MIDDLE, OUTER, cap_box, lock_box, painted, strands
 from vistel.figure.hair.styles import STYLES, Style, bun_of
 
-_ROUGHNESS = 0.58
+_ROUGHNESS = 0.62
 
 
 def hair(
@@ -72,30 +73,32 @@ def _grown(scalp: Scalp, style: Style, rng: np.random.Generator) -> _Locks:
     order = np.concatenate([np.arange(len(r)) / len(r) for r in roots])
     every = Roots.together(roots)
     lift, wide = (np.array([getattr(layer, name) for layer in style.layers])[of] for name in ("lift", "wide"))
-    growth = replace(style.growth(scalp, every, lift, rng), cap=max((style.cap, *style.shells)) * size / 0.095)
+    growth = replace(style.growth(scalp, every, lift, rng), cap=(style.cap, *style.shells)[-1])
     curve, out = grown(scalp, every, growth, rng)
     column = np.array([rng.choice(style.layers[k].columns) for k in of])
     return _Locks(curve, out, _boxes(column, rng), style.width * wide * (size / 0.095) * rng.uniform(0.8, 1.2, len(of)), order)
 
 
 def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, body: Mesh, seed: int, limb: int) -> Mesh:
-    points = body.vertices.astype(np.float64)
-    normals = vertex_normals(body).astype(np.float64)
+    skin = ground(scalp, body.vertices.astype(np.float64), vertex_normals(body).astype(np.float64), body.triangles)
     shells = style.shells if level == 0 else style.shells[-1:] if level == 1 else ()
-    size = scalp.size / 0.095
-    parts = [cap(scalp, points, normals, body.triangles, style.cap * size, cap_box(), style.lumps * size)]
-    over = cap_box(shell=True)
-    parts += [cap(scalp, points, normals, body.triangles, high * size, over, style.lumps * size) for high in shells]
+    heights = [style.cap, *shells]
+    parts = [
+        cap(scalp, skin.finer() if level == 1 or style.round and level == 0 and k == len(shells) else skin, high, cap_box(shell=k > 0))
+        for k, high in enumerate(heights)
+    ]
     if not len(locks.order):
         return mesh_of(scalp, parts, limb)
     level_of = min(level, len(style.counts) - 1)
     share, rows = style.counts[level_of] / style.counts[0], style.rows[level_of]
     on = np.flatnonzero(locks.order < share)
-    s = np.broadcast_to(np.linspace(0.0, ROWS - 1.0, rows), (len(on), rows))
-    taper = np.interp(np.linspace(0.0, 1.0, rows), (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
-    wide = max(share, 0.05) ** -0.55 * locks.width[on, None] * taper
-    across = 3 if level == 0 else 2
-    parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), wide, locks.box[on], across))
+    # Heads are round: more places near the root.
+    at = np.linspace(0.0, 1.0, rows) ** (1.35 if style.hanging else 1.0)
+    s = np.broadcast_to((ROWS - 1.0) * at, (len(on), rows))
+    wide = max(share, 0.05) ** -0.55 * locks.width[on, None] * np.interp(at, (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
+    across = 3 if level == 0 and style.kind != "curly" else 2
+    arch = 0.14 if style.hanging else 0.06
+    parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), at, wide, locks.box[on], across, arch))
     if style.tied:
         parts.append(_bun(scalp, level, np.random.default_rng(seed)))
     return mesh_of(scalp, parts, limb)
@@ -124,4 +127,5 @@ def _bun(scalp: Scalp, level: int, rng: np.random.Generator) -> Strips:
     unit = np.cos(polar)[..., None] * axis + np.sin(polar)[..., None] * (np.cos(around)[..., None] * side + np.sin(around)[..., None] * up)
     curve = middle + radius * unit * rng.uniform(0.94, 1.06, count)[:, None, None]
     wide = np.full((count, rows), 2.0 * np.pi * radius * 1.9 / count) * np.interp(s, (0.0, 0.5, 1.0), (0.8, 1.0, 0.5))
-    return cards(curve, unit, wide, np.array([lock_box(int(c)) for c in rng.choice((2, 3, 4, *OUTER), count)]), 3 if level == 0 else 2)
+    box = np.array([lock_box(int(c)) for c in rng.choice((*MIDDLE, *OUTER), count)])
+    return cards(curve, unit, s, wide, box, 3 if level == 0 else 2, 0.06)

@@ -56,27 +56,29 @@ def strands(kind: str) -> Strands:
         last = first + CAP_ROWS - 2.0
         for _ in range(count):
             # From the hairline, at the part's lowest row, upwards.
-            end = last - rng.gamma(2.0, 6.0) - 0.8 * CAP_ROWS * (rng.random() < 0.65) * rng.random()
-            start = max(first + 1.0, end - rng.uniform(10.0, 40.0))
-            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), rng.uniform(0.45, 0.85), rng.normal(0.94, 0.09),
-                          sway=10.0 if kind == "curly" else 3.0, taper=(0.25, 0.3))  # fmt: skip
-    canvas.opacity[: CAP_ROWS - 34] = 1.0
+            end = last - rng.gamma(1.8, 8.0) - 0.8 * CAP_ROWS * (rng.random() < 0.65) * rng.random()
+            start = max(first + 1.0, end - (rng.uniform(30.0, 80.0) if kind == "curly" else rng.uniform(10.0, 40.0)))
+            sways, bends = (7.0, 2.2) if kind == "curly" else (1.2, 0.8)
+            wave = sways * rng.uniform(0.5, 1.0), bends * rng.uniform(0.6, 1.4), rng.uniform(0.0, 6.28)
+            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), rng.uniform(0.4, 0.75), rng.normal(0.94, 0.09), wave,
+                          (0.25, 0.3))  # fmt: skip
+    canvas.opacity[: CAP_ROWS - 52] = 1.0
     canvas.darken_cap()
     top, wide = LOCK_TOP, SIZE // COLUMNS
-    sway = {"straight": 2.2, "tufts": 3.0, "wavy": 5.0, "curly": 9.0}[kind]
+    sway = {"straight": 2.2, "tufts": 3.0, "wavy": 5.0, "curly": 4.0}[kind]
     for column in range(COLUMNS):
         group = next(k for k, those in enumerate((INNER, MIDDLE, OUTER, WISPS)) if column in those)
-        count, light = ((72, 0.82), (60, 0.95), (44, 1.04), (16, 0.98))[group]
-        clump = rng.uniform(0.1, 0.35) if kind != "curly" else 0.05
+        count, light = ((110, 0.88), (95, 0.95), (70, 1.01), (24, 0.97))[group]
+        clump = rng.uniform(0.1, 0.35)
         for _ in range(count):
             x = 0.5 * wide + (0.42 * wide - sway) * np.clip(rng.normal(0.0, 0.52), -1.0, 1.0)
             first, last = rng.gamma(1.3, (5.0, 16.0, 22.0, 10.0)[group]), rng.gamma(1.4, (20.0, 30.0, 38.0, 60.0)[group])
             if kind == "tufts":
                 first, last = first + rng.uniform(0.0, 50.0), last + rng.uniform(0.0, 110.0)
-            rows = top + first, SIZE - 2.0 - last
-            canvas.strand(rng, column * wide + x, rows, rng.uniform(0.7, 1.35), light * rng.normal(1.0, 0.13), sway=sway,
-                          taper=(0.12, 0.30), towards=((column + 0.5 + rng.normal(0.0, 0.06)) * wide, clump),
-                          bends=2.0 if kind == "straight" else 5.0)  # fmt: skip
+            wave = sway * rng.uniform(0.2, 0.6), (2.0 if kind == "straight" else 5.0) * rng.uniform(0.3, 0.8), rng.uniform(0.0, 6.28)
+            canvas.strand(rng, column * wide + x, (top + first, SIZE - 2.0 - last), rng.uniform(0.5, 1.0),
+                          light * rng.normal(1.0, 0.10), wave, (0.12, 0.30),
+                          towards=((column + 0.5 + rng.normal(0.0, 0.06)) * wide, clump))  # fmt: skip
     canvas.darken_roots(top)
     return canvas.done()
 
@@ -94,20 +96,18 @@ class _Canvas:
         rows: tuple[float, float],
         half: float,
         light: float,
-        *,
-        sway: float,
+        wave: tuple[float, float, float],
         taper: tuple[float, float],
         towards: tuple[float, float] | None = None,
-        bends: float = 1.5,
     ) -> None:
-        """From row to row; taper: shares of its length over which it grows thick and thin; towards: where strands meet at the tip,
+        """From row to row; wave: how far it sways [texels], how often, and from where on [rad]; taper: shares of its length over which it grows thick and thin; towards: where strands meet at the tip,
         and how far they do."""
         first, last = max(0, int(rows[0])), min(len(self.shade) - 1, int(rows[1]))
         if last - first < 6:
             return
         y = np.arange(first, last + 1)
         s = (y - first) / (last - first)
-        at = x + sway * rng.uniform(0.2, 0.6) * np.sin(rng.uniform(0.0, 6.28) + 6.28 * bends * rng.uniform(0.3, 0.8) * s)
+        at = x + wave[0] * np.sin(wave[2] + 2.0 * np.pi * wave[1] * s)
         if towards is not None:
             at = at + (towards[0] - at) * towards[1] * s * s
         wide = half * np.minimum(1.0, (s + 0.02) / taper[0]) * np.minimum(1.0, (1.02 - s) / taper[1])
@@ -127,7 +127,7 @@ class _Canvas:
     def darken_roots(self, top: int) -> None:
         """Little light comes to the roots of locks, which others cover; tips are bleached."""
         s = np.linspace(0.0, 1.0, len(self.shade) - top)[:, None]
-        self.shade[top:] *= 0.74 + 0.26 * smooth(s / 0.4) + 0.10 * s
+        self.shade[top:] *= 0.82 + 0.18 * smooth(s / 0.4) + 0.10 * s
 
     def darken_cap(self) -> None:
         """Deep inside, the cap lies under other hair."""
@@ -153,7 +153,7 @@ def painted(kind: str, colour: tuple[float, float, float], grey: float, rng: np.
     """(H, W, 3) sRGB of a kind of hair in a colour (0 to 255). grey: share of strands that have none."""
     s = strands(kind)
     base = np.array(colour, np.float32)
-    own = s.warm[..., None] * np.array((0.035, 0.0, -0.035), np.float32)
+    own = s.warm[..., None] * np.array((0.022, 0.0, -0.022), np.float32)
     out = base * s.shade[..., None] * (1.0 + own)
     if grey > 0.0:
         cut = float(np.quantile(s.warm, 1.0 - grey)) + 0.05 * float(rng.normal())
