@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64, I32
+from vistel.figure.avatar.avatar import Mesh
+from vistel.figure.figure import vertex_normals
 from vistel.figure.hair.cards import Strips
 from vistel.figure.hair.scalp import Scalp
 from vistel.geometry.smoothstep import smooth
@@ -58,8 +60,9 @@ class Ground:
         return Ground(np.concatenate([self.points, middle]), np.concatenate([self.normal, normal]), four.astype(np.int32))
 
 
-def ground(scalp: Scalp, points: F64, normals: F64, triangles: I32) -> Ground:
-    """Of a level of the body: points, normals (V, 3), triangles (F, 3)."""
+def ground(scalp: Scalp, body: Mesh) -> Ground:
+    """Of a level of the body."""
+    points, normals, triangles = body.vertices.astype(np.float64), vertex_normals(body).astype(np.float64), body.triangles
     head = points[:, 1] > scalp.middle[1] - 1.4 * scalp.size
     inside = np.full(len(points), -1.0)
     inside[head] = scalp.inside(points[head])

@@ -78,8 +78,10 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
 
 def pushed_out(scalp: Scalp, p: F64, least: float) -> F64:
     """Places (N, 3) brought at least that far off the skin [m]."""
-    near, normal = scalp.skin(p)
-    return p + np.maximum(0.0, least - near)[:, None] * normal
+    for vertices in (4, 1, 1):
+        near, normal = scalp.skin(p, vertices)
+        p = p + np.maximum(0.0, least - near)[:, None] * normal
+    return p
 
 
 def _facing(scalp: Scalp, curve: F64, normal: F64) -> F64:

@@ -8,14 +8,15 @@ from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model.part import Part
-from vistel.figure.figure import vertex_normals
 from vistel.figure.hair.cards import Strips, cards, mesh_of
-from vistel.figure.hair.cap import cap, ground
-from vistel.figure.hair.growth import ROWS, along, grown
+from vistel.figure.hair.cap import Ground, cap, ground
+from vistel.figure.hair.growth import ROWS, along, grown, pushed_out
 from vistel.figure.hair.scalp import Roots, Scalp
 from vistel.figure.hair.strands import MIDDLE, OUTER, cap_box, lock_box, painted, strands
 from vistel.figure.hair.styles import STYLES, Style, bun_of
 
+MOST = 3500, 1200, 350
+"""Vertices of hair by level of detail."""
 _ROUGHNESS = 0.62
 
 
@@ -80,28 +81,35 @@ def _grown(scalp: Scalp, style: Style, rng: np.random.Generator) -> _Locks:
 
 
 def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, body: Mesh, seed: int, limb: int) -> Mesh:
-    skin = ground(scalp, body.vertices.astype(np.float64), vertex_normals(body).astype(np.float64), body.triangles)
-    shells = style.shells if level == 0 else style.shells[-1:] if level == 1 else ()
-    heights = [style.cap, *shells]
-    parts = [
-        cap(scalp, skin.finer() if level == 1 or style.round and level == 0 and k == len(shells) else skin, high, cap_box(shell=k > 0))
-        for k, high in enumerate(heights)
-    ]
-    if not len(locks.order):
-        return mesh_of(scalp, parts, limb)
-    level_of = min(level, len(style.counts) - 1)
-    share, rows = style.counts[level_of] / style.counts[0], style.rows[level_of]
-    on = np.flatnonzero(locks.order < share)
-    # Heads are round: more places near the root.
-    at = np.linspace(0.0, 1.0, rows) ** (1.35 if style.hanging else 1.0)
-    s = np.broadcast_to((ROWS - 1.0) * at, (len(on), rows))
-    wide = max(share, 0.05) ** -0.55 * locks.width[on, None] * np.interp(at, (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
-    across = 3 if level == 0 and style.kind != "curly" else 2
-    arch = 0.14 if style.hanging else 0.06
-    parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), at, wide, locks.box[on], across, arch))
+    level = min(level, len(MOST) - 1)
+    parts = _caps(scalp, style, level, ground(scalp, body))
     if style.tied:
         parts.append(_bun(scalp, level, np.random.default_rng(seed)))
-    return mesh_of(scalp, parts, limb)
+    rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" else 2
+    room = (MOST[level] - sum(len(part.p) for part in parts)) // (rows * across)
+    on = np.argsort(locks.order, kind="stable")[: max(0, min(style.counts[level], room))]
+    if len(on):
+        # Heads are round: more places near the root.
+        at = np.linspace(0.0, 1.0, rows) ** (1.35 if style.hanging else 1.0)
+        s = np.broadcast_to((ROWS - 1.0) * at, (len(on), rows))
+        wider = (len(locks.order) / len(on)) ** 0.55
+        wide = wider * locks.width[on, None] * np.interp(at, (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
+        arch = 0.14 if style.hanging else 0.06
+        parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), at, wide, locks.box[on], across, arch))
+    # Cards are wide and flat, bodies are round.
+    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, 0.001)) for part in parts], limb)
+
+
+def _caps(scalp: Scalp, style: Style, level: int, skin: Ground) -> list[Strips]:
+    """The cap, and as many shells over it as there is room for, the highest first."""
+    shells = style.shells[: 0 if level == len(MOST) - 1 else None]
+    finer = len(shells) if style.round and level == 0 else 0 if level == 1 and not style.round else -1
+    out: dict[int, Strips] = {}
+    for k in (0, *range(len(shells), 0, -1)):
+        made = skin.finer() if k == finer and 4 * len(skin.points) < 0.62 * MOST[level] else skin
+        if sum(len(part.p) for part in out.values()) + len(made.points) <= (0.9 if style.counts[level] == 0 else 0.6) * MOST[level]:
+            out[k] = cap(scalp, made, (style.cap, *shells)[k], cap_box(shell=k > 0))
+    return list(out.values())
 
 
 def _boxes(column: F64, rng: np.random.Generator) -> F64:

@@ -107,26 +107,16 @@ class Scalp:
         away = np.asarray(self._on_line.query(_unit(azimuth, elevation))[0])
         return self.size * away * np.where(elevation > np.interp(azimuth, *self._line), 1.0, -1.0)
 
-    def skin(self, p: F64) -> tuple[F64, F64]:
-        """(N,) distance of places (N, 3) from the skin [m], negative inside, and (N, 3) unit the way out."""
+    def skin(self, p: F64, near: int = _NEAR) -> tuple[F64, F64]:
+        """(N,) distance of places (N, 3) from the skin [m], negative inside, and (N, 3) unit the way out, by that many of the nearest
+        vertices: several for a smooth way, one where skin is thin, as ears are."""
         tree, skin, normal = self._skin
-        far, which = tree.query(p, k=_NEAR)
+        far, which = (np.asarray(a).reshape(len(p), near) for a in tree.query(p, k=near))
         share = 1.0 / np.maximum(far, 1e-4) ** 2
         share /= share.sum(axis=1, keepdims=True)
-        near = np.einsum("nk,nki,nki->n", share, p[:, None] - skin[which], normal[which])
+        away = np.einsum("nk,nki,nki->n", share, p[:, None] - skin[which], normal[which])
         out = np.einsum("nk,nki->ni", share, normal[which])
-        return near, out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-9)
-
-    def nearest(self, p: F64) -> I32:
-        """(N,) the body's vertices nearest to places (N, 3)."""
-        tree, _, _ = self._skin
-        near = np.flatnonzero(self._is_near)
-        return near[np.asarray(tree.query(p)[1])].astype(np.int32)
-
-    @cached_property
-    def _is_near(self) -> Any:
-        p = self.body.mesh.vertices.astype(np.float64)
-        return (np.abs(p[:, 0]) < 3.2 * self.size) & (p[:, 1] > self.neck[1] - 5.0 * self.size)
+        return away, out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-9)
 
     def roots(
         self, count: int, rng: np.random.Generator, least: float = 0.0, most: float = np.inf, dense: Density | None = None

@@ -113,7 +113,9 @@ def _at_parting(at: float) -> Density:
         """Most roots along a parting and about the whorl: from there hair covers the rest."""
         behind = np.maximum(0.0, scalp.middle[2] + 0.45 * scalp.size * scalp.whorl[2] - roots.p[:, 2])
         away = np.hypot(roots.p[:, 0] - _line_of(scalp, at, roots), behind) / scalp.size
-        return 1.0 + 3.0 * np.exp(-np.square(away / 0.22)) - 0.4 * smooth((away - 0.5) / 0.4)
+        crown = np.linalg.norm(_unit(roots.p - scalp.middle) - scalp.whorl, axis=1)
+        spread = np.exp(-np.square(away / 0.22)) + 0.7 * np.exp(-np.square(crown / 0.45))
+        return 1.0 + 3.0 * spread - 0.4 * smooth((away - 0.5) / 0.4)
 
     return dense
 
