@@ -25,7 +25,8 @@ _GAPS = 14
 @dataclass(frozen=True)
 class Colours:
     """What the model does not know of a person. skin: 0 the lightest .. 1 the darkest tone; stubble: of the beard, brows:
-    how bushy, freckles, grey: share of the hair that is, lips: how red: 0 none .. 1; age [years]; others: sRGB 0 to 255. seed: of
+    how bushy, freckles, grey: share of the hair that is, lips: how red: 0 none .. 1; scalp: how dark its
+    hair is painted, 1 where hair is grown over it; age [years]; others: sRGB 0 to 255. seed: of
     what differs from texel to texel."""
 
     skin: float = 0.25
@@ -37,6 +38,7 @@ class Colours:
     brows: float = 0.5
     freckles: float = 0.0
     grey: float = 0.0
+    scalp: float = 1.0
     lips: float = 0.5
     age: float = 30.0
     seed: int = 0
@@ -56,7 +58,7 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     old = float(smooth((colours.age - 28.0) / 52.0))
     out = _skin(model, colours, rng, old)
     hair = np.array(colours.hair, np.float32)
-    over(out, hair, mask(model, "scalp") * (0.80 + 0.18 * np.clip(0.5 + 0.8 * noise(rng, size, (1, 1)), 0.0, 1.0)))
+    over(out, hair, colours.scalp * mask(model, "scalp") * (0.80 + 0.18 * np.clip(0.5 + 0.8 * noise(rng, size, (1, 1)), 0.0, 1.0)))
     skin = tone(colours.skin).astype(np.float32)
     if colours.stubble:
         over(out, 0.45 * hair + 0.30 * skin, colours.stubble * hairs.stubble(rng, size, mask(model, "beard")))

@@ -13,6 +13,10 @@ from vistel.figure.body_model.look import ORIGINS, Look
 from vistel.figure.body_model.measures import COLUMNS
 from vistel.figure.body_model.model import BodyModel, body_model
 from vistel.figure.body_model.paint import Colours, paint
+from vistel.figure.body_model.part import joined
+from vistel.figure.hair.hair import hair
+from vistel.figure.hair.natural import natural_colour, receding, usual_style
+from vistel.figure.hair.styles import STYLES
 
 SEXES = ("female", "male")
 _COVERED = {"age": (1.0, 90.0), "height": (0.6, 2.2), "weight": (5.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0)}
@@ -24,7 +28,6 @@ _GROWTH = {  # age [years]: height [m] and weight [kg] of girls, then of boys; C
 _FACE = ("head-", "forehead-", "eyebrows-", "eye-", "nose-", "mouth-", "ear-", "chin-", "cheek-")
 _NO_FACE = ("age", "fat", "shape", "trans", "epicanthus")
 """Parts of names of details that no face is given at random: they go with age, weight and origin, or are no people's."""
-_HAIR = ((28, 22, 20), (44, 32, 26), (62, 44, 32), (96, 68, 44), (150, 112, 68))
 _IRIS = ((60, 40, 28), (92, 62, 38), (116, 88, 52), (98, 106, 78), (92, 116, 138))
 _CLOTH = ((74, 92, 118), (112, 62, 62), (66, 96, 80), (150, 138, 120), (92, 88, 116), (70, 74, 82))
 
@@ -37,7 +40,8 @@ class PersonWarning(UserWarning):
 class Person:
     """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
-    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]."""
+    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: a style of `vistel.figure.hair.styles.STYLES`,
+    empty for a usual one."""
 
     sex: str = "female"
     age: float = 30.0
@@ -48,6 +52,7 @@ class Person:
     face_seed: int = 0
     skin: float = 0.3
     measures: Mapping[str, float] = field(default_factory=dict[str, float])
+    hair: str = ""
 
 
 def checked(told: Person) -> Person:
@@ -58,6 +63,8 @@ def checked(told: Person) -> Person:
     for name in told.measures:
         if name not in COLUMNS:
             raise ValueError(f"no measure {name!r}; expected one of {', '.join(COLUMNS)}")
+    if told.hair and told.hair not in STYLES:
+        raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {told.hair!r}")
     told = _within(told, ("age", "muscle", "skin", "height", "weight"))
     if len(told.origin) != len(ORIGINS) or not np.isfinite(told.origin).all() or min(told.origin) < 0.0 or not sum(told.origin):
         raise ValueError(f"origin: expected shares of {', '.join(ORIGINS)}, got {told.origin}")
@@ -86,8 +93,15 @@ def fit(told: Person) -> Fitted:
 def make(told: Person, name: str = "person") -> Avatar:
     """The avatar of a person. Warns and raises as `fit` does."""
     found = fit(told)
-    albedo, patches = paint(body_model(), colours_of(checked(told)))
-    return assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
+    person = checked(told)
+    rng = np.random.default_rng(person.face_seed + 2)
+    usual, back = usual_style(person.sex, person.age, rng), receding(person.sex, person.age, rng)
+    style = person.hair or usual
+    colours = colours_of(person)
+    albedo, patches = paint(body_model(), replace(colours, scalp=0.55 if style == "shaved" else 1.0))
+    body = assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
+    grown = hair(body, style, colours.hair, rng, receding=back)
+    return joined(body, [] if grown is None else [grown])
 
 
 def face_of(model: BodyModel, rng: np.random.Generator) -> dict[str, float]:
@@ -112,20 +126,17 @@ def colours_of(person: Person) -> Colours:
     """Drawn from the face's seed, but for the skin: dark skins have dark hair and eyes."""
     rng = np.random.default_rng(person.face_seed + 1)
     most = 1 + round(4 * max(0.0, 1.0 - 2.0 * person.skin))
-    grey = float(np.clip((person.age - 45.0) / 35.0, 0.0, 1.0) * rng.uniform(0.4, 1.0))
-    hair = (1.0 - grey) * np.array(_HAIR[rng.integers(most)], np.float64) + grey * np.array((176.0, 172.0, 168.0))
-    h = [float(x) for x in hair]
     man = person.sex == "male" and person.age >= ADULT
     freckled = rng.random() < 0.5 * max(0.0, 1.0 - 3.0 * person.skin)
     return Colours(
         skin=person.skin,
         iris=_IRIS[rng.integers(most)],
-        hair=(h[0], h[1], h[2]),
+        hair=natural_colour(person.skin, person.age, np.random.default_rng(person.face_seed + 3)),
         top=_CLOTH[rng.integers(len(_CLOTH))],
         stubble=float(rng.uniform(0.1, 0.6)) if man else 0.0,
         brows=float(np.clip(rng.normal(0.65 if man else 0.4, 0.15), 0.0, 1.0)),
         freckles=float(rng.uniform(0.3, 1.0)) if freckled else 0.0,
-        grey=grey,
+        grey=float(np.clip((person.age - 45.0) / 35.0, 0.0, 1.0) * rng.uniform(0.4, 1.0)),
         age=person.age,
         lips=0.6 if person.sex == "female" else 0.3,
         seed=person.face_seed,

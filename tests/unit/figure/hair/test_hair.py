@@ -1,0 +1,111 @@
+"""Hair: it fits every head, keeps its budget, and does not go through the body."""
+
+from dataclasses import replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial import KDTree  # pyright: ignore[reportMissingTypeStubs]
+
+import vistel.figure
+from vistel.arrays import F64
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.check import check_avatar
+from vistel.figure.body_model.model import body_model
+from vistel.figure.body_model.part import Part, joined
+from vistel.figure.body_model.person import Person, drawn, make
+from vistel.figure.figure import Figure
+from vistel.figure.hair.hair import hair
+from vistel.figure.hair.natural import usual_style
+from vistel.figure.hair.styles import STYLES
+from vistel.figure.posture.by_joint import with_joints
+from vistel.figure.posture.posture import standing
+
+GROWN = tuple(name for name, style in STYLES.items() if style is not None)
+PEOPLE = (Person("male", 8.0), Person("female", 3.0), *(drawn(seed, sex) for seed in range(4) for sex in ("female", "male")))
+MOST = 3500, 1200, 350
+"""Vertices of hair by level."""
+
+
+@cache
+def body(who: int) -> Avatar:
+    return make(replace(PEOPLE[who], hair="shaved"))
+
+
+def grown(who: int, style: str, seed: int = 0) -> Part:
+    part = hair(body(who), style, (60, 45, 35), np.random.default_rng(seed))
+    assert part is not None
+    return part
+
+
+def depth(p: F64, skin: F64) -> F64:
+    """(N,) how far places are inside a closed skin of the body model (V, 3) [m]: behind the nearest of many places on it."""
+    corner = skin[body_model().closed]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    size = np.linalg.norm(normal, axis=1)
+    corner, normal = corner[size > 1e-9], normal[size > 1e-9] / size[size > 1e-9][:, None]
+    shares = np.array([(a, b, 1.0 - a - b) for a in (0.1, 1 / 3, 0.8) for b in (0.1, 1 / 3, 0.8) if a + b <= 0.95])
+    on: F64 = np.einsum("sk,fki->sfi", shares, corner).reshape(-1, 3)
+    tree: Any = KDTree(on)
+    which = np.asarray(tree.query(p)[1])
+    deep = -np.einsum("ni,ni->n", p - on[which], np.tile(normal, (len(shares), 1))[which])
+    # Beside sharp edges that may be the wrong side: the solid angle under which the skin is seen tells (Jacobson et al. 2013).
+    for k in np.flatnonzero(deep > 0.002):
+        a, b, c = np.moveaxis(corner - p[k], 1, 0)
+        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+        below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+        turns = np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2.0 * np.pi)
+        deep[k] = deep[k] if turns > 0.5 else 0.0
+    return deep
+
+
+@pytest.mark.parametrize("style", GROWN)
+def test_hair_stays_outside_the_skin_of_everybody(style: str) -> None:
+    for who in range(len(PEOPLE)):
+        for level in grown(who, style).levels:
+            inside = depth(level.vertices.astype(np.float64), body(who).mesh.vertices.astype(np.float64))
+            assert inside.max() < 0.002, f"{PEOPLE[who]}: {1e3 * inside.max():.1f} mm"
+
+
+@pytest.mark.parametrize("style", GROWN)
+def test_each_level_keeps_its_budget_and_can_be_drawn(style: str) -> None:
+    for who in (0, 2, 3):
+        part = grown(who, style)
+        assert all(len(m.vertices) <= most for m, most in zip(part.levels, MOST, strict=True)), [len(m.vertices) for m in part.levels]
+        assert max(part.albedo.shape[:2]) <= 512
+        check_avatar(joined(body(who), [part]), style)
+
+
+def test_the_same_seed_grows_the_same_hair_and_another_seed_other_hair() -> None:
+    a, b, c = (grown(2, "bob", seed).levels[0].vertices for seed in (1, 1, 2))
+    assert np.array_equal(a, b)
+    assert not np.array_equal(a, c)
+
+
+def test_an_unknown_style_is_refused_in_one_line() -> None:
+    with pytest.raises(ValueError, match=r"^hair: expected one of shaved, .*, got 'mohawk'$"):
+        vistel.figure.person(hair="mohawk")
+    with pytest.raises(ValueError, match="'wig'"):
+        hair(body(0), "wig", (0, 0, 0), np.random.default_rng(0))
+
+
+def test_people_are_told_their_hair_or_have_a_usual_one() -> None:
+    plain = make(Person(face_seed=1, hair="shaved"))
+    for style in ("", "bun"):
+        assert len(make(Person(face_seed=1, hair=style)).mesh.vertices) > len(plain.mesh.vertices)
+    drawn_styles = {usual_style("male", 40.0, np.random.default_rng(seed)) for seed in range(60)}
+    assert len(drawn_styles) >= 4 and drawn_styles <= set(STYLES)
+
+
+@pytest.mark.parametrize("turn", [-60.0, 60.0])
+def test_long_hair_stays_out_of_the_shoulders_of_a_head_that_turns(turn: float) -> None:
+    part = grown(2, "long")
+    bare = body(2)
+    posture = with_joints(standing(), {"head": (0.0, turn, 0.0)})
+    count = len(bare.mesh.vertices)
+    skin = Figure(bare).pose(posture).vertices.astype(np.float64)
+    moved = Figure(joined(bare, [part])).pose(posture).vertices[count:].astype(np.float64)
+    low = part.levels[0].vertices[:, 1] < bare.skeleton.rest[0, 1] + 0.85 * (bare.skeleton.height - bare.skeleton.rest[0, 1])
+    inside = depth(moved[low], skin)
+    assert np.mean(inside > 0.01) < 0.05, f"{100 * np.mean(inside > 0.01):.1f} %"

@@ -1,0 +1,130 @@
+"""Guide curves: hair grows from its roots, combed, falls, and lies on the skin without passing through it."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from vistel.arrays import F64
+from vistel.figure.hair.cap import Cap
+from vistel.figure.hair.scalp import Roots, Scalp
+from vistel.geometry.smoothstep import smooth
+
+_STEPS = 26
+"""Of a curve while it grows."""
+ROWS = 24
+"""Places of a curve."""
+Comb = Callable[[Scalp, F64, Roots], F64]
+"""Which way hair is combed at places (N, 3) of curves that began at the roots: (N, 3) of any length."""
+
+
+@dataclass(frozen=True, eq=False)
+class Growth:
+    """How curves grow. length: (N,) [m]; end: (N,) height at which they are cut [m]; lift: (N,) how far they stand off the
+    cap at most [m]; rise: cosine of the way out of the skin at the root; stiff: share of its own way that a curve keeps from step to step;
+    weight: how hard it falls against how hard it is combed; curl: (radius [m], turns per metre)."""
+
+    comb: Comb
+    length: F64
+    end: F64
+    lift: F64
+    rise: float = 0.3
+    stiff: float = 0.6
+    weight: float = 0.25
+    curl: tuple[float, float] = (0.0, 0.0)
+    cap: Cap = Cap(0.0)
+
+
+def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) -> tuple[F64, F64]:
+    """(N, ROWS, 3) places of curves, evenly spaced from the root, and (N, ROWS, 3) unit the way out of the head there."""
+    # From just under the cap's surface, so that no curve comes out of it like a peg.
+    p = roots.p + 0.9 * growth.cap.height(scalp, roots.p, roots.inside)[:, None] * roots.normal
+    step = growth.length / _STEPS
+    way = _turned(growth.comb(scalp, p, roots), roots.normal, growth.rise)
+    near, normal = np.zeros(len(p)), roots.normal
+    path, out = [p], [normal]
+    taken = np.full(len(roots), _STEPS)
+    for k in range(_STEPS):
+        # Ears are pressed by hair that lies over them.
+        lift = growth.lift * (1.0 - 0.65 * smooth((scalp.middle[1] - p[:, 1]) / (0.5 * scalp.size)))
+        wish = _tangent(growth.comb(scalp, p, roots), normal)
+        free = np.clip((near - lift) / (0.15 * scalp.size), 0.0, 1.0)[:, None]
+        wish = wish * (1.0 - 0.85 * free) + (growth.weight + 0.6 * free) * np.array((0.0, -1.0, 0.0))
+        # What lies on something slides along it.
+        wish -= (1.0 - free) * np.minimum(0.0, np.einsum("ni,ni->n", wish, normal))[:, None] * normal
+        way = _unit(growth.stiff * way + (1.0 - growth.stiff) * wish)
+        moved = p + step[:, None] * way
+        near, normal = scalp.skin(moved)
+        # Off the skin by more and more from the root on, and no deeper than that anywhere.
+        high = growth.cap.height(scalp, moved, scalp.inside(moved))
+        deep = np.maximum(0.0, high + lift * float(smooth((k + 2.0) / (0.6 * _STEPS))) - near)
+        moved += deep[:, None] * normal
+        near += deep
+        way = _unit(moved - p + 1e-9)
+        cut = taken < k
+        moved = np.where(cut[:, None], p, moved)
+        taken = np.where(~cut & (moved[:, 1] < growth.end), np.minimum(taken, k + 1), taken)
+        p = moved
+        path.append(p)
+        out.append(normal)
+    at = taken[:, None] * np.linspace(0.0, 1.0, ROWS)
+    curve, facing = (along(np.stack(a, axis=1), at) for a in (path, out))
+    radius, turns = growth.curl
+    if radius:
+        curve = _curled(curve, radius, turns, growth.length, rng)
+        curve[:, 1:] = pushed_out(scalp, curve[:, 1:].reshape(-1, 3), 0.002).reshape(len(curve), -1, 3)
+    return curve, _facing(scalp, curve, facing)
+
+
+def pushed_out(scalp: Scalp, p: F64, least: float) -> F64:
+    """Places (N, 3) brought at least that far off the skin [m]."""
+    for vertices in (4, 1, 1):
+        near, normal = scalp.skin(p, vertices)
+        p = p + np.maximum(0.0, least - near)[:, None] * normal
+    return p
+
+
+def _facing(scalp: Scalp, curve: F64, normal: F64) -> F64:
+    """The way out of a head: of the skin where it is near, away from the neck's axis where hair hangs free, evened along curves."""
+    axis = np.array((0.0, 0.0, 0.6 * scalp.middle[2] + 0.4 * scalp.neck[2]))
+    aside = (curve - axis) * (1.0, 0.0, 1.0)
+    aside /= np.maximum(np.linalg.norm(aside, axis=2, keepdims=True), 1e-6)
+    radial = curve - scalp.middle
+    radial /= np.maximum(np.linalg.norm(radial, axis=2, keepdims=True), 1e-6)
+    low = np.clip((scalp.middle[1] - curve[..., 1]) / (0.5 * scalp.size), 0.0, 1.0)[..., None]
+    out = 0.35 * normal + 0.65 * (low * aside + (1.0 - low) * radial)
+    for _ in range(2):
+        out[:, 1:-1] = 0.5 * out[:, 1:-1] + 0.25 * (out[:, :-2] + out[:, 2:])
+    return out / np.maximum(np.linalg.norm(out, axis=2, keepdims=True), 1e-9)
+
+
+def _curled(curve: F64, radius: float, turns: float, length: F64, rng: np.random.Generator) -> F64:
+    """The curves wound about themselves, more and more from the root on."""
+    count, rows, _ = curve.shape
+    along = _unit(np.gradient(curve, axis=1))
+    side = _unit(np.cross(along, np.array((0.3, 0.9, 0.2))))
+    up = np.cross(along, side)
+    s = np.linspace(0.0, 1.0, rows)
+    phase = rng.uniform(0.0, 2.0 * np.pi, count)[:, None] + 2.0 * np.pi * turns * length[:, None] * s
+    wide = radius * np.minimum(1.0, 3.0 * s)[None] * rng.uniform(0.6, 1.3, count)[:, None]
+    return curve + wide[..., None] * (np.cos(phase)[..., None] * side + np.sin(phase)[..., None] * up)
+
+
+def along(path: F64, at: F64) -> F64:
+    """(N, R, 3) of paths (N, K, 3) at places at (N, R) between their steps."""
+    low = np.clip(np.floor(at).astype(int), 0, path.shape[1] - 2)
+    share = (at - low)[..., None]
+    row = np.arange(len(path))[:, None]
+    return path[row, low] * (1.0 - share) + path[row, low + 1] * share
+
+
+def _tangent(wish: F64, normal: F64) -> F64:
+    return _unit(wish - np.einsum("ni,ni->n", wish, normal)[:, None] * normal)
+
+
+def _turned(wish: F64, normal: F64, rise: float) -> F64:
+    return _unit(np.sqrt(1.0 - rise * rise) * _tangent(wish, normal) + rise * normal)
+
+
+def _unit(v: F64) -> F64:
+    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-9)

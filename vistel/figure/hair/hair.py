@@ -1,0 +1,139 @@
+"""Hair of a person, of eight styles."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vistel.arrays import F64
+from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.patch import Patch
+from vistel.figure.body_model.part import Part
+from vistel.figure.hair.cards import Strips, cards, mesh_of
+from vistel.figure.hair.cap import Ground, cap, ground
+from vistel.figure.hair.growth import ROWS, along, grown, pushed_out
+from vistel.figure.hair.scalp import Roots, Scalp
+from vistel.figure.hair.strands import MIDDLE, OUTER, cap_box, lock_box, painted, strands
+from vistel.figure.hair.styles import STYLES, Style, bun_of
+
+MOST = 3500, 1200, 350
+"""Vertices of hair by level of detail."""
+_ROUGHNESS = 0.62
+
+
+def hair(
+    body: Avatar,
+    style: str,
+    colour: tuple[float, float, float],
+    rng: np.random.Generator,
+    *,
+    grey: float = 0.0,
+    receding: float = 0.0,
+) -> Part | None:
+    """Hair for a body in the T-pose as `vistel.figure.body_model.assemble` makes it, with all its levels; None if it is shaved,
+    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour; receding: 0 to
+    1, how far the hairline is drawn back at the temples. Raises ValueError, one line, for a style that is not known."""
+    if style not in STYLES:
+        raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {style!r}")
+    made = STYLES[style]
+    if made is None:
+        return None
+    scalp = Scalp(body, receding)
+    locks = _grown(scalp, made, rng)
+    seed = int(rng.integers(1 << 31))
+    limb = body.body.names.index("skull")
+    meshes = (body.mesh, *(level.mesh for level in body.coarser))
+    levels = tuple(_level(scalp, made, locks, k, mesh, seed, limb) for k, mesh in enumerate(meshes))
+    drawn = strands(made.kind)
+    patch = Patch(roughness=_ROUGHNESS, normal=drawn.normal, opacity=drawn.opacity, cutoff=0.35, both_sides=True)
+    return Part(f"{style} hair", levels, painted(made.kind, colour, grey, rng), (patch,))
+
+
+@dataclass(frozen=True, eq=False)
+class _Locks:
+    """Cards before they have a width in a level: curve, out (N, ROWS, 3); box (N, 4); width (N,) [m]; order: (N,) from 0, the place
+    among those of the same layer, as a share of them: coarser levels have the first."""
+
+    curve: F64
+    out: F64
+    box: F64
+    width: F64
+    order: F64
+
+
+def _grown(scalp: Scalp, style: Style, rng: np.random.Generator) -> _Locks:
+    size = scalp.size
+    if not style.counts[0]:
+        none = np.zeros((0, ROWS, 3))
+        return _Locks(none, none, np.zeros((0, 4)), np.zeros(0), np.zeros(0))
+    counts = [round(layer.share * style.counts[0]) for layer in style.layers]
+    roots = [
+        scalp.roots(n, rng, layer.least * size, layer.most * size, style.dense)
+        for n, layer in zip(counts, style.layers, strict=True)
+    ]
+    of = np.repeat(np.arange(len(roots)), [len(r) for r in roots])
+    order = np.concatenate([np.arange(len(r)) / len(r) for r in roots])
+    every = Roots.together(roots)
+    lift, wide = (np.array([getattr(layer, name) for layer in style.layers])[of] for name in ("lift", "wide"))
+    growth = replace(style.growth(scalp, every, lift, rng), cap=(style.cap, *style.shells)[-1])
+    curve, out = grown(scalp, every, growth, rng)
+    column = np.array([rng.choice(style.layers[k].columns) for k in of])
+    return _Locks(curve, out, _boxes(column, rng), style.width * wide * (size / 0.095) * rng.uniform(0.8, 1.2, len(of)), order)
+
+
+def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, body: Mesh, seed: int, limb: int) -> Mesh:
+    level = min(level, len(MOST) - 1)
+    parts = _caps(scalp, style, level, ground(scalp, body))
+    if style.tied:
+        parts.append(_bun(scalp, level, np.random.default_rng(seed)))
+    rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" else 2
+    room = (MOST[level] - sum(len(part.p) for part in parts)) // (rows * across)
+    on = np.argsort(locks.order, kind="stable")[: max(0, min(style.counts[level], room))]
+    if len(on):
+        # Heads are round: more places near the root.
+        at = np.linspace(0.0, 1.0, rows) ** (1.35 if style.hanging else 1.0)
+        s = np.broadcast_to((ROWS - 1.0) * at, (len(on), rows))
+        wider = (len(locks.order) / len(on)) ** 0.55
+        wide = wider * locks.width[on, None] * np.interp(at, (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
+        arch = 0.14 if style.hanging else 0.06
+        parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), at, wide, locks.box[on], across, arch))
+    # Cards are wide and flat, bodies are round.
+    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, 0.001)) for part in parts], limb)
+
+
+def _caps(scalp: Scalp, style: Style, level: int, skin: Ground) -> list[Strips]:
+    """The cap, and as many shells over it as there is room for, the highest first."""
+    shells = style.shells[: 0 if level == len(MOST) - 1 else None]
+    finer = len(shells) if style.round and level == 0 else 0 if level == 1 and not style.round else -1
+    out: dict[int, Strips] = {}
+    for k in (0, *range(len(shells), 0, -1)):
+        made = skin.finer() if k == finer and 4 * len(skin.points) < 0.62 * MOST[level] else skin
+        if sum(len(part.p) for part in out.values()) + len(made.points) <= (0.9 if style.counts[level] == 0 else 0.6) * MOST[level]:
+            out[k] = cap(scalp, made, (style.cap, *shells)[k], cap_box(shell=k > 0))
+    return list(out.values())
+
+
+def _boxes(column: F64, rng: np.random.Generator) -> F64:
+    """(N, 4) of locks; every other one the other way round."""
+    box = np.array([lock_box(int(c)) for c in column])
+    turned = rng.random(len(box)) < 0.5
+    box[turned] = box[turned][:, [2, 1, 0, 3]]
+    return box
+
+
+def _bun(scalp: Scalp, level: int, rng: np.random.Generator) -> Strips:
+    """Locks wound round a ball."""
+    middle, radius = bun_of(scalp), 0.36 * scalp.size
+    count, rows = ((26, 8), (12, 6), (6, 5))[min(level, 2)]
+    axis = (middle - scalp.middle) / np.linalg.norm(middle - scalp.middle)
+    side = np.cross(axis, (0.0, 1.0, 0.0))
+    side /= np.linalg.norm(side)
+    up = np.cross(side, axis)
+    start = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False) + rng.normal(0.0, 0.1, count)
+    s = np.linspace(0.0, 1.0, rows)
+    around = start[:, None] + 2.4 * s * rng.uniform(0.8, 1.2, count)[:, None]
+    polar = 0.72 * np.pi * (1.0 - s) + 0.06 * np.pi + rng.normal(0.0, 0.05, count)[:, None]
+    unit = np.cos(polar)[..., None] * axis + np.sin(polar)[..., None] * (np.cos(around)[..., None] * side + np.sin(around)[..., None] * up)
+    curve = middle + radius * unit * rng.uniform(0.94, 1.06, count)[:, None, None]
+    wide = np.full((count, rows), 2.0 * np.pi * radius * 1.9 / count) * np.interp(s, (0.0, 0.5, 1.0), (0.8, 1.0, 0.5))
+    box = np.array([lock_box(int(c)) for c in rng.choice((*MIDDLE, *OUTER), count)])
+    return cards(curve, unit, s, wide, box, 3 if level == 0 else 2, 0.06)

@@ -1,0 +1,162 @@
+"""Pictures of strands: what of a card is hair, how light each strand is, and how it is turned.
+
+A picture has the cap's strands in its upper part and columns of locks in its lower part; roots are at the top."""
+
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from vistel.arrays import F32, F64, U8
+from vistel.geometry.smoothstep import smooth
+
+SIZE = 512
+"""Texels of the picture's height and width."""
+CAP_ROWS = 128
+"""Of the cap's part, and of the shells' under it."""
+LOCK_TOP = 2 * CAP_ROWS + 3
+"""First row of the locks."""
+COLUMNS = 8
+"""Locks side by side: thick and dark ones first, then thick ones, then light ones, the last thin and ragged."""
+INNER, MIDDLE, OUTER, WISPS = (0, 1), (2, 3, 4), (5, 6), (7,)
+KINDS = ("straight", "tufts", "wavy", "curly")
+
+
+@dataclass(frozen=True, eq=False)
+class Strands:
+    """shade: (H, W) how light, about 1. warm: (H, W) how far a strand's own colour is off, about 0; opacity: (H, W), normal: (H, W,
+    3) as `vistel.figure.avatar.patch.Patch` has them."""
+
+    shade: F32
+    warm: F32
+    opacity: U8
+    normal: U8
+
+
+def cap_box(shell: bool = False) -> F64:
+    """(4,) lowest u and v, highest u and v of the cap's strands, or of a shell's over it; the hairline is at the lowest v."""
+    first = CAP_ROWS if shell else 0
+    return np.array((0.0, 1.0 - (first + CAP_ROWS - 1.0) / SIZE, 1.0, 1.0 - (first + 1.0) / SIZE))
+
+
+def lock_box(column: int) -> F64:
+    """(4,) the same of a lock: tips at the lowest v."""
+    wide = 1.0 / COLUMNS
+    return np.array((column * wide, 0.5 / SIZE, (column + 1) * wide, 1.0 - LOCK_TOP / SIZE))
+
+
+@cache
+def strands(kind: str) -> Strands:
+    """The picture of a kind of hair; always the same, so that people share its textures."""
+    rng = np.random.default_rng(7 + KINDS.index(kind))
+    # In texels: place across, from which row to which, half a strand's width, how light, how it bends.
+    canvas = _Canvas(SIZE, SIZE)
+    canvas.shade[:], canvas.warm[:] = 0.60, 0.0
+    for first, count in ((0, 2600), (CAP_ROWS, 1250)):
+        last = first + CAP_ROWS - 2.0
+        for _ in range(count):
+            # From the hairline, at the part's lowest row, upwards.
+            end = last - rng.gamma(1.8, 8.0) - 0.8 * CAP_ROWS * (rng.random() < 0.65) * rng.random()
+            start = max(first + 1.0, end - (rng.uniform(30.0, 80.0) if kind == "curly" else rng.uniform(10.0, 40.0)))
+            sways, bends = (7.0, 2.2) if kind == "curly" else (1.2, 0.8)
+            wave = sways * rng.uniform(0.5, 1.0), bends * rng.uniform(0.6, 1.4), rng.uniform(0.0, 6.28)
+            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), rng.uniform(0.4, 0.75), rng.normal(0.94, 0.09), wave,
+                          (0.25, 0.3))  # fmt: skip
+    canvas.opacity[: CAP_ROWS - 52] = 1.0
+    canvas.darken_cap()
+    top, wide = LOCK_TOP, SIZE // COLUMNS
+    sway = {"straight": 2.2, "tufts": 3.0, "wavy": 5.0, "curly": 4.0}[kind]
+    for column in range(COLUMNS):
+        group = next(k for k, those in enumerate((INNER, MIDDLE, OUTER, WISPS)) if column in those)
+        count, light = ((110, 0.88), (95, 0.95), (70, 1.01), (24, 0.97))[group]
+        clump = rng.uniform(0.1, 0.35)
+        for _ in range(count):
+            x = 0.5 * wide + (0.42 * wide - sway) * np.clip(rng.normal(0.0, 0.52), -1.0, 1.0)
+            first, last = rng.gamma(1.3, (5.0, 16.0, 22.0, 10.0)[group]), rng.gamma(1.4, (20.0, 30.0, 38.0, 60.0)[group])
+            if kind == "tufts":
+                first, last = first + rng.uniform(0.0, 50.0), last + rng.uniform(0.0, 110.0)
+            wave = sway * rng.uniform(0.2, 0.6), (2.0 if kind == "straight" else 5.0) * rng.uniform(0.3, 0.8), rng.uniform(0.0, 6.28)
+            canvas.strand(rng, column * wide + x, (top + first, SIZE - 2.0 - last), rng.uniform(0.5, 1.0),
+                          light * rng.normal(1.0, 0.10), wave, (0.12, 0.30),
+                          towards=((column + 0.5 + rng.normal(0.0, 0.06)) * wide, clump))  # fmt: skip
+    canvas.darken_roots(top)
+    return canvas.done()
+
+
+class _Canvas:
+    """What strands are painted on, later ones over earlier ones."""
+
+    def __init__(self, height: int, width: int) -> None:
+        self.shade, self.warm, self.opacity, self.turn = (np.zeros((height, width), np.float32) for _ in range(4))
+
+    def strand(
+        self,
+        rng: np.random.Generator,
+        x: float,
+        rows: tuple[float, float],
+        half: float,
+        light: float,
+        wave: tuple[float, float, float],
+        taper: tuple[float, float],
+        towards: tuple[float, float] | None = None,
+    ) -> None:
+        """From row to row; wave: how far it sways [texels], how often, and from where on [rad]; taper: shares of its length over which it grows thick and thin; towards: where strands meet at the tip,
+        and how far they do."""
+        first, last = max(0, int(rows[0])), min(len(self.shade) - 1, int(rows[1]))
+        if last - first < 6:
+            return
+        y = np.arange(first, last + 1)
+        s = (y - first) / (last - first)
+        at = x + wave[0] * np.sin(wave[2] + 2.0 * np.pi * wave[1] * s)
+        if towards is not None:
+            at = at + (towards[0] - at) * towards[1] * s * s
+        wide = half * np.minimum(1.0, (s + 0.02) / taper[0]) * np.minimum(1.0, (1.02 - s) / taper[1])
+        column = np.floor(at).astype(int)[:, None] + np.arange(-2, 4)
+        off = column + 0.5 - at[:, None]
+        cover = np.clip(wide[:, None] - np.abs(off) + 0.5, 0.0, 1.0).astype(np.float32)
+        row = np.broadcast_to(y[:, None], column.shape)
+        on = (cover > 0.0) & (column >= 0) & (column < self.shade.shape[1])
+        r, c, k = row[on], column[on], cover[on]
+        round_ = np.clip(off / np.maximum(wide[:, None], 0.4), -1.0, 1.0)[on]
+        tone = light * (1.0 - 0.22 * round_**2)
+        self.shade[r, c] += k * (tone - self.shade[r, c])
+        self.warm[r, c] += k * (rng.normal(0.0, 1.0) - self.warm[r, c])
+        self.turn[r, c] += k * (0.5 * round_ - self.turn[r, c])
+        self.opacity[r, c] = np.maximum(self.opacity[r, c], k)
+
+    def darken_roots(self, top: int) -> None:
+        """Little light comes to the roots of locks, which others cover; tips are bleached."""
+        s = np.linspace(0.0, 1.0, len(self.shade) - top)[:, None]
+        self.shade[top:] *= 0.82 + 0.18 * smooth(s / 0.4) + 0.10 * s
+
+    def darken_cap(self) -> None:
+        """Deep inside, the cap lies under other hair."""
+        s = np.linspace(1.0, 0.0, CAP_ROWS)[:, None]
+        self.shade[:CAP_ROWS] *= 0.96 - 0.12 * smooth(s / 0.3)
+
+    def done(self) -> Strands:
+        """The picture. Where nothing is, it has the shade of what is near, as small versions of it mix both."""
+        on = self.opacity > 0.4
+        for column in range(COLUMNS):
+            part = slice(LOCK_TOP, None), slice(column * SIZE // COLUMNS, (column + 1) * SIZE // COLUMNS)
+            mean = self.shade[part][on[part]].mean()
+            fill = ~on[part]
+            self.shade[part][fill] = mean
+        z = np.sqrt(np.maximum(0.0, 1.0 - self.turn**2))
+        normal = np.stack([self.turn, np.zeros_like(z), z], axis=-1)
+        return Strands(
+            self.shade, self.warm, np.round(255.0 * self.opacity).astype(np.uint8), np.round(127.5 + 127.0 * normal).astype(np.uint8)
+        )
+
+
+def painted(kind: str, colour: tuple[float, float, float], grey: float, rng: np.random.Generator) -> U8:
+    """(H, W, 3) sRGB of a kind of hair in a colour (0 to 255). grey: share of strands that have none."""
+    s = strands(kind)
+    base = np.array(colour, np.float32)
+    own = s.warm[..., None] * np.array((0.022, 0.0, -0.022), np.float32)
+    out = base * s.shade[..., None] * (1.0 + own)
+    if grey > 0.0:
+        cut = float(np.quantile(s.warm, 1.0 - grey)) + 0.05 * float(rng.normal())
+        white = np.clip(4.0 * (s.warm - cut), 0.0, 1.0)[..., None]
+        out = out * (1.0 - 0.75 * white) + 0.75 * white * np.array((186.0, 183.0, 180.0), np.float32) * s.shade[..., None]
+    return np.clip(out, 0.0, 255.0).astype(np.uint8)
