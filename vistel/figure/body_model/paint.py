@@ -31,13 +31,13 @@ _GAPS = 14
 @dataclass(frozen=True)
 class Colours:
     """What the model does not know of a person. skin: 0 the lightest .. 1 the darkest tone; stubble: of the beard, 0 none .. 1;
-    others: sRGB 0 to 255. grey: share of the hair that is; seed: of what differs from texel to texel."""
+    others: sRGB 0 to 255, None for skin. grey: share of the hair that is; seed: of what differs from texel to texel."""
 
     skin: float = 0.25
     iris: Colour = (92, 64, 42)
     hair: Colour = (52, 38, 30)
-    top: Colour = (74, 92, 118)
-    shorts: Colour = (52, 56, 66)
+    top: Colour | None = (74, 92, 118)
+    shorts: Colour | None = (52, 56, 66)
     stubble: float = 0.0
     lips: float = 0.5
     seed: int = 0
@@ -75,9 +75,11 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     _over(out, 0.85 * hair, 0.85 * hairs * np.minimum(1.0, 3.0 * brows))
     _over(out, np.array(_INSIDE, np.float32), _mask(model, "inside"))
     weave = 1.0 + 0.05 * fine[..., None] + 0.03 * mottle[..., None]
-    for cloth in ("top", "shorts"):
-        _over(out, np.array(getattr(colours, cloth), np.float32) * weave, _mask(model, cloth))
-    _over(out, out * 0.78, _mask(model, "seam"))
+    for cloth, colour in (("top", colours.top), ("shorts", colours.shorts)):
+        if colour is not None:
+            _over(out, np.array(colour, np.float32) * weave, _mask(model, cloth))
+    if colours.top is not None or colours.shorts is not None:
+        _over(out, out * 0.78, _mask(model, "seam"))
     picture = _spread(np.clip(out, 0.0, 255.0).astype(np.uint8), model.masks["skin"] > 0)
     box = model.boxes["eye"]
     _put(picture, box, _eye(rng, np.array(colours.iris, np.float64), _texels(box, size)))

@@ -13,6 +13,9 @@ from vistel.figure.body_model.look import ORIGINS, Look
 from vistel.figure.body_model.measures import COLUMNS
 from vistel.figure.body_model.model import BodyModel, body_model
 from vistel.figure.body_model.paint import Colours, paint
+from vistel.figure.body_model.part import joined
+from vistel.figure.clothes.outfit import outfit
+from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
 
 SEXES = ("female", "male")
 _COVERED = {"age": (1.0, 90.0), "height": (0.6, 2.2), "weight": (5.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0)}
@@ -37,7 +40,8 @@ class PersonWarning(UserWarning):
 class Person:
     """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
-    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]."""
+    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; outfit: what they wear, None for what is drawn from the
+    face's seed; dressed: whether they wear anything but painted clothes."""
 
     sex: str = "female"
     age: float = 30.0
@@ -48,6 +52,8 @@ class Person:
     face_seed: int = 0
     skin: float = 0.3
     measures: Mapping[str, float] = field(default_factory=dict[str, float])
+    outfit: Outfit | None = None
+    dressed: bool = True
 
 
 def checked(told: Person) -> Person:
@@ -86,8 +92,15 @@ def fit(told: Person) -> Fitted:
 def make(told: Person, name: str = "person") -> Avatar:
     """The avatar of a person. Warns and raises as `fit` does."""
     found = fit(told)
-    albedo, patches = paint(body_model(), colours_of(checked(told)))
-    return assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
+    told = checked(told)
+    colours = colours_of(told)
+    if told.dressed:
+        colours = replace(colours, top=None, shorts=None)
+    albedo, patches = paint(body_model(), colours)
+    body = assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
+    if not told.dressed:
+        return body
+    return joined(body, outfit(body, told.outfit or drawn_outfit(told.sex, told.age, told.face_seed)))
 
 
 def face_of(model: BodyModel, rng: np.random.Generator) -> dict[str, float]:

@@ -1,0 +1,33 @@
+"""An outfit on a body: its garments made, laid over one another, as parts that a person has on."""
+
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.body_model.part import Part
+from vistel.figure.clothes.build import Build
+from vistel.figure.clothes.garment import Worn
+from vistel.figure.clothes.legs import LegCut, trousers
+from vistel.figure.clothes.shoes import ShoeCut, shoes
+from vistel.figure.clothes.tops import Cut, pulled_over
+from vistel.figure.clothes.wardrobe import Outfit
+from vistel.figure.clothes.weave import Weave
+
+_MARGIN = 0.05
+"""What is worn beneath goes on so far under a border [m]."""
+
+
+def outfit(body: Avatar, wearing: Outfit) -> tuple[Part, ...]:
+    """The garments on a naked body of the body model, the outermost first. The same words make the same parts."""
+    build = Build.of(body)
+    layers = _layers(build, wearing)
+    margin = _MARGIN * build.scale
+    return tuple(worn.beneath(layers[:k], margin).part(len(build.levels)) for k, worn in enumerate(layers))
+
+
+def _layers(build: Build, wearing: Outfit) -> list[Worn]:
+    """The outermost first."""
+    weave = Weave(wearing.pattern, wearing.top_colour, wearing.second)
+    legs = Weave("denim" if wearing.bottom == "jeans" else "plain", wearing.bottom_colour, (170, 178, 190))
+    return [
+        pulled_over(wearing.top, build, Cut(), weave, wearing.seed),
+        trousers(wearing.bottom, build, LegCut(), legs, wearing.seed),
+        shoes(wearing.shoes, build, ShoeCut(), wearing.shoe_colour, (34, 32, 30), wearing.seed),
+    ]

@@ -1,0 +1,107 @@
+"""Strips of cloth along a rim: hems that are folded in, ribs, collars, cuffs, and skirts hung from the hips."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vistel.arrays import F32, F64, I32
+from vistel.figure.clothes.cloth import Cloth
+
+
+def frames(cloth: Cloth, ring: I32, rounds: int = 2) -> tuple[F64, F64]:
+    """(N, 3) unit vectors at a rim: out of the cloth's face, and away from the cloth along its face; even along the rim."""
+    n, p = cloth.normals()[ring], cloth.points[ring]
+    for _ in range(rounds):
+        n = 0.5 * n + 0.25 * (np.roll(n, 1, axis=0) + np.roll(n, -1, axis=0))
+    along = np.roll(p, -1, axis=0) - np.roll(p, 1, axis=0)
+    away = np.cross(along, n)
+    for _ in range(rounds):
+        away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
+        away = 0.5 * away + 0.25 * (np.roll(away, 1, axis=0) + np.roll(away, -1, axis=0))
+    return tuple(v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-12) for v in (n, away))  # type: ignore[return-value]
+
+
+def offsets(cloth: Cloth, ring: I32, steps: Sequence[tuple[float, float]]) -> F64:
+    """(K, N, 3) rows of points along a rim; steps: how far out of the face and how far away from the cloth [m]."""
+    out, away = frames(cloth, ring)
+    return cloth.points[ring] + np.array([a * out + b * away for a, b in steps])
+
+
+def with_strip(
+    cloth: Cloth, ring: I32, rows: F64, panel: str = "", weight: F32 | None = None, limb: I32 | None = None
+) -> tuple[Cloth, I32]:
+    """The cloth with rows (K, N, 3) of points sewn to a rim (N,), and the new rim. panel: of the strip, on which its first side lies
+    along the rim from 0; "": it has the colour of the rim. weight: (K, N, BONES) and limb (K, N), by default as the rim has."""
+    count, first = len(ring), len(cloth.points)
+    number = np.vstack([ring, first + np.arange(len(rows) * count).reshape(len(rows), count)]).astype(np.int32)
+    here, following = number, np.roll(number, -1, axis=1)
+    a, b, c, d = here[:-1], here[1:], following[1:], following[:-1]
+    triangles = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    names = (*cloth.panels, panel) if panel and panel not in cloth.panels else cloth.panels
+    if panel:
+        own, flat = np.full(count, names.index(panel), np.int32), _unrolled(cloth.points[ring], rows)
+    else:
+        own, flat = _continued(cloth, ring, len(rows))
+    times = 2 * len(rows)
+    made = Cloth(
+        np.vstack([cloth.points, rows.reshape(-1, 3)]),
+        np.concatenate([cloth.triangles, triangles]).astype(np.int32),
+        np.vstack(
+            [
+                cloth.weight,
+                np.tile(cloth.weight[ring], (len(rows), 1)) if weight is None else weight.reshape(-1, cloth.weight.shape[1]),
+            ]
+        ),
+        np.concatenate([cloth.limb, np.tile(cloth.limb[ring], len(rows)) if limb is None else limb.ravel()]),
+        np.concatenate([cloth.panel, np.tile(own, times)]).astype(np.int32),
+        np.concatenate([cloth.flat, flat]),
+        names,
+    )
+    return made, number[-1]
+
+
+def hemmed(cloth: Cloth, ring: I32, thick: float, deep: float) -> Cloth:
+    """With its edge folded in: a rim as thick as the cloth, and a hem inside [m]."""
+    out, away = frames(cloth, ring)
+    p = cloth.points[ring]
+    rows = np.array([p - 0.35 * thick * out + 0.35 * thick * away, p - thick * out, p - 1.6 * thick * out - deep * away])
+    return with_strip(cloth, ring, rows)[0]
+
+
+def _continued(cloth: Cloth, ring: I32, rows: int) -> tuple[I32, F64]:
+    """(N,) panel beside each edge of a rim, and (F, 3, 2) places of a strip's triangles that all lie on the rim."""
+    edges = {(int(t[k]), int(t[(k + 1) % 3])): (f, k) for f, t in enumerate(cloth.triangles.tolist()) for k in range(3)}
+    at = [edges[i, j] for i, j in zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)]
+    face, k = np.array(at).T
+    here, following = cloth.flat[face, k], cloth.flat[face, (k + 1) % 3]
+    one = np.concatenate(
+        [np.tile(np.stack(c, axis=1), (rows, 1, 1)) for c in ((here, here, following), (here, following, following))]
+    )
+    return cloth.panel[face], one
+
+
+def _unrolled(rim: F64, rows: F64) -> F64:
+    """(F, 3, 2) places of a strip's triangles on a panel of its own."""
+    count, p = len(rim), np.concatenate([rim[None], rows])
+    round_it = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p[0], axis=0, append=p[0][:1]), axis=1))])
+    up = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=2).mean(axis=1))])
+    u, v = np.meshgrid(round_it, -up)
+    grid = np.stack([u, v], axis=-1)
+    a, b, c, d = grid[:-1, :count], grid[1:, :count], grid[1:, 1:], grid[:-1, 1:]
+    return np.concatenate([np.stack([a, b, c], axis=2).reshape(-1, 3, 2), np.stack([a, c, d], axis=2).reshape(-1, 3, 2)])
+
+
+def rolled(rows: F64, panels: Sequence[str], weight: F32, limb: I32) -> Cloth:
+    """Cloth of rows (K, N, 3) of points that are rings, the first one on top, clockwise seen from above. panels: (K - 1) of each band
+    between two of them. weight: (K, N, BONES); limb: (K, N)."""
+    count = rows.shape[1]
+    number = np.arange(rows.shape[0] * count, dtype=np.int32).reshape(-1, count)
+    here, following = number, np.roll(number, -1, axis=1)
+    a, b, c, d = here[:-1], here[1:], following[1:], following[:-1]
+    triangles = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    names = tuple(dict.fromkeys(panels))
+    own = np.tile(np.repeat([names.index(p) for p in panels], count), 2).astype(np.int32)
+    flat = _unrolled(rows[0], rows[1:])
+    return Cloth(
+        rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel(), own, flat, names
+    )
