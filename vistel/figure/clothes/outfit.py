@@ -6,7 +6,7 @@ from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.legs import LegCut, trousers
 from vistel.figure.clothes.shoes import ShoeCut, shoes
-from vistel.figure.clothes.tops import Cut, pulled_over
+from vistel.figure.clothes.tops import SWEATER, T_SHIRT, pulled_over
 from vistel.figure.clothes.wardrobe import Outfit
 from vistel.figure.clothes.weave import Weave
 
@@ -27,7 +27,7 @@ def _layers(build: Build, wearing: Outfit) -> list[Worn]:
     weave = Weave(wearing.pattern, wearing.top_colour, wearing.second)
     legs = Weave("denim" if wearing.bottom == "jeans" else "plain", wearing.bottom_colour, (170, 178, 190))
     return [
-        pulled_over(wearing.top, build, Cut(), weave, wearing.seed),
+        pulled_over(wearing.top, build, SWEATER if wearing.top == "sweater" else T_SHIRT, weave, wearing.seed),
         trousers(wearing.bottom, build, LegCut(), legs, wearing.seed),
         shoes(wearing.shoes, build, ShoeCut(), wearing.shoe_colour, (34, 32, 30), wearing.seed),
     ]

@@ -9,6 +9,7 @@ from vistel.arrays import F64, I32
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.tube import Tube
+from vistel.geometry.smoothstep import smoothstep
 
 PANELS = ("front", "back", "left_sleeve", "left_sleeve_back", "right_sleeve", "right_sleeve_back",
           "left_leg", "left_leg_back", "right_leg", "right_leg_back")  # fmt: skip
@@ -51,8 +52,17 @@ class Panels:
         for k in np.unique(panel):
             mine = panel == k
             corner = seen[min(k // 2, len(seen) - 1)][triangles]
-            flat[mine] = self.tubes[k // 2].unrolled(corner[mine].reshape(-1, 3), np.pi * (k % 2)).reshape(-1, 3, 2)
+            p = corner[mine].reshape(-1, 3)
+            at = self.tubes[k // 2].unrolled(p, np.pi * (k % 2))
+            flat[mine] = (self._upright(p, at, k) if k < 2 else at).reshape(-1, 3, 2)
         return panel, flat
+
+    def _upright(self, p: F64, at: F64, panel: int) -> F64:
+        """Places on the front or the back, whose threads go up over the shoulders and do not draw together at the neck."""
+        tube, scale = self.build.trunk, self.build.scale
+        high = smoothstep(self.build.armpit - 0.12 * scale, self.build.armpit + 0.02 * scale, p[:, 1])
+        across = tube.around * np.arcsin(np.clip(p[:, 0] / (1.25 * self.armhole), -1.0, 1.0)) * (1.0 - 2.0 * panel)
+        return np.column_stack([at[:, 0] + high * (across - at[:, 0]), at[:, 1]])
 
     def _front(self, p: F64) -> F64:
         """(N,) how far places lie to the front of the side seams [m]."""

@@ -21,6 +21,8 @@ _BACK = 1.04
 _WEIGHT_ROUNDS = 6
 _HANGING = 0.65
 _CHUNK = 256
+_MARGINS = (1.0, 0.6, 0.0)
+"""Of each level, as shares: larger triangles reach farther under a border anyhow."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +48,8 @@ class Pattern:
     def hides(self, build: Build, margin: float) -> tuple[Bool, ...]:
         """For each level (F,) triangles of the body that lie farther inside than `margin` [m]."""
         out: list[Bool] = []
-        for mesh in build.levels:
-            deep = build.on(mesh, *self.limbs) & (self.inside(mesh.vertices.astype(np.float64)) > margin)
+        for mesh, share in zip(build.levels, _MARGINS, strict=False):
+            deep = build.on(mesh, *self.limbs) & (self.inside(mesh.vertices.astype(np.float64)) > share * margin)
             out.append(deep[mesh.triangles].all(axis=1))
         return tuple(out)
 

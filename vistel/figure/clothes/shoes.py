@@ -34,7 +34,7 @@ def shoes(name: str, build: Build, cut: ShoeCut, colour: Colour, sole: Colour, s
     """A pair."""
     cloth = sewn([piece for side in SIDES for piece in _shoe(build, side, cut)])
     return Worn(
-        name, cloth, _hidden(build, cut), lambda p: np.full(len(p), -1.0), _painter(colour, sole, seed), (1000, 420, 170), 0.45
+        name, cloth, _hidden(build, cut), lambda p: np.full(len(p), -1.0), _painter(colour, sole, seed), (1000, 640, 260), 0.45
     )
 
 
@@ -103,8 +103,7 @@ def _sock(p: F64, rim: F64, scale: float) -> F64:
 def _outline(q: F64, room: float) -> F64:
     """(_COLUMNS, 2) points on the hull of points (N, 2), `room` outside it, from the heel on, clockwise seen from above."""
     turn = np.arange(_DIRECTIONS) * (2.0 * np.pi / _DIRECTIONS)
-    # x to the left, z to the front: from the heel by the left side forward would be counter-clockwise.
-    way = np.column_stack([-np.sin(turn), -np.cos(turn)])[::-1]
+    way = np.column_stack([-np.sin(turn), -np.cos(turn)])
     reach = q @ way.T
     hull = q[reach.argmax(axis=0)] + room * way
     step = np.linalg.norm(np.diff(hull, axis=0, append=hull[:1]), axis=1)

@@ -7,6 +7,9 @@ import numpy as np
 from vistel.arrays import F32, F64, I32
 from vistel.figure.clothes.cloth import Cloth
 
+_ASIDE = 5e-4
+"""How far beside a rim's place on its panel the strip's is [m]."""
+
 
 def frames(cloth: Cloth, ring: I32, rounds: int = 2) -> tuple[F64, F64]:
     """(N, 3) unit vectors at a rim: out of the cloth's face, and away from the cloth along its face; even along the rim."""
@@ -74,6 +77,8 @@ def _continued(cloth: Cloth, ring: I32, rows: int) -> tuple[I32, F64]:
     at = [edges[i, j] for i, j in zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)]
     face, k = np.array(at).T
     here, following = cloth.flat[face, k], cloth.flat[face, (k + 1) % 3]
+    # A seam along the rim: coarser levels keep the lines of seams.
+    here, following = here + _ASIDE, following + _ASIDE
     one = np.concatenate(
         [np.tile(np.stack(c, axis=1), (rows, 1, 1)) for c in ((here, here, following), (here, following, following))]
     )

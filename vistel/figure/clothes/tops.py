@@ -1,6 +1,7 @@
 """Tops that are pulled over: T-shirt and sweater."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -81,12 +82,14 @@ def sleeve_table(tube: Tube, clear: float, ease: float, taper: float) -> F64:
 
 @dataclass(frozen=True)
 class Cut:
-    """Of a top. thick: of its cloth [m]; over: how much farther out it lies over what is worn below the waist [m]; loose, ease, sleeve_ease, taper: as `trunk_table` and `sleeve_table` have them; ribs: height
-    of ribbed collar, cuffs and hem [m], 0 for hems that are folded in."""
+    """Of a top. Lengths are in metres, for a body of usual height. clear: least distance from the skin; over: how much farther out it
+    lies over what is worn below the waist; thick: of its cloth; loose, ease, sleeve_ease, taper: as `trunk_table` and `sleeve_table`
+    have them; sleeve: as `sleeves` has it; hem: as `hem_height` has it; neck: as `neckline` has it; collar: height of a ribbed one;
+    ribs: height of ribbed cuffs and hem, 0 for hems that are folded in."""
 
     clear: float = 0.006
-    thick: float = 0.0022
     over: float = 0.010
+    thick: float = 0.0022
     loose: float = 0.55
     ease: float = 0.012
     sleeve: float = 0.34
@@ -94,32 +97,67 @@ class Cut:
     taper: float = 0.06
     hem: float = 0.30
     neck: tuple[float, float] = (1.22, 0.016)
+    collar: float = 0.016
+    ribs: float = 0.0
+
+
+T_SHIRT = Cut()
+SWEATER = Cut(0.010, 0.011, 0.0035, 0.75, 0.016, 0.99, 0.013, 0.075, 0.22, (1.24, 0.012), 0.024, 0.055)
+_HEM = 0.018
+_RIB = 0.0062
+"""Width of a rib [m]."""
+
+
+def top_pattern(build: Build, cut: Cut, borders: Mapping[str, Field]) -> Pattern:
+    """Trunk and sleeves inside borders."""
+    over = above(build.waist + 0.05 * build.scale)
+
+    def clear(p: F64) -> F64:
+        return cut.clear + cut.over * smooth(-over(p) / (0.06 * build.scale))
+
+    arms = [sleeve_table(tube, cut.clear, cut.sleeve_ease, cut.taper) for tube in build.arms]
+    tables: Tables = (trunk_table(build, cut.clear, cut.loose, cut.ease), arms[0], arms[1], None, None)
+    return Pattern(UPPER, borders, clear, tables, of_top(build))
 
 
 def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     """A T-shirt or a sweater."""
-    hem = hem_height(build, cut.hem)
-    borders = {"neck": neckline(build, *cut.neck), "hem": above(hem), "cuff": sleeves(build, cut.sleeve)}
-    over = above(build.waist + 0.05 * build.scale)
-    clear = lambda p: cut.clear + cut.over * smooth(-over(p) / (0.06 * build.scale))  # noqa: E731
-    arms = [sleeve_table(tube, cut.clear, cut.sleeve_ease, cut.taper) for tube in build.arms]
-    tables: Tables = (trunk_table(build, cut.clear, cut.loose, cut.ease), arms[0], arms[1], None, None)
-    pattern = Pattern(UPPER, borders, clear, tables, of_top(build))
+    scale = build.scale
+    ribs = cut.ribs * scale
+    cuff = sleeves(build, cut.sleeve)
+    borders = {
+        "neck": neckline(build, *cut.neck),
+        "hem": above(hem_height(build, cut.hem) + ribs),
+        "cuff": lambda p: cuff(p) - ribs,
+    }
+    pattern = top_pattern(build, cut, borders)
     made = shell(build, pattern)
     cloth = made.cloth
     for rim, rings in made.rims.items():
-        for ring in rings:
+        for at in rings:
             if rim == "neck":
-                cloth, ring = with_strip(cloth, ring, offsets(cloth, ring, [(0.0014, 0.0), (0.0010, 0.016)]), "collar")
-            cloth = hemmed(cloth, ring, cut.thick, 0.018)
-    return Worn(name, cloth, pattern.hides(build, 0.028), pattern.inside, painter(weave, seed), (2300, 900, 380))
+                up = cut.collar * scale
+                steps = [(0.0014, 0.0), (0.0016, 0.5 * up), (0.0006, up)]
+            else:
+                tight = 0.6 * (cut.sleeve_ease if rim == "cuff" else cut.ease)
+                steps = [(-0.35 * tight, 0.06 * ribs), (-tight, 0.3 * ribs), (-tight, ribs)] if ribs else []
+            ring = at
+            if steps:
+                cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), f"{rim}_rib")
+            cloth = hemmed(cloth, ring, cut.thick, _HEM)
+    whole = replace(pattern, borders=borders | {"hem": above(hem_height(build, cut.hem)), "cuff": cuff})
+    return Worn(name, cloth, whole.hides(build, 0.028), whole.inside, painter(weave, seed), (2300, 1500, 560))
 
 
 def painter(weave: Weave, seed: int) -> Paint:
-    """The look of all panels."""
+    """The look of all panels, ribs on those whose names say so."""
 
     def paint(panel: str, u: F64, v: F64) -> Look:
         rng = np.random.default_rng((seed, sum(panel.encode())))
-        return weave.look(u, v, rng)
+        if not panel.endswith("_rib"):
+            return weave.look(u, v, rng)
+        plain = replace(weave, kind="plain").look(u, v, rng)
+        rib = np.cos(2.0 * np.pi * u / _RIB)
+        return Look(plain.colour * (0.93 + 0.05 * rib)[..., None], plain.height + 0.0005 * rib)
 
     return paint

@@ -18,6 +18,8 @@ BOTTOM_COLOURS: tuple[Colour, ...] = ((40, 46, 62), (58, 57, 56), (104, 92, 74),
 SHOE_COLOURS: tuple[Colour, ...] = ((52, 38, 30), (32, 32, 34), (104, 70, 46), (196, 194, 188))
 _LIGHT: Colour = (222, 220, 212)
 
+_DARK: Colour = (66, 78, 98)
+
 
 @dataclass(frozen=True)
 class Outfit:
@@ -50,14 +52,16 @@ def drawn_outfit(sex: str, age: float, seed: int) -> Outfit:
     rng = np.random.default_rng((seed, 23))
     top = TOPS[int(rng.integers(len(TOPS)))]
     pattern = str(rng.choice(WEAVES[:4], p=(0.55, 0.0, 0.25, 0.20))) if top != "sweater" else "knit"
+    colour = TOP_COLOURS[int(rng.integers(len(TOP_COLOURS)))]
+    light = sum(colour) > 480
     bottom = BOTTOMS[int(rng.random() < 0.5)]
     return Outfit(
         top,
         pattern,
         bottom,
         SHOES[int(rng.random() < 0.5)],
-        TOP_COLOURS[int(rng.integers(len(TOP_COLOURS)))],
-        _LIGHT,
+        colour,
+        _DARK if light else _LIGHT,
         BOTTOM_COLOURS[int(rng.integers(len(BOTTOM_COLOURS)))],
         SHOE_COLOURS[int(rng.integers(len(SHOE_COLOURS)))],
         seed,
