@@ -83,7 +83,7 @@ class Build:
     @cached_property
     def neck(self) -> tuple[F64, float]:
         """Middle of the neck where it is thinnest, and its mean radius there."""
-        p = self._dense("neck")
+        p = self.places("neck")
         low, high = self.joint("neck")[1], self.joint("head")[1]
         cuts = [p[np.abs(p[:, 1] - y) < 0.006 * self.scale] for y in np.linspace(low, 0.6 * low + 0.4 * high, 4)]
         ring = min((c for c in cuts if len(c) > 8), key=lambda c: float(np.ptp(c[:, 0])))
@@ -93,7 +93,7 @@ class Build:
     @cached_property
     def armpit(self) -> float:
         """Height."""
-        arm = self._dense("left_upper_arm")
+        arm = self.places("left_upper_arm")
         x = self.joint("left_upper_arm")[0] + 0.03 * self.scale
         return float(arm[np.abs(arm[:, 0] - x) < 0.02 * self.scale][:, 1].min())
 
@@ -101,7 +101,7 @@ class Build:
     def trunk(self) -> Tube:
         """From the top of the chest down to the crotch."""
         top = self.joint("spine_8")
-        p = self._dense(*(n for n in TRUNK if n != "collar"), "thigh")
+        p = self.places(*(n for n in TRUNK if n != "collar"), "thigh")
         p = p[p[:, 1] > self.crotch - 0.02]
         # Arms stand out of the trunk: what is beyond the shoulder joints is theirs.
         p = p[np.abs(p[:, 0]) < np.where(p[:, 1] > self.armpit - 0.02, 0.9 * self.joint("left_upper_arm")[0], 9.0)]
@@ -113,7 +113,7 @@ class Build:
 
         def arm(side: str, sign: float) -> Tube:
             shoulder, wrist = self.joint(f"{side}_upper_arm"), self.joint(f"{side}_hand")
-            p = self._dense(*(f"{side}_{n}" for n in (*ARM, "palm")))
+            p = self.places(*(f"{side}_{n}" for n in (*ARM, "palm")))
             return tube(p, shoulder, sign * np.eye(3)[0], np.eye(3)[2], (0.02, float(abs(wrist[0] - shoulder[0]))))
 
         return arm("left", 1.0), arm("right", -1.0)
@@ -124,7 +124,7 @@ class Build:
 
         def leg(side: str) -> Tube:
             hip, ankle = self.joint(f"{side}_upper_leg"), self.joint(f"{side}_foot")
-            p = self._dense(*(f"{side}_{n}" for n in LEG))
+            p = self.places(*(f"{side}_{n}" for n in LEG))
             return tube(p, hip, -np.eye(3)[1], np.eye(3)[2], (float(hip[1] - self.crotch), float(hip[1] - ankle[1] - 0.03)))
 
         return leg("left"), leg("right")
@@ -140,7 +140,7 @@ class Build:
             out[:, k] = self.on(mesh, *limbs)
         return Neighbours(mesh.triangles, len(mesh.vertices)).smoothed(out, _ROUNDS)
 
-    def _dense(self, *limbs: str) -> F64:
+    def places(self, *limbs: str) -> F64:
         """(N, 3) places all over the skin of limbs."""
         mesh = self.levels[0]
         corner = mesh.vertices[mesh.triangles[self.on(mesh, *limbs)[mesh.triangles].all(axis=1)]].astype(np.float64)

@@ -5,7 +5,9 @@ from vistel.figure.body_model.part import Part
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.legs import LegCut, trousers
+from vistel.figure.clothes.shirt import SHIRT, shirt
 from vistel.figure.clothes.shoes import ShoeCut, shoes
+from vistel.figure.clothes.skirt import DRESS, SkirtCut, dress, skirt
 from vistel.figure.clothes.tops import SWEATER, T_SHIRT, pulled_over
 from vistel.figure.clothes.wardrobe import Outfit
 from vistel.figure.clothes.weave import Weave
@@ -26,8 +28,13 @@ def _layers(build: Build, wearing: Outfit) -> list[Worn]:
     """The outermost first."""
     weave = Weave(wearing.pattern, wearing.top_colour, wearing.second)
     legs = Weave("denim" if wearing.bottom == "jeans" else "plain", wearing.bottom_colour, (170, 178, 190))
-    return [
-        pulled_over(wearing.top, build, SWEATER if wearing.top == "sweater" else T_SHIRT, weave, wearing.seed),
-        trousers(wearing.bottom, build, LegCut(), legs, wearing.seed),
-        shoes(wearing.shoes, build, ShoeCut(), wearing.shoe_colour, (34, 32, 30), wearing.seed),
-    ]
+    worn = shoes(wearing.shoes, build, ShoeCut(), wearing.shoe_colour, (34, 32, 30), wearing.seed)
+    if wearing.top == "dress":
+        return [dress("dress", build, DRESS, SkirtCut(), weave, wearing.seed), worn]
+    if wearing.bottom == "skirt":
+        lower = skirt("skirt", build, SkirtCut(), legs, wearing.seed)
+    else:
+        lower = trousers(wearing.bottom, build, LegCut(), legs, wearing.seed)
+    if wearing.top == "shirt":
+        return [lower, shirt("shirt", build, SHIRT, weave, wearing.seed), worn]
+    return [pulled_over(wearing.top, build, SWEATER if wearing.top == "sweater" else T_SHIRT, weave, wearing.seed), lower, worn]

@@ -110,3 +110,19 @@ def rolled(rows: F64, panels: Sequence[str], weight: F32, limb: I32) -> Cloth:
     return Cloth(
         rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel(), own, flat, names
     )
+
+
+def laid(rows: F64, panel: str, weight: F32, limb: I32) -> Cloth:
+    """Cloth of rows (K, N, 3) of points that are no rings, the first row lowest, going to the right seen from outside... weight: (K, N,
+    BONES); limb: (K, N)."""
+    count = rows.shape[1]
+    number = np.arange(rows.shape[0] * count, dtype=np.int32).reshape(-1, count)
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    triangles = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    u = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows.mean(axis=0), axis=0), axis=1))])
+    v = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows, axis=0), axis=2).mean(axis=1))])
+    flat = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)[triangles]
+    own = np.zeros(len(triangles), np.int32)
+    return Cloth(
+        rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel(), own, flat, (panel,)
+    )

@@ -85,7 +85,8 @@ class Cut:
     """Of a top. Lengths are in metres, for a body of usual height. clear: least distance from the skin; over: how much farther out it
     lies over what is worn below the waist; thick: of its cloth; loose, ease, sleeve_ease, taper: as `trunk_table` and `sleeve_table`
     have them; sleeve: as `sleeves` has it; hem: as `hem_height` has it; neck: as `neckline` has it; collar: height of a ribbed one;
-    ribs: height of ribbed cuffs and hem, 0 for hems that are folded in."""
+    ribs: height of ribbed cuffs and hem, 0 for hems that are folded in;
+    tucked: whether it goes under what is worn below the waist."""
 
     clear: float = 0.006
     over: float = 0.010
@@ -99,10 +100,11 @@ class Cut:
     neck: tuple[float, float] = (1.22, 0.016)
     collar: float = 0.016
     ribs: float = 0.0
+    tucked: bool = False
 
 
 T_SHIRT = Cut()
-SWEATER = Cut(0.010, 0.011, 0.0035, 0.75, 0.016, 0.99, 0.013, 0.075, 0.22, (1.24, 0.012), 0.024, 0.055)
+SWEATER = Cut(0.010, 0.014, 0.0035, 0.75, 0.016, 0.99, 0.013, 0.075, 0.22, (1.24, 0.012), 0.024, 0.055)
 _HEM = 0.018
 _RIB = 0.0062
 """Width of a rib [m]."""
@@ -116,7 +118,12 @@ def top_pattern(build: Build, cut: Cut, borders: Mapping[str, Field]) -> Pattern
         return cut.clear + cut.over * smooth(-over(p) / (0.06 * build.scale))
 
     arms = [sleeve_table(tube, cut.clear, cut.sleeve_ease, cut.taper) for tube in build.arms]
-    tables: Tables = (trunk_table(build, cut.clear, cut.loose, cut.ease), arms[0], arms[1], None, None)
+    trunk = trunk_table(build, cut.clear, cut.loose, cut.ease)
+    if cut.tucked:
+        low = build.trunk.origin[1] - build.trunk.s[:, None]
+        tight = build.trunk.girth + cut.clear
+        trunk = tight + smooth((low - build.waist - 0.01 * build.scale) / (0.07 * build.scale)) * (trunk - tight)
+    tables: Tables = (trunk, arms[0], arms[1], None, None)
     return Pattern(UPPER, borders, clear, tables, of_top(build))
 
 
@@ -139,7 +146,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
                 up = cut.collar * scale
                 steps = [(0.0014, 0.0), (0.0016, 0.5 * up), (0.0006, up)]
             else:
-                tight = 0.6 * (cut.sleeve_ease if rim == "cuff" else cut.ease)
+                tight = 0.6 * cut.sleeve_ease if rim == "cuff" else 0.2 * cut.ease
                 steps = [(-0.35 * tight, 0.06 * ribs), (-tight, 0.3 * ribs), (-tight, ribs)] if ribs else []
             ring = at
             if steps:

@@ -6,8 +6,8 @@ import numpy as np
 
 from vistel.figure.clothes.weave import WEAVES, Colour
 
-TOPS = ("t-shirt", "sweater")
-BOTTOMS = ("trousers", "jeans")
+TOPS = ("t-shirt", "sweater", "shirt", "dress")
+BOTTOMS = ("trousers", "jeans", "skirt")
 SHOES = ("shoes", "sneakers")
 TOP_COLOURS: tuple[Colour, ...] = (
     (52, 74, 108), (112, 50, 54), (62, 92, 80), (188, 174, 150), (94, 90, 116), (212, 212, 208),
