@@ -33,7 +33,12 @@ class Worn:
         under = np.zeros(len(self.cloth.triangles), np.bool_)
         for other in others:
             under |= (other.covers(self.cloth.points) > margin)[self.cloth.triangles].all(axis=1)
-        return replace(self, cloth=self.cloth.without(under))
+        if not under.any():
+            return self
+        kept = self.cloth.without(under)
+        share = len(kept.triangles) / len(self.cloth.triangles)
+        few, fewer, fewest = (round(share * count) for count in self.triangles)
+        return replace(self, cloth=kept, triangles=(few, fewer, fewest))
 
     def part(self, levels: int = 3) -> Part:
         """Finished."""

@@ -28,7 +28,7 @@ class LegCut:
     """Of trousers. clear, ease, thick [m]; taper: how much nearer a leg comes per metre below the hip; hem: radius of a leg's end, for
     a body of usual height [m]."""
 
-    clear: float = 0.005
+    clear: float = 0.007
     ease: float = 0.006
     thick: float = 0.0022
     taper: float = 0.055

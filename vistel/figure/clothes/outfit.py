@@ -2,6 +2,7 @@
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body_model.part import Part
+from vistel.figure.clothes.blazer import BLAZER, blazer
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.legs import LegCut, trousers
@@ -37,4 +38,8 @@ def _layers(build: Build, wearing: Outfit) -> list[Worn]:
         lower = trousers(wearing.bottom, build, LegCut(), legs, wearing.seed)
     if wearing.top == "shirt":
         return [lower, shirt("shirt", build, SHIRT, weave, wearing.seed), worn]
+    if wearing.top == "blazer":
+        under = Weave("plain", wearing.second)
+        jacket = blazer("blazer", build, BLAZER, weave, wearing.seed)
+        return [jacket, lower, shirt("shirt", build, SHIRT, under, wearing.seed), worn]
     return [pulled_over(wearing.top, build, SWEATER if wearing.top == "sweater" else T_SHIRT, weave, wearing.seed), lower, worn]

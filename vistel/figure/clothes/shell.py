@@ -28,7 +28,8 @@ _MARGINS = (1.0, 0.6, 0.0)
 @dataclass(frozen=True, eq=False)
 class Pattern:
     """What a garment is cut like. limbs: of the body that it may cover. borders: by name, how far inside each a place is. clear: least
-    distance from the skin at places (N, 3) [m]. tables: the cut. rounds: of easing."""
+    distance from the skin at places (N, 3) [m]. tables: the cut. rounds: of easing; waves: what
+    goes round a rim more often than so many times is evened."""
 
     limbs: tuple[str, ...]
     borders: Mapping[str, Field]
@@ -36,6 +37,7 @@ class Pattern:
     tables: Tables
     panels: Panels
     rounds: int = _ROUNDS
+    waves: int = 5
 
     def inside(self, p: F64) -> F64:
         """(N,) how far places lie inside all borders [m]."""
@@ -94,6 +96,8 @@ def _brought_out(build: Build, pattern: Pattern, cut: Cutting) -> F64:
     """(V, 3) where the cloth lies."""
     skin, n = cut.points, cut.normals
     share = build.shares[cut.source]
+    if not pattern.panels.legs:
+        share = np.column_stack([share[:, 0] + share[:, 3] + share[:, 4], share[:, 1:3], 0.0 * share[:, 3:]])
     clear = pattern.clear(skin)
     out = skin + clear[:, None] * n
     for k, (tube, table) in enumerate(zip(pattern.panels.tubes, pattern.tables, strict=True)):
@@ -111,7 +115,7 @@ def _brought_out(build: Build, pattern: Pattern, cut: Cutting) -> F64:
     for _ in range(pattern.rounds):
         # There and back (Taubin 1995): sleeves would be drawn thin.
         once = beside.smoothed(out)
-        out = _along_rims(once - _BACK * (beside.smoothed(once) - once), out, cut)
+        out = _along_rims(once - _BACK * (beside.smoothed(once) - once), out, cut, pattern.waves)
         short = clear - ((out - skin) * n).sum(axis=1)
         out += np.maximum(short, 0.0)[:, None] * n
         if pattern.panels.legs:
@@ -119,14 +123,14 @@ def _brought_out(build: Build, pattern: Pattern, cut: Cutting) -> F64:
     return out
 
 
-def _along_rims(eased: F64, before: F64, cut: Cutting) -> F64:
+def _along_rims(eased: F64, before: F64, cut: Cutting, waves: int) -> F64:
     """Rims go towards smooth curves, which are as long as they are: easing them as cloth is eased would draw them together."""
     for ring in cut.rims:
-        eased[ring] = before[ring] + 0.5 * (even_ring(before[ring]) - before[ring])
+        eased[ring] = before[ring] + 0.5 * (even_ring(before[ring], waves) - before[ring])
     return eased
 
 
-def even_ring(p: F64, waves: int = 5) -> F64:
+def even_ring(p: F64, waves: int) -> F64:
     """A ring (N, 3) without what varies faster than so many times round it."""
     step = np.linalg.norm(np.diff(p, axis=0, append=p[:1]), axis=1)
     turn = 2.0 * np.pi * (np.cumsum(step) - step) / step.sum()

@@ -16,7 +16,7 @@ from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, t
 from vistel.figure.clothes.weave import Weave
 from vistel.geometry.smoothstep import smooth
 
-SHIRT = Cut(0.004, 0.0, 0.0018, 0.60, 0.014, 0.985, 0.011, 0.065, 0.70, (1.20, 0.026), tucked=True)
+SHIRT = Cut(0.003, 0.0, 0.0018, 0.60, 0.014, 0.985, 0.011, 0.065, 0.70, (1.20, 0.026), tucked=True)
 _CUFF = 0.060
 _BUTTONS = 6
 _BUTTON = 0.0055
@@ -31,7 +31,7 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     cuff, deep = sleeves(build, cut.sleeve), _CUFF * scale
     borders = {
         "neck": neckline(build, *cut.neck),
-        "hem": above(build.waist - 0.07 * scale),
+        "hem": above(build.waist - 0.05 * scale),
         "cuff": lambda p: cuff(p) - deep,
     }
     pattern = top_pattern(build, cut, borders)

@@ -27,10 +27,10 @@ class SkirtCut:
     """length: how far down it goes, 0 at the crotch, 1 at the knee, 2 at the ankle; flare: how much wider it becomes per metre; folds:
     how many, and their depth at the hem, for a body of usual height [m]; clear, thick [m]."""
 
-    length: float = 1.0
-    flare: float = 0.16
-    folds: tuple[int, float] = (9, 0.010)
-    clear: float = 0.006
+    length: float = 0.86
+    flare: float = 0.05
+    folds: tuple[int, float] = (9, 0.005)
+    clear: float = 0.008
     thick: float = 0.0020
 
 

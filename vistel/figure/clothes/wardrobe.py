@@ -6,7 +6,7 @@ import numpy as np
 
 from vistel.figure.clothes.weave import WEAVES, Colour
 
-TOPS = ("t-shirt", "sweater", "shirt", "dress")
+TOPS = ("t-shirt", "sweater", "shirt", "blazer", "dress")
 BOTTOMS = ("trousers", "jeans", "skirt")
 SHOES = ("shoes", "sneakers")
 TOP_COLOURS: tuple[Colour, ...] = (
