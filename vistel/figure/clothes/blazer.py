@@ -37,14 +37,14 @@ def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     rings = sorted((ring for of in made.rims.values() for ring in of), key=lambda ring: -float(made.cloth.points[ring, 1].mean()))
     cloth, more = made.cloth, list[Cloth]()
     neck = next(ring for ring in rings if abs(float(cloth.points[ring, 0].mean())) < 0.05)
-    more.append(lapels(cloth, along(cloth, neck, 0.0, 120, lowest=True), scale, "lapel"))
+    more.append(lapels(cloth, along(cloth, neck, 0.0, 76, lowest=True), scale, "lapel"))
     for ring in rings:
         cloth = hemmed(cloth, ring, cut.thick, 0.016)
     height, at = middle_line(build, made.cloth)
     y = _button(build) - 0.5 * _CLOSED * scale
     place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])))) + (0.0, 0.0, 0.002)
     more.append(button(place, np.array((0.0, 0.0, 1.0)), made.cloth, 0.010))
-    return Worn(name, sewn([cloth, *more]), pattern.hides(build, 0.05), pattern.inside, _painter(build, weave, seed), (2900, 1900, 640))
+    return Worn(name, sewn([cloth, *more]), pattern.hides(build, 0.05), pattern.sinks(build), pattern.inside, _painter(build, weave, seed), (1900, 640))
 
 
 def _button(build: Build) -> float:

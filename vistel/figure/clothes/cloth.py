@@ -7,6 +7,7 @@ import numpy as np
 
 from vistel.arrays import F32, F64, I32, Bool
 from vistel.figure.avatar.avatar import Mesh
+from vistel.figure.avatar.detail import borders, coarser
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINTS
 
@@ -74,6 +75,40 @@ def sewn(pieces: Sequence[Cloth]) -> Cloth:
         np.concatenate([p.flat for p in pieces]),
         names,
     )
+
+
+_APART = 64.0
+"""By which panels lie apart while a cloth is thinned [m]."""
+
+
+def thinned(cloth: Cloth, triangles: int) -> tuple[Cloth, I32]:
+    """With about so many triangles, its borders as they are; and (V,) where its vertices have gone, -1 for those that are gone."""
+    at = cloth.flat + np.stack([_APART * cloth.panel, np.zeros(len(cloth.panel))], axis=-1)[:, None]
+    # A vertex with other texture coordinates on each triangle is left where it is: so are those on borders.
+    border = np.zeros(len(cloth.points), np.bool_)
+    border[cloth.triangles[borders(cloth.triangles.astype(np.int64)) > 0]] = True
+    border[np.roll(cloth.triangles, -1, axis=1)[borders(cloth.triangles.astype(np.int64)) > 0]] = True
+    alone = np.where(border[cloth.triangles], np.arange(cloth.triangles.size).reshape(-1, 3) + 1, 0).ravel()
+    rows = np.column_stack([cloth.triangles.ravel(), np.round(1e5 * at.reshape(-1, 2)).astype(np.int64), alone])
+    _, first, corner = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    number = np.arange(len(cloth.points), dtype=np.int32)
+    mesh = Mesh(
+        cloth.points.astype(np.float32),
+        cloth.triangles,
+        cloth.triangles.ravel()[first].astype(np.int32),
+        at.reshape(-1, 2)[first].astype(np.float32),
+        corner.reshape(-1, 3).astype(np.int32),
+        number,
+    )
+    few = coarser(mesh, triangles)
+    kept = few.limb
+    flat = few.uv[few.corner_triangles].astype(np.float64)
+    panel = np.round(flat[:, 0, 0] / _APART).astype(np.int32)
+    flat[..., 0] -= _APART * panel[:, None]
+    gone = np.full(len(number), -1, np.int32)
+    gone[kept] = np.arange(len(kept), dtype=np.int32)
+    out = Cloth(cloth.points[kept], few.triangles, cloth.weight[kept], cloth.limb[kept], panel, flat, cloth.panels)
+    return out, gone
 
 
 def mesh_of(cloth: Cloth, where: dict[str, F64]) -> Mesh:

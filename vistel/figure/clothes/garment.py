@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.arrays import Bool
+from vistel.arrays import F32, Bool
 from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.avatar.detail import coarser
 from vistel.figure.avatar.patch import Patch
@@ -17,15 +17,16 @@ from vistel.figure.clothes.sheet import Paint, Sheet
 
 @dataclass(frozen=True, eq=False)
 class Worn:
-    """cloth: on the finest level. hides: for each level (F,) triangles of the body. covers: how far inside its borders a place of the
-    body lies [m]; what is worn beneath is left out there. paint: its look. triangles: of each level, about."""
+    """cloth: on the finest level. hides, sinks: as `vistel.figure.body_model.part.Part` has them. covers: how far inside its borders a place of the
+    body lies [m]; what is worn beneath is left out there. paint: its look. triangles: of each coarser level, about."""
 
     name: str
     cloth: Cloth
     hides: tuple[Bool, ...]
+    sinks: tuple[F32, ...]
     covers: Field
     paint: Paint
-    triangles: tuple[int, int, int]
+    triangles: tuple[int, int]
     roughness: float = 0.85
 
     def beneath(self, others: Sequence["Worn"], margin: float) -> "Worn":
@@ -37,15 +38,14 @@ class Worn:
             return self
         kept = self.cloth.without(under)
         share = len(kept.triangles) / len(self.cloth.triangles)
-        few, fewer, fewest = (round(share * count) for count in self.triangles)
-        return replace(self, cloth=kept, triangles=(few, fewer, fewest))
+        few, fewer = (round(share * count) for count in self.triangles)
+        return replace(self, cloth=kept, triangles=(few, fewer))
 
     def part(self, levels: int = 3) -> Part:
         """Finished."""
         sheet = Sheet.of(self.cloth)
         colour, normal = sheet.painted(self.paint)
-        mesh, made = mesh_of(self.cloth, sheet.where), list[Mesh]()
-        for count in self.triangles[:levels]:
-            mesh = coarser(mesh, count)
-            made.append(mesh)
-        return Part(self.name, tuple(made), colour, (Patch(roughness=self.roughness, normal=normal),), self.hides)
+        made = [mesh_of(self.cloth, sheet.where)]
+        for count in self.triangles[: levels - 1]:
+            made.append(coarser(made[-1], count))
+        return Part(self.name, tuple(made), colour, (Patch(roughness=self.roughness, normal=normal),), self.hides, self.sinks)

@@ -56,7 +56,7 @@ def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int) -> W
             else:
                 cloth, ring = _to_the_shoe(build, cloth, ring)
                 cloth = hemmed(cloth, ring, cut.thick, 0.02)
-    return Worn(name, cloth, whole.hides(build, 0.03), whole.inside, painter(weave, seed), (2000, 1400, 520))
+    return Worn(name, cloth, whole.hides(build, 0.03), whole.sinks(build), whole.inside, painter(weave, seed), (1400, 520))
 
 
 def _leg(tube: Tube, cut: LegCut, scale: float) -> F64:

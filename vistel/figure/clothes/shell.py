@@ -7,11 +7,13 @@ import numpy as np
 
 from vistel.arrays import F32, F64, I32, Bool
 from vistel.figure.clothes.build import SIDES, Build, Neighbours
-from vistel.figure.clothes.cloth import Cloth
-from vistel.figure.clothes.cut import Cutting, Field, loops
+from vistel.figure.clothes.cloth import Cloth, thinned
+from vistel.figure.clothes.cut import Cutting, Field
 from vistel.figure.clothes.lowered import lowered
 from vistel.figure.clothes.panels import PANELS, Panels
+from vistel.figure.clothes.strip import even_ring
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.smoothstep import smooth
 
 Tables = tuple[F64 | None, F64 | None, F64 | None, F64 | None, F64 | None]
 """Of trunk, left and right arm, left and right leg: like `vistel.figure.clothes.tube.Tube.girth`, how far the cloth stands from the
@@ -21,7 +23,8 @@ _BACK = 1.04
 _WEIGHT_ROUNDS = 6
 _HANGING = 0.65
 _CHUNK = 256
-_MARGINS = (1.0, 0.6, 0.0)
+_SINKS, _GIVEN = (0.002, 0.005, 0.010), 0.012
+_MARGINS = (1.0, 0.8, 0.3)
 """Of each level, as shares: larger triangles reach farther under a border anyhow."""
 
 
@@ -29,7 +32,7 @@ _MARGINS = (1.0, 0.6, 0.0)
 class Pattern:
     """What a garment is cut like. limbs: of the body that it may cover. borders: by name, how far inside each a place is. clear: least
     distance from the skin at places (N, 3) [m]. tables: the cut. rounds: of easing; waves: what
-    goes round a rim more often than so many times is evened."""
+    goes round a rim more often than so many times is evened. triangles: of the shell, about."""
 
     limbs: tuple[str, ...]
     borders: Mapping[str, Field]
@@ -38,6 +41,7 @@ class Pattern:
     panels: Panels
     rounds: int = _ROUNDS
     waves: int = 5
+    triangles: int = 1500
 
     def inside(self, p: F64) -> F64:
         """(N,) how far places lie inside all borders [m]."""
@@ -50,10 +54,19 @@ class Pattern:
     def hides(self, build: Build, margin: float) -> tuple[Bool, ...]:
         """For each level (F,) triangles of the body that lie farther inside than `margin` [m]."""
         out: list[Bool] = []
-        for mesh, share in zip(build.levels, _MARGINS, strict=False):
-            deep = build.on(mesh, *self.limbs) & (self.inside(mesh.vertices.astype(np.float64)) > share * margin)
-            out.append(deep[mesh.triangles].all(axis=1))
+        for mesh, inside, share in zip(build.levels, self._depths(build), _MARGINS, strict=False):
+            out.append((inside > share * margin)[mesh.triangles].all(axis=1))
         return tuple(out)
+
+    def sinks(self, build: Build) -> tuple[F32, ...]:
+        """For each level (V,) how far skin that it covers gives way [m]: coarse meshes of skin and cloth would cross."""
+        depths = self._depths(build)
+        return tuple((most * smooth(d / _GIVEN)).astype(np.float32) for d, most in zip(depths, _SINKS, strict=False))
+
+    def _depths(self, build: Build) -> list[F64]:
+        """For each level (V,) how far vertices of the body lie inside [m]."""
+        meshes = build.levels
+        return [np.where(build.on(m, *self.limbs), self.inside(m.vertices.astype(np.float64)), -1.0) for m in meshes]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,10 +85,11 @@ def shell(build: Build, pattern: Pattern) -> Shell:
     weight = _evened(cut, pattern)
     seen = (out,) if pattern.panels.legs else lowered(build, out, cut.triangles, weight, cut.limb)
     panel, flat = pattern.panels.cut(cut.points, seen, cut.triangles)
+    cloth, place = thinned(Cloth(out, cut.triangles, weight, cut.limb, panel, flat, PANELS), pattern.triangles)
     rims: dict[str, list[I32]] = {}
-    for ring in loops(cut.triangles):
-        rims.setdefault(pattern.border_at(cut.points[ring]), []).append(ring)
-    return Shell(Cloth(out, cut.triangles, weight, cut.limb, panel, flat, PANELS), rims)
+    for ring in cut.rims:
+        rims.setdefault(pattern.border_at(cut.points[ring]), []).append(place[ring])
+    return Shell(cloth, rims)
 
 
 def spread(source: F64, values: F64, points: F64) -> F64:
@@ -120,6 +134,8 @@ def _brought_out(build: Build, pattern: Pattern, cut: Cutting) -> F64:
         out += np.maximum(short, 0.0)[:, None] * n
         if pattern.panels.legs:
             out[:, 0] = _apart(out[:, 0], share)
+    for ring in cut.rims:
+        out[ring] = even_ring(out[ring], pattern.waves)
     return out
 
 
@@ -128,15 +144,6 @@ def _along_rims(eased: F64, before: F64, cut: Cutting, waves: int) -> F64:
     for ring in cut.rims:
         eased[ring] = before[ring] + 0.5 * (even_ring(before[ring], waves) - before[ring])
     return eased
-
-
-def even_ring(p: F64, waves: int) -> F64:
-    """A ring (N, 3) without what varies faster than so many times round it."""
-    step = np.linalg.norm(np.diff(p, axis=0, append=p[:1]), axis=1)
-    turn = 2.0 * np.pi * (np.cumsum(step) - step) / step.sum()
-    k = np.arange(1, min(waves, (len(p) - 1) // 3) + 1)
-    basis = np.column_stack([np.ones(len(p)), np.cos(turn[:, None] * k), np.sin(turn[:, None] * k)])
-    return basis @ np.linalg.lstsq(basis, p, rcond=None)[0]
 
 
 def _evened(cut: Cutting, pattern: Pattern) -> F32:

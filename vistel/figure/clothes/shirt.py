@@ -41,7 +41,7 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
         for at in rings:
             ring = at
             if rim == "neck":
-                line = along(cloth, at, 0.022 * scale, 46)
+                line = along(cloth, at, 0.022 * scale, 32)
                 more.append(shirt_collar(line, 0.028 * scale, 0.044 * scale, 0.074 * scale, "collar"))
             elif rim == "cuff":
                 tight = 0.8 * cut.sleeve_ease
@@ -50,7 +50,7 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
             cloth = hemmed(cloth, ring, cut.thick, 0.014)
     more += _buttons(build, cloth)
     whole = replace(pattern, borders=borders | {"cuff": cuff})
-    return Worn(name, sewn([cloth, *more]), whole.hides(build, 0.028), whole.inside, _painter(weave, seed), (2700, 1700, 600))
+    return Worn(name, sewn([cloth, *more]), whole.hides(build, 0.028), whole.sinks(build), whole.inside, _painter(weave, seed), (1700, 600))
 
 
 def middle_line(build: Build, cloth: Cloth) -> tuple[F64, F64]:

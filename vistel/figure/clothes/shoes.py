@@ -6,7 +6,7 @@ import numpy as np
 
 from vistel.arrays import F64, Bool
 from vistel.figure.clothes.build import SIDES, Build
-from vistel.figure.clothes.cloth import Cloth, dense, sewn
+from vistel.figure.clothes.cloth import Cloth, dense, sewn, thinned
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.sheet import Look, Paint
 from vistel.figure.clothes.shell import spread
@@ -32,9 +32,9 @@ class ShoeCut:
 
 def shoes(name: str, build: Build, cut: ShoeCut, colour: Colour, sole: Colour, seed: int) -> Worn:
     """A pair."""
-    cloth = sewn([piece for side in SIDES for piece in _shoe(build, side, cut)])
+    cloth = thinned(sewn([piece for side in SIDES for piece in _shoe(build, side, cut)]), 1000)[0]
     return Worn(
-        name, cloth, _hidden(build, cut), lambda p: np.full(len(p), -1.0), _painter(colour, sole, seed), (1000, 640, 260), 0.45
+        name, cloth, _hidden(build, cut), (), lambda p: np.full(len(p), -1.0), _painter(colour, sole, seed), (640, 260), 0.45
     )
 
 

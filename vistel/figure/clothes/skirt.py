@@ -47,7 +47,7 @@ def skirt(name: str, build: Build, cut: SkirtCut, weave: Weave, seed: int) -> Wo
         cloth = hemmed(cloth, ring, cut.thick, 0.02)
     cloth = _hung(build, cloth, made.rims["hips"][0], cut)
     whole = replace(pattern, limbs=(*TRUNK, "thigh", "shank"), borders={"waist": borders["waist"], "hem": above(_end(build, cut))})
-    return Worn(name, cloth, whole.hides(build, 0.06), whole.inside, painter(weave, seed), (2000, 1400, 520))
+    return Worn(name, cloth, whole.hides(build, 0.06), whole.sinks(build), whole.inside, painter(weave, seed), (1400, 520))
 
 
 def dress(name: str, build: Build, cut: Cut, lower: SkirtCut, weave: Weave, seed: int) -> Worn:
@@ -63,7 +63,7 @@ def dress(name: str, build: Build, cut: Cut, lower: SkirtCut, weave: Weave, seed
             else:
                 cloth = hemmed(cloth, ring, cut.thick, 0.018)
     whole = replace(pattern, limbs=(*pattern.limbs, "shank"), borders=borders | {"hips": above(_end(build, lower))})
-    return Worn(name, cloth, whole.hides(build, 0.045), whole.inside, painter(weave, seed), (3600, 2400, 860))
+    return Worn(name, cloth, whole.hides(build, 0.045), whole.sinks(build), whole.inside, painter(weave, seed), (2400, 860))
 
 
 def _hips(build: Build) -> float:

@@ -7,11 +7,12 @@ import numpy as np
 from vistel.arrays import F32, F64, I32
 from vistel.figure.clothes.cloth import Cloth
 
+_WAVES = 8
 _ASIDE = 5e-4
 """How far beside a rim's place on its panel the strip's is [m]."""
 
 
-def frames(cloth: Cloth, ring: I32, rounds: int = 2) -> tuple[F64, F64]:
+def frames(cloth: Cloth, ring: I32, rounds: int = 5) -> tuple[F64, F64]:
     """(N, 3) unit vectors at a rim: out of the cloth's face, and away from the cloth along its face; even along the rim."""
     n, p = cloth.normals()[ring], cloth.points[ring]
     for _ in range(rounds):
@@ -26,8 +27,17 @@ def frames(cloth: Cloth, ring: I32, rounds: int = 2) -> tuple[F64, F64]:
 
 def offsets(cloth: Cloth, ring: I32, steps: Sequence[tuple[float, float]]) -> F64:
     """(K, N, 3) rows of points along a rim; steps: how far out of the face and how far away from the cloth [m]."""
-    out, away = frames(cloth, ring)
-    return cloth.points[ring] + np.array([a * out + b * away for a, b in steps])
+    out, away = frames(cloth, ring, 8)
+    return np.array([even_ring(cloth.points[ring] + a * out + b * away, _WAVES) for a, b in steps])
+
+
+def even_ring(p: F64, waves: int) -> F64:
+    """A ring (N, 3) without what varies faster than so many times round it."""
+    step = np.linalg.norm(np.diff(p, axis=0, append=p[:1]), axis=1)
+    turn = 2.0 * np.pi * (np.cumsum(step) - step) / step.sum()
+    k = np.arange(1, min(waves, (len(p) - 1) // 3) + 1)
+    basis = np.column_stack([np.ones(len(p)), np.cos(turn[:, None] * k), np.sin(turn[:, None] * k)])
+    return basis @ np.linalg.lstsq(basis, p, rcond=None)[0]
 
 
 def with_strip(
@@ -67,7 +77,7 @@ def hemmed(cloth: Cloth, ring: I32, thick: float, deep: float) -> Cloth:
     """With its edge folded in: a rim as thick as the cloth, and a hem inside [m]."""
     out, away = frames(cloth, ring)
     p = cloth.points[ring]
-    rows = np.array([p - 0.35 * thick * out + 0.35 * thick * away, p - thick * out, p - 1.6 * thick * out - deep * away])
+    rows = np.array([p - 0.7 * thick * out + 0.3 * thick * away, p - 1.7 * thick * out - deep * away])
     return with_strip(cloth, ring, rows)[0]
 
 

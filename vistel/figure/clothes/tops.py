@@ -153,7 +153,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), f"{rim}_rib")
             cloth = hemmed(cloth, ring, cut.thick, _HEM)
     whole = replace(pattern, borders=borders | {"hem": above(hem_height(build, cut.hem)), "cuff": cuff})
-    return Worn(name, cloth, whole.hides(build, 0.028), whole.inside, painter(weave, seed), (2300, 1500, 560))
+    return Worn(name, cloth, whole.hides(build, 0.028), whole.sinks(build), whole.inside, painter(weave, seed), (1500, 560))
 
 
 def painter(weave: Weave, seed: int) -> Paint:
