@@ -7,7 +7,7 @@ import numpy as np
 
 from vistel.arrays import F32, F64, I32, U8, Bool
 from vistel.figure.avatar.atlas import atlas
-from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh, Target
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.figure import vertex_normals
 
@@ -94,7 +94,7 @@ def _together(meshes: Sequence[Mesh]) -> Mesh:
     corner = np.cumsum([0, *(len(m.uv) for m in meshes)]).astype(np.int32)
     assert all(m.bone is not None and m.weight is not None for m in meshes), "parts have bones"
     names = dict.fromkeys(t.name for m in meshes for t in m.targets)
-    targets = []
+    targets: list[Target] = []
     for name in names:
         found = [(t, f) for m, f in zip(meshes, first, strict=False) for t in m.targets if t.name == name]
         vertex = np.concatenate([t.vertex + f for t, f in found]).astype(np.int32)

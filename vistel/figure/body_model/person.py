@@ -40,8 +40,8 @@ class PersonWarning(UserWarning):
 class Person:
     """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
-    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; outfit: what they wear, None for what is drawn from the
-    face's seed; dressed: whether they wear anything but painted clothes."""
+    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; outfit: what they wear, None for what is drawn from
+    the face's seed; dressed: whether they wear anything but painted clothes."""
 
     sex: str = "female"
     age: float = 30.0

@@ -10,14 +10,14 @@ from vistel.figure.clothes.cloth import Cloth, sewn
 from vistel.figure.clothes.collar import along, lapels
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.garment import Worn
+from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import shell
-from vistel.figure.clothes.sheet import Look, Paint
 from vistel.figure.clothes.shirt import button, middle_line
 from vistel.figure.clothes.strip import hemmed
 from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, top_pattern
-from vistel.figure.clothes.weave import Weave
+from vistel.figure.clothes.weave import Floats, Look, Weave
 
-BLAZER = Cut(0.0105, 0.010, 0.0035, 0.62, 0.022, 0.955, 0.017, 0.06, 0.0, (1.34, 0.010))
+BLAZER = Cut(0.0105, 0.010, 0.0035, 0.62, 0.022, 0.955, 0.016, 0.12, 0.0, (1.34, 0.010))
 _CLOSED = 0.022
 """Height over which the fronts are closed [m]."""
 
@@ -42,9 +42,17 @@ def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
         cloth = hemmed(cloth, ring, cut.thick, 0.016)
     height, at = middle_line(build, made.cloth)
     y = _button(build) - 0.5 * _CLOSED * scale
-    place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])))) + (0.0, 0.0, 0.002)
+    place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])) + 0.002))
     more.append(button(place, np.array((0.0, 0.0, 1.0)), made.cloth, 0.010))
-    return Worn(name, sewn([cloth, *more]), pattern.hides(build, 0.05), pattern.sinks(build), pattern.inside, _painter(build, weave, seed), (1900, 640))
+    return Worn(
+        name,
+        sewn([cloth, *more]),
+        pattern.hides(build, 0.05),
+        pattern.sinks(build),
+        pattern.inside,
+        _painter(build, weave, seed),
+        (1900, 640),
+    )
 
 
 def _button(build: Build) -> float:
@@ -72,10 +80,13 @@ def _painter(build: Build, weave: Weave, seed: int) -> Paint:
     plain = painter(weave, seed)
     low = build.crotch + 0.30 * (build.waist - build.crotch) - float(build.trunk.origin[1])
 
-    def paint(panel: str, u: F64, v: F64) -> Look:
+    def paint(panel: str, u: Floats, v: Floats) -> Look:
         if panel == "button":
             return Look(np.broadcast_to(0.45 * np.array(weave.colour), (*u.shape, 3)), np.zeros_like(u))
         look = plain(panel, u, v)
+        if panel == "lapel":
+            edge = np.exp(-np.square((v - 0.003) / 0.003))
+            return Look(look.colour * (1.04 - 0.38 * edge)[..., None], look.height)
         if panel != "front":
             return look
         # Flaps of the pockets at the hips.

@@ -85,7 +85,9 @@ class Build:
         """Middle of the neck where it is thinnest, and its mean radius there."""
         p = self.places("neck")
         low, high = self.joint("neck")[1], self.joint("head")[1]
-        cuts = [p[np.abs(p[:, 1] - y) < 0.006 * self.scale] for y in np.linspace(low, 0.6 * low + 0.4 * high, 4)]
+        cuts = [
+            p[np.abs(p[:, 1] - y) < 0.006 * self.scale] for y in (low + share * (high - low) for share in (0.0, 0.13, 0.27, 0.4))
+        ]
         ring = min((c for c in cuts if len(c) > 8), key=lambda c: float(np.ptp(c[:, 0])))
         middle = 0.5 * (ring.min(axis=0) + ring.max(axis=0))
         return middle, float(np.hypot(*(ring - middle)[:, [0, 2]].T).mean())

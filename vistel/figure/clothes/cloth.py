@@ -18,8 +18,8 @@ BONES = len(JOINTS) + len(TWIST_BONES)
 @dataclass(frozen=True, eq=False)
 class Cloth:
     """points: (V, 3) in the T-pose [m]. triangles: (F, 3), counter-clockwise seen from outside. weight: (V, BONES) shares of bones.
-    limb: (V,) of the body beneath. panel: (F,) name of the panel that a triangle is cut from, by index into `panels`; flat: (F, 3, 2)
-    where its corners lie on that panel [m]."""
+    limb: (V,) of the body beneath. panel: (F,) name of the panel that a triangle is cut from, by index into `panels`; flat: (F, 3,
+    2) where its corners lie on that panel [m]."""
 
     points: F64
     triangles: I32

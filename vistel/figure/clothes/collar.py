@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vistel.arrays import F32, F64, I32
+from vistel.arrays import F32, F64, I32, I64
 from vistel.figure.clothes.cloth import Cloth
 from vistel.figure.clothes.shell import spread
 from vistel.figure.clothes.strip import frames, laid
@@ -13,8 +13,8 @@ from vistel.figure.clothes.strip import frames, laid
 
 @dataclass(frozen=True, eq=False)
 class Line:
-    """Places evenly along a rim. points, out, away: (N, 3), of which the last two are those of `vistel.figure.clothes.strip.frames`;
-    weight: (N, BONES); limb: (N,)."""
+    """Places evenly along a rim. points, out, away: (N, 3), of which the last two are those of
+    `vistel.figure.clothes.strip.frames`; weight: (N, BONES); limb: (N,)."""
 
     points: F64
     out: F64
@@ -33,14 +33,14 @@ def along(cloth: Cloth, ring: I32, gap: float, count: int, lowest: bool = False)
     out, away = frames(cloth, ring, 4)
     step = np.linalg.norm(np.diff(p, axis=0, append=p[:1]), axis=1)
     at = np.concatenate([[0.0], np.cumsum(step)])
-    wanted = np.linspace(0.5 * gap, at[-1] - 0.5 * gap, count)
+    wanted: F64 = np.linspace(0.5 * gap, at[-1] - 0.5 * gap, count)
 
     def read(values: F64) -> F64:
         closed = np.vstack([values, values[:1]])
         return np.column_stack([np.interp(wanted, at, closed[:, k]) for k in range(values.shape[1])])
 
     n, a = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (read(out), read(away)))
-    nearest = np.clip(np.searchsorted(at, wanted), 0, len(ring)) % len(ring)
+    nearest: I64 = np.clip(np.searchsorted(at, wanted), 0, len(ring)) % len(ring)
     return Line(read(p), n, a, read(cloth.weight[ring].astype(np.float64)).astype(np.float32), cloth.limb[ring[nearest]])
 
 

@@ -15,8 +15,8 @@ _SNAP = 0.45
 
 
 class Cutting:
-    """Part of a body's skin. points, normals: (V, 3); triangles: (F, 3); weight: (V, BONES); limb: (V,); source: (V,) the nearest vertex
-    of the body; rims: its borders, as `loops` gives them."""
+    """Part of a body's skin. points, normals: (V, 3); triangles: (F, 3); weight: (V, BONES); limb: (V,); source: (V,) the nearest
+    vertex of the body; rims: its borders, as `loops` gives them."""
 
     def __init__(self, mesh: Mesh, normals: F64, chosen: Bool, field: Field, seams: Sequence[Field] = ()) -> None:
         """chosen: (V,) vertices of the mesh that cloth may cover at all. seams: edges are laid along where these are zero."""

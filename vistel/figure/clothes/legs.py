@@ -25,8 +25,8 @@ _ROWS = 3
 
 @dataclass(frozen=True)
 class LegCut:
-    """Of trousers. clear, ease, thick [m]; taper: how much nearer a leg comes per metre below the hip; hem: radius of a leg's end, for
-    a body of usual height [m]."""
+    """Of trousers. clear, ease, thick [m]; taper: how much nearer a leg comes per metre below the hip; hem: radius of a leg's end,
+    for a body of usual height [m]."""
 
     clear: float = 0.007
     ease: float = 0.006
@@ -49,13 +49,12 @@ def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int) -> W
     seen = {"waist": borders["waist"], "shoe": above(float(build.joint("left_foot")[1]) - 0.02 * scale)}
     whole = replace(pattern, borders=seen)
     for rim, rings in made.rims.items():
-        for ring in rings:
+        for at in rings:
             if rim == "waist":
-                cloth, ring = with_strip(cloth, ring, offsets(cloth, ring, [(0.0018, 0.001), (0.0022, band)]), "waistband")
-                cloth = hemmed(cloth, ring, cut.thick, 0.02)
+                cloth, ring = with_strip(cloth, at, offsets(cloth, at, [(0.0018, 0.001), (0.0022, band)]), "waistband")
             else:
-                cloth, ring = _to_the_shoe(build, cloth, ring)
-                cloth = hemmed(cloth, ring, cut.thick, 0.02)
+                cloth, ring = _to_the_shoe(build, cloth, at)
+            cloth = hemmed(cloth, ring, cut.thick, 0.02)
     return Worn(name, cloth, whole.hides(build, 0.03), whole.sinks(build), whole.inside, painter(weave, seed), (1400, 520))
 
 
@@ -74,7 +73,7 @@ def _to_the_shoe(build: Build, cloth: Cloth, ring: I32) -> tuple[Cloth, I32]:
     far = np.linalg.norm(out, axis=1, keepdims=True)
     front = (out[:, 2:] / far).ravel()
     low = scale * (0.026 + 0.046 * smooth(0.5 * (front + 1.0)))
-    rows = []
+    rows: list[F64] = []
     for k in range(1, _ROWS + 1):
         t = k / _ROWS
         at = p + 0.006 * scale * np.sin(np.pi * t) * out / far * np.maximum(front, 0.0)[:, None]

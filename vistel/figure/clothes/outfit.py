@@ -4,6 +4,7 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body_model.part import Part
 from vistel.figure.clothes.blazer import BLAZER, blazer
 from vistel.figure.clothes.build import Build
+from vistel.figure.clothes.folds import Folds
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.legs import LegCut, trousers
 from vistel.figure.clothes.shirt import SHIRT, shirt
@@ -13,7 +14,7 @@ from vistel.figure.clothes.tops import SWEATER, T_SHIRT, pulled_over
 from vistel.figure.clothes.wardrobe import Outfit
 from vistel.figure.clothes.weave import Weave
 
-_MARGIN = 0.05
+_MARGIN = 0.035
 """What is worn beneath goes on so far under a border [m]."""
 
 
@@ -21,8 +22,9 @@ def outfit(body: Avatar, wearing: Outfit) -> tuple[Part, ...]:
     """The garments on a naked body of the body model, the outermost first. The same words make the same parts."""
     build = Build.of(body)
     layers = _layers(build, wearing)
+    folds = Folds(build, wearing.seed)
     margin = _MARGIN * build.scale
-    return tuple(worn.beneath(layers[:k], margin).part(len(build.levels)) for k, worn in enumerate(layers))
+    return tuple(worn.beneath(layers[:k], margin).part(folds, len(build.levels)) for k, worn in enumerate(layers))
 
 
 def _layers(build: Build, wearing: Outfit) -> list[Worn]:

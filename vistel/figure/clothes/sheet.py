@@ -7,29 +7,25 @@ import numpy as np
 
 from vistel.arrays import F64, U8
 from vistel.figure.clothes.cloth import Cloth
+from vistel.figure.clothes.folds import Folds
+from vistel.figure.clothes.weave import Floats, Look
 
 SIZE = 512
 """Texels of a sheet along a side."""
+_SHADE = 60.0
+"""Share of light that a fold takes, per metre."""
 _GAP = 3
 """Texels between panels."""
 
 
-@dataclass(frozen=True, eq=False)
-class Look:
-    """What cloth looks like at places of a panel (H, W): colour (H, W, 3) sRGB 0 to 255, height (H, W) [m]."""
-
-    colour: F64
-    height: F64
-
-
-Paint = Callable[[str, F64, F64], Look]
+Paint = Callable[[str, Floats, Floats], Look]
 """The look of a panel, by its name, at places u and v (H, W) on it [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """where: (2, 2) of each panel, as `vistel.figure.clothes.cloth.mesh_of` takes it; box: of each, its first and last column and row,
-    first row at the top, in texels."""
+    """where: (2, 2) of each panel, as `vistel.figure.clothes.cloth.mesh_of` takes it; box: of each, its first and last column and
+    row, first row at the top, in texels."""
 
     where: dict[str, F64]
     box: dict[str, tuple[int, int, int, int]]
@@ -56,16 +52,20 @@ class Sheet:
             box[name] = (max(0, x - _GAP), min(SIZE, int(x + size[0]) + _GAP), max(0, y - _GAP), min(SIZE, int(y + size[1]) + _GAP))
         return Sheet(where | {n: np.zeros((2, 2)) for n in cloth.panels if n not in used}, box, texels)
 
-    def painted(self, paint: Paint) -> tuple[U8, U8]:
+    def painted(self, paint: Paint, folds: Folds) -> tuple[U8, U8]:
         """(SIZE, SIZE, 3) colours, and normals as `vistel.figure.avatar.patch.Patch` has them."""
         colour, normal = np.full((SIZE, SIZE, 3), 128, np.uint8), np.full((SIZE, SIZE, 3), (128, 128, 255), np.uint8)
         for name, (x0, x1, y0, y1) in self.box.items():
             u, v = (np.arange(x0, x1) + 0.5) / SIZE, 1.0 - (np.arange(y0, y1) + 0.5) / SIZE
             offset, scale = self.where[name]
-            across, up = np.meshgrid((u - offset[0]) / scale[0], (v - offset[1]) / scale[1])
-            look = paint(name, across, up)
-            colour[y0:y1, x0:x1] = np.clip(look.colour, 0.0, 255.0)
-            slope_v, slope_u = np.gradient(look.height, 1.0 / self.texels)
+            across, up = np.meshgrid(
+                ((u - offset[0]) / scale[0]).astype(np.float32), ((v - offset[1]) / scale[1]).astype(np.float32)
+            )
+            look, fold = paint(name, across, up), folds.height(name, across, up)
+            # Less light comes into a fold.
+            shade = 1.0 + np.clip(_SHADE * fold, -0.14, 0.05)
+            colour[y0:y1, x0:x1] = np.clip(look.colour * shade[..., None], 0.0, 255.0)
+            slope_v, slope_u = np.gradient(look.height + fold, 1.0 / self.texels)
             n = np.stack([-slope_u, slope_v, np.ones_like(slope_u)], axis=-1)
             normal[y0:y1, x0:x1] = np.round(128.0 + 127.0 * n / np.linalg.norm(n, axis=-1, keepdims=True))
         return colour, normal

@@ -30,9 +30,9 @@ _MARGINS = (1.0, 0.8, 0.3)
 
 @dataclass(frozen=True, eq=False)
 class Pattern:
-    """What a garment is cut like. limbs: of the body that it may cover. borders: by name, how far inside each a place is. clear: least
-    distance from the skin at places (N, 3) [m]. tables: the cut. rounds: of easing; waves: what
-    goes round a rim more often than so many times is evened. triangles: of the shell, about."""
+    """What a garment is cut like. limbs: of the body that it may cover. borders: by name, how far inside each a place is. clear:
+    least distance from the skin at places (N, 3) [m]. tables: the cut. rounds: of easing; waves: what goes round a rim more often
+    than so many times is evened. triangles: of the shell, about."""
 
     limbs: tuple[str, ...]
     borders: Mapping[str, Field]
@@ -55,7 +55,8 @@ class Pattern:
         """For each level (F,) triangles of the body that lie farther inside than `margin` [m]."""
         out: list[Bool] = []
         for mesh, inside, share in zip(build.levels, self._depths(build), _MARGINS, strict=False):
-            out.append((inside > share * margin)[mesh.triangles].all(axis=1))
+            deep: Bool = inside > share * margin
+            out.append(deep[mesh.triangles].all(axis=1))
         return tuple(out)
 
     def sinks(self, build: Build) -> tuple[F32, ...]:
@@ -122,7 +123,7 @@ def _brought_out(build: Build, pattern: Pattern, cut: Cutting) -> F64:
         if k == 0:
             ends = np.clip((build.armpit + 0.08 * scale - skin[:, 1]) / (0.10 * scale), 0.0, 1.0)
         else:
-            ends = np.clip((s - tube.s[0]) / (0.06 * scale), 0.0, 1.0)
+            ends = smooth((s - tube.s[0]) / ((0.15 if k < 3 else 0.06) * scale))
         more = np.maximum(tube.read(table, s, angle) - far - clear, 0.0)
         out += (np.clip(share[:, k], 0.0, 1.0) * ends * more)[:, None] * way
     beside = Neighbours(cut.triangles, len(skin))
@@ -155,7 +156,9 @@ def _evened(cut: Cutting, pattern: Pattern) -> F32:
     weight[:, used] += free * (beside.smoothed(weight[:, used].astype(np.float64), _WEIGHT_ROUNDS) - weight[:, used])
     if not pattern.panels.legs:
         _to_the_hips(weight)
-    return weight.astype(np.float32)
+    for ring in cut.rims:
+        weight[np.ix_(ring, used)] = np.maximum(even_ring(weight[np.ix_(ring, used)].astype(np.float64), pattern.waves), 0.0)
+    return weight / weight.sum(axis=1, keepdims=True)
 
 
 def _to_the_hips(weight: F32) -> None:

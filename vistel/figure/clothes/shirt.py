@@ -8,15 +8,16 @@ from vistel.arrays import F64
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.cloth import Cloth, sewn
 from vistel.figure.clothes.collar import along, shirt_collar
+from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.garment import Worn
+from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import shell
-from vistel.figure.clothes.sheet import Look, Paint
 from vistel.figure.clothes.strip import hemmed, offsets, with_strip
 from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, top_pattern
-from vistel.figure.clothes.weave import Weave
+from vistel.figure.clothes.weave import Floats, Look, Weave
 from vistel.geometry.smoothstep import smooth
 
-SHIRT = Cut(0.003, 0.0, 0.0018, 0.60, 0.014, 0.985, 0.011, 0.065, 0.70, (1.20, 0.026), tucked=True)
+SHIRT = Cut(0.003, 0.0, 0.0018, 0.60, 0.014, 0.985, 0.011, 0.13, 0.70, (1.20, 0.026), tucked=True)
 _CUFF = 0.060
 _BUTTONS = 6
 _BUTTON = 0.0055
@@ -29,7 +30,7 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     """A shirt."""
     scale = build.scale
     cuff, deep = sleeves(build, cut.sleeve), _CUFF * scale
-    borders = {
+    borders: dict[str, Field] = {
         "neck": neckline(build, *cut.neck),
         "hem": above(build.waist - 0.05 * scale),
         "cuff": lambda p: cuff(p) - deep,
@@ -50,7 +51,9 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
             cloth = hemmed(cloth, ring, cut.thick, 0.014)
     more += _buttons(build, cloth)
     whole = replace(pattern, borders=borders | {"cuff": cuff})
-    return Worn(name, sewn([cloth, *more]), whole.hides(build, 0.028), whole.sinks(build), whole.inside, _painter(weave, seed), (1700, 600))
+    return Worn(
+        name, sewn([cloth, *more]), whole.hides(build, 0.028), whole.sinks(build), whole.inside, _painter(weave, seed), (1700, 600)
+    )
 
 
 def middle_line(build: Build, cloth: Cloth) -> tuple[F64, F64]:
@@ -74,7 +77,9 @@ def button(at: F64, out: F64, like: Cloth, radius: float) -> Cloth:
     ring = radius * (np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * up)
     points = np.vstack([at + ring, at + 0.9 * ring + 0.0022 * out, at + 0.0016 * out])
     k, n = np.arange(8), np.roll(np.arange(8), -1)
-    triangles = np.vstack([np.column_stack([k, n, 8 + n]), np.column_stack([k, 8 + n, 8 + k]), np.column_stack([8 + k, 8 + n, 0 * k + 16])])
+    triangles = np.vstack(
+        [np.column_stack([k, n, 8 + n]), np.column_stack([k, 8 + n, 8 + k]), np.column_stack([8 + k, 8 + n, 0 * k + 16])]
+    )
     nearest = int(np.argmin(np.square(like.points - at).sum(axis=1)))
     flat = np.column_stack([(points - at) @ side, (points - at) @ up])[triangles]
     weight, limb = np.tile(like.weight[nearest], (17, 1)), np.full(17, like.limb[nearest], np.int32)
@@ -84,7 +89,8 @@ def button(at: F64, out: F64, like: Cloth, radius: float) -> Cloth:
 def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:
     height, at = middle_line(build, cloth)
     out: list[Cloth] = []
-    for y in np.linspace(build.waist + 0.01, height[-1] - 0.022 * build.scale, _BUTTONS):
+    places: list[float] = np.linspace(build.waist + 0.01, height[-1] - 0.022 * build.scale, _BUTTONS).tolist()
+    for y in places:
         z = float(np.interp(y, height, at[:, 2]))
         slope = float(np.interp(y + 0.01, height, at[:, 2]) - z) / 0.01
         face = np.array((0.0, -slope, 1.0))
@@ -95,7 +101,7 @@ def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:
 def _painter(weave: Weave, seed: int) -> Paint:
     plain = painter(weave, seed)
 
-    def paint(panel: str, u: F64, v: F64) -> Look:
+    def paint(panel: str, u: Floats, v: Floats) -> Look:
         if panel == "button":
             return Look(np.broadcast_to(np.array((226.0, 222.0, 210.0)), (*u.shape, 3)), np.zeros_like(u))
         look = plain(panel, u, v)

@@ -8,10 +8,10 @@ from vistel.arrays import F64, Bool
 from vistel.figure.clothes.build import SIDES, Build
 from vistel.figure.clothes.cloth import Cloth, dense, sewn, thinned
 from vistel.figure.clothes.garment import Worn
-from vistel.figure.clothes.sheet import Look, Paint
+from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import spread
 from vistel.figure.clothes.strip import rolled
-from vistel.figure.clothes.weave import Colour
+from vistel.figure.clothes.weave import Colour, Floats, Look
 
 _COLUMNS = 28
 _SOCK = 0.075
@@ -21,8 +21,8 @@ _DIRECTIONS = 96
 
 @dataclass(frozen=True)
 class ShoeCut:
-    """Lengths for a body of usual height [m]. sole: its height; welt: how far it stands out; room: round the foot; top: height of the
-    opening above the ankle joint."""
+    """Lengths for a body of usual height [m]. sole: its height; welt: how far it stands out; room: round the foot; top: height of
+    the opening above the ankle joint."""
 
     sole: float = 0.022
     welt: float = 0.004
@@ -46,7 +46,7 @@ def _hidden(build: Build, cut: ShoeCut) -> tuple[Bool, ...]:
     """Below the opening, but for what is seen in it."""
     out: list[Bool] = []
     for mesh in build.levels:
-        deep = build.on(mesh, "foot", "shank") & (mesh.vertices[:, 1] < _opening(build, cut) + 0.04 * build.scale)
+        deep: Bool = build.on(mesh, "foot", "shank") & (mesh.vertices[:, 1] < _opening(build, cut) + 0.04 * build.scale)
         out.append(deep[mesh.triangles].all(axis=1))
     return tuple(out)
 
@@ -73,9 +73,10 @@ def _shoe(build: Build, side: str, cut: ShoeCut) -> list[Cloth]:
     rim, floor = upper[0], upper[-1]
     inside = rim + 0.06 * (rim.mean(axis=0) - rim)
     deep = inside - np.array((0.0, 0.012 * scale, 0.0))
+    up = np.eye(3)[1]
     edge = _grown(floor, cut.welt * scale)
     low = _at_height(_grown(floor, 0.4 * cut.welt * scale), 0.0)
-    sides = [edge + (0.0, 0.0006, 0.0), edge - (0.0, 0.2 * sole, 0.0), _at_height(edge, 0.2 * sole), low]
+    sides = [edge + 0.0006 * up, edge - 0.2 * sole * up, _at_height(edge, 0.2 * sole), low]
     flat = _at_height(floor.mean(axis=0) + 0.3 * (floor - floor.mean(axis=0)), 0.0)
     panels = ["lining"] * 2 + ["upper"] * 7 + ["sole"] * 4 + ["tread"]
     sock = _sock(p, rim, scale)
@@ -92,8 +93,9 @@ def _shoe(build: Build, side: str, cut: ShoeCut) -> list[Cloth]:
 
 def _sock(p: F64, rim: F64, scale: float) -> F64:
     """(K, _COLUMNS, 3) rings up the shank from inside a shoe's opening."""
-    top, out = rim[:, 1].max() + _SOCK * scale, []
-    for height in np.linspace(top, rim[:, 1].min() - 0.012 * scale, 5):
+    top, out = float(rim[:, 1].max()) + _SOCK * scale, list[F64]()
+    heights: list[float] = np.linspace(top, float(rim[:, 1].min()) - 0.012 * scale, 5).tolist()
+    for height in heights:
         q = p[np.abs(p[:, 1] - height) < 0.012 * scale][:, [0, 2]]
         at = _outline(q[q[:, 1] < rim[:, 2].max()], 0.0015)
         out.append(np.column_stack([at[:, 0], np.full(_COLUMNS, height), at[:, 1]]))
@@ -138,7 +140,7 @@ def _at_height(ring: F64, height: float) -> F64:
 
 
 def _painter(colour: Colour, sole: Colour, seed: int) -> Paint:
-    def paint(panel: str, u: F64, v: F64) -> Look:
+    def paint(panel: str, u: Floats, v: Floats) -> Look:
         rng = np.random.default_rng((seed, sum(panel.encode())))
         grain = rng.standard_normal(u.shape)
         plain = (

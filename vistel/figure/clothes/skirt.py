@@ -9,23 +9,23 @@ from vistel.figure.clothes.build import SIDES, TRUNK, Build
 from vistel.figure.clothes.cloth import BONES, Cloth
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_top
-from vistel.figure.clothes.shell import Pattern, shell
+from vistel.figure.clothes.shell import Pattern, Tables, shell
 from vistel.figure.clothes.strip import hemmed, offsets, with_strip
 from vistel.figure.clothes.tops import Cut, above, below, neckline, painter, sleeves, top_pattern
-from vistel.figure.clothes.tube import Tube, hung, tube
+from vistel.figure.clothes.tube import COLUMNS, Tube, hung, tube
 from vistel.figure.clothes.weave import Weave
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.smoothstep import smooth
 
-DRESS = Cut(0.006, 0.0, 0.0020, 0.35, 0.010, 0.30, 0.010, 0.05, 0.0, (1.45, 0.035))
+DRESS = Cut(0.006, 0.0, 0.0020, 0.35, 0.010, 0.30, 0.006, 0.16, 0.0, (1.45, 0.035))
 _ROWS = 11
 _BAND = 0.035
 
 
 @dataclass(frozen=True)
 class SkirtCut:
-    """length: how far down it goes, 0 at the crotch, 1 at the knee, 2 at the ankle; flare: how much wider it becomes per metre; folds:
-    how many, and their depth at the hem, for a body of usual height [m]; clear, thick [m]."""
+    """length: how far down it goes, 0 at the crotch, 1 at the knee, 2 at the ankle; flare: how much wider it becomes per metre;
+    folds: how many, and their depth at the hem, for a body of usual height [m]; clear, thick [m]."""
 
     length: float = 0.86
     flare: float = 0.05
@@ -39,7 +39,8 @@ def skirt(name: str, build: Build, cut: SkirtCut, weave: Weave, seed: int) -> Wo
     scale = build.scale
     band = _BAND * scale
     borders = {"waist": below(build.waist - band), "hips": above(_hips(build))}
-    pattern = Pattern((*TRUNK, "thigh"), borders, lambda p: np.full(len(p), cut.clear), (build.trunk.girth + cut.clear, None, None, None, None), of_top(build))
+    tables: Tables = (build.trunk.girth + cut.clear, None, None, None, None)
+    pattern = Pattern((*TRUNK, "thigh"), borders, lambda p: np.full(len(p), cut.clear), tables, of_top(build))
     made = shell(build, pattern)
     cloth = made.cloth
     for at in made.rims["waist"]:
@@ -47,7 +48,9 @@ def skirt(name: str, build: Build, cut: SkirtCut, weave: Weave, seed: int) -> Wo
         cloth = hemmed(cloth, ring, cut.thick, 0.02)
     cloth = _hung(build, cloth, made.rims["hips"][0], cut)
     whole = replace(pattern, limbs=(*TRUNK, "thigh", "shank"), borders={"waist": borders["waist"], "hem": above(_end(build, cut))})
-    return Worn(name, cloth, whole.hides(build, 0.06), whole.sinks(build), whole.inside, painter(weave, seed), (1400, 520))
+    return Worn(
+        name, cloth, whole.hides(build, 0.06), whole.sinks(build), whole.inside, painter(weave, seed), (1400, 520), both_sides=True
+    )
 
 
 def dress(name: str, build: Build, cut: Cut, lower: SkirtCut, weave: Weave, seed: int) -> Worn:
@@ -63,7 +66,9 @@ def dress(name: str, build: Build, cut: Cut, lower: SkirtCut, weave: Weave, seed
             else:
                 cloth = hemmed(cloth, ring, cut.thick, 0.018)
     whole = replace(pattern, limbs=(*pattern.limbs, "shank"), borders=borders | {"hips": above(_end(build, lower))})
-    return Worn(name, cloth, whole.hides(build, 0.045), whole.sinks(build), whole.inside, painter(weave, seed), (2400, 860))
+    return Worn(
+        name, cloth, whole.hides(build, 0.045), whole.sinks(build), whole.inside, painter(weave, seed), (2400, 860), both_sides=True
+    )
 
 
 def _hips(build: Build) -> float:
@@ -86,7 +91,9 @@ def _both_legs(build: Build) -> Tube:
 def _hung(build: Build, cloth: Cloth, ring: I32, cut: SkirtCut) -> Cloth:
     """The cloth with a skirt sewn to a rim at the hips, its hem folded in."""
     legs, scale, p = _both_legs(build), build.scale, cloth.points[ring]
-    table = hung(legs, legs.girth + cut.clear, -1.0, 0.05)
+    # To the sides it hangs straight; in front and behind it stays near the thighs, on which it lies when they are raised.
+    hull, side = legs.girth + cut.clear, np.abs(np.sin(np.arange(COLUMNS) * (2.0 * np.pi / COLUMNS)))
+    table = np.maximum(hung(legs, hull, -1.0, 0.22), side**2 * hung(legs, hull, -1.0, 0.04))
     start, end = float(p[:, 1].mean()), _end(build, cut)
     s, angle, far, way = legs.polar(p)
     rows: list[F64] = []
@@ -119,6 +126,7 @@ def _following(build: Build, rows: F64, rim: F32) -> tuple[F32, I32]:
     weight[..., JOINT_INDEX["hips"]] = 1.0 - leg
     blend = smooth((np.arange(len(rows)) + 1.0) / 3.0)[:, None, None].astype(np.float32)
     weight = blend * weight + (1.0 - blend) * rim
-    name = np.where(shank > 0.5, "shank", "thigh")
-    limb = np.array([[build.names.index(f"{'left' if at > 0 else 'right'}_{n}") for at, n in zip(*row, strict=True)] for row in zip(x, name, strict=True)])
-    return weight, limb.astype(np.int32)
+    index = {n: build.names.index(n) for n in build.names}
+    of = [[index[f"{side}_{name}"] for name in ("thigh", "shank")] for side in SIDES]
+    limb = np.where(shank > 0.5, np.where(x > 0.0, of[0][1], of[1][1]), np.where(x > 0.0, of[0][0], of[1][0]))
+    return weight.astype(np.float32), limb.astype(np.int32)

@@ -43,8 +43,9 @@ def even_ring(p: F64, waves: int) -> F64:
 def with_strip(
     cloth: Cloth, ring: I32, rows: F64, panel: str = "", weight: F32 | None = None, limb: I32 | None = None
 ) -> tuple[Cloth, I32]:
-    """The cloth with rows (K, N, 3) of points sewn to a rim (N,), and the new rim. panel: of the strip, on which its first side lies
-    along the rim from 0; "": it has the colour of the rim. weight: (K, N, BONES) and limb (K, N), by default as the rim has."""
+    """The cloth with rows (K, N, 3) of points sewn to a rim (N,), and the new rim. panel: of the strip, on which its first side
+    lies along the rim from 0; "": it has the colour of the rim. weight: (K, N, BONES) and limb (K, N), by default as the rim
+    has."""
     count, first = len(ring), len(cloth.points)
     number = np.vstack([ring, first + np.arange(len(rows) * count).reshape(len(rows), count)]).astype(np.int32)
     here, following = number, np.roll(number, -1, axis=1)
@@ -83,9 +84,11 @@ def hemmed(cloth: Cloth, ring: I32, thick: float, deep: float) -> Cloth:
 
 def _continued(cloth: Cloth, ring: I32, rows: int) -> tuple[I32, F64]:
     """(N,) panel beside each edge of a rim, and (F, 3, 2) places of a strip's triangles that all lie on the rim."""
-    edges = {(int(t[k]), int(t[(k + 1) % 3])): (f, k) for f, t in enumerate(cloth.triangles.tolist()) for k in range(3)}
-    at = [edges[i, j] for i, j in zip(ring.tolist(), np.roll(ring, -1).tolist(), strict=True)]
-    face, k = np.array(at).T
+    start, end, count = cloth.triangles.ravel(), np.roll(cloth.triangles, -1, axis=1).ravel(), len(cloth.points)
+    edge = start.astype(np.int64) * count + end
+    order = np.argsort(edge)
+    place = order[np.searchsorted(edge[order], ring.astype(np.int64) * count + np.roll(ring, -1))]
+    face, k = np.divmod(place, 3)
     here, following = cloth.flat[face, k], cloth.flat[face, (k + 1) % 3]
     # A seam along the rim: coarser levels keep the lines of seams.
     here, following = here + _ASIDE, following + _ASIDE
@@ -107,8 +110,8 @@ def _unrolled(rim: F64, rows: F64) -> F64:
 
 
 def rolled(rows: F64, panels: Sequence[str], weight: F32, limb: I32) -> Cloth:
-    """Cloth of rows (K, N, 3) of points that are rings, the first one on top, clockwise seen from above. panels: (K - 1) of each band
-    between two of them. weight: (K, N, BONES); limb: (K, N)."""
+    """Cloth of rows (K, N, 3) of points that are rings, the first one on top, clockwise seen from above. panels: (K - 1) of each
+    band between two of them. weight: (K, N, BONES); limb: (K, N)."""
     count = rows.shape[1]
     number = np.arange(rows.shape[0] * count, dtype=np.int32).reshape(-1, count)
     here, following = number, np.roll(number, -1, axis=1)
@@ -123,8 +126,8 @@ def rolled(rows: F64, panels: Sequence[str], weight: F32, limb: I32) -> Cloth:
 
 
 def laid(rows: F64, panel: str, weight: F32, limb: I32) -> Cloth:
-    """Cloth of rows (K, N, 3) of points that are no rings, the first row lowest, going to the right seen from outside... weight: (K, N,
-    BONES); limb: (K, N)."""
+    """Cloth of rows (K, N, 3) of points that are no rings, the first row lowest, going to the right seen from outside... weight:
+    (K, N, BONES); limb: (K, N)."""
     count = rows.shape[1]
     number = np.arange(rows.shape[0] * count, dtype=np.int32).reshape(-1, count)
     a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]

@@ -10,11 +10,11 @@ from vistel.figure.clothes.build import ARM, TRUNK, Build
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_top
+from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import Pattern, Tables, shell
-from vistel.figure.clothes.sheet import Look, Paint
 from vistel.figure.clothes.strip import hemmed, offsets, with_strip
 from vistel.figure.clothes.tube import Tube, eased, hung
-from vistel.figure.clothes.weave import Weave
+from vistel.figure.clothes.weave import Floats, Look, Weave
 from vistel.geometry.smoothstep import smooth
 
 UPPER = (*TRUNK, *ARM, "neck", "thigh", "palm")
@@ -82,11 +82,11 @@ def sleeve_table(tube: Tube, clear: float, ease: float, taper: float) -> F64:
 
 @dataclass(frozen=True)
 class Cut:
-    """Of a top. Lengths are in metres, for a body of usual height. clear: least distance from the skin; over: how much farther out it
-    lies over what is worn below the waist; thick: of its cloth; loose, ease, sleeve_ease, taper: as `trunk_table` and `sleeve_table`
-    have them; sleeve: as `sleeves` has it; hem: as `hem_height` has it; neck: as `neckline` has it; collar: height of a ribbed one;
-    ribs: height of ribbed cuffs and hem, 0 for hems that are folded in;
-    tucked: whether it goes under what is worn below the waist."""
+    """Of a top. Lengths are in metres, for a body of usual height. clear: least distance from the skin; over: how much farther out
+    it lies over what is worn below the waist; thick: of its cloth; loose, ease, sleeve_ease, taper: as `trunk_table` and
+    `sleeve_table` have them; sleeve: as `sleeves` has it; hem: as `hem_height` has it; neck: as `neckline` has it; collar: height
+    of a ribbed one; ribs: height of ribbed cuffs and hem, 0 for hems that are folded in; tucked: whether it goes under what is worn
+    below the waist."""
 
     clear: float = 0.006
     over: float = 0.010
@@ -95,7 +95,7 @@ class Cut:
     ease: float = 0.012
     sleeve: float = 0.34
     sleeve_ease: float = 0.010
-    taper: float = 0.06
+    taper: float = 0.10
     hem: float = 0.30
     neck: tuple[float, float] = (1.22, 0.016)
     collar: float = 0.016
@@ -104,7 +104,7 @@ class Cut:
 
 
 T_SHIRT = Cut()
-SWEATER = Cut(0.010, 0.014, 0.0035, 0.75, 0.016, 0.99, 0.013, 0.075, 0.22, (1.24, 0.012), 0.024, 0.055)
+SWEATER = Cut(0.010, 0.014, 0.0035, 0.75, 0.016, 0.99, 0.013, 0.13, 0.22, (1.24, 0.012), 0.024, 0.055)
 _HEM = 0.018
 _RIB = 0.0062
 """Width of a rib [m]."""
@@ -132,7 +132,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
     scale = build.scale
     ribs = cut.ribs * scale
     cuff = sleeves(build, cut.sleeve)
-    borders = {
+    borders: dict[str, Field] = {
         "neck": neckline(build, *cut.neck),
         "hem": above(hem_height(build, cut.hem) + ribs),
         "cuff": lambda p: cuff(p) - ribs,
@@ -159,7 +159,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
 def painter(weave: Weave, seed: int) -> Paint:
     """The look of all panels, ribs on those whose names say so."""
 
-    def paint(panel: str, u: F64, v: F64) -> Look:
+    def paint(panel: str, u: Floats, v: Floats) -> Look:
         rng = np.random.default_rng((seed, sum(panel.encode())))
         if not panel.endswith("_rib"):
             return weave.look(u, v, rng)

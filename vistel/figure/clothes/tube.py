@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.arrays import F64
+from vistel.arrays import F64, I64
 from vistel.geometry.smoothstep import smooth
 
 ROWS, COLUMNS = 40, 72
@@ -12,9 +12,10 @@ ROWS, COLUMNS = 40, 72
 
 @dataclass(frozen=True, eq=False)
 class Tube:
-    """Round an axis from `origin` along `along` (unit), places by s [m] along it, angle (0 towards `front`, pi/2 towards `side`) and
-    distance. s: (ROWS,) heights of the slices; middle: (ROWS, 2) of each, towards front and side [m]; girth: (ROWS, COLUMNS) distance
-    of a taut thread round it. flat: depth / width of its slices; around: radius of a circle as long as a usual slice [m]."""
+    """Round an axis from `origin` along `along` (unit), places by s [m] along it, angle (0 towards `front`, pi/2 towards `side`)
+    and distance. s: (ROWS,) heights of the slices; middle: (ROWS, 2) of each, towards front and side [m]; girth: (ROWS, COLUMNS)
+    distance of a taut thread round it. flat: depth / width of its slices; around: radius of a circle as long as a usual slice
+    [m]."""
 
     origin: F64
     along: F64
@@ -44,7 +45,8 @@ class Tube:
         return top * (1 - a) + low * a
 
     def unrolled(self, p: F64, middle: float) -> F64:
-        """(N, 2) of points: way round [m], from the angle `middle` on which a panel is centred, to the right seen from outside; and -s."""
+        """(N, 2) of points: way round [m], from the angle `middle` on which a panel is centred, to the right seen from outside; and
+        -s."""
         q = p - self.origin
         s = q @ self.along
         x, y = (q @ e - np.interp(s, self.s, self.middle[:, k]) for k, e in enumerate((self.front, self.side)))
@@ -57,24 +59,20 @@ def tube(points: F64, origin: F64, along: F64, front: F64, ends: tuple[float, fl
     side = np.cross(front, along)
     q = points - origin
     s, xy = q @ along, np.column_stack([q @ front, q @ side])
-    at = np.linspace(*ends, ROWS)
+    at: F64 = np.linspace(*ends, ROWS)
     step = abs(at[1] - at[0])
-    row = np.clip(np.round((s - at[0]) / (at[1] - at[0])), 0, ROWS - 1).astype(np.int64)
-    inside = (s > min(ends) - step) & (s < max(ends) + step)
-    low, high = (np.full((ROWS, 2), sign * 9.0) for sign in (1, -1))
-    np.minimum.at(low, row[inside], xy[inside])
-    np.maximum.at(high, row[inside], xy[inside])
-    found = high[:, 0] > low[:, 0]
-    middle = 0.5 * (low + high)
-    for k in range(2):
-        middle[:, k] = _even(np.interp(at, at[found], middle[found, k]))
+    row: I64 = np.clip(np.round((s - at[0]) / (at[1] - at[0])), 0, ROWS - 1).astype(np.int64)
+    inside = np.flatnonzero((s > min(ends) - step) & (s < max(ends) + step))
+    inside = inside[np.argsort(row[inside], kind="stable")]
+    xy, row = xy[inside], row[inside]
+    found, first = np.unique(row, return_index=True)
+    low, high = np.minimum.reduceat(xy, first), np.maximum.reduceat(xy, first)
+    middle = np.column_stack([_even(np.interp(at, at[found], 0.5 * (low + high)[:, k])) for k in range(2)])
     turn = np.arange(COLUMNS) * (2.0 * np.pi / COLUMNS)
     ring = np.stack([np.cos(turn), np.sin(turn)])
     # Support of each slice towards each direction; the hull's distance follows from it.
-    reach = np.full((ROWS, COLUMNS), -9.0)
-    np.maximum.at(reach, row[inside], (xy[inside] - middle[row[inside]]) @ ring)
-    for column in range(COLUMNS):
-        reach[:, column] = np.interp(at, at[found], reach[found, column])
+    there = np.maximum.reduceat((xy - middle[row]) @ ring, first)
+    reach = np.column_stack([np.interp(at, at[found], there[:, column]) for column in range(COLUMNS)])
     cosine = np.cos(turn[:, None] - turn[None, :])
     hull = np.where(cosine > 0.02, np.maximum(reach, 1e-3)[:, None, :] / np.maximum(cosine, 0.02), np.inf).min(axis=2)
     flat = float(np.median((reach[:, 0] + reach[:, COLUMNS // 2]) / (reach[:, COLUMNS // 4] + reach[:, 3 * COLUMNS // 4])))

@@ -23,8 +23,8 @@ _DARK: Colour = (66, 78, 98)
 
 @dataclass(frozen=True)
 class Outfit:
-    """top, bottom, shoes: one of TOPS, BOTTOMS, SHOES. pattern: of the top, one of WEAVES. Colours are sRGB, 0 to 255; second: of stripes and
-    checks. Raises ValueError, one line, for what is not known."""
+    """top, bottom, shoes: one of TOPS, BOTTOMS, SHOES. pattern: of the top, one of WEAVES. Colours are sRGB, 0 to 255; second: of
+    stripes and checks. Raises ValueError, one line, for what is not known."""
 
     top: str = "t-shirt"
     pattern: str = "plain"
@@ -42,7 +42,7 @@ class Outfit:
             if getattr(self, name) not in words:
                 raise ValueError(f"outfit: {name}: expected one of {', '.join(words)}, got {getattr(self, name)!r}")
         for each in fields(self):
-            value = getattr(self, each.name)
+            value: Colour | str | int = getattr(self, each.name)
             if isinstance(value, tuple) and (len(value) != 3 or not np.isfinite(value).all() or min(value) < 0 or max(value) > 255):
                 raise ValueError(f"outfit: {each.name}: expected red, green and blue from 0 to 255, got {value}")
 

@@ -3,12 +3,21 @@
 from dataclasses import dataclass
 
 import numpy as np
-
-from vistel.arrays import F64
-from vistel.figure.clothes.sheet import Look
+from numpy.typing import NDArray
 
 Colour = tuple[float, float, float]
 WEAVES = ("plain", "knit", "stripes", "checks", "denim")
+
+
+Floats = NDArray[np.floating]
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What cloth looks like at places of a panel (H, W): colour (H, W, 3) sRGB 0 to 255, height (H, W) [m]."""
+
+    colour: Floats
+    height: Floats
 
 
 @dataclass(frozen=True)
@@ -19,11 +28,11 @@ class Weave:
     colour: Colour = (74, 92, 118)
     second: Colour = (222, 222, 216)
 
-    def look(self, u: F64, v: F64, rng: np.random.Generator) -> Look:
+    def look(self, u: Floats, v: Floats, rng: np.random.Generator) -> Look:
         """At places (H, W) on a panel [m]."""
-        base = np.broadcast_to(np.array(self.colour, np.float64), (*u.shape, 3))
-        grain, cloud = rng.standard_normal(u.shape), _cloud(u, v, rng)
-        height = 0.00006 * grain
+        base: Floats = np.broadcast_to(np.array(self.colour, np.float32), (*u.shape, 3))
+        grain, cloud = rng.standard_normal(u.shape, np.float32), _cloud(u, v, rng)
+        height: Floats = 0.00006 * grain
         if self.kind == "stripes":
             base = _mixed(base, self.second, _band(v, 0.036, 0.36))
         elif self.kind == "checks":
@@ -50,28 +59,28 @@ class Weave:
         return Look(base * shade[..., None], height)
 
 
-def _band(x: F64, pitch: float, share: float) -> F64:
+def _band(x: Floats, pitch: float, share: float) -> Floats:
     """1 on a share of each pitch, with soft edges."""
     at = np.abs(x / pitch % 1.0 - 0.5)
     return np.clip((0.5 * share - at) / (0.0022 / pitch) + 0.5, 0.0, 1.0)
 
 
-def _mixed(base: F64, other: Colour | tuple[float, ...], share: F64) -> F64:
-    return base + share[..., None] * (np.array(other, np.float64) - base)
+def _mixed(base: Floats, other: Colour | tuple[float, ...], share: Floats) -> Floats:
+    return base + share[..., None] * (np.array(other, np.float32) - base)
 
 
-def _cloud(u: F64, v: F64, rng: np.random.Generator) -> F64:
+def _cloud(u: Floats, v: Floats, rng: np.random.Generator) -> Floats:
     """Soft unevenness some centimetres wide, about -1 to 1."""
-    out = np.zeros_like(u)
+    out: Floats = np.zeros_like(u)
     for _ in range(6):
-        k, phase = rng.normal(0.0, 60.0, 2), rng.uniform(0.0, 2.0 * np.pi)
-        out += np.cos(k[0] * u + k[1] * v + phase)
+        a, b, phase = rng.normal(0.0, 60.0, 3).tolist()
+        out += np.cos(a * u + b * v + phase)
     return out / 3.0
 
 
-def _along(rng: np.random.Generator, shape: tuple[int, ...]) -> F64:
+def _along(rng: np.random.Generator, shape: tuple[int, ...]) -> Floats:
     """Threads: noise that goes on along columns."""
-    noise = rng.standard_normal(shape)
+    noise: Floats = rng.standard_normal(shape, np.float32)
     for _ in range(3):
         noise = 0.5 * noise + 0.25 * (np.roll(noise, 1, axis=0) + np.roll(noise, -1, axis=0))
     return noise
