@@ -48,7 +48,7 @@ def coarser(mesh: Mesh, triangles: int, importance: F64 | None = None) -> Mesh:
     tri, corner = mesh.triangles.astype(np.int64), mesh.corner_triangles.astype(np.int64)
     quadric, weight = np.zeros((len(p), 10)), np.zeros(len(p))
     face_quadrics(p, tri, quadric, weight)
-    seam_quadrics(p, tri, seams(tri, corner), quadric)
+    seam_quadrics(p, tri, seams(tri, corner) | borders(tri), quadric)
     stays = np.zeros(len(p), np.bool_)
     if importance is not None:
         stays = np.isinf(importance)
@@ -89,6 +89,13 @@ def seams(tri: I64, corner: I64) -> NDArray[np.uint8]:
     out = np.zeros(len(ends), np.uint8)
     out[order[1:][same & differs]] = out[order[:-1][same & differs]] = 1
     return out.reshape(-1, 3)
+
+
+def borders(tri: I64) -> NDArray[np.uint8]:
+    """(F, 3) 1 where the edge from corner k to k + 1 of a triangle has nothing on its other side."""
+    ends = np.sort(np.stack([tri, np.roll(tri, -1, axis=1)], axis=-1).reshape(-1, 2), axis=1)
+    _, edge, uses = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    return (uses[edge.ravel()] == 1).astype(np.uint8).reshape(-1, 3)
 
 
 def _fans(tri: I64, count: int) -> tuple[I64, I64]:

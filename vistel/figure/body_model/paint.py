@@ -26,14 +26,14 @@ _GAPS = 14
 class Colours:
     """What the model does not know of a person. skin: 0 the lightest .. 1 the darkest tone; stubble: of the beard, brows:
     how bushy, freckles, grey: share of the hair that is, lips: how red: 0 none .. 1; scalp: how dark its
-    hair is painted, 1 where hair is grown over it; age [years]; others: sRGB 0 to 255. seed: of
+    hair is painted, 1 where hair is grown over it; age [years]; others: sRGB 0 to 255, None for skin. seed: of
     what differs from texel to texel."""
 
     skin: float = 0.25
     iris: Colour = (92, 64, 42)
     hair: Colour = (52, 38, 30)
-    top: Colour = (74, 92, 118)
-    shorts: Colour = (52, 56, 66)
+    top: Colour | None = (74, 92, 118)
+    shorts: Colour | None = (52, 56, 66)
     stubble: float = 0.0
     brows: float = 0.5
     freckles: float = 0.0
@@ -69,9 +69,11 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     over(out, grey, 0.92 * hairs.brows(brow, rng, colours.brows))
     over(out, np.array(_INSIDE, np.float32), mask(model, "inside"))
     weave = 1.0 + 0.05 * noise(rng, size, (3, 3))[..., None] + 0.03 * noise(rng, size, (96, 96))[..., None]
-    for cloth in ("top", "shorts"):
-        over(out, np.array(getattr(colours, cloth), np.float32) * weave, mask(model, cloth))
-    over(out, out * 0.78, mask(model, "seam"))
+    for cloth, colour in (("top", colours.top), ("shorts", colours.shorts)):
+        if colour is not None:
+            over(out, np.array(colour, np.float32) * weave, mask(model, cloth))
+    if colours.top is not None or colours.shorts is not None:
+        over(out, out * 0.78, mask(model, "seam"))
     picture = spread(np.clip(out, 0.0, 255.0).astype(np.uint8), model.masks["skin"] > 0)
     _parts(model, picture, colours, rng)
     lash = model.boxes["lashes"]

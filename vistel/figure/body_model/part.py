@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.arrays import F64, I32, U8, Bool
+from vistel.arrays import F32, F64, I32, U8, Bool
 from vistel.figure.avatar.atlas import atlas
-from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh, Target
 from vistel.figure.avatar.patch import Patch
+from vistel.figure.figure import vertex_normals
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,13 +18,15 @@ class Part:
 
     levels: a mesh for each level of detail of the body, the finest first, with bones and weights; `uv` in the part's own picture.
     albedo: (H, W, 3) sRGB, first row at the top. patches: surface properties, boxes in that picture. hides: for each level (F,)
-    triangles of the body that are covered everywhere and not drawn."""
+    triangles of the body that are covered everywhere and not drawn; sinks: for each level (V,)
+    how far its skin gives way under the part [m]."""
 
     name: str
     levels: tuple[Mesh, ...]
     albedo: U8
     patches: tuple[Patch, ...] = ()
     hides: tuple[Bool, ...] = ()
+    sinks: tuple[F32, ...] = ()
 
 
 def joined(body: Avatar, parts: Sequence[Part]) -> Avatar:
@@ -40,13 +43,20 @@ def joined(body: Avatar, parts: Sequence[Part]) -> Avatar:
             if part.hides:
                 hidden |= part.hides[k]
         worn = [_placed(part.levels[k], b) for part, b in zip(parts, box[1:], strict=True)]
-        mesh = _together([_without(_placed(level.mesh, box[0]), hidden), *worn])
+        mesh = _together([_without(_sunken(_placed(level.mesh, box[0]), [p.sinks[k] for p in parts if p.sinks]), hidden), *worn])
         levels.append(replace(level, mesh=mesh, eyeballs=eyes, albedo=albedo, patches=patches, coarser=()))
     return replace(levels[0], coarser=tuple(levels[1:]))
 
 
 def _placed(mesh: Mesh, box: F64) -> Mesh:
     return replace(mesh, uv=(box[:2] + mesh.uv * box[2:]).astype(np.float32))
+
+
+def _sunken(mesh: Mesh, depths: Sequence[F32]) -> Mesh:
+    """The mesh with its vertices moved in by the greatest of the depths (V,) [m]."""
+    if not depths:
+        return mesh
+    return replace(mesh, vertices=mesh.vertices - np.max(depths, axis=0)[:, None] * vertex_normals(mesh))
 
 
 def _without(mesh: Mesh, hidden: Bool) -> Mesh:
@@ -84,7 +94,7 @@ def _together(meshes: Sequence[Mesh]) -> Mesh:
     corner = np.cumsum([0, *(len(m.uv) for m in meshes)]).astype(np.int32)
     assert all(m.bone is not None and m.weight is not None for m in meshes), "parts have bones"
     names = dict.fromkeys(t.name for m in meshes for t in m.targets)
-    targets = []
+    targets: list[Target] = []
     for name in names:
         found = [(t, f) for m, f in zip(meshes, first, strict=False) for t in m.targets if t.name == name]
         vertex = np.concatenate([t.vertex + f for t, f in found]).astype(np.int32)

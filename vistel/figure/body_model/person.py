@@ -14,6 +14,8 @@ from vistel.figure.body_model.measures import COLUMNS
 from vistel.figure.body_model.model import BodyModel, body_model
 from vistel.figure.body_model.paint import Colours, paint
 from vistel.figure.body_model.part import joined
+from vistel.figure.clothes.outfit import outfit
+from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
 from vistel.figure.hair.hair import hair
 from vistel.figure.hair.natural import natural_colour, receding, usual_style
 from vistel.figure.hair.styles import STYLES
@@ -41,7 +43,8 @@ class Person:
     """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
     are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: a style of `vistel.figure.hair.styles.STYLES`,
-    empty for a usual one."""
+    empty for a usual one; outfit: what they wear, None for what is drawn from the face's seed; dressed: whether they wear anything
+    but painted clothes."""
 
     sex: str = "female"
     age: float = 30.0
@@ -53,6 +56,8 @@ class Person:
     skin: float = 0.3
     measures: Mapping[str, float] = field(default_factory=dict[str, float])
     hair: str = ""
+    outfit: Outfit | None = None
+    dressed: bool = True
 
 
 def checked(told: Person) -> Person:
@@ -97,11 +102,14 @@ def make(told: Person, name: str = "person") -> Avatar:
     rng = np.random.default_rng(person.face_seed + 2)
     usual, back = usual_style(person.sex, person.age, rng), receding(person.sex, person.age, rng)
     style = person.hair or usual
-    colours = colours_of(person)
-    albedo, patches = paint(body_model(), replace(colours, scalp=0.55 if style == "shaved" else 1.0))
+    colours = replace(colours_of(person), scalp=0.55 if style == "shaved" else 1.0)
+    if person.dressed:
+        colours = replace(colours, top=None, shorts=None)
+    albedo, patches = paint(body_model(), colours)
     body = assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
     grown = hair(body, style, colours.hair, rng, receding=back)
-    return joined(body, [] if grown is None else [grown])
+    worn = outfit(body, person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)) if person.dressed else ()
+    return joined(body, [part for part in (grown, *worn) if part is not None])
 
 
 def face_of(model: BodyModel, rng: np.random.Generator) -> dict[str, float]:

@@ -33,7 +33,9 @@ class Cap:
         d = p - scalp.middle
         d /= np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-9)
         edge, far = (smooth(inside / (share * scalp.size)) for share in (0.35, 0.8))
-        return scalp.size / 0.095 * (self.thick * edge + far * (self.crown * smooth((d[:, 1] - 0.25) / 0.55) + self.lumps * _lumpy(d)))
+        return (
+            scalp.size / 0.095 * (self.thick * edge + far * (self.crown * smooth((d[:, 1] - 0.25) / 0.55) + self.lumps * _lumpy(d)))
+        )
 
 
 @dataclass(frozen=True, eq=False)

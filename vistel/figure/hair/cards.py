@@ -31,8 +31,9 @@ def cards(curve: F64, out: F64, at: F64, width: F64, box: F64, across: int, arch
     side /= np.maximum(np.linalg.norm(side, axis=2, keepdims=True), 1e-9)
     face = np.cross(side, along)
     place = np.linspace(-0.5, 0.5, across)
-    p = curve[:, :, None] + (place[:, None] * side[:, :, None] - arch * (2.0 * np.abs(place[:, None]) * face[:, :, None])) * (
-        width[:, :, None, None]
+    p = (
+        curve[:, :, None]
+        + (place[:, None] * side[:, :, None] - arch * (2.0 * np.abs(place[:, None]) * face[:, :, None])) * (width[:, :, None, None])
     )
     u = box[:, None, None, 0] + (box[:, 2] - box[:, 0])[:, None, None] * (place + 0.5)
     v = box[:, None, None, 3] + (box[:, 1] - box[:, 3])[:, None, None] * at[:, None]

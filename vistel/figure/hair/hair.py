@@ -132,7 +132,9 @@ def _bun(scalp: Scalp, level: int, rng: np.random.Generator) -> Strips:
     s = np.linspace(0.0, 1.0, rows)
     around = start[:, None] + 2.4 * s * rng.uniform(0.8, 1.2, count)[:, None]
     polar = 0.72 * np.pi * (1.0 - s) + 0.06 * np.pi + rng.normal(0.0, 0.05, count)[:, None]
-    unit = np.cos(polar)[..., None] * axis + np.sin(polar)[..., None] * (np.cos(around)[..., None] * side + np.sin(around)[..., None] * up)
+    unit = np.cos(polar)[..., None] * axis + np.sin(polar)[..., None] * (
+        np.cos(around)[..., None] * side + np.sin(around)[..., None] * up
+    )
     curve = middle + radius * unit * rng.uniform(0.94, 1.06, count)[:, None, None]
     wide = np.full((count, rows), 2.0 * np.pi * radius * 1.9 / count) * np.interp(s, (0.0, 0.5, 1.0), (0.8, 1.0, 0.5))
     box = np.array([lock_box(int(c)) for c in rng.choice((*MIDDLE, *OUTER), count)])

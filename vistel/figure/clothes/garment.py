@@ -1,0 +1,61 @@
+"""A garment on a body: its shells on all levels, its borders finished, its picture, as a part that a person has on."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from vistel.arrays import F32, Bool
+from vistel.figure.avatar.detail import coarser
+from vistel.figure.avatar.patch import Patch
+from vistel.figure.body_model.part import Part
+from vistel.figure.clothes.cloth import Cloth, mesh_of
+from vistel.figure.clothes.cut import Field
+from vistel.figure.clothes.folds import Folds
+from vistel.figure.clothes.sheet import Paint, Sheet
+
+
+@dataclass(frozen=True, eq=False)
+class Worn:
+    """cloth: on the finest level. hides, sinks: as `vistel.figure.body_model.part.Part` has them. covers: how far inside its
+    borders a place of the body lies [m]; what is worn beneath is left out there. paint: its look. triangles: of each coarser level,
+    about. folds: how deep they are, 1 as usual; both_sides: whether one sees into it."""
+
+    name: str
+    cloth: Cloth
+    hides: tuple[Bool, ...]
+    sinks: tuple[F32, ...]
+    covers: Field
+    paint: Paint
+    triangles: tuple[int, int]
+    roughness: float = 0.85
+    folds: float = 1.0
+    both_sides: bool = False
+
+    def beneath(self, others: Sequence["Worn"], margin: float) -> "Worn":
+        """Without what others over it cover by more than `margin` [m]."""
+        under = np.zeros(len(self.cloth.triangles), np.bool_)
+        for other in others:
+            under |= (other.covers(self.cloth.points) > margin)[self.cloth.triangles].all(axis=1)
+        if not under.any():
+            return self
+        kept = self.cloth.without(under)
+        share = len(kept.triangles) / len(self.cloth.triangles)
+        few, fewer = (round(share * count) for count in self.triangles)
+        return replace(self, cloth=kept, triangles=(few, fewer))
+
+    def part(self, folds: Folds, levels: int = 3) -> Part:
+        """Finished."""
+        sheet = Sheet.of(self.cloth)
+        colour, normal = sheet.painted(self.paint, replace(folds, strength=self.folds * folds.strength))
+        made = [mesh_of(self.cloth, sheet.where)]
+        for count in self.triangles[: levels - 1]:
+            made.append(coarser(made[-1], count))
+        return Part(
+            self.name,
+            tuple(made),
+            colour,
+            (Patch(roughness=self.roughness, normal=normal, both_sides=self.both_sides),),
+            self.hides,
+            self.sinks,
+        )

@@ -1,0 +1,141 @@
+"""Strips of cloth along a rim: hems that are folded in, ribs, collars, cuffs, and skirts hung from the hips."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from vistel.arrays import F32, F64, I32
+from vistel.figure.clothes.cloth import Cloth
+
+_WAVES = 8
+_ASIDE = 5e-4
+"""How far beside a rim's place on its panel the strip's is [m]."""
+
+
+def frames(cloth: Cloth, ring: I32, rounds: int = 5) -> tuple[F64, F64]:
+    """(N, 3) unit vectors at a rim: out of the cloth's face, and away from the cloth along its face; even along the rim."""
+    n, p = cloth.normals()[ring], cloth.points[ring]
+    for _ in range(rounds):
+        n = 0.5 * n + 0.25 * (np.roll(n, 1, axis=0) + np.roll(n, -1, axis=0))
+    along = np.roll(p, -1, axis=0) - np.roll(p, 1, axis=0)
+    away = np.cross(along, n)
+    for _ in range(rounds):
+        away = away / np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-12)
+        away = 0.5 * away + 0.25 * (np.roll(away, 1, axis=0) + np.roll(away, -1, axis=0))
+    return tuple(v / np.maximum(np.linalg.norm(v, axis=1, keepdims=True), 1e-12) for v in (n, away))  # type: ignore[return-value]
+
+
+def offsets(cloth: Cloth, ring: I32, steps: Sequence[tuple[float, float]]) -> F64:
+    """(K, N, 3) rows of points along a rim; steps: how far out of the face and how far away from the cloth [m]."""
+    out, away = frames(cloth, ring, 8)
+    return np.array([even_ring(cloth.points[ring] + a * out + b * away, _WAVES) for a, b in steps])
+
+
+def even_ring(p: F64, waves: int) -> F64:
+    """A ring (N, 3) without what varies faster than so many times round it."""
+    step = np.linalg.norm(np.diff(p, axis=0, append=p[:1]), axis=1)
+    turn = 2.0 * np.pi * (np.cumsum(step) - step) / step.sum()
+    k = np.arange(1, min(waves, (len(p) - 1) // 3) + 1)
+    basis = np.column_stack([np.ones(len(p)), np.cos(turn[:, None] * k), np.sin(turn[:, None] * k)])
+    return basis @ np.linalg.lstsq(basis, p, rcond=None)[0]
+
+
+def with_strip(
+    cloth: Cloth, ring: I32, rows: F64, panel: str = "", weight: F32 | None = None, limb: I32 | None = None
+) -> tuple[Cloth, I32]:
+    """The cloth with rows (K, N, 3) of points sewn to a rim (N,), and the new rim. panel: of the strip, on which its first side
+    lies along the rim from 0; "": it has the colour of the rim. weight: (K, N, BONES) and limb (K, N), by default as the rim
+    has."""
+    count, first = len(ring), len(cloth.points)
+    number = np.vstack([ring, first + np.arange(len(rows) * count).reshape(len(rows), count)]).astype(np.int32)
+    here, following = number, np.roll(number, -1, axis=1)
+    a, b, c, d = here[:-1], here[1:], following[1:], following[:-1]
+    triangles = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    names = (*cloth.panels, panel) if panel and panel not in cloth.panels else cloth.panels
+    if panel:
+        own, flat = np.full(count, names.index(panel), np.int32), _unrolled(cloth.points[ring], rows)
+    else:
+        own, flat = _continued(cloth, ring, len(rows))
+    times = 2 * len(rows)
+    made = Cloth(
+        np.vstack([cloth.points, rows.reshape(-1, 3)]),
+        np.concatenate([cloth.triangles, triangles]).astype(np.int32),
+        np.vstack(
+            [
+                cloth.weight,
+                np.tile(cloth.weight[ring], (len(rows), 1)) if weight is None else weight.reshape(-1, cloth.weight.shape[1]),
+            ]
+        ),
+        np.concatenate([cloth.limb, np.tile(cloth.limb[ring], len(rows)) if limb is None else limb.ravel()]),
+        np.concatenate([cloth.panel, np.tile(own, times)]).astype(np.int32),
+        np.concatenate([cloth.flat, flat]),
+        names,
+    )
+    return made, number[-1]
+
+
+def hemmed(cloth: Cloth, ring: I32, thick: float, deep: float) -> Cloth:
+    """With its edge folded in: a rim as thick as the cloth, and a hem inside [m]."""
+    out, away = frames(cloth, ring)
+    p = cloth.points[ring]
+    rows = np.array([p - 0.7 * thick * out + 0.3 * thick * away, p - 1.7 * thick * out - deep * away])
+    return with_strip(cloth, ring, rows)[0]
+
+
+def _continued(cloth: Cloth, ring: I32, rows: int) -> tuple[I32, F64]:
+    """(N,) panel beside each edge of a rim, and (F, 3, 2) places of a strip's triangles that all lie on the rim."""
+    start, end, count = cloth.triangles.ravel(), np.roll(cloth.triangles, -1, axis=1).ravel(), len(cloth.points)
+    edge = start.astype(np.int64) * count + end
+    order = np.argsort(edge)
+    place = order[np.searchsorted(edge[order], ring.astype(np.int64) * count + np.roll(ring, -1))]
+    face, k = np.divmod(place, 3)
+    here, following = cloth.flat[face, k], cloth.flat[face, (k + 1) % 3]
+    # A seam along the rim: coarser levels keep the lines of seams.
+    here, following = here + _ASIDE, following + _ASIDE
+    one = np.concatenate(
+        [np.tile(np.stack(c, axis=1), (rows, 1, 1)) for c in ((here, here, following), (here, following, following))]
+    )
+    return cloth.panel[face], one
+
+
+def _unrolled(rim: F64, rows: F64) -> F64:
+    """(F, 3, 2) places of a strip's triangles on a panel of its own."""
+    count, p = len(rim), np.concatenate([rim[None], rows])
+    round_it = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p[0], axis=0, append=p[0][:1]), axis=1))])
+    up = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=2).mean(axis=1))])
+    u, v = np.meshgrid(round_it, -up)
+    grid = np.stack([u, v], axis=-1)
+    a, b, c, d = grid[:-1, :count], grid[1:, :count], grid[1:, 1:], grid[:-1, 1:]
+    return np.concatenate([np.stack([a, b, c], axis=2).reshape(-1, 3, 2), np.stack([a, c, d], axis=2).reshape(-1, 3, 2)])
+
+
+def rolled(rows: F64, panels: Sequence[str], weight: F32, limb: I32) -> Cloth:
+    """Cloth of rows (K, N, 3) of points that are rings, the first one on top, clockwise seen from above. panels: (K - 1) of each
+    band between two of them. weight: (K, N, BONES); limb: (K, N)."""
+    count = rows.shape[1]
+    number = np.arange(rows.shape[0] * count, dtype=np.int32).reshape(-1, count)
+    here, following = number, np.roll(number, -1, axis=1)
+    a, b, c, d = here[:-1], here[1:], following[1:], following[:-1]
+    triangles = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    names = tuple(dict.fromkeys(panels))
+    own = np.tile(np.repeat([names.index(p) for p in panels], count), 2).astype(np.int32)
+    flat = _unrolled(rows[0], rows[1:])
+    return Cloth(
+        rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel(), own, flat, names
+    )
+
+
+def laid(rows: F64, panel: str, weight: F32, limb: I32) -> Cloth:
+    """Cloth of rows (K, N, 3) of points that are no rings, the first row lowest, going to the right seen from outside... weight:
+    (K, N, BONES); limb: (K, N)."""
+    count = rows.shape[1]
+    number = np.arange(rows.shape[0] * count, dtype=np.int32).reshape(-1, count)
+    a, b, c, d = number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:]
+    triangles = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    u = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows.mean(axis=0), axis=0), axis=1))])
+    v = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows, axis=0), axis=2).mean(axis=1))])
+    flat = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)[triangles]
+    own = np.zeros(len(triangles), np.int32)
+    return Cloth(
+        rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel(), own, flat, (panel,)
+    )
