@@ -82,7 +82,7 @@ def person(
     people of that height and weight have it, a little different with every face_seed. What the model does not cover is brought to
     its bounds, with a PersonWarning. Raises ValueError, in one line, for words that are not known.
     """
-    told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, hair)
+    told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, hair=hair)
     return PosedFigure(make(told, name))
 
 

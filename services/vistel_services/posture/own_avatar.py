@@ -10,6 +10,7 @@ from vistel.conference.avatar_files import keep_parcel
 from vistel.figure.avatar.avatar import scaled
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.formats.load import read_parcel
+from vistel.figure.people.builtin import builtin_proportions
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.parcels import digest_of, parts_of
@@ -23,19 +24,19 @@ PART_EVERY_NS = 20_000_000
 
 @dataclass(frozen=True)
 class OwnAvatar:
-    """What its limbs are like, as tall as the participant, and the avatar as a parcel."""
+    """What its limbs are like, as tall as the participant, and the avatar as a parcel; no parcel for a built-in person, whom every
+    site makes itself."""
 
     proportions: Proportions
-    parcel: bytes
-    digest: str
+    parcel: bytes = b""
+    digest: str = ""
 
 
 def own_avatar(person: Person) -> OwnAvatar | None:
-    """The avatar of a participant's file; None for a built-in person, and for a file that cannot be used, which is logged in one
-    line."""
+    """The avatar of a participant; None for one that cannot be used, which is logged in one line."""
     path = person.avatar_file
     if path is None:
-        return None
+        return _builtin(person)
     try:
         avatar, parcel = read_parcel(path)
         next(parts_of(parcel))
@@ -51,6 +52,14 @@ def own_avatar(person: Person) -> OwnAvatar | None:
         return own
     log.error("event=avatar_refused participant=%s avatar=%s reason=%r shown=stand-in", person.name, path, reason)
     return None
+
+
+def _builtin(person: Person) -> OwnAvatar | None:
+    try:
+        return OwnAvatar(builtin_proportions(person.avatar, name=person.name, height=person.height_m))
+    except ValueError as fault:
+        log.error("event=avatar_refused participant=%s avatar=%s reason=%r shown=stand-in", person.name, person.avatar, str(fault))
+        return None
 
 
 async def send_parts(own: OwnAvatar, site: str, bus: Bus, clock: Clock) -> None:

@@ -87,7 +87,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
             for maker in makers:
                 group.create_task(maker.keep_going(clock, others))
             for own in avatars:
-                if own is not None:
+                if own is not None and own.parcel:
                     group.create_task(send_parts(own, config.site, bus, clock))
 
 

@@ -7,9 +7,10 @@ import numpy as np
 from vistel.arrays import F32, F64, I32, U8
 from vistel.figure.avatar.avatar import Avatar, Mesh, Target
 from vistel.figure.avatar.patch import Patch
+from vistel.figure.body import Body
 from vistel.figure.body_model.model import BodyModel, Level, Shape
 from vistel.figure.making.joints import jointed
-from vistel.figure.making.primitives import fit_to_limbs
+from vistel.figure.making.primitives import BodyFit, fit_to_limbs
 from vistel.figure.making.repose import repose
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, Skeleton
@@ -26,14 +27,7 @@ _CORNEA = 0.07, 0.42
 
 def assemble(model: BodyModel, shape: Shape, *, name: str, albedo: U8, patches: tuple[Patch, ...] = ()) -> Avatar:
     """The avatar. albedo, patches: its texture, in the model's coordinates."""
-    joints = jointed(shape.joints | {"left_eye": shape.eyes[0], "right_eye": shape.eyes[1]}, shape.stature)
-    weight = np.zeros((len(shape.points), len(JOINTS) + len(TWIST_BONES)))
-    np.put_along_axis(weight, model.bone.astype(np.int64), model.weight.astype(np.float64), axis=1)
-    p = repose(shape.points, weight, joints)
-    ankles = 0.5 * (joints.rest.rest[JOINT_INDEX["left_foot"], 2] + joints.rest.rest[JOINT_INDEX["right_foot"], 2])
-    floor = np.array((0.0, -p[:, 1].min(), -ankles))
-    p, rest = p + floor, Skeleton(joints.rest.rest + floor, joints.rest.tip)
-    fit = fit_to_limbs(rest, p[: model.body], model.closed, model.limb)
+    p, rest, fit, floor = _jointed(model, shape)
     skull = fit.body.names.index("skull")
     limb = np.full(len(p), fit.body.names.index("face"), np.int32)
     limb[: model.body] = model.limb
@@ -45,6 +39,25 @@ def assemble(model: BodyModel, shape: Shape, *, name: str, albedo: U8, patches: 
         for level in model.levels
     ]
     return replace(levels[0], coarser=tuple(levels[1:]))
+
+
+def limbs(model: BodyModel, shape: Shape) -> tuple[Skeleton, Body]:
+    """The joint chain and the primitives of the avatar of a shape."""
+    _, rest, fit, _ = _jointed(model, shape)
+    return rest, fit.body
+
+
+def _jointed(model: BodyModel, shape: Shape) -> tuple[F64, Skeleton, BodyFit, F64]:
+    """Points in the T-pose (V, 3), joints, primitives, and by how much all was moved to stand over the ankles (3,) [m]."""
+    joints = jointed(shape.joints | {"left_eye": shape.eyes[0], "right_eye": shape.eyes[1]}, shape.stature)
+    weight = np.zeros((len(shape.points), len(JOINTS) + len(TWIST_BONES)))
+    np.put_along_axis(weight, model.bone.astype(np.int64), model.weight.astype(np.float64), axis=1)
+    p = repose(shape.points, weight, joints)
+    ankles = 0.5 * (joints.rest.rest[JOINT_INDEX["left_foot"], 2] + joints.rest.rest[JOINT_INDEX["right_foot"], 2])
+    floor = np.array((0.0, -p[:, 1].min(), -ankles))
+    p, rest = p + floor, Skeleton(joints.rest.rest + floor, joints.rest.tip)
+    fit = fit_to_limbs(rest, p[: model.body], model.closed, model.limb)
+    return p, rest, fit, floor
 
 
 def _mesh(model: BodyModel, level: Level, points: F32, limb: I32, size: float) -> Mesh:

@@ -7,18 +7,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.body_model.assemble import assemble
+from vistel.figure.body import Body
+from vistel.figure.body_model.assemble import assemble, limbs
 from vistel.figure.body_model.fit import ADULT, Fitted, fitted, statistics
 from vistel.figure.body_model.look import ORIGINS, Look
 from vistel.figure.body_model.measures import COLUMNS
 from vistel.figure.body_model.model import BodyModel, body_model
-from vistel.figure.body_model.paint import Colours, paint
+from vistel.figure.body_model.paint import Colour, Colours, paint
 from vistel.figure.body_model.part import joined
 from vistel.figure.clothes.outfit import outfit
 from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
 from vistel.figure.hair.hair import hair
 from vistel.figure.hair.natural import natural_colour, receding, usual_style
 from vistel.figure.hair.styles import STYLES
+from vistel.figure.skeleton import Skeleton
 
 SEXES = ("female", "male")
 _COVERED = {"age": (1.0, 90.0), "height": (0.6, 2.2), "weight": (5.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0)}
@@ -42,7 +44,8 @@ class PersonWarning(UserWarning):
 class Person:
     """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
-    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: a style of `vistel.figure.hair.styles.STYLES`,
+    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; details: of the face, by the names of
+    `BodyModel.details`, -1 .. 1, added to those of the seed; hair: a style of `vistel.figure.hair.styles.STYLES`,
     empty for a usual one; outfit: what they wear, None for what is drawn from the face's seed; dressed: whether they wear anything
     but painted clothes."""
 
@@ -55,7 +58,10 @@ class Person:
     face_seed: int = 0
     skin: float = 0.3
     measures: Mapping[str, float] = field(default_factory=dict[str, float])
+    details: Mapping[str, float] = field(default_factory=dict[str, float])
     hair: str = ""
+    hair_colour: Colour | None = None
+    eyes: Colour | None = None
     outfit: Outfit | None = None
     dressed: bool = True
 
@@ -73,9 +79,8 @@ def checked(told: Person) -> Person:
     told = _within(told, ("age", "muscle", "skin", "height", "weight"))
     if len(told.origin) != len(ORIGINS) or not np.isfinite(told.origin).all() or min(told.origin) < 0.0 or not sum(told.origin):
         raise ValueError(f"origin: expected shares of {', '.join(ORIGINS)}, got {told.origin}")
-    tall, heavy = _usual(told.sex, told.age)
-    height = tall if told.height is None else told.height
-    weight = heavy * (height / tall) ** 2 if told.weight is None else told.weight
+    height = _usual(told.sex, told.age)[0] if told.height is None else told.height
+    weight = usual_weight(told.sex, told.age, height) if told.weight is None else told.weight
     return replace(told, height=height, weight=weight)
 
 
@@ -87,6 +92,7 @@ def fit(told: Person) -> Fitted:
     model = body_model()
     rng = np.random.default_rng(person.face_seed)
     face = face_of(model, rng) | _of_age(person.sex, person.age)
+    face |= {name: float(np.clip(face.get(name, 0.0) + more, -1.0, 1.0)) for name, more in person.details.items()}
     look = Look(float(person.sex == "male"), person.age, person.muscle, origin=person.origin, details=face)
     differs = {name: float(z) for name, z in zip(COLUMNS, np.clip(rng.normal(0.0, 0.5, len(COLUMNS)), -1.0, 1.0), strict=True)}
     found = fitted(model, look, person.height, person.weight, person.measures, differs)
@@ -112,6 +118,11 @@ def make(told: Person, name: str = "person") -> Avatar:
     return joined(body, [part for part in (grown, *worn) if part is not None])
 
 
+def limbs_of(told: Person) -> tuple[Skeleton, Body]:
+    """Joint chain and primitives of `make(told)`, sooner. Warns and raises as `fit` does."""
+    return limbs(body_model(), fit(told).shape)
+
+
 def face_of(model: BodyModel, rng: np.random.Generator) -> dict[str, float]:
     """Details of a face: most near the middle, the two sides a little different."""
     out: dict[str, float] = {}
@@ -134,12 +145,13 @@ def colours_of(person: Person) -> Colours:
     """Drawn from the face's seed, but for the skin: dark skins have dark hair and eyes."""
     rng = np.random.default_rng(person.face_seed + 1)
     most = 1 + round(4 * max(0.0, 1.0 - 2.0 * person.skin))
+    iris = _IRIS[rng.integers(most)]
     man = person.sex == "male" and person.age >= ADULT
     freckled = rng.random() < 0.5 * max(0.0, 1.0 - 3.0 * person.skin)
     return Colours(
         skin=person.skin,
-        iris=_IRIS[rng.integers(most)],
-        hair=natural_colour(person.skin, person.age, np.random.default_rng(person.face_seed + 3)),
+        iris=person.eyes or iris,
+        hair=person.hair_colour or natural_colour(person.skin, person.age, np.random.default_rng(person.face_seed + 3)),
         top=_CLOTH[rng.integers(len(_CLOTH))],
         stubble=float(rng.uniform(0.1, 0.6)) if man else 0.0,
         brows=float(np.clip(rng.normal(0.65 if man else 0.4, 0.15), 0.0, 1.0)),
@@ -159,13 +171,18 @@ def drawn(seed: int, sex: str | None = None) -> Person:
     low, high = (float(table["stature"]["percentiles"][k]) for k in (1, 3))
     height = float(np.clip(rng.normal(0.5 * (low + high), (high - low) / 3.29), low, high))
     light, heavy = (float(table["weight"]["percentiles"][k]) for k in (1, 3))
-    tall, usual = _usual(sex, 30.0)
-    weight = float(np.clip(usual * (height / tall) ** 2 * np.exp(rng.normal(0.0, 0.11)), light, heavy))
+    weight = float(np.clip(usual_weight(sex, 30.0, height) * np.exp(rng.normal(0.0, 0.11)), light, heavy))
     origin = rng.dirichlet((0.5, 0.5, 0.5))
     skin = float(np.clip(origin @ (0.78, 0.30, 0.18) + rng.normal(0.0, 0.06), 0.0, 1.0))
     three = (float(origin[0]), float(origin[1]), float(origin[2]))
     muscle = float(np.clip(rng.normal(0.5, 0.12), 0.2, 0.8))
     return Person(sex, float(rng.uniform(18.0, 75.0)), height, weight, muscle, three, int(rng.integers(1 << 31)), skin)
+
+
+def usual_weight(sex: str, age: float, height: float) -> float:
+    """[kg] of people of that sex ("female", "male"), age [years] and height [m]."""
+    tall, heavy = _usual(sex, age)
+    return heavy * (height / tall) ** 2
 
 
 def _usual(sex: str, age: float) -> tuple[float, float]:

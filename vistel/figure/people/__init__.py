@@ -1,1 +1,1 @@
-"""People made from implicit primitives: shape, surface, texture."""
+"""Built-in people by specification."""
