@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from vistel.arrays import I32, U8
 from vistel.figure.avatar.avatar import Mesh
+from vistel.figure.people.bake_kernels import rasterise
 from vistel.jit.kernel_jit import compiled
-from vistel.wrinkle.texel_kernels import rasterise
 
 
 def shown_by(meshes: Sequence[Mesh], shape: tuple[int, int]) -> NDArray[np.bool_]:

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32, I64, U8
 from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.people.bake_kernels import rasterise, spread
 from vistel.wrinkle.dressing import ChartedAvatar
 from vistel.wrinkle.drives import Drives
-from vistel.wrinkle.texel_kernels import rasterise, spread
 from vistel.wrinkle.worn import Worn
 from vistel.wrinkle.wrinkle_sets import WrinkleSet
 

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I64, U8
 from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.people.bake_kernels import rasterise
 from vistel.figure.posture.posture import JointPose
 from vistel.wrinkle.displacement import Map, displacement_map
 from vistel.wrinkle.dressing import Chart
@@ -24,7 +25,6 @@ from vistel.wrinkle.fit import unfit
 from vistel.wrinkle.opening import between_the_lips
 from vistel.wrinkle.region import Tube, sides_of, tube
 from vistel.wrinkle.sheet import instances
-from vistel.wrinkle.texel_kernels import rasterise
 from vistel.wrinkle.texture import Lighting, encoded, linear, shading, smoothed
 from vistel.wrinkle.wrinkle_sets import SetEntry, WrinkleSet
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from vistel.figure.figure import Figure
-from vistel.wrinkle.texel_kernels import rasterise
+from vistel.figure.people.bake_kernels import rasterise
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX

@@ -1,1 +1,1 @@
-"""Built-in people by specification."""
+"""People made from implicit primitives: shape, surface, texture."""

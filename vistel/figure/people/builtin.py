@@ -6,26 +6,16 @@ import hashlib
 import logging
 from dataclasses import replace
 from pathlib import Path
-from zipfile import BadZipFile
-
-import numpy as np
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.cache_folder import default_cache, file_lock
 from vistel.figure.avatar.check import AvatarFileError
-from vistel.figure.avatar.proportions import Proportions
-from vistel.figure.body_model.person import limbs_of, make
 from vistel.figure.formats.avatar_file import load_avatar, save_avatar
-from vistel.figure.people.person import person_of
+from vistel.figure.people.person import VERSION, make_person
 from vistel.figure.people.recipe import Recipe, parse_spec
-from vistel.whole_file import whole_file
 
 _log = logging.getLogger(__name__)
 
-_NUMBERS = ("rest", "tip", "a", "b", "radius_a", "radius_b")
-
-VERSION = 15
-"""Of what people are made; a change of it makes cached people void."""
 WRINKLES = ("shirt", "trousers", "face", "hands")
 """Names of the sets of wrinkles (vistel/wrinkle/sets) that built-in people wear."""
 
@@ -45,27 +35,6 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
     except (AvatarFileError, OSError) as fault:
         _log.warning("event=avatar_cache_unreadable path=%s reason=%s action=make_again", path, fault)
     return _made(recipe, path, name=name, height=height)
-
-
-def builtin_proportions(spec: str, *, name: str, height: float, cache: Path | None = None) -> Proportions:
-    """Joint chain and primitives of the avatar that `builtin_avatar` gives, sooner. Raises ValueError as it does."""
-    recipe, path = _place(spec, name, height, cache)
-    place = path.with_name(path.name.replace("person-", "limbs-"))
-    try:
-        with np.load(place, allow_pickle=False) as kept:
-            return Proportions.from_arrays(kept["names"].tolist(), kept["joint"].tolist(), *(kept[n] for n in _NUMBERS))
-    except FileNotFoundError:
-        pass
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as fault:
-        _log.warning("event=avatar_cache_unreadable path=%s reason=%s action=make_again", place, fault)
-    limbs = Proportions.of(*limbs_of(person_of(recipe, height)))
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(place) as file:
-            np.savez(file, names=limbs.names, joint=limbs.joint, **dict(zip(_NUMBERS, limbs.arrays, strict=True)))
-    except OSError as fault:
-        _log.warning("event=avatar_cache_unwritable path=%s reason=%s", place, fault)
-    return limbs
 
 
 def is_made(spec: str, *, name: str, height: float, cache: Path | None = None) -> bool:
@@ -89,7 +58,7 @@ def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
             return replace(load_avatar(path), name=name)
         except (AvatarFileError, OSError):
             pass
-        avatar = make(person_of(recipe, height), name)
+        avatar = make_person(recipe, name=name, height=height)
         try:
             save_avatar(avatar, path)
         except OSError as fault:

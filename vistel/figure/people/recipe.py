@@ -28,24 +28,18 @@ _PALETTES: dict[str, tuple[tuple[int, int, int], ...]] = {
 }
 
 
-HAIR_STYLES = ("short", "side_parting", "bob", "bun", "cropped", "long", "curly", "shaved")
-"""Names of `vistel.figure.hair.styles.STYLES`, by their numbers in specs."""
-PATTERNS = ("plain", "knit", "stripes", "checks", "jacket")
-_FEATURES = ("nose", "jaw", "lips", "cheeks", "eye_opening")
-
-
 @dataclass(frozen=True)
 class Recipe:
-    """A person's look. Colours are indices into the palettes.
+    """A person's look. Sizes are ratios to the average; colours are indices into the palettes.
 
-    build: girth, as a ratio to the usual; female: 0 a man, 1 a woman; age [years]; hair_style: index into HAIR_STYLES; pattern:
-    index into PATTERNS; nose, jaw, lips, cheeks, eye_opening: -1 small to 1 large.
+    build: girth; female: 0 male look, 1 female look; hair_style: 0 short, 1 side parting, 2 bob, 3 bun, 4 cropped,
+    5 long; pattern: 0 plain, 1 knit, 2 stripes, 3 checks, 4 jacket over a shirt; nose, jaw, lips, cheeks, eye_opening:
+    -1 small to 1 large.
     """
 
     seed: int = 0
     build: float = 1.0
     female: float = 0.0
-    age: float = 30.0
     skin: int = 1
     hair: int = 1
     hair_style: int = 0
@@ -66,6 +60,11 @@ class Recipe:
         return _PALETTES[what][index]
 
 
+HAIR_STYLES = 6
+PATTERNS = 5
+_FEATURES = ("nose", "jaw", "lips", "cheeks", "eye_opening")
+
+
 def recipe_from_seed(seed: int) -> Recipe:
     """The person with this seed."""
     rng = np.random.default_rng(seed)
@@ -79,8 +78,7 @@ def recipe_from_seed(seed: int) -> Recipe:
     drawn: dict[str, Any] = {**pick, **features, "female": female}
     drawn["build"] = round(float(rng.uniform(0.93, 1.10)), 3)
     drawn["hair_style"] = int(rng.choice(styles))
-    drawn["pattern"] = int(rng.integers(len(PATTERNS)))
-    drawn["age"] = round(float(rng.uniform(20.0, 66.0)), 1)
+    drawn["pattern"] = int(rng.integers(PATTERNS))
     return Recipe(seed=seed, **drawn)
 
 
@@ -104,8 +102,7 @@ def parse_spec(spec: str, name: str) -> Recipe:
             raise ValueError(f"avatar {spec!r}: unknown key {key!r}, expected one of {', '.join(known)}")
     seed = _number(spec, "seed", given.get("seed", str(_seed_of(name))), 0, 2**32 - 1, whole=True)
     recipe = recipe_from_seed(int(seed))
-    limits = {"build": (0.8, 1.35), "female": (0.0, 1.0), "hair_style": (0, len(HAIR_STYLES) - 1)}
-    limits |= {"pattern": (0, len(PATTERNS) - 1), "age": (3.0, 90.0)}
+    limits = {"build": (0.8, 1.35), "female": (0.0, 1.0), "hair_style": (0, HAIR_STYLES - 1), "pattern": (0, PATTERNS - 1)}
     limits |= dict.fromkeys(_FEATURES, (-1.0, 1.0))
     for key, value in given.items():
         if key == "seed":

@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from vistel.figure.people import person as people
-from vistel.wrinkle.texel_kernels import rasterise
+from vistel.figure.people.bake_kernels import rasterise
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.people.head import MOUTH_Y
 from vistel.figure.people.recipe import parse_spec
