@@ -24,6 +24,10 @@ _GROWTH = {  # age [years]: height [m] and weight [kg] of girls, then of boys; C
 _FACE = ("head-", "forehead-", "eyebrows-", "eye-", "nose-", "mouth-", "ear-", "chin-", "cheek-")
 _NO_FACE = ("age", "fat", "shape", "trans", "epicanthus")
 """Parts of names of details that no face is given at random: they go with age, weight and origin, or are no people's."""
+_MIDDLE = {"mouth-angles": 0.25}
+"""Where details of a face are on average, where that is not where MakeHuman has them: its mouths are sad."""
+_BITE = ("mouth-lowerlip", "mouth-upperlip", "mouth-trans", "mouth-scale-depth", "chin-prognathism", "chin-jaw-drop")
+"""Beginnings of names of details with which lips soon do not meet."""
 _HAIR = ((28, 22, 20), (44, 32, 26), (62, 44, 32), (96, 68, 44), (150, 112, 68))
 _IRIS = ((60, 40, 28), (92, 62, 38), (116, 88, 52), (98, 106, 78), (92, 116, 138))
 _CLOTH = ((74, 92, 118), (112, 62, 62), (66, 96, 80), (150, 138, 120), (92, 88, 116), (70, 74, 82))
@@ -74,7 +78,7 @@ def fit(told: Person) -> Fitted:
     assert person.height is not None and person.weight is not None
     model = body_model()
     rng = np.random.default_rng(person.face_seed)
-    face = face_of(model, rng) | _of_age(person.sex, person.age)
+    face = face_of(model, rng, person.age) | _of_age(person.sex, person.age)
     look = Look(float(person.sex == "male"), person.age, person.muscle, origin=person.origin, details=face)
     differs = {name: float(z) for name, z in zip(COLUMNS, np.clip(rng.normal(0.0, 0.5, len(COLUMNS)), -1.0, 1.0), strict=True)}
     found = fitted(model, look, person.height, person.weight, person.measures, differs)
@@ -90,12 +94,15 @@ def make(told: Person, name: str = "person") -> Avatar:
     return assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
 
 
-def face_of(model: BodyModel, rng: np.random.Generator) -> dict[str, float]:
-    """Details of a face: most near the middle, the two sides a little different."""
+def face_of(model: BodyModel, rng: np.random.Generator, age: float = 30.0) -> dict[str, float]:
+    """Details of a face: most near the middle, the two sides a little different; children's [age in years] less."""
     out: dict[str, float] = {}
+    differs = float(np.interp(age, (4.0, 16.0), (0.5, 1.0)))
     for name, (low, _) in model.details.items():
         if name.startswith(_FACE) and not any(part in name for part in _NO_FACE):
-            x = float(np.clip(rng.normal(0.0, 0.20), -0.5, 0.5))
+            x = _MIDDLE.get(name, 0.0) + differs * float(np.clip(rng.normal(0.0, 0.20), -0.5, 0.5))
+            if name.startswith(_BITE):
+                x = 0.5 * x
             out[name] = x if low >= 0 else max(0.0, x - 0.15)
         elif name.startswith("asym-"):
             out[name] = max(0.0, float(rng.normal(0.0, 0.08)))
@@ -109,9 +116,10 @@ def _of_age(sex: str, age: float) -> dict[str, float]:
 
 
 def colours_of(person: Person) -> Colours:
-    """Drawn from the face's seed, but for the skin: dark skins have dark hair and eyes."""
+    """Drawn from the face's seed, but for the skin: hair and eyes are dark unless skin and origin are those of the fair."""
     rng = np.random.default_rng(person.face_seed + 1)
-    most = 1 + round(4 * max(0.0, 1.0 - 2.0 * person.skin))
+    fair = person.origin[2] / sum(person.origin)
+    most = 1 + round(4 * fair * max(0.0, 1.0 - 1.5 * person.skin))
     grey = float(np.clip((person.age - 45.0) / 35.0, 0.0, 1.0) * rng.uniform(0.4, 1.0))
     hair = (1.0 - grey) * np.array(_HAIR[rng.integers(most)], np.float64) + grey * np.array((176.0, 172.0, 168.0))
     h = [float(x) for x in hair]
@@ -123,7 +131,7 @@ def colours_of(person: Person) -> Colours:
         hair=(h[0], h[1], h[2]),
         top=_CLOTH[rng.integers(len(_CLOTH))],
         stubble=float(rng.uniform(0.1, 0.6)) if man else 0.0,
-        brows=float(np.clip(rng.normal(0.65 if man else 0.4, 0.15), 0.0, 1.0)),
+        brows=float(np.clip(rng.normal(0.65 if man else 0.38, 0.15) - 0.25 * (person.age < 14.0), 0.0, 1.0)),
         freckles=float(rng.uniform(0.3, 1.0)) if freckled else 0.0,
         grey=grey,
         age=person.age,

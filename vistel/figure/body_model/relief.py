@@ -10,7 +10,7 @@ _TEXEL = 0.7
 """Of a texel's sides on a face [mm]."""
 _FOLD = 0.55
 """Depth of the deepest fold of an old face [mm]."""
-_WET = {"eye": (0.08, 1.0), "tongue": (0.4, 0.3), "upper_teeth": (0.25, 0.9), "lower_teeth": (0.25, 0.6)}
+_WET = {"eye": (0.08, 0.75), "tongue": (0.4, 0.3), "upper_teeth": (0.25, 0.9), "lower_teeth": (0.25, 0.6)}
 """Roughness of what is smooth, and how much of the light from everywhere comes there."""
 
 
@@ -23,7 +23,7 @@ def relief(model: BodyModel, rng: np.random.Generator, folded: float, stubbly: f
     height = (0.020 * fine + 0.030 * middling) * (1.0 - 0.8 * lips) * (1.0 + 0.8 * folded)
     height += 0.030 * across_lips * lips - _FOLD * folded * folds
     height += 0.05 * stubbly * mask(model, "beard") * fine
-    rough = 0.60 - 0.09 * oil - 0.22 * lips + 0.20 * scalp + 0.03 * middling + 0.03 * folded
+    rough = 0.62 - 0.09 * oil - 0.22 * lips + 0.20 * scalp + 0.03 * middling + 0.03 * folded
     rough = np.where(mask(model, "inside") > 0.5, 0.30, rough - 0.25 * mask(model, "nails"))
     # Between lips there is little to mirror.
     wet = between_lips(model, 22.0)
