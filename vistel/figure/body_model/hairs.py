@@ -33,8 +33,8 @@ def brows(shape: F32, rng: np.random.Generator, thick: float) -> F32:
         for k in np.flatnonzero(rng.random(len(rows)) < (0.12 + 0.08 * thick) * chance):
             at = float(along[k])
             # Upright at the nose, then lying along the brow, down at the outer end.
-            lean = float(np.interp(at, (0.0, 0.25, 1.0), (1.15, 0.45, -0.10))) + rng.normal(0.0, 0.16)
-            length = rng.uniform(8.0, 14.0) * float(np.interp(at, (0.0, 0.3, 1.0), (0.75, 1.0, 0.7)))
+            lean = float(np.interp(at, (0.0, 0.25, 1.0), (0.95, 0.40, -0.10))) + rng.normal(0.0, 0.16)
+            length = rng.uniform(8.0, 14.0) * float(np.interp(at, (0.0, 0.3, 1.0), (0.6, 1.0, 0.7)))
             x, y = columns[k] - left + rng.random(), rows[k] - top + rng.random()
             bend = rng.normal(0.10, 0.08)
             ways = lean - bend * np.linspace(0.0, 2.0, 4)

@@ -122,10 +122,11 @@ def _parts(model: BodyModel, picture: U8, colours: Colours, rng: np.random.Gener
     for name, colour in (("upper_teeth", _TEETH), ("lower_teeth", _TEETH), ("tongue", _TONGUE)):
         box = model.boxes[name]
         high, wide = texels(box, size)
-        shade = np.ones((high, wide, 1))
+        part = np.broadcast_to(np.array(colour), (high, wide, 3))
         if name != "tongue":
             gap = np.abs(np.sin(np.linspace(0.0, np.pi * _GAPS, wide)))[None, :, None]
             aside = np.abs(np.linspace(-1.0, 1.0, wide))[None, :, None]
             # Little light comes to the back teeth: lips that are not quite closed would show a white seam else.
-            shade *= (1.0 - 0.30 * (gap < 0.16)) * (1.0 - 0.78 * smooth((aside - 0.20) / 0.34))
-        put(picture, box, np.array(colour) * shade)
+            part = part * (1.0 - 0.30 * (gap < 0.16))
+            part = part + smooth((aside - 0.20) / 0.34) * (np.array(_INSIDE) - part)
+        put(picture, box, part)

@@ -10,7 +10,7 @@ _TEXEL = 0.7
 """Of a texel's sides on a face [mm]."""
 _FOLD = 0.55
 """Depth of the deepest fold of an old face [mm]."""
-_WET = {"eye": (0.08, 0.75), "tongue": (0.4, 0.3), "upper_teeth": (0.25, 0.9), "lower_teeth": (0.25, 0.6)}
+_WET = {"eye": (0.08, 0.75), "tongue": (0.4, 0.3), "upper_teeth": (0.40, 0.8), "lower_teeth": (0.45, 0.5)}
 """Roughness of what is smooth, and how much of the light from everywhere comes there."""
 
 

@@ -1,6 +1,6 @@
 """Where on a head the rules of the face act: its eyes, the hinge of its jaw, and the places of the 13 marks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,12 +38,13 @@ _OF_MOUTH = [*_LIPS, MARK_INDEX["left_mouth_corner"], MARK_INDEX["right_mouth_co
 class Landmarks:
     """marks: (13, 3), order of `MARKS`; eyes: (2, 3) centres of the eyeballs, left first; hinge: (3,) middle of the jaw's
     joints; between: (3,) where the lips meet in the middle. Metres, in the frame of the mesh, +X to the person's left, +Y up, +Z
-    to the front."""
+    to the front. ball: radius of the eyeballs, 0 where that is not known."""
 
     marks: F64
     eyes: F64
     hinge: F64
     between: F64
+    ball: float = 0.0
 
     @property
     def scale(self) -> float:
@@ -85,7 +86,9 @@ def landmarks_of(avatar: Avatar) -> Landmarks:
         return Landmarks.of_marks(_on_the_front(avatar.mesh.vertices, wanted, middle, scale), eyes)
     wanted[_OF_MOUTH, 1] += between[1] - wanted[_LIPS, 1].mean()
     marks = _on_the_front(avatar.mesh.vertices, wanted, middle, scale)
-    return Landmarks.of_marks(marks, eyes, np.array((middle[0], between[1], marks[_LIPS, 2].mean())))
+    found = Landmarks.of_marks(marks, eyes, np.array((middle[0], between[1], marks[_LIPS, 2].mean())))
+    ball = float(np.median(np.linalg.norm(avatar.eyeballs[0].vertices - eyes[0], axis=1))) if avatar.eyeballs else 0.0
+    return replace(found, ball=ball)
 
 
 def _between_lips(mesh: Mesh, middle: F64, scale: float) -> F64 | None:
