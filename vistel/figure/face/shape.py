@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64, I64
 from vistel.figure.avatar.avatar import Target
 from vistel.figure.face.landmarks import Landmarks
-from vistel.figure.face.lids import Lids, lids_of
+from vistel.figure.face.lids import Lids, before_the_eye, lids_of, off_the_eye
 from vistel.figure.face.lips import line_of_lips, sides_of_mouth
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX, MARKS
 from vistel.figure.face.rules import FaceRules, OneSided, SkinPull, builtin_rules
@@ -22,10 +22,6 @@ REACH_M = 0.05
 MOST_REST = 0.012
 """How much of that motion the skin follows, at most [m]."""
 BLINK = "AU45"
-CORNEA = 0.065, 0.45
-"""How far a cornea stands out of its eyeball, and how wide it is, as shares of the radius."""
-LIFTED_M = 0.002
-"""A lid that moved so far clears the eyeball [m, a standard head]."""
 LIP_OF = {"upper_lip": False, "lower_lip": True, "chin": True}
 """Marks that move with what is above (False) or below the line between the lips."""
 JAW_SIDE = 0.020, 0.080
@@ -103,6 +99,7 @@ class FaceShape:
         self._follow = self._following()
         faces = None if triangles is None else self._faces(np.asarray(triangles, np.int64), len(v))
         self._lids = [lids_of(self._p, eye, scale, faces) for eye in marks.eyes]
+        self._round_eye = [before_the_eye(self._p[:-MARK_COUNT], eye, marks.ball) for eye in marks.eyes]
         self._seal = None
         if targets and triangles is not None and faces is not None:
             self._seal = seal_of(self._p[:-MARK_COUNT], faces, side[self.vertex], marks)
@@ -120,7 +117,7 @@ class FaceShape:
         for eye, lid in enumerate(self._lids):
             self._blink(p, lid, e, eye)
             if self.landmarks.ball > 0.0:
-                self._off_the_eye(p, lid)
+                off_the_eye(p, self._p, self._round_eye[eye], self.landmarks.eyes[eye], self.landmarks.ball)
         return np.asarray((p - self._p)[:-MARK_COUNT], np.float32)
 
     def _by_rules(self, e: Expression) -> F64:
@@ -236,16 +233,6 @@ class FaceShape:
         c, s = np.cos(turn), np.sin(turn)
         q[:, 1], q[:, 2] = c * q[:, 1] - s * q[:, 2], s * q[:, 1] + c * q[:, 2]
         p[lid.vertex] = q + lid.centre
-
-    def _off_the_eye(self, p: F64, lid: Lids) -> None:
-        """Lids that were moved straight on go round the eyeball and its cornea, in place."""
-        rest, q = self._p[lid.vertex] - lid.centre, p[lid.vertex] - lid.centre
-        was, away = np.linalg.norm(rest, axis=1), np.linalg.norm(q, axis=1)
-        aside = np.square(q[:, :2] / away[:, None]).sum(axis=1)
-        round_it = self.landmarks.ball * (1.015 + CORNEA[0] * np.exp(-aside / CORNEA[1] ** 2))
-        moved = smooth(np.linalg.norm(q - rest, axis=1) / (LIFTED_M * self._scale))
-        least = was + moved * np.maximum(0.0, round_it - was)
-        p[lid.vertex] = lid.centre + q * np.maximum(1.0, least / away)[:, None]
 
 
 def below_the_lips(p: F64, marks: Landmarks) -> F64:
