@@ -26,6 +26,11 @@ _NO_FACE = ("age", "fat", "shape", "trans", "epicanthus")
 """Parts of names of details that no face is given at random: they go with age, weight and origin, or are no people's."""
 _MIDDLE = {"mouth-angles": 0.25}
 """Where details of a face are on average, where that is not where MakeHuman has them: its mouths are sad."""
+_OLD = {"head-age": 1.0, "eye-bag": 0.9, "mouth-laugh-lines": 0.8, "mouth-upperlip-volume": -0.8, "mouth-lowerlip-volume": -0.6,
+        "ear-scale-vert": 0.5, "ear-lobe": 0.7, "nose-scale-vert": 0.2, "cheek-volume": -0.5, "eye-eyefold": 0.4}  # fmt: skip
+"""What differs in people of 80 years."""
+_WOMAN = {"chin-width": -0.3, "nose-volume": -0.25, "eye-scale": 0.15, "mouth-upperlip-volume": 0.2, "chin-bones": -0.2}
+"""What differs in women, besides what MakeHuman makes of the sexes."""
 _BITE = ("mouth-lowerlip", "mouth-upperlip", "mouth-trans", "mouth-scale-depth", "chin-prognathism", "chin-jaw-drop")
 """Beginnings of names of details with which lips soon do not meet."""
 _HAIR = ((28, 22, 20), (44, 32, 26), (62, 44, 32), (96, 68, 44), (150, 112, 68))
@@ -78,7 +83,9 @@ def fit(told: Person) -> Fitted:
     assert person.height is not None and person.weight is not None
     model = body_model()
     rng = np.random.default_rng(person.face_seed)
-    face = face_of(model, rng, person.age) | _of_age(person.sex, person.age)
+    face = face_of(model, rng, person.age)
+    for name, more in _of_age(person.sex, person.age).items():
+        face[name] = float(np.clip(face.get(name, 0.0) + more, -1.0, 1.0))
     look = Look(float(person.sex == "male"), person.age, person.muscle, origin=person.origin, details=face)
     differs = {name: float(z) for name, z in zip(COLUMNS, np.clip(rng.normal(0.0, 0.5, len(COLUMNS)), -1.0, 1.0), strict=True)}
     found = fitted(model, look, person.height, person.weight, person.measures, differs)
@@ -110,9 +117,13 @@ def face_of(model: BodyModel, rng: np.random.Generator, age: float = 30.0) -> di
 
 
 def _of_age(sex: str, age: float) -> dict[str, float]:
-    """Details that go with age; and what clothes press flat."""
-    flat = {"nipple-point": -0.7} | ({"breast-point": -0.5} if sex == "female" else {})
-    return flat | {"head-age": float(np.clip((age - 50.0) / 30.0, 0.0, 1.0))}
+    """Details that go with sex and age; and what clothes press flat."""
+    old = float(np.clip((age - 50.0) / 30.0, 0.0, 1.0))
+    out = {name: old * share for name, share in _OLD.items()} | {"nipple-point": -0.7}
+    if sex == "female":
+        out["breast-point"] = -0.5
+        out |= {name: out.get(name, 0.0) + share * (age >= ADULT) for name, share in _WOMAN.items()}
+    return out
 
 
 def colours_of(person: Person) -> Colours:
