@@ -22,7 +22,7 @@ LONGEST = 0.0095
 TRIANGLES = (18_000, 6_000, 2_600)
 """Of the levels of detail."""
 OF = {"else": 0.45, "head": 2.0, "jaw": 2.0, "neck": 1.5, "hand": 3.5, "thumb": 3.5, "index": 3.5, "middle": 3.5, "ring": 3.5,
-      "little": 3.5, "foot": 0.22, "toes": 0.22, "ear": 0.8, "mouth": 0.12, "face": 5.0}  # fmt: skip
+      "little": 3.5, "foot": 0.22, "toes": 0.22, "ear": 2.2, "mouth": 0.12, "face": 5.0}  # fmt: skip
 """By how much more a distance counts on parts of a body, by what is in the name of their joint."""
 MARK = "vertex"
 """Target with which a mesh is marked: its offsets are the numbers of its vertices."""

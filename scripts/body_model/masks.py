@@ -6,7 +6,7 @@ import numpy as np
 from scripts.body_model.raster import rasterise
 from scripts.body_model.skin_masks import places, skin_masks
 from scripts.body_model.wheel import Wheel
-from vistel.arrays import F64, U8
+from vistel.arrays import F64, I32, U8
 from vistel.geometry.smoothstep import smooth
 
 HEIGHT = 1024
@@ -17,7 +17,7 @@ _CREW = 0.012
 """How far below the neck joint a shirt's collar lies in front [m]."""
 
 
-def masks(wheel: Wheel, points: F64, joints: dict[str, F64], triangles: F64, uv: F64, old_uv: F64, arm: F64) -> dict[str, U8]:
+def masks(wheel: Wheel, points: F64, joints: dict[str, F64], triangles: I32, uv: F64, old_uv: F64, arm: F64) -> dict[str, U8]:
     """(H, 2 H) by name, 0 to 255, first row at the top. points: (V, 3) of a usual person as MakeHuman has them; triangles: (F, 3)
     of the closed skin; uv, old_uv: (F, 3, 2) in our texture and in MakeHuman's; arm: (V,) share of the arms' joints in a vertex."""
     owner, share = rasterise(uv * (2 * HEIGHT, HEIGHT), (HEIGHT, 2 * HEIGHT))
@@ -58,7 +58,7 @@ def _brows(p: F64, joints: dict[str, F64]) -> dict[str, F64]:
     """An arc over each eye, thick at its inner end; 1 in its middle, falling to 0 at the farthest hairs."""
     x, y, z = places(p, joints).T
     u = (x - joints["left_eye"][0] + 0.019) / 0.046  # 0 at the inner end, 1 at the outer
-    middle = 0.0188 + 0.0066 * np.sin(np.clip(u, 0.0, 1.0) * 2.35) - 0.0066 * np.clip(u - 0.60, 0.0, 1.0)
+    middle = 0.0204 + 0.0044 * np.sin(np.clip(u, 0.0, 1.0) * 2.35) - 0.0080 * np.clip(u - 0.58, 0.0, 1.0)
     half = 0.0056 - 0.0034 * np.clip(u, 0.0, 1.0) ** 1.4
     across = np.clip(1.25 - np.abs(y - middle) / half, 0.0, 1.0)
     return {"brows": across * smooth(5.0 * u + 0.5) * smooth(5.0 * (1.0 - u)) * (z > -0.01)}

@@ -53,7 +53,7 @@ def _spots(q: F64, spots: tuple[tuple[float, tuple[float, float, float], float],
 
 def _flush(p: F64, q: F64, joints: dict[str, F64]) -> F64:
     """Where blood shows: cheeks, nose, chin, ears, knuckles and tips of fingers, knees, toes."""
-    out = _spots(q, ((0.75, (0.043, -0.033, 0.002), 0.021), (0.8, (0.0, -0.038, 0.040), 0.014), (0.4, (0.0, -0.098, 0.02), 0.016),
+    out = _spots(q, ((0.55, (0.041, -0.033, 0.004), 0.025), (0.8, (0.0, -0.038, 0.040), 0.014), (0.4, (0.0, -0.098, 0.02), 0.016),
                      (0.7, (0.078, -0.012, -0.070), 0.026), (0.4, (0.014, -0.004, 0.015), 0.007)))  # fmt: skip
     for side in ("left", "right"):
         for finger in _FINGERS:

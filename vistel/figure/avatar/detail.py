@@ -39,8 +39,8 @@ def with_levels(avatar: Avatar, triangles: Sequence[int]) -> Avatar:
 
 
 def coarser(mesh: Mesh, triangles: int, importance: F64 | None = None) -> Mesh:
-    """`mesh` with about `triangles` triangles; more where its shape or its seams allow no fewer. importance: (V,) by how much more a
-    distance from the surface counts at each vertex; infinite: it stays. None: all alike.
+    """`mesh` with about `triangles` triangles; more where its shape or its seams allow no fewer. importance: (V,) by how much more
+    a distance from the surface counts at each vertex; infinite: it stays. None: all alike.
 
     The result is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a subset of the mesh's.
     """

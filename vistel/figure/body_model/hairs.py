@@ -23,16 +23,18 @@ def brows(shape: F32, rng: np.random.Generator, thick: float) -> F32:
         rows, columns = np.nonzero(own > 0.0)
         if not len(rows):
             continue
-        top, left = rows.min() - 8, columns.min() - 12
-        high, wide = rows.max() + 8 - top, columns.max() + 8 - left
+        top, left = int(rows.min()) - 8, int(columns.min()) - 12
+        high, wide = int(rows.max()) + 8 - top, int(columns.max()) + 8 - left
         picture = Image.new("L", (wide * _FINE, high * _FINE))
         pen = ImageDraw.Draw(picture)
-        along = (rows.max() - rows if side > 0.0 else rows - rows.min()) / max(1, np.ptp(rows))
+        first_row, last_row = int(rows.min()), int(rows.max())
+        along = (last_row - rows if side > 0.0 else rows - first_row).astype(np.float64) / max(1, last_row - first_row)
         chance = smooth((own[rows, columns] - least) / 0.35)
         for k in np.flatnonzero(rng.random(len(rows)) < (0.12 + 0.08 * thick) * chance):
+            at = float(along[k])
             # Upright at the nose, then lying along the brow, down at the outer end.
-            lean = np.interp(along[k], (0.0, 0.25, 1.0), (1.15, 0.45, -0.10)) + rng.normal(0.0, 0.16)
-            length = rng.uniform(8.0, 14.0) * np.interp(along[k], (0.0, 0.3, 1.0), (0.75, 1.0, 0.7))
+            lean = float(np.interp(at, (0.0, 0.25, 1.0), (0.95, 0.40, -0.10))) + rng.normal(0.0, 0.16)
+            length = rng.uniform(8.0, 14.0) * float(np.interp(at, (0.0, 0.3, 1.0), (0.6, 1.0, 0.7)))
             x, y = columns[k] - left + rng.random(), rows[k] - top + rng.random()
             bend = rng.normal(0.10, 0.08)
             ways = lean - bend * np.linspace(0.0, 2.0, 4)
@@ -40,13 +42,13 @@ def brows(shape: F32, rng: np.random.Generator, thick: float) -> F32:
             pen.line([(float(u) * _FINE, float(v) * _FINE) for u, v in points], fill=int(rng.uniform(150, 255)), width=2)
         drawn = np.asarray(picture.resize((wide, high), Image.Resampling.BOX), np.float32) / 255.0
         out[first + top : first + top + high, left : left + wide] = drawn
-    return np.clip(1.2 * out, 0.0, 1.0)
+    return np.minimum(1.2 * out, 1.0).astype(np.float32)
 
 
 def stubble(rng: np.random.Generator, size: tuple[int, ...], where: F32) -> F32:
     """(H, W) how far stubble covers skin; where: (H, W) how thick it grows."""
     dots = rng.random(size, np.float32)
-    return where * (0.22 + 0.5 * (dots < 0.25))
+    return where * np.where(dots < 0.25, np.float32(0.72), np.float32(0.22))
 
 
 def spots(rng: np.random.Generator, where: F32, within: Bool, each: float, radius: tuple[float, float]) -> F32:

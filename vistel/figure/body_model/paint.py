@@ -13,7 +13,7 @@ from vistel.figure.body_model.relief import relief
 from vistel.figure.body_model.texels import Colour, Floats, between_lips, mask, noise, over, put, soft, spread, texels
 from vistel.geometry.smoothstep import smooth
 
-TONES: tuple[Colour, ...] = ((231, 193, 174), (220, 172, 145), (198, 147, 114), (163, 112, 80), (117, 77, 55), (73, 50, 41))
+TONES: tuple[Colour, ...] = ((223, 181, 160), (213, 163, 135), (194, 143, 110), (163, 112, 80), (117, 77, 55), (73, 50, 41))
 """sRGB of skin, evenly from the lightest (0) to the darkest (1)."""
 _TEETH = (232.0, 226.0, 212.0)
 _TONGUE = (122.0, 58.0, 58.0)
@@ -96,7 +96,7 @@ def _skin(model: BodyModel, colours: Colours, rng: np.random.Generator, old: flo
     # Little of what darkens skin is in palms and soles.
     out += palms * ((0.35 + 0.35 * dark) * (np.array((226.0, 168.0, 146.0), np.float32) - out))
     lids = mask(model, "lids")[..., None]
-    out *= 1.0 - lids * (np.array((0.10, 0.17, 0.13), np.float32) * (1.0 + 0.5 * old))
+    out *= 1.0 - lids * (np.array((0.07, 0.12, 0.09), np.float32) * (1.0 + 0.5 * old))
     sun = mask(model, "sun")
     known = model.masks["skin"] > 0
     if colours.freckles:
@@ -126,10 +126,11 @@ def _parts(model: BodyModel, picture: U8, colours: Colours, rng: np.random.Gener
     for name, colour in (("upper_teeth", _TEETH), ("lower_teeth", _TEETH), ("tongue", _TONGUE)):
         box = model.boxes[name]
         high, wide = texels(box, size)
-        shade = np.ones((high, wide, 1))
+        part = np.broadcast_to(np.array(colour), (high, wide, 3))
         if name != "tongue":
             gap = np.abs(np.sin(np.linspace(0.0, np.pi * _GAPS, wide)))[None, :, None]
             aside = np.abs(np.linspace(-1.0, 1.0, wide))[None, :, None]
             # Little light comes to the back teeth: lips that are not quite closed would show a white seam else.
-            shade *= (1.0 - 0.30 * (gap < 0.16)) * (1.0 - 0.78 * smooth((aside - 0.28) / 0.42))
-        put(picture, box, np.array(colour) * shade)
+            part = part * (1.0 - 0.30 * (gap < 0.16))
+            part = part + smooth((aside - 0.20) / 0.34) * (np.array(_INSIDE) - part)
+        put(picture, box, part)

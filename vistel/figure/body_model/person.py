@@ -13,7 +13,7 @@ from vistel.figure.body_model.fit import ADULT, Fitted, fitted, statistics
 from vistel.figure.body_model.look import ORIGINS, Look
 from vistel.figure.body_model.measures import COLUMNS
 from vistel.figure.body_model.model import BodyModel, body_model
-from vistel.figure.body_model.paint import Colour, Colours, paint
+from vistel.figure.body_model.paint import Colours, paint
 from vistel.figure.body_model.part import joined
 from vistel.figure.clothes.outfit import outfit
 from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
@@ -32,6 +32,15 @@ _GROWTH = {  # age [years]: height [m] and weight [kg] of girls, then of boys; C
 _FACE = ("head-", "forehead-", "eyebrows-", "eye-", "nose-", "mouth-", "ear-", "chin-", "cheek-")
 _NO_FACE = ("age", "fat", "shape", "trans", "epicanthus")
 """Parts of names of details that no face is given at random: they go with age, weight and origin, or are no people's."""
+_MIDDLE = {"mouth-angles": 0.25}
+"""Where details of a face are on average, where that is not where MakeHuman has them: its mouths are sad."""
+_OLD = {"head-age": 1.0, "eye-bag": 0.9, "mouth-laugh-lines": 0.8, "mouth-upperlip-volume": -0.8, "mouth-lowerlip-volume": -0.6,
+        "ear-scale-vert": 0.5, "ear-lobe": 0.7, "nose-scale-vert": 0.2, "cheek-volume": -0.5, "eye-eyefold": 0.4}  # fmt: skip
+"""What differs in people of 80 years."""
+_WOMAN = {"chin-width": -0.3, "nose-volume": -0.25, "eye-scale": 0.15, "mouth-upperlip-volume": 0.2, "chin-bones": -0.2}
+"""What differs in women, besides what MakeHuman makes of the sexes."""
+_BITE = ("mouth-lowerlip", "mouth-upperlip", "mouth-trans", "mouth-scale-depth", "chin-prognathism", "chin-jaw-drop")
+"""Beginnings of names of details with which lips soon do not meet."""
 _IRIS = ((60, 40, 28), (92, 62, 38), (116, 88, 52), (98, 106, 78), (92, 116, 138))
 _CLOTH = ((74, 92, 118), (112, 62, 62), (66, 96, 80), (150, 138, 120), (92, 88, 116), (70, 74, 82))
 
@@ -44,8 +53,7 @@ class PersonWarning(UserWarning):
 class Person:
     """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
-    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; details: of the face, by the names of
-    `BodyModel.details`, -1 .. 1, added to those of the seed; hair: a style of `vistel.figure.hair.styles.STYLES`,
+    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: a style of `vistel.figure.hair.styles.STYLES`,
     empty for a usual one; outfit: what they wear, None for what is drawn from the face's seed; dressed: whether they wear anything
     but painted clothes."""
 
@@ -58,10 +66,7 @@ class Person:
     face_seed: int = 0
     skin: float = 0.3
     measures: Mapping[str, float] = field(default_factory=dict[str, float])
-    details: Mapping[str, float] = field(default_factory=dict[str, float])
     hair: str = ""
-    hair_colour: Colour | None = None
-    eyes: Colour | None = None
     outfit: Outfit | None = None
     dressed: bool = True
 
@@ -91,8 +96,9 @@ def fit(told: Person) -> Fitted:
     assert person.height is not None and person.weight is not None
     model = body_model()
     rng = np.random.default_rng(person.face_seed)
-    face = face_of(model, rng) | _of_age(person.sex, person.age)
-    face |= {name: float(np.clip(face.get(name, 0.0) + more, -1.0, 1.0)) for name, more in person.details.items()}
+    face = face_of(model, rng, person.age)
+    for name, more in _of_age(person.sex, person.age).items():
+        face[name] = float(np.clip(face.get(name, 0.0) + more, -1.0, 1.0))
     look = Look(float(person.sex == "male"), person.age, person.muscle, origin=person.origin, details=face)
     differs = {name: float(z) for name, z in zip(COLUMNS, np.clip(rng.normal(0.0, 0.5, len(COLUMNS)), -1.0, 1.0), strict=True)}
     found = fitted(model, look, person.height, person.weight, person.measures, differs)
@@ -123,12 +129,15 @@ def limbs_of(told: Person) -> tuple[Skeleton, Body]:
     return limbs(body_model(), fit(told).shape)
 
 
-def face_of(model: BodyModel, rng: np.random.Generator) -> dict[str, float]:
-    """Details of a face: most near the middle, the two sides a little different."""
+def face_of(model: BodyModel, rng: np.random.Generator, age: float = 30.0) -> dict[str, float]:
+    """Details of a face: most near the middle, the two sides a little different; children's [age in years] less."""
     out: dict[str, float] = {}
+    differs = float(np.interp(age, (4.0, 16.0), (0.5, 1.0)))
     for name, (low, _) in model.details.items():
         if name.startswith(_FACE) and not any(part in name for part in _NO_FACE):
-            x = float(np.clip(rng.normal(0.0, 0.20), -0.5, 0.5))
+            x = _MIDDLE.get(name, 0.0) + differs * float(np.clip(rng.normal(0.0, 0.20), -0.5, 0.5))
+            if name.startswith(_BITE):
+                x = 0.5 * x
             out[name] = x if low >= 0 else max(0.0, x - 0.15)
         elif name.startswith("asym-"):
             out[name] = max(0.0, float(rng.normal(0.0, 0.08)))
@@ -136,25 +145,29 @@ def face_of(model: BodyModel, rng: np.random.Generator) -> dict[str, float]:
 
 
 def _of_age(sex: str, age: float) -> dict[str, float]:
-    """Details that go with age; and what clothes press flat."""
-    flat = {"nipple-point": -0.7} | ({"breast-point": -0.5} if sex == "female" else {})
-    return flat | {"head-age": float(np.clip((age - 50.0) / 30.0, 0.0, 1.0))}
+    """Details that go with sex and age; and what clothes press flat."""
+    old = float(np.clip((age - 50.0) / 30.0, 0.0, 1.0))
+    out = {name: old * share for name, share in _OLD.items()} | {"nipple-point": -0.7}
+    if sex == "female":
+        out["breast-point"] = -0.5
+        out |= {name: out.get(name, 0.0) + share * (age >= ADULT) for name, share in _WOMAN.items()}
+    return out
 
 
 def colours_of(person: Person) -> Colours:
-    """Drawn from the face's seed, but for the skin: dark skins have dark hair and eyes."""
+    """Drawn from the face's seed, but for the skin: hair and eyes are dark unless skin and origin are those of the fair."""
     rng = np.random.default_rng(person.face_seed + 1)
-    most = 1 + round(4 * max(0.0, 1.0 - 2.0 * person.skin))
-    iris = _IRIS[rng.integers(most)]
+    fair = person.origin[2] / sum(person.origin)
+    most = 1 + round(4 * fair * max(0.0, 1.0 - 1.5 * person.skin))
     man = person.sex == "male" and person.age >= ADULT
     freckled = rng.random() < 0.5 * max(0.0, 1.0 - 3.0 * person.skin)
     return Colours(
         skin=person.skin,
-        iris=person.eyes or iris,
-        hair=person.hair_colour or natural_colour(person.skin, person.age, np.random.default_rng(person.face_seed + 3)),
+        iris=_IRIS[rng.integers(most)],
+        hair=natural_colour(max(person.skin, 0.55 * (1.0 - fair)), person.age, np.random.default_rng(person.face_seed + 3)),
         top=_CLOTH[rng.integers(len(_CLOTH))],
         stubble=float(rng.uniform(0.1, 0.6)) if man else 0.0,
-        brows=float(np.clip(rng.normal(0.65 if man else 0.4, 0.15), 0.0, 1.0)),
+        brows=float(np.clip(rng.normal(0.65 if man else 0.38, 0.15) - 0.25 * (person.age < 14.0), 0.0, 1.0)),
         freckles=float(rng.uniform(0.3, 1.0)) if freckled else 0.0,
         grey=float(np.clip((person.age - 45.0) / 35.0, 0.0, 1.0) * rng.uniform(0.4, 1.0)),
         age=person.age,

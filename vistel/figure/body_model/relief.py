@@ -5,12 +5,15 @@ import numpy as np
 from vistel.figure.avatar.patch import WHOLE, Patch
 from vistel.figure.body_model.model import BodyModel
 from vistel.figure.body_model.texels import between_lips, mask, noise
+from vistel.geometry.smoothstep import smooth
 
+_FACE = 0.72, 0.50
+"""Middle of the face in the texture."""
 _TEXEL = 0.7
 """Of a texel's sides on a face [mm]."""
 _FOLD = 0.55
 """Depth of the deepest fold of an old face [mm]."""
-_WET = {"eye": (0.08, 1.0), "tongue": (0.4, 0.3), "upper_teeth": (0.25, 0.9), "lower_teeth": (0.25, 0.6)}
+_WET = {"eye": (0.08, 0.75), "tongue": (0.65, 0.15), "upper_teeth": (0.40, 0.8), "lower_teeth": (0.45, 0.5)}
 """Roughness of what is smooth, and how much of the light from everywhere comes there."""
 
 
@@ -20,10 +23,13 @@ def relief(model: BodyModel, rng: np.random.Generator, folded: float, stubbly: f
     lips, oil, scalp, folds = (mask(model, name) for name in ("lips", "oil", "scalp", "folds"))
     fine, middling = noise(rng, size, (2, 2)), noise(rng, size, (5, 5))
     across_lips = noise(rng, size, (3, 40))
-    height = (0.020 * fine + 0.030 * middling) * (1.0 - 0.8 * lips) * (1.0 + 0.8 * folded)
+    v, u = np.mgrid[1.0 : 0.0 : 1j * size[0], 0.0 : 1.0 : 1j * size[1]].astype(np.float32)
+    # Away from the face texels are longer than wide: pores would become lines.
+    small = 1.0 - 0.8 * smooth((np.hypot(2.0 * (u - _FACE[0]), v - _FACE[1]) - 0.20) / 0.15)
+    height = small * (0.020 * fine + 0.030 * middling) * (1.0 - 0.8 * lips) * (1.0 + 0.8 * folded)
     height += 0.030 * across_lips * lips - _FOLD * folded * folds
     height += 0.05 * stubbly * mask(model, "beard") * fine
-    rough = 0.60 - 0.09 * oil - 0.22 * lips + 0.20 * scalp + 0.03 * middling + 0.03 * folded
+    rough = 0.62 - 0.09 * oil - 0.22 * lips + 0.20 * scalp + 0.03 * middling + 0.03 * folded
     rough = np.where(mask(model, "inside") > 0.5, 0.30, rough - 0.25 * mask(model, "nails"))
     # Between lips there is little to mirror.
     wet = between_lips(model, 22.0)

@@ -1,13 +1,14 @@
 """Where on a head the rules of the face act: its eyes, the hinge of its jaw, and the places of the 13 marks."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.face.marks import MARK_INDEX, MARKS
+from vistel.figure.face.targets import meant
 from vistel.figure.skeleton import JOINT_INDEX
 
 EYES_APART = 0.064
@@ -24,19 +25,26 @@ _LEFT_MM = {
     "nose_wing": (16.5, -44.0),
     "mouth_corner": (24.5, -75.5),
 }
+JAW = "AU26"
+"""The unit that opens the jaw."""
 _MIDDLE_MM = {"upper_lip": (0.0, -71.0), "lower_lip": (0.0, -82.0), "chin": (0.0, -108.0)}
+
+
+_LIPS = [MARK_INDEX["upper_lip"], MARK_INDEX["lower_lip"]]
+_OF_MOUTH = [*_LIPS, MARK_INDEX["left_mouth_corner"], MARK_INDEX["right_mouth_corner"]]
 
 
 @dataclass(frozen=True, eq=False)
 class Landmarks:
     """marks: (13, 3), order of `MARKS`; eyes: (2, 3) centres of the eyeballs, left first; hinge: (3,) middle of the jaw's
     joints; between: (3,) where the lips meet in the middle. Metres, in the frame of the mesh, +X to the person's left, +Y up, +Z
-    to the front."""
+    to the front. ball: radius of the eyeballs, 0 where that is not known."""
 
     marks: F64
     eyes: F64
     hinge: F64
     between: F64
+    ball: float = 0.0
 
     @property
     def scale(self) -> float:
@@ -60,8 +68,8 @@ class Landmarks:
 
 
 def landmarks_of(avatar: Avatar) -> Landmarks:
-    """Of an avatar: where they are on the built-in heads, as far apart as its eyes are, on the front of its skin. Raises
-    ValueError for a head without a face there."""
+    """Of an avatar: where they are on the built-in heads, as far apart as its eyes are, on the front of its skin; the mouth
+    where its own shape of the open jaw parts the lips. Raises ValueError for a head without a face there."""
     rest = avatar.skeleton.rest
     eyes = np.array([rest[JOINT_INDEX["left_eye"]], rest[JOINT_INDEX["right_eye"]]], np.float64)
     scale, middle = float(np.linalg.norm(eyes[0] - eyes[1])) / EYES_APART, eyes.mean(axis=0)
@@ -73,7 +81,36 @@ def landmarks_of(avatar: Avatar) -> Landmarks:
     for name, place in _MIDDLE_MM.items():
         at[MARK_INDEX[name]] = place
     wanted = middle[:2] + 1e-3 * scale * at
-    return Landmarks.of_marks(_on_the_front(avatar.mesh.vertices, wanted, middle, scale), eyes)
+    between = _between_lips(avatar.mesh, middle, scale)
+    if between is None:
+        return Landmarks.of_marks(_on_the_front(avatar.mesh.vertices, wanted, middle, scale), eyes)
+    wanted[_OF_MOUTH, 1] += between[1] - wanted[_LIPS, 1].mean()
+    marks = _on_the_front(avatar.mesh.vertices, wanted, middle, scale)
+    found = Landmarks.of_marks(marks, eyes, np.array((middle[0], between[1], marks[_LIPS, 2].mean())))
+    ball = float(np.median(np.linalg.norm(avatar.eyeballs[0].vertices - eyes[0], axis=1))) if avatar.eyeballs else 0.0
+    return replace(found, ball=ball)
+
+
+def _between_lips(mesh: Mesh, middle: F64, scale: float) -> F64 | None:
+    """(3,) where the lips meet in the middle, on a head with a shape for the open jaw: the lower lip moves with it, the upper one
+    stays. None where there is none, or no place where both meet."""
+    meanings = meant(t.name for t in mesh.targets)
+    jaw = next((t for t in mesh.targets if (m := meanings.get(t.name)) and m.unit == JAW), None)
+    if jaw is None:
+        return None
+    v = mesh.vertices.astype(np.float64)
+    down = np.zeros(len(v))
+    down[jaw.vertex] = -jaw.offset[:, 1]
+    q = (v - middle) / scale
+    own = np.flatnonzero((np.abs(q[:, 0]) < 0.005) & (q[:, 1] < -0.048) & (q[:, 1] > -0.100) & (q[:, 2] > -0.02))
+    # What lies behind other skin of that height is inside the mouth.
+    near = np.abs(q[own, 1][:, None] - q[own, 1]) < 0.004
+    own = own[q[own, 2] > np.where(near, q[own, 2], -np.inf).max(axis=1) - 0.007] if len(own) else own
+    most = float(down[own].max(initial=0.0))
+    upper, lower = own[down[own] < 0.3 * most], own[down[own] > 0.6 * most]
+    if most < 0.004 * scale or not len(upper) or not len(lower):
+        return None
+    return 0.5 * (v[upper[np.argmin(v[upper, 1])]] + v[lower[np.argmax(v[lower, 1])]])
 
 
 def _on_the_front(vertices: NDArray[np.float32], wanted: F64, middle: F64, scale: float) -> F64:

@@ -17,6 +17,10 @@ BESIDE = 0.13
 """How far beside a vertex the lower lid's edge counts, and beyond the slit's ends lids still move [sine of an azimuth]."""
 FOLLOWS_BELOW = 0.35
 """How far the lower lid follows the gaze, as a share of the upper one."""
+CORNEA = 0.065, 0.45
+"""How far a cornea stands out of its eyeball, and how wide it is, as shares of the radius."""
+LIFTED = 0.14
+"""A lid that moved so far clears the eyeball, as a share of its radius."""
 _ACROSS = np.linspace(-0.98, 0.98, 50)
 """Directions in which the slit is looked for: sines of the azimuth."""
 _UP = np.radians(np.linspace(-45.0, 45.0, 61))
@@ -78,6 +82,23 @@ def lids_of(p: F64, centre: F64, scale: float, triangles: I64 | None) -> Lids:
     closes = top - slit.lowest(across[vertex]) + OVERLAP
     opening = (top - bottom) / float((slit.top - slit.bottom).max())
     return Lids(centre, vertex, upper, np.where(upper, closes * share, 0.0), np.where(upper, 1.0, FOLLOWS_BELOW) * opening * share)
+
+
+def before_the_eye(p: F64, centre: F64, ball: float) -> I64:
+    """Which of the places p (N, 3) are before an eye of that radius [m], and near it."""
+    q = p - centre
+    return np.flatnonzero((np.linalg.norm(q, axis=1) < 1.5 * ball) & (q[:, 2] > 0.0))
+
+
+def off_the_eye(p: F64, at_rest: F64, vertex: I64, centre: F64, ball: float) -> None:
+    """Lids that were moved straight on go round the eyeball and its cornea, in place. p, at_rest: (N, 3); vertex: of the lids."""
+    rest, q = at_rest[vertex] - centre, p[vertex] - centre
+    was, away = np.linalg.norm(rest, axis=1), np.linalg.norm(q, axis=1)
+    aside = np.square(q[:, :2] / away[:, None]).sum(axis=1)
+    clear = ball * (1.015 + CORNEA[0] * np.exp(-aside / CORNEA[1] ** 2))
+    moved = smooth(np.linalg.norm(q - rest, axis=1) / (LIFTED * ball))
+    least = was + moved * np.maximum(0.0, clear - was)
+    p[vertex] = centre + q * np.maximum(1.0, least / away)[:, None]
 
 
 def slit_of(q: F64, triangles: I64, ball: float) -> Slit | None:

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from vistel.arrays import F32, F64, I64
 from vistel.figure.avatar.avatar import Target
 from vistel.figure.face.landmarks import Landmarks
-from vistel.figure.face.lids import Lids, lids_of
+from vistel.figure.face.lids import Lids, before_the_eye, lids_of, off_the_eye
 from vistel.figure.face.lips import line_of_lips, sides_of_mouth
-from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
+from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX, MARKS
 from vistel.figure.face.rules import FaceRules, OneSided, SkinPull, builtin_rules
 from vistel.figure.face.seal import seal_of
 from vistel.figure.face.targets import half, shapes_of
@@ -22,6 +22,8 @@ REACH_M = 0.05
 MOST_REST = 0.012
 """How much of that motion the skin follows, at most [m]."""
 BLINK = "AU45"
+LIP_OF = {"upper_lip": False, "lower_lip": True, "chin": True}
+"""Marks that move with what is above (False) or below the line between the lips."""
 JAW_SIDE = 0.020, 0.080
 """Distances from the middle up to which skin follows the jaw wholly, and from which it no longer does [m, a standard head]."""
 NEUTRAL_GAZE_LID = 0.55
@@ -97,6 +99,7 @@ class FaceShape:
         self._follow = self._following()
         faces = None if triangles is None else self._faces(np.asarray(triangles, np.int64), len(v))
         self._lids = [lids_of(self._p, eye, scale, faces) for eye in marks.eyes]
+        self._round_eye = [before_the_eye(self._p[:-MARK_COUNT], eye, marks.ball) for eye in marks.eyes]
         self._seal = None
         if targets and triangles is not None and faces is not None:
             self._seal = seal_of(self._p[:-MARK_COUNT], faces, side[self.vertex], marks)
@@ -113,6 +116,8 @@ class FaceShape:
             self._seal.part_lips(p)
         for eye, lid in enumerate(self._lids):
             self._blink(p, lid, e, eye)
+            if self.landmarks.ball > 0.0:
+                off_the_eye(p, self._p, self._round_eye[eye], self.landmarks.eyes[eye], self.landmarks.ball)
         return np.asarray((p - self._p)[:-MARK_COUNT], np.float32)
 
     def _by_rules(self, e: Expression) -> F64:
@@ -134,8 +139,7 @@ class FaceShape:
         """Replace units by the head's own morph targets."""
         place = np.full(count, -1)
         place[self.vertex] = np.arange(len(self.vertex))
-        skin = self._p[:-MARK_COUNT]
-        at = [int(np.argmin(np.linalg.norm(skin - m, axis=1))) for m in self.landmarks.marks]
+        at = [self._skin_at(name) for name in MARKS]
         for k, u in enumerate(self.rules.units):
             shapes, split = shapes_of(u, targets)
             if not shapes:
@@ -149,6 +153,14 @@ class FaceShape:
             self._unit[k], self._jaw[k], self._close[k] = moved.ravel(), 0.0, 0.0
             if u.unit.name == BLINK:
                 self._blinks[0 if u.side > 0 else 1] = k
+
+    def _skin_at(self, mark: str) -> int:
+        """The vertex nearest to a mark, of the lip that it is on, and not inside the mouth."""
+        away = np.linalg.norm(self._p - self.landmarks.marks[MARK_INDEX[mark]], axis=1)
+        other = self._outside < 0.5
+        if mark in LIP_OF:
+            other |= (self._below > 0.5) != LIP_OF[mark]
+        return int(np.argmin((away + other)[:-MARK_COUNT]))
 
     def _blinking(self, e: Expression) -> Expression:
         """The head's own morph targets for the lids, where it has them."""

@@ -88,3 +88,12 @@ def test_levels_share_what_is_not_the_mesh() -> None:
     assert [len(level.mesh.triangles) < count for level in levels] == [True, True]
     assert all(level.body is avatar.body and level.albedo is avatar.albedo for level in levels)
     assert isinstance(replace(avatar, coarser=levels), Avatar)
+
+
+def test_what_is_important_keeps_its_vertices() -> None:
+    fine = sphere(False)
+    left = fine.vertices[:, 0] < 0.0
+    coarse = coarser(fine, 900, np.where(left, np.inf, 1.0))
+    kept = {tuple(p) for p in coarse.vertices}
+    assert all(tuple(p) in kept for p in fine.vertices[left])
+    assert solid(coarse).is_watertight

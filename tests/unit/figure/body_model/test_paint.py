@@ -1,0 +1,40 @@
+"""The texture of people and what it is like."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from vistel.figure.avatar.patch import fault_of
+from vistel.figure.body_model.model import body_model
+from vistel.figure.body_model.paint import Colours, paint, tone
+from vistel.figure.body_model.texels import mask
+
+
+def _mean(picture: np.ndarray, name: str, least: float = 0.9) -> np.ndarray:
+    return picture[mask(body_model(), name) > least].mean(axis=0)
+
+
+def test_the_same_colours_give_the_same_texture_with_patches_that_files_can_keep() -> None:
+    (one, patches), (two, _) = paint(body_model(), Colours()), paint(body_model(), Colours())
+    assert np.array_equal(one, two)
+    assert fault_of(patches, 4096) == ""
+    assert patches[-1].opacity is not None, "lashes are seen through, before the skin that lies under them"
+
+
+def test_palms_of_dark_skin_are_lighter_and_lips_of_light_skin_redder() -> None:
+    dark, light = (paint(body_model(), Colours(skin=skin))[0] for skin in (0.9, 0.1))
+    assert _mean(dark, "palms").mean() > 1.3 * tone(0.9).mean()
+    lips, skin = _mean(light, "lips"), tone(0.1)
+    assert lips[0] / lips[1] > 1.1 * skin[0] / skin[1]
+
+
+def test_age_shows_in_folds_and_grey_hair_in_brows() -> None:
+    young = Colours(hair=(30.0, 22.0, 18.0))
+    old = replace(young, age=80.0, hair=(150.0, 148.0, 146.0), grey=0.9)
+    (a, of_young), (b, of_old) = paint(body_model(), young), paint(body_model(), old)
+    assert _mean(b, "brows", 0.6).mean() > _mean(a, "brows", 0.6).mean() + 5.0
+    folds = mask(body_model(), "folds") > 0.2
+    uneven = [
+        float(np.abs(p[0].normal[folds][:, :2].astype(int) - 128).mean()) for p in (of_young, of_old) if p[0].normal is not None
+    ]
+    assert uneven[1] > 1.5 * uneven[0]
