@@ -21,8 +21,8 @@ FINER = 0.6
 
 @dataclass(frozen=True)
 class Cap:
-    """How high it is over the skin, well inside the hairline, for a head of size 0.095 m: thick everywhere, crown more on top of the
-    head, lumps more or less from place to place [m]."""
+    """How high it is over the skin, well inside the hairline, for a head of size 0.095 m: thick everywhere, crown more on top of
+    the head, lumps more or less from place to place [m]."""
 
     thick: float
     crown: float = 0.0
@@ -33,7 +33,9 @@ class Cap:
         d = p - scalp.middle
         d /= np.maximum(np.linalg.norm(d, axis=1, keepdims=True), 1e-9)
         edge, far = (smooth(inside / (share * scalp.size)) for share in (0.35, 0.8))
-        return scalp.size / 0.095 * (self.thick * edge + far * (self.crown * smooth((d[:, 1] - 0.25) / 0.55) + self.lumps * _lumpy(d)))
+        return (
+            scalp.size / 0.095 * (self.thick * edge + far * (self.crown * smooth((d[:, 1] - 0.25) / 0.55) + self.lumps * _lumpy(d)))
+        )
 
 
 @dataclass(frozen=True, eq=False)

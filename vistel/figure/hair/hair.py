@@ -8,8 +8,8 @@ from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model.part import Part
-from vistel.figure.hair.cards import Strips, cards, mesh_of
 from vistel.figure.hair.cap import Ground, cap, ground
+from vistel.figure.hair.cards import Strips, cards, mesh_of
 from vistel.figure.hair.growth import ROWS, along, grown, pushed_out
 from vistel.figure.hair.scalp import Roots, Scalp
 from vistel.figure.hair.strands import MIDDLE, OUTER, cap_box, lock_box, painted, strands
@@ -17,6 +17,8 @@ from vistel.figure.hair.styles import STYLES, Style, bun_of
 
 MOST = 3500, 1200, 350
 """Vertices of hair by level of detail."""
+_CLEAR = 0.0012
+"""Least distance of hair from the skin [m]."""
 _ROUGHNESS = 0.62
 
 
@@ -30,8 +32,9 @@ def hair(
     receding: float = 0.0,
 ) -> Part | None:
     """Hair for a body in the T-pose as `vistel.figure.body_model.assemble` makes it, with all its levels; None if it is shaved,
-    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour; receding: 0 to
-    1, how far the hairline is drawn back at the temples. Raises ValueError, one line, for a style that is not known."""
+    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour;
+    receding: 0 to 1, how far the hairline is drawn back at the temples. Raises ValueError, one line, for a style that is
+    not known."""
     if style not in STYLES:
         raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {style!r}")
     made = STYLES[style]
@@ -92,12 +95,12 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, body: Mesh, se
         # Heads are round: more places near the root.
         at = np.linspace(0.0, 1.0, rows) ** (1.35 if style.hanging else 1.0)
         s = np.broadcast_to((ROWS - 1.0) * at, (len(on), rows))
-        wider = (len(locks.order) / len(on)) ** 0.55
+        wider = (len(locks.order) / len(on)) ** 0.45
         wide = wider * locks.width[on, None] * np.interp(at, (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
         arch = 0.14 if style.hanging else 0.06
         parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), at, wide, locks.box[on], across, arch))
     # Cards are wide and flat, bodies are round.
-    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, 0.001)) for part in parts], limb)
+    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, _CLEAR)) for part in parts], limb)
 
 
 def _caps(scalp: Scalp, style: Style, level: int, skin: Ground) -> list[Strips]:
@@ -132,7 +135,9 @@ def _bun(scalp: Scalp, level: int, rng: np.random.Generator) -> Strips:
     s = np.linspace(0.0, 1.0, rows)
     around = start[:, None] + 2.4 * s * rng.uniform(0.8, 1.2, count)[:, None]
     polar = 0.72 * np.pi * (1.0 - s) + 0.06 * np.pi + rng.normal(0.0, 0.05, count)[:, None]
-    unit = np.cos(polar)[..., None] * axis + np.sin(polar)[..., None] * (np.cos(around)[..., None] * side + np.sin(around)[..., None] * up)
+    unit = np.cos(polar)[..., None] * axis + np.sin(polar)[..., None] * (
+        np.cos(around)[..., None] * side + np.sin(around)[..., None] * up
+    )
     curve = middle + radius * unit * rng.uniform(0.94, 1.06, count)[:, None, None]
     wide = np.full((count, rows), 2.0 * np.pi * radius * 1.9 / count) * np.interp(s, (0.0, 0.5, 1.0), (0.8, 1.0, 0.5))
     box = np.array([lock_box(int(c)) for c in rng.choice((*MIDDLE, *OUTER), count)])

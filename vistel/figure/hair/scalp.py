@@ -79,8 +79,11 @@ class Scalp:
         azimuth, elevation = _HAIRLINE.T
         along = np.linspace(0.0, np.pi, 361)
         middle, reach = _TEMPLE
-        drawn_back = receding * np.radians(16.0) * np.exp(-np.square((along - middle) / reach))
-        self._line = along, np.interp(along, azimuth, elevation) + drawn_back + receding * np.radians(5.0) * (along < 0.8)
+        drawn_back: F64 = receding * np.radians(16.0) * np.exp(-np.square((along - middle) / reach))
+        self._line: tuple[F64, F64] = (
+            along,
+            np.interp(along, azimuth, elevation) + drawn_back + receding * np.radians(5.0) * (along < 0.8),
+        )
         self._on_line: Any = KDTree(_unit(*self._line))
 
     @cached_property
@@ -89,11 +92,16 @@ class Scalp:
         return vertex_normals(self.body.mesh).astype(np.float64)
 
     @cached_property
-    def _skin(self) -> tuple[Any, F64, F64]:
-        """Vertices and normals of the head and what hair may lie on, and a tree of them."""
+    def _skin(self) -> tuple[Any, F64, F64, I32]:
+        """Of the head and what hair may lie on: a tree of the vertices, these, their normals, and which they are."""
         p = self.body.mesh.vertices.astype(np.float64)
-        near = (np.abs(p[:, 0]) < 3.2 * self.size) & (p[:, 1] > self.neck[1] - 5.0 * self.size)
-        return KDTree(p[near]), p[near], self.normals[near]
+        near = np.flatnonzero((np.abs(p[:, 0]) < 3.2 * self.size) & (p[:, 1] > self.neck[1] - 5.0 * self.size))
+        return KDTree(p[near]), p[near], self.normals[near], near.astype(np.int32)
+
+    def nearest(self, p: F64) -> I32:
+        """(N, 4) the body's vertices nearest to places (N, 3)."""
+        tree, _, _, number = self._skin
+        return number[np.asarray(tree.query(p, k=_NEAR)[1])]
 
     def angles(self, p: F64) -> tuple[F64, F64]:
         """Azimuth, negative on the right side, and elevation of places (N, 3) [rad]."""
@@ -108,9 +116,9 @@ class Scalp:
         return self.size * away * np.where(elevation > np.interp(azimuth, *self._line), 1.0, -1.0)
 
     def skin(self, p: F64, near: int = _NEAR) -> tuple[F64, F64]:
-        """(N,) distance of places (N, 3) from the skin [m], negative inside, and (N, 3) unit the way out, by that many of the nearest
-        vertices: several for a smooth way, one where skin is thin, as ears are."""
-        tree, skin, normal = self._skin
+        """(N,) distance of places (N, 3) from the skin [m], negative inside, and (N, 3) unit the way out, by that many of the
+        nearest vertices: several for a smooth way, one where skin is thin, as ears are."""
+        tree, skin, normal, _ = self._skin
         far, which = (np.asarray(a).reshape(len(p), near) for a in tree.query(p, k=near))
         share = 1.0 / np.maximum(far, 1e-4) ** 2
         share /= share.sum(axis=1, keepdims=True)

@@ -75,7 +75,11 @@ def strands(kind: str) -> Strands:
             first, last = rng.gamma(1.3, (5.0, 16.0, 22.0, 10.0)[group]), rng.gamma(1.4, (20.0, 30.0, 38.0, 60.0)[group])
             if kind == "tufts":
                 first, last = first + rng.uniform(0.0, 50.0), last + rng.uniform(0.0, 110.0)
-            wave = sway * rng.uniform(0.2, 0.6), (2.0 if kind == "straight" else 5.0) * rng.uniform(0.3, 0.8), rng.uniform(0.0, 6.28)
+            wave = (
+                sway * rng.uniform(0.2, 0.6),
+                (2.0 if kind == "straight" else 5.0) * rng.uniform(0.3, 0.8),
+                rng.uniform(0.0, 6.28),
+            )
             canvas.strand(rng, column * wide + x, (top + first, SIZE - 2.0 - last), rng.uniform(0.5, 1.0),
                           light * rng.normal(1.0, 0.10), wave, (0.12, 0.30),
                           towards=((column + 0.5 + rng.normal(0.0, 0.06)) * wide, clump))  # fmt: skip
@@ -100,8 +104,8 @@ class _Canvas:
         taper: tuple[float, float],
         towards: tuple[float, float] | None = None,
     ) -> None:
-        """From row to row; wave: how far it sways [texels], how often, and from where on [rad]; taper: shares of its length over which it grows thick and thin; towards: where strands meet at the tip,
-        and how far they do."""
+        """From row to row; half: of its width; wave: how far it sways [texels], how often, and from where on [rad]; taper: shares
+        of its length over which it grows thick and thin; towards: where strands meet at the tip, and how far they do."""
         first, last = max(0, int(rows[0])), min(len(self.shade) - 1, int(rows[1]))
         if last - first < 6:
             return
@@ -145,7 +149,10 @@ class _Canvas:
         z = np.sqrt(np.maximum(0.0, 1.0 - self.turn**2))
         normal = np.stack([self.turn, np.zeros_like(z), z], axis=-1)
         return Strands(
-            self.shade, self.warm, np.round(255.0 * self.opacity).astype(np.uint8), np.round(127.5 + 127.0 * normal).astype(np.uint8)
+            self.shade,
+            self.warm,
+            np.round(255.0 * self.opacity).astype(np.uint8),
+            np.round(127.5 + 127.0 * normal).astype(np.uint8),
         )
 
 
