@@ -39,11 +39,12 @@ def cards(curve: F64, out: F64, at: F64, width: F64, box: F64, across: int, arch
     u = box[:, None, None, 0] + (box[:, 2] - box[:, 0])[:, None, None] * (place + 0.5)
     v = box[:, None, None, 3] + (box[:, 1] - box[:, 3])[:, None, None] * at[:, None]
     uv = np.stack(np.broadcast_arrays(u, v), axis=-1)
-    first: I32 = np.arange(rows - 1)[:, None] * across + np.arange(across - 1)
-    a, b, c, d = first, first + 1, first + across, first + across + 1
-    quad: I32 = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([b, d, c], -1).reshape(-1, 3)])
-    tri: I32 = (np.arange(count)[:, None, None] * rows * across + quad).reshape(-1, 3)
-    return Strips(p.reshape(-1, 3), uv.reshape(-1, 2), tri.astype(np.int32))
+    row, column = np.divmod(np.arange((rows - 1) * (across - 1), dtype=np.int32), np.int32(across - 1))
+    first = row * np.int32(across) + column
+    step = np.array(((0, 1, across), (1, across + 1, across)), np.int32)
+    card = np.arange(count, dtype=np.int32) * np.int32(rows * across)
+    tri = (card[:, None, None, None] + first[:, None, None] + step).reshape(-1, 3)
+    return Strips(p.reshape(-1, 3), uv.reshape(-1, 2), tri)
 
 
 def mesh_of(scalp: Scalp, parts: list[Strips], limb: int) -> Mesh:
