@@ -15,6 +15,7 @@ _STEPS = 26
 ROWS = 24
 """Places of a curve."""
 _NONE = Cap(0.0)
+_DOWN = np.array((0.0, -1.0, 0.0))
 Comb = Callable[[Scalp, F64, Roots], F64]
 """Which way hair is combed at places (N, 3) of curves that began at the roots: (N, 3) of any length."""
 
@@ -23,7 +24,7 @@ Comb = Callable[[Scalp, F64, Roots], F64]
 class Growth:
     """How curves grow. length: (N,) [m]; end: (N,) height at which they are cut [m]; lift: (N,) how far they stand off the cap at
     most [m]; rise: cosine of the way out of the skin at the root; stiff: share of its own way that a curve keeps from step to step;
-    weight: how hard it falls against how hard it is combed; curl: (radius [m], turns per metre); cap: over which they grow."""
+    weight: how hard it falls against how hard it is combed, 0 where it is tied; curl: (radius [m], turns per metre); cap: over which they grow."""
 
     comb: Comb
     length: F64
@@ -50,7 +51,7 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
         lift = growth.lift * (1.0 - 0.65 * smooth((scalp.middle[1] - p[:, 1]) / (0.5 * scalp.size)))
         wish = _tangent(growth.comb(scalp, p, roots), normal)
         free = np.clip((near - lift) / (0.15 * scalp.size), 0.0, 1.0)[:, None]
-        wish = wish * (1.0 - 0.85 * free) + (growth.weight + 0.6 * free) * np.array((0.0, -1.0, 0.0))
+        wish = wish * (1.0 - 0.85 * free * (growth.weight > 0.0)) + (growth.weight + 0.6 * free * (growth.weight > 0.0)) * _DOWN
         # What lies on something slides along it.
         wish -= (1.0 - free) * np.minimum(0.0, np.einsum("ni,ni->n", wish, normal))[:, None] * normal
         way = _unit(growth.stiff * way + (1.0 - growth.stiff) * wish)

@@ -193,8 +193,8 @@ def _long(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Gr
 
 
 def _bun(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Growth:
-    length = 1.12 * np.linalg.norm(bun_of(scalp) - roots.p, axis=1) + 0.01
-    return Growth(_to_bun, length, _nowhere(roots), 0.006 * lift, 0.15, 0.35, weight=0.0)
+    length = 1.1 * np.linalg.norm(bun_of(scalp) - roots.p, axis=1)
+    return Growth(_to_bun, length, _nowhere(roots), 0.0035 * lift, 0.15, 0.35, weight=0.0)
 
 
 STYLES: dict[str, Style | None] = {
