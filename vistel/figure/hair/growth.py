@@ -24,7 +24,8 @@ Comb = Callable[[Scalp, F64, Roots], F64]
 class Growth:
     """How curves grow. length: (N,) [m]; end: (N,) height at which they are cut [m]; lift: (N,) how far they stand off the cap at
     most [m]; rise: cosine of the way out of the skin at the root; stiff: share of its own way that a curve keeps from step to step;
-    weight: how hard it falls against how hard it is combed, 0 where it is tied; curl: (radius [m], turns per metre); cap: over which they grow."""
+    weight: how hard it falls against how hard it is combed, 0 where it is tied; curl: (radius [m], turns per metre); cap: over
+    which they grow."""
 
     comb: Comb
     length: F64

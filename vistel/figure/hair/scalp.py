@@ -98,6 +98,24 @@ class Scalp:
         near = np.flatnonzero((np.abs(p[:, 0]) < 3.2 * self.size) & (p[:, 1] > self.neck[1] - 5.0 * self.size))
         return KDTree(p[near]), p[near], self.normals[near], near.astype(np.int32)
 
+    def hairline(self, count: int) -> tuple[F64, F64]:
+        """(N,) azimuths from -pi on and elevations of places all round the hairline, evenly spaced [rad]."""
+        one, high = self._line
+        azimuth, elevation = np.concatenate([-one[:0:-1], one]), np.concatenate([high[:0:-1], high])
+        step = np.linalg.norm(np.diff(_unit(azimuth, elevation), axis=0), axis=1)
+        way = np.append(0.0, np.cumsum(step))
+        at: F64 = np.linspace(0.0, float(way[-1]), count, endpoint=False)
+        return np.interp(at, way, azimuth), np.interp(at, way, elevation)
+
+    def traced(self, d: F64) -> tuple[F64, F64]:
+        """(N, 3) places of the skin in directions (N, 3) from the middle of the skull [m], and (N, 3) unit the way out there."""
+        far = np.full(len(d), 0.6 * self.size)
+        for _ in range(14):
+            away, _ = self.skin(self.middle + far[:, None] * d)
+            far = np.clip(far - 0.9 * away, 0.5 * self.size, 1.5 * self.size)
+        p = self.middle + far[:, None] * d
+        return p, self.skin(p)[1]
+
     def nearest(self, p: F64) -> I32:
         """(N, 4) the body's vertices nearest to places (N, 3)."""
         tree, _, _, number = self._skin
