@@ -16,7 +16,7 @@ from vistel.figure.figure import vertex_normals
 from vistel.figure.skeleton import JOINT_INDEX
 
 _HAIRLINE = np.radians((
-    (0.0, 38.0), (12.0, 38.5), (24.0, 38.5), (34.0, 36.0), (42.0, 31.0), (50.0, 24.5), (58.0, 15.0), (65.0, 4.0), (70.0, -8.0),
+    (0.0, 39.0), (12.0, 39.3), (24.0, 37.8), (34.0, 34.5), (42.0, 29.8), (50.0, 23.0), (58.0, 14.0), (65.0, 4.0), (70.0, -8.0),
     (75.0, -18.0), (79.0, -22.0), (83.0, -13.0), (92.0, -9.0), (102.0, -12.0), (109.0, -22.0), (116.0, -33.0), (126.0, -41.0),
     (140.0, -46.0), (160.0, -48.0), (180.0, -47.0),
 ))  # fmt: skip
@@ -98,6 +98,15 @@ class Scalp:
         near = np.flatnonzero((np.abs(p[:, 0]) < 3.2 * self.size) & (p[:, 1] > self.neck[1] - 5.0 * self.size))
         return KDTree(p[near]), p[near], self.normals[near], near.astype(np.int32)
 
+    @cached_property
+    def _far(self) -> F64:
+        """(V,) how far the body's vertices are inside the hairline [m]; far outside where there is no head."""
+        p = self.body.mesh.vertices.astype(np.float64)
+        head = p[:, 1] > self.middle[1] - 1.4 * self.size
+        out = np.full(len(p), -self.size)
+        out[head] = self.inside(p[head])
+        return out
+
     def hairline(self, count: int) -> tuple[F64, F64]:
         """(N,) azimuths from -pi on and elevations of places all round the hairline, evenly spaced [rad]."""
         one, high = self._line
@@ -150,12 +159,11 @@ class Scalp:
         """`count` places of the skin inside the hairline by `least` to `most` [m], spread evenly or as `dense` has it: each is far
         from those before it, so that the first of them are spread as well."""
         mesh, at = self.body.mesh, self.body.mesh.vertices.astype(np.float64)
-        head = at[:, 1] > self.middle[1] - 1.4 * self.size
-        tri = mesh.triangles[head[mesh.triangles].all(axis=1)]
-        corner = at[tri]
-        far = self.inside(corner.reshape(-1, 3)).reshape(-1, 3)
+        tri = mesh.triangles
+        far = self._far[tri]
         hairy = (far > least - 0.01 * self.size).any(axis=1) & (far < most + 0.01 * self.size).any(axis=1)
-        tri, corner = tri[hairy], corner[hairy]
+        tri = tri[hairy]
+        corner = at[tri]
         area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
         many = 12 * count + 200
         of = rng.choice(len(tri), many, p=area / area.sum())

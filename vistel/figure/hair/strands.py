@@ -51,7 +51,7 @@ def strands(kind: str) -> Strands:
     rng = np.random.default_rng(7 + KINDS.index(kind))
     # In texels: place across, from which row to which, half a strand's width, how light, how it bends.
     canvas = _Canvas(SIZE, SIZE)
-    canvas.shade[:], canvas.warm[:] = 0.60, 0.0
+    canvas.shade[:] = 0.82
     for first, count in ((0, 3000), (CAP_ROWS, 1350)):
         last = first + CAP_ROWS - 2.0
         for _ in range(count):
