@@ -98,7 +98,7 @@ def make(told: Person, name: str = "person") -> Avatar:
     usual, back = usual_style(person.sex, person.age, rng), receding(person.sex, person.age, rng)
     style = person.hair or usual
     colours = colours_of(person)
-    albedo, patches = paint(body_model(), replace(colours, scalp=0.7 if style == "shaved" else 0.85 - 0.6 * back))
+    albedo, patches = paint(body_model(), replace(colours, scalp=0.7 if style == "shaved" else max(0.0, 0.85 - 5.0 * back)))
     body = assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
     grown = hair(body, style, colours.hair, rng, receding=back)
     return joined(body, [] if grown is None else [grown])
