@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.arrays import F32
+from vistel.arrays import F32, Bool
 from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.patch import patch_of
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limbs_of
 from vistel.figure.layers.skin import SkinLayers
@@ -71,7 +72,7 @@ class Figure:
         self.skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, limb_joint, given)
         limbs = limbs_of(avatar.skeleton, avatar.body)
         fit = same_body.embedding.fit if same_body is not None else None
-        self.embedding = _held_by_the_skull(embed(mesh.vertices, mesh.limb, limbs, fit, normals), avatar)
+        self.embedding = _held_by_the_skull(embed(mesh.vertices, mesh.limb, limbs, fit, normals, flesh(avatar)), avatar)
         self.deformer = Deformer(mesh.triangles, self.embedding)
         self._layers: SkinLayers | None = None
         self._vertices, self._normals = np.empty_like(mesh.vertices), np.empty_like(mesh.vertices)
@@ -139,6 +140,17 @@ class Figure:
         for (offsets, normals, joint), out in zip(self._eyes, self._posed_eyes, strict=True):
             move_points(offsets, normals, joints.rotation[joint], joints.position[joint], *out)
         return self._posed_eyes
+
+
+def flesh(avatar: Avatar) -> Bool:
+    """(V,) which vertices of an avatar are its body or lie on it: not those of hair and lashes, whose surface has holes. All,
+    where most is of that kind: files call bodies that, too."""
+    mesh, holed = avatar.mesh, [patch.opacity is not None and not patch.blend for patch in avatar.patches]
+    out = np.ones(len(mesh.vertices), np.bool_)
+    if any(holed):
+        on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
+        out[mesh.triangles[(on >= 0) & np.array(holed)[on]]] = False
+    return out if out.mean() > 0.5 else np.ones_like(out)
 
 
 def vertex_normals(mesh: Mesh) -> F32:

@@ -114,7 +114,7 @@ def make(told: Person, name: str = "person") -> Avatar:
     rng = np.random.default_rng(person.face_seed + 2)
     usual, back = usual_style(person.sex, person.age, rng), receding(person.sex, person.age, rng)
     style = person.hair or usual
-    colours = replace(colours_of(person), scalp=0.55 if style == "shaved" else 1.0)
+    colours = replace(colours_of(person), scalp=0.7 if style == "shaved" else max(0.0, 0.85 - 5.0 * back))
     if person.dressed:
         colours = replace(colours, top=None, shorts=None)
     albedo, patches = paint(body_model(), colours)

@@ -5,8 +5,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64, I32
-from vistel.figure.avatar.avatar import Mesh
-from vistel.figure.figure import vertex_normals
 from vistel.figure.hair.cards import Strips
 from vistel.figure.hair.scalp import Scalp
 from vistel.geometry.smoothstep import smooth
@@ -21,8 +19,8 @@ FINER = 0.6
 
 @dataclass(frozen=True)
 class Cap:
-    """How high it is over the skin, well inside the hairline, for a head of size 0.095 m: thick everywhere, crown more on top of the
-    head, lumps more or less from place to place [m]."""
+    """How high it is over the skin, well inside the hairline, for a head of size 0.095 m: thick everywhere, crown more on top of
+    the head, lumps more or less from place to place [m]."""
 
     thick: float
     crown: float = 0.0
@@ -40,41 +38,30 @@ class Cap:
 
 @dataclass(frozen=True, eq=False)
 class Ground:
-    """The skin inside the hairline, of a level of detail. points, normal: (V, 3); triangles: (F, 3)."""
+    """The skin inside the hairline. points, normal: (V, 3); triangles: (F, 3)."""
 
     points: F64
     normal: F64
     triangles: I32
 
-    def finer(self) -> "Ground":
-        """With four triangles for each, rounded (Boubekeur and Alexa 2008)."""
-        tri = self.triangles
-        edges = np.sort(np.concatenate([tri[:, [0, 1]], tri[:, [1, 2]], tri[:, [2, 0]]]), axis=1)
-        edge, at = np.unique(edges, axis=0, return_inverse=True)
-        a, b = edge.T
-        middle, normal = 0.5 * (self.points[a] + self.points[b]), self.normal[a] + self.normal[b]
-        on = [(np.einsum("ei,ei->e", self.points[k] - middle, self.normal[k]))[:, None] * self.normal[k] for k in (a, b)]
-        middle += 0.75 * 0.5 * (on[0] + on[1])
-        normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-        i, j, k = (len(self.points) + at.reshape(3, -1)).astype(np.int32)
-        p, q, r = tri.T
-        four = np.concatenate([np.stack(t, axis=1) for t in ((p, i, k), (i, q, j), (k, j, r), (i, j, k))])
-        return Ground(np.concatenate([self.points, middle]), np.concatenate([self.normal, normal]), four.astype(np.int32))
 
-
-def ground(scalp: Scalp, body: Mesh) -> Ground:
-    """Of a level of the body."""
-    points, normals, triangles = body.vertices.astype(np.float64), vertex_normals(body).astype(np.float64), body.triangles
-    head = points[:, 1] > scalp.middle[1] - 1.4 * scalp.size
-    inside = np.full(len(points), -1.0)
-    inside[head] = scalp.inside(points[head])
-    d = points - scalp.middle
-    ear = np.einsum("vi,vi->v", d, normals) < 0.35 * np.linalg.norm(d, axis=1)
-    tri = triangles[(inside[triangles] > -EDGE * scalp.size).any(axis=1) & ~ear[triangles].any(axis=1)]
-    used = np.unique(tri)
-    place = np.full(len(points), -1, np.int32)
-    place[used] = np.arange(len(used), dtype=np.int32)
-    return Ground(points[used], normals[used], place[tri])
+def ground(scalp: Scalp, columns: int, rows: int) -> Ground:
+    """As a net whose lowest row follows the hairline and whose meridians meet on top; rows are closer near the hairline."""
+    azimuth, elevation = scalp.hairline(columns)
+    top = 0.5 * np.pi
+    up = np.linspace(0.0, 1.0, rows + 1)[:-1, None] ** 1.5
+    low = elevation - EDGE
+    e = np.append((low + up * (top - low)).reshape(-1), top)
+    a = np.append(np.broadcast_to(azimuth, (rows, columns)).reshape(-1), 0.0)
+    points, normal = scalp.traced(np.stack([np.sin(a) * np.cos(e), np.sin(e), np.cos(a) * np.cos(e)], axis=-1))
+    here, there = np.arange(columns, dtype=np.int32), np.roll(np.arange(columns, dtype=np.int32), -1)
+    tri: list[I32] = []
+    for r in range(rows - 1):
+        p, q = np.int32(r * columns), np.int32((r + 1) * columns)
+        tri += [np.stack([p + here, p + there, q + here], 1), np.stack([p + there, q + there, q + here], 1)]
+    p = np.int32((rows - 1) * columns)
+    tri.append(np.stack([p + here, p + there, np.full_like(here, rows * columns)], 1))
+    return Ground(points, normal, np.concatenate(tri))
 
 
 def cap(scalp: Scalp, skin: Ground, high: Cap, box: F64) -> Strips:

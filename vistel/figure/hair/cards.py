@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vistel.arrays import F64, I32
+from vistel.arrays import F32, F64, I32
 from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.hair.scalp import Scalp
-from vistel.figure.skeleton import JOINT_INDEX
+from vistel.figure.rigid.weights import TWIST_BONES
+from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.geometry.smoothstep import smooth
 
 
@@ -21,9 +22,9 @@ class Strips:
 
 
 def cards(curve: F64, out: F64, at: F64, width: F64, box: F64, across: int, arch: float) -> Strips:
-    """A strip along each curve (N, R, 3). at: (R,) shares of its length, 0 at the root; out: (N, R, 3) unit, to which its face is turned; width: (N, R) [m]; box: (N, 4) of the
-    picture, u at the left, v at the tip, u at the right, v at the root; across: vertices across, 2 or 3; arch: height of its
-    middle as a share of its width."""
+    """A strip along each curve (N, R, 3). out: (N, R, 3) unit, to which its face is turned; at: (R,) shares of its length, 0 at the
+    root; width: (N, R) [m]; box: (N, 4) of the picture, lowest u and v, highest u and v, the root at the top (u may be the other
+    way round); across: vertices across, 2 or 3; arch: height of its middle as a share of its width."""
     count, rows, _ = curve.shape
     along = np.gradient(curve, axis=1)
     along /= np.maximum(np.linalg.norm(along, axis=2, keepdims=True), 1e-9)
@@ -38,11 +39,12 @@ def cards(curve: F64, out: F64, at: F64, width: F64, box: F64, across: int, arch
     u = box[:, None, None, 0] + (box[:, 2] - box[:, 0])[:, None, None] * (place + 0.5)
     v = box[:, None, None, 3] + (box[:, 1] - box[:, 3])[:, None, None] * at[:, None]
     uv = np.stack(np.broadcast_arrays(u, v), axis=-1)
-    first = np.arange(rows - 1)[:, None] * across + np.arange(across - 1)
-    a, b, c, d = first, first + 1, first + across, first + across + 1
-    quad = np.concatenate([np.stack([a, b, c], -1).reshape(-1, 3), np.stack([b, d, c], -1).reshape(-1, 3)])
-    tri = (np.arange(count)[:, None, None] * rows * across + quad).reshape(-1, 3)
-    return Strips(p.reshape(-1, 3), uv.reshape(-1, 2), tri.astype(np.int32))
+    row, column = np.divmod(np.arange((rows - 1) * (across - 1), dtype=np.int32), np.int32(across - 1))
+    first = row * np.int32(across) + column
+    step = np.array(((0, 1, across), (1, across + 1, across)), np.int32)
+    card = np.arange(count, dtype=np.int32) * np.int32(rows * across)
+    tri = (card[:, None, None, None] + first[:, None, None] + step).reshape(-1, 3)
+    return Strips(p.reshape(-1, 3), uv.reshape(-1, 2), tri)
 
 
 def mesh_of(scalp: Scalp, parts: list[Strips], limb: int) -> Mesh:
@@ -64,14 +66,23 @@ def mesh_of(scalp: Scalp, parts: list[Strips], limb: int) -> Mesh:
     )
 
 
-def _weights(scalp: Scalp, p: F64) -> tuple[I32, F64]:
+def _weights(scalp: Scalp, p: F64) -> tuple[I32, F32]:
     """(V, 4) bones and their shares."""
     head, neck, spine = (JOINT_INDEX[n] for n in ("head", "neck", "spine_8"))
     top, low = scalp.eyes[1] - 0.9 * scalp.size, scalp.neck[1] - 0.6 * scalp.size
     down = (top - p[:, 1]) / (top - low)
-    of_spine = smooth(np.clip(down - 0.45, 0.0, 1.0) / 0.75)
-    of_neck = smooth(np.clip(down, 0.0, 1.0) / 0.9) * (1.0 - of_spine)
-    share = np.column_stack([1.0 - of_neck - of_spine, of_neck, of_spine, np.zeros(len(p))])
-    bone = np.broadcast_to(np.array((head, neck, spine, head), np.int32), share.shape)
-    order = np.argsort(-share, axis=1, kind="stable")
-    return np.take_along_axis(bone, order, axis=1).copy(), np.take_along_axis(share, order, axis=1).astype(np.float32)
+    # What lies on neck and shoulders goes with their skin, what hangs beside it with neck and spine.
+    close = smooth((0.4 * scalp.size - scalp.skin(p)[0]) / (0.25 * scalp.size)) * smooth(down / 0.35)
+    of_spine = smooth((down - 0.45) / 0.75)
+    of_neck = smooth(down / 0.9) * (1.0 - of_spine)
+    share = np.zeros((len(p), len(JOINTS) + len(TWIST_BONES)))
+    share[:, spine], share[:, neck], share[:, head] = of_spine, of_neck, 1.0 - of_neck - of_spine
+    share *= 1.0 - close[:, None]
+    body, lying = scalp.body.mesh, np.flatnonzero(close > 0.0)
+    assert body.bone is not None and body.weight is not None, "bodies of the model have bones"
+    for near in scalp.nearest(p[lying]).T:
+        for bone, weight in zip(body.bone[near].T, body.weight[near].T, strict=True):
+            np.add.at(share, (lying, bone), close[lying] * weight / 4.0)
+    order = np.argsort(-share, axis=1, kind="stable")[:, :4]
+    weight = np.take_along_axis(share, order, axis=1)
+    return order.astype(np.int32), (weight / weight.sum(axis=1, keepdims=True)).astype(np.float32)

@@ -14,15 +14,18 @@ _STEPS = 26
 """Of a curve while it grows."""
 ROWS = 24
 """Places of a curve."""
+_NONE = Cap(0.0)
+_DOWN = np.array((0.0, -1.0, 0.0))
 Comb = Callable[[Scalp, F64, Roots], F64]
 """Which way hair is combed at places (N, 3) of curves that began at the roots: (N, 3) of any length."""
 
 
 @dataclass(frozen=True, eq=False)
 class Growth:
-    """How curves grow. length: (N,) [m]; end: (N,) height at which they are cut [m]; lift: (N,) how far they stand off the
-    cap at most [m]; rise: cosine of the way out of the skin at the root; stiff: share of its own way that a curve keeps from step to step;
-    weight: how hard it falls against how hard it is combed; curl: (radius [m], turns per metre)."""
+    """How curves grow. length: (N,) [m]; end: (N,) height at which they are cut [m]; lift: (N,) how far they stand off the cap at
+    most [m]; rise: cosine of the way out of the skin at the root; stiff: share of its own way that a curve keeps from step to step;
+    weight: how hard it falls against how hard it is combed, 0 where it is tied; curl: (radius [m], turns per metre); cap: over
+    which they grow."""
 
     comb: Comb
     length: F64
@@ -32,7 +35,7 @@ class Growth:
     stiff: float = 0.6
     weight: float = 0.25
     curl: tuple[float, float] = (0.0, 0.0)
-    cap: Cap = Cap(0.0)
+    cap: Cap = _NONE
 
 
 def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) -> tuple[F64, F64]:
@@ -49,7 +52,7 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
         lift = growth.lift * (1.0 - 0.65 * smooth((scalp.middle[1] - p[:, 1]) / (0.5 * scalp.size)))
         wish = _tangent(growth.comb(scalp, p, roots), normal)
         free = np.clip((near - lift) / (0.15 * scalp.size), 0.0, 1.0)[:, None]
-        wish = wish * (1.0 - 0.85 * free) + (growth.weight + 0.6 * free) * np.array((0.0, -1.0, 0.0))
+        wish = wish * (1.0 - 0.85 * free * (growth.weight > 0.0)) + (growth.weight + 0.6 * free * (growth.weight > 0.0)) * _DOWN
         # What lies on something slides along it.
         wish -= (1.0 - free) * np.minimum(0.0, np.einsum("ni,ni->n", wish, normal))[:, None] * normal
         way = _unit(growth.stiff * way + (1.0 - growth.stiff) * wish)
@@ -104,9 +107,11 @@ def _curled(curve: F64, radius: float, turns: float, length: F64, rng: np.random
     along = _unit(np.gradient(curve, axis=1))
     side = _unit(np.cross(along, np.array((0.3, 0.9, 0.2))))
     up = np.cross(along, side)
-    s = np.linspace(0.0, 1.0, rows)
-    phase = rng.uniform(0.0, 2.0 * np.pi, count)[:, None] + 2.0 * np.pi * turns * length[:, None] * s
-    wide = radius * np.minimum(1.0, 3.0 * s)[None] * rng.uniform(0.6, 1.3, count)[:, None]
+    s: F64 = np.linspace(0.0, 1.0, rows)
+    start: F64 = rng.uniform(0.0, 2.0 * np.pi, (count, 1))
+    phase: F64 = start + 2.0 * np.pi * turns * length[:, None] * s
+    size: F64 = rng.uniform(0.6, 1.3, (count, 1))
+    wide: F64 = radius * np.minimum(1.0, 3.0 * s) * size
     return curve + wide[..., None] * (np.cos(phase)[..., None] * side + np.sin(phase)[..., None] * up)
 
 

@@ -8,7 +8,7 @@ from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model.part import Part
-from vistel.figure.hair.cap import Ground, cap, ground
+from vistel.figure.hair.cap import cap, ground
 from vistel.figure.hair.cards import Strips, cards, mesh_of
 from vistel.figure.hair.growth import ROWS, along, grown, pushed_out
 from vistel.figure.hair.scalp import Roots, Scalp
@@ -17,6 +17,10 @@ from vistel.figure.hair.styles import STYLES, Style, bun_of
 
 MOST = 3500, 1200, 350
 """Vertices of hair by level of detail."""
+_NET = (48, 10), (40, 7), (26, 5)
+"""Columns and rows of a cap, by level."""
+_CLEAR = 0.0012
+"""Least distance of hair from the skin [m]."""
 _ROUGHNESS = 0.62
 
 
@@ -30,8 +34,9 @@ def hair(
     receding: float = 0.0,
 ) -> Part | None:
     """Hair for a body in the T-pose as `vistel.figure.body_model.assemble` makes it, with all its levels; None if it is shaved,
-    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour; receding: 0 to
-    1, how far the hairline is drawn back at the temples. Raises ValueError, one line, for a style that is not known."""
+    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour;
+    receding: 0 to 1, how far the hairline is drawn back at the temples. Raises ValueError, one line, for a style that is
+    not known."""
     if style not in STYLES:
         raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {style!r}")
     made = STYLES[style]
@@ -41,8 +46,7 @@ def hair(
     locks = _grown(scalp, made, rng)
     seed = int(rng.integers(1 << 31))
     limb = body.body.names.index("skull")
-    meshes = (body.mesh, *(level.mesh for level in body.coarser))
-    levels = tuple(_level(scalp, made, locks, k, mesh, seed, limb) for k, mesh in enumerate(meshes))
+    levels = tuple(_level(scalp, made, locks, k, seed, limb) for k in range(1 + len(body.coarser)))
     drawn = strands(made.kind)
     patch = Patch(roughness=_ROUGHNESS, normal=drawn.normal, opacity=drawn.opacity, cutoff=0.35, both_sides=True)
     return Part(f"{style} hair", levels, painted(made.kind, colour, grey, rng), (patch,))
@@ -80,9 +84,9 @@ def _grown(scalp: Scalp, style: Style, rng: np.random.Generator) -> _Locks:
     return _Locks(curve, out, _boxes(column, rng), style.width * wide * (size / 0.095) * rng.uniform(0.8, 1.2, len(of)), order)
 
 
-def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, body: Mesh, seed: int, limb: int) -> Mesh:
+def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, limb: int) -> Mesh:
     level = min(level, len(MOST) - 1)
-    parts = _caps(scalp, style, level, ground(scalp, body))
+    parts = _caps(scalp, style, level)
     if style.tied:
         parts.append(_bun(scalp, level, np.random.default_rng(seed)))
     rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" else 2
@@ -92,24 +96,20 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, body: Mesh, se
         # Heads are round: more places near the root.
         at = np.linspace(0.0, 1.0, rows) ** (1.35 if style.hanging else 1.0)
         s = np.broadcast_to((ROWS - 1.0) * at, (len(on), rows))
-        wider = (len(locks.order) / len(on)) ** 0.55
+        wider = (len(locks.order) / len(on)) ** 0.45
         wide = wider * locks.width[on, None] * np.interp(at, (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
         arch = 0.14 if style.hanging else 0.06
         parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), at, wide, locks.box[on], across, arch))
     # Cards are wide and flat, bodies are round.
-    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, 0.001)) for part in parts], limb)
+    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, _CLEAR)) for part in parts], limb)
 
 
-def _caps(scalp: Scalp, style: Style, level: int, skin: Ground) -> list[Strips]:
-    """The cap, and as many shells over it as there is room for, the highest first."""
-    shells = style.shells[: 0 if level == len(MOST) - 1 else None]
-    finer = len(shells) if style.round and level == 0 else 0 if level == 1 and not style.round else -1
-    out: dict[int, Strips] = {}
-    for k in (0, *range(len(shells), 0, -1)):
-        made = skin.finer() if k == finer and 4 * len(skin.points) < 0.62 * MOST[level] else skin
-        if sum(len(part.p) for part in out.values()) + len(made.points) <= (0.9 if style.counts[level] == 0 else 0.6) * MOST[level]:
-            out[k] = cap(scalp, made, (style.cap, *shells)[k], cap_box(shell=k > 0))
-    return list(out.values())
+def _caps(scalp: Scalp, style: Style, level: int) -> list[Strips]:
+    """The cap, and shells over it."""
+    columns, rows = (64, 12) if style.round and level == 0 else _NET[level]
+    skin = ground(scalp, columns, rows)
+    shells = style.shells if level == 0 else style.shells[-1:] if level == 1 else ()
+    return [cap(scalp, skin, high, cap_box(shell=k > 0)) for k, high in enumerate((style.cap, *shells))]
 
 
 def _boxes(column: F64, rng: np.random.Generator) -> F64:

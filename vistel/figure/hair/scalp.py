@@ -16,7 +16,7 @@ from vistel.figure.figure import vertex_normals
 from vistel.figure.skeleton import JOINT_INDEX
 
 _HAIRLINE = np.radians((
-    (0.0, 38.0), (12.0, 38.5), (24.0, 38.5), (34.0, 36.0), (42.0, 31.0), (50.0, 24.5), (58.0, 15.0), (65.0, 4.0), (70.0, -8.0),
+    (0.0, 39.0), (12.0, 39.3), (24.0, 37.8), (34.0, 34.5), (42.0, 29.8), (50.0, 23.0), (58.0, 14.0), (65.0, 4.0), (70.0, -8.0),
     (75.0, -18.0), (79.0, -22.0), (83.0, -13.0), (92.0, -9.0), (102.0, -12.0), (109.0, -22.0), (116.0, -33.0), (126.0, -41.0),
     (140.0, -46.0), (160.0, -48.0), (180.0, -47.0),
 ))  # fmt: skip
@@ -79,8 +79,11 @@ class Scalp:
         azimuth, elevation = _HAIRLINE.T
         along = np.linspace(0.0, np.pi, 361)
         middle, reach = _TEMPLE
-        drawn_back = receding * np.radians(16.0) * np.exp(-np.square((along - middle) / reach))
-        self._line = along, np.interp(along, azimuth, elevation) + drawn_back + receding * np.radians(5.0) * (along < 0.8)
+        drawn_back: F64 = receding * np.radians(16.0) * np.exp(-np.square((along - middle) / reach))
+        self._line: tuple[F64, F64] = (
+            along,
+            np.interp(along, azimuth, elevation) + drawn_back + receding * np.radians(5.0) * (along < 0.8),
+        )
         self._on_line: Any = KDTree(_unit(*self._line))
 
     @cached_property
@@ -89,11 +92,43 @@ class Scalp:
         return vertex_normals(self.body.mesh).astype(np.float64)
 
     @cached_property
-    def _skin(self) -> tuple[Any, F64, F64]:
-        """Vertices and normals of the head and what hair may lie on, and a tree of them."""
+    def _skin(self) -> tuple[Any, F64, F64, I32]:
+        """Of the head and what hair may lie on: a tree of the vertices, these, their normals, and which they are."""
         p = self.body.mesh.vertices.astype(np.float64)
-        near = (np.abs(p[:, 0]) < 3.2 * self.size) & (p[:, 1] > self.neck[1] - 5.0 * self.size)
-        return KDTree(p[near]), p[near], self.normals[near]
+        near = np.flatnonzero((np.abs(p[:, 0]) < 3.2 * self.size) & (p[:, 1] > self.neck[1] - 5.0 * self.size))
+        return KDTree(p[near]), p[near], self.normals[near], near.astype(np.int32)
+
+    @cached_property
+    def _far(self) -> F64:
+        """(V,) how far the body's vertices are inside the hairline [m]; far outside where there is no head."""
+        p = self.body.mesh.vertices.astype(np.float64)
+        head = p[:, 1] > self.middle[1] - 1.4 * self.size
+        out = np.full(len(p), -self.size)
+        out[head] = self.inside(p[head])
+        return out
+
+    def hairline(self, count: int) -> tuple[F64, F64]:
+        """(N,) azimuths from -pi on and elevations of places all round the hairline, evenly spaced [rad]."""
+        one, high = self._line
+        azimuth, elevation = np.concatenate([-one[:0:-1], one]), np.concatenate([high[:0:-1], high])
+        step = np.linalg.norm(np.diff(_unit(azimuth, elevation), axis=0), axis=1)
+        way = np.append(0.0, np.cumsum(step))
+        at: F64 = np.linspace(0.0, float(way[-1]), count, endpoint=False)
+        return np.interp(at, way, azimuth), np.interp(at, way, elevation)
+
+    def traced(self, d: F64) -> tuple[F64, F64]:
+        """(N, 3) places of the skin in directions (N, 3) from the middle of the skull [m], and (N, 3) unit the way out there."""
+        far = np.full(len(d), 0.6 * self.size)
+        for _ in range(14):
+            away, _ = self.skin(self.middle + far[:, None] * d)
+            far = np.clip(far - 0.9 * away, 0.5 * self.size, 1.5 * self.size)
+        p = self.middle + far[:, None] * d
+        return p, self.skin(p)[1]
+
+    def nearest(self, p: F64) -> I32:
+        """(N, 4) the body's vertices nearest to places (N, 3)."""
+        tree, _, _, number = self._skin
+        return number[np.asarray(tree.query(p, k=_NEAR)[1])]
 
     def angles(self, p: F64) -> tuple[F64, F64]:
         """Azimuth, negative on the right side, and elevation of places (N, 3) [rad]."""
@@ -108,9 +143,9 @@ class Scalp:
         return self.size * away * np.where(elevation > np.interp(azimuth, *self._line), 1.0, -1.0)
 
     def skin(self, p: F64, near: int = _NEAR) -> tuple[F64, F64]:
-        """(N,) distance of places (N, 3) from the skin [m], negative inside, and (N, 3) unit the way out, by that many of the nearest
-        vertices: several for a smooth way, one where skin is thin, as ears are."""
-        tree, skin, normal = self._skin
+        """(N,) distance of places (N, 3) from the skin [m], negative inside, and (N, 3) unit the way out, by that many of the
+        nearest vertices: several for a smooth way, one where skin is thin, as ears are."""
+        tree, skin, normal, _ = self._skin
         far, which = (np.asarray(a).reshape(len(p), near) for a in tree.query(p, k=near))
         share = 1.0 / np.maximum(far, 1e-4) ** 2
         share /= share.sum(axis=1, keepdims=True)
@@ -124,12 +159,11 @@ class Scalp:
         """`count` places of the skin inside the hairline by `least` to `most` [m], spread evenly or as `dense` has it: each is far
         from those before it, so that the first of them are spread as well."""
         mesh, at = self.body.mesh, self.body.mesh.vertices.astype(np.float64)
-        head = at[:, 1] > self.middle[1] - 1.4 * self.size
-        tri = mesh.triangles[head[mesh.triangles].all(axis=1)]
-        corner = at[tri]
-        far = self.inside(corner.reshape(-1, 3)).reshape(-1, 3)
+        tri = mesh.triangles
+        far = self._far[tri]
         hairy = (far > least - 0.01 * self.size).any(axis=1) & (far < most + 0.01 * self.size).any(axis=1)
-        tri, corner = tri[hairy], corner[hairy]
+        tri = tri[hairy]
+        corner = at[tri]
         area = np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1)
         many = 12 * count + 200
         of = rng.choice(len(tri), many, p=area / area.sum())

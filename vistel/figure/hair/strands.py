@@ -51,18 +51,21 @@ def strands(kind: str) -> Strands:
     rng = np.random.default_rng(7 + KINDS.index(kind))
     # In texels: place across, from which row to which, half a strand's width, how light, how it bends.
     canvas = _Canvas(SIZE, SIZE)
-    canvas.shade[:], canvas.warm[:] = 0.60, 0.0
-    for first, count in ((0, 2600), (CAP_ROWS, 1250)):
+    canvas.shade[:] = 0.82
+    for first, count in ((0, 3900), (CAP_ROWS, 1350)):
         last = first + CAP_ROWS - 2.0
         for _ in range(count):
-            # From the hairline, at the part's lowest row, upwards.
-            end = last - rng.gamma(1.8, 8.0) - 0.8 * CAP_ROWS * (rng.random() < 0.65) * rng.random()
+            # From the hairline, at the part's lowest row, upwards; there hairs are fine and lean either way.
+            low = rng.random() < 0.5
+            end = last - (rng.gamma(1.6, 12.5) if low else rng.uniform(12.0, CAP_ROWS))
             start = max(first + 1.0, end - (rng.uniform(30.0, 80.0) if kind == "curly" else rng.uniform(10.0, 40.0)))
-            sways, bends = (7.0, 2.2) if kind == "curly" else (1.2, 0.8)
-            wave = sways * rng.uniform(0.5, 1.0), bends * rng.uniform(0.6, 1.4), rng.uniform(0.0, 6.28)
-            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), rng.uniform(0.4, 0.75), rng.normal(0.94, 0.09), wave,
-                          (0.25, 0.3))  # fmt: skip
-    canvas.opacity[: CAP_ROWS - 52] = 1.0
+            sways, bends = (7.0, 2.2) if kind == "curly" else (4.0, 0.35) if low else (1.4, 0.8)
+            wave = sways * rng.uniform(0.3, 1.0), bends * rng.uniform(0.6, 1.4), rng.uniform(0.0, 6.28)
+            half = rng.uniform(0.28, 0.55) if low else rng.uniform(0.4, 0.75)
+            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), half, rng.normal(0.94, 0.09), wave, (0.25, 0.35))
+    # Farther in no skin is seen; where that begins differs from place to place.
+    begins = CAP_ROWS - 37.0 - 8.0 * np.convolve(rng.normal(0.0, 1.0, SIZE + 4), np.ones(5) / np.sqrt(5.0), "valid")
+    canvas.opacity[:CAP_ROWS] = np.maximum(canvas.opacity[:CAP_ROWS], np.arange(CAP_ROWS)[:, None] < begins)
     canvas.darken_cap()
     top, wide = LOCK_TOP, SIZE // COLUMNS
     sway = {"straight": 2.2, "tufts": 3.0, "wavy": 5.0, "curly": 4.0}[kind]
@@ -104,8 +107,8 @@ class _Canvas:
         taper: tuple[float, float],
         towards: tuple[float, float] | None = None,
     ) -> None:
-        """From row to row; wave: how far it sways [texels], how often, and from where on [rad]; taper: shares of its length over which it grows thick and thin; towards: where strands meet at the tip,
-        and how far they do."""
+        """From row to row; half: of its width; wave: how far it sways [texels], how often, and from where on [rad]; taper: shares
+        of its length over which it grows thick and thin; towards: where strands meet at the tip, and how far they do."""
         first, last = max(0, int(rows[0])), min(len(self.shade) - 1, int(rows[1]))
         if last - first < 6:
             return

@@ -193,8 +193,8 @@ def _long(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Gr
 
 
 def _bun(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Growth:
-    length = 1.12 * np.linalg.norm(bun_of(scalp) - roots.p, axis=1) + 0.01
-    return Growth(_to_bun, length, _nowhere(roots), 0.006 * lift, 0.15, 0.35, weight=0.0)
+    length = 1.1 * np.linalg.norm(bun_of(scalp) - roots.p, axis=1)
+    return Growth(_to_bun, length, _nowhere(roots), 0.0035 * lift, 0.15, 0.35, weight=0.0)
 
 
 STYLES: dict[str, Style | None] = {
@@ -215,8 +215,8 @@ STYLES: dict[str, Style | None] = {
         "curly", Cap(0.0080, 0.004, 0.004), 0.014, (122, 62, 14), (9, 6, 4), _curly,
         dense=_on_crown, shells=(Cap(0.0120, 0.006, 0.006),),
     ),
-    "bob": Style("straight", Cap(0.0020, 0.005), 0.028, (120, 90, 26), (8, 5, 4), _bob, _HANGING, _at_parting(0.12), hanging=True),
-    "long": Style("wavy", Cap(0.0020, 0.005), 0.036, (110, 75, 24), (9, 6, 4), _long, _HANGING, _at_parting(0.12), hanging=True),
+    "bob": Style("straight", Cap(0.0020, 0.005), 0.028, (110, 90, 26), (9, 5, 4), _bob, _HANGING, _at_parting(0.12), hanging=True),
+    "long": Style("wavy", Cap(0.0020, 0.005), 0.036, (92, 75, 24), (11, 6, 4), _long, _HANGING, _at_parting(0.12), hanging=True),
     "bun": Style("straight", Cap(0.0020), 0.022, (76, 70, 16), (6, 4, 3), _bun, round=True, tied=True),
 }  # fmt: skip
 """By name, from shaved, which is paint on the scalp, to long and tied."""

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.arrays import F32, F64, I32
+from vistel.arrays import F32, F64, I32, Bool
 from vistel.geometry.smoothstep import smooth
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.constants import THRESHOLD as T
@@ -131,12 +131,15 @@ def shape_weight(r_in: float, r_influence: float) -> float:
     return T / float(quartic(np.array(r_in / r_influence)))
 
 
-def embed(vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None, normals: F32 | None = None) -> Embedding:
+def embed(
+    vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None, normals: F32 | None = None, flesh: Bool | None = None
+) -> Embedding:
     """Embed a mesh at rest: vertices (V, 3) [m], limb (V,) the primitive each belongs to.
 
     fit: of another mesh of the same body, such as a finer one; its own by default. normals: (V, 3) unit; where they are
     given, skin that faces along its limb or into it (nostrils, lips, the inside of ears) has less room to move: along its
-    normal the field hardly changes, so that a touch would throw it far aside.
+    normal the field hardly changes, so that a touch would throw it far aside. flesh: (V,) which vertices the primitives are fitted
+    to, all by default; hair that hangs to the waist does not make the skull larger.
 
     Works for open, closed and degenerate meshes; a vertex no field reaches keeps w_v = W_CAP and the rest
     as offset. Raises ValueError for vertices that are not finite or limbs that do not exist.
@@ -147,7 +150,8 @@ def embed(vertices: F32, limb: I32, limbs: Limbs, fit: Fit | None = None, normal
         raise ValueError(f"vertices: vertex {bad} is not finite; remove or repair it")
     if len(limb) and (limb.min() < 0 or limb.max() >= len(limbs.group)):
         raise ValueError(f"limb: expected indices 0 to {len(limbs.group) - 1}, got {limb.min()} to {limb.max()}")
-    fit = fit or _fit(p, limb, limbs)
+    on = slice(None) if flesh is None else flesh
+    fit = fit or _fit(p[on], limb[on], limbs)
     group = limbs.group[limb].astype(np.int32)
     fields = _group_fields(p, limbs, fit)
     hinge, other, group, mu, alpha, df = _joints(p, group, limbs, fit, fields)

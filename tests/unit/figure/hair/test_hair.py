@@ -72,7 +72,9 @@ def test_hair_stays_outside_the_skin_of_everybody(style: str) -> None:
 def test_each_level_keeps_its_budget_and_can_be_drawn(style: str) -> None:
     for who in (0, 2, 3):
         part = grown(who, style)
-        assert all(len(m.vertices) <= most for m, most in zip(part.levels, MOST, strict=True)), [len(m.vertices) for m in part.levels]
+        assert all(len(m.vertices) <= most for m, most in zip(part.levels, MOST, strict=True)), [
+            len(m.vertices) for m in part.levels
+        ]
         assert max(part.albedo.shape[:2]) <= 512
         check_avatar(joined(body(who), [part]), style)
 
@@ -106,6 +108,6 @@ def test_long_hair_stays_out_of_the_shoulders_of_a_head_that_turns(turn: float) 
     count = len(bare.mesh.vertices)
     skin = Figure(bare).pose(posture).vertices.astype(np.float64)
     moved = Figure(joined(bare, [part])).pose(posture).vertices[count:].astype(np.float64)
-    low = part.levels[0].vertices[:, 1] < bare.skeleton.rest[0, 1] + 0.85 * (bare.skeleton.height - bare.skeleton.rest[0, 1])
-    inside = depth(moved[low], skin)
-    assert np.mean(inside > 0.01) < 0.05, f"{100 * np.mean(inside > 0.01):.1f} %"
+    inside = depth(moved, skin)
+    assert np.mean(inside > 0.002) < 0.02
+    assert np.mean(inside > 0.01) < 0.005

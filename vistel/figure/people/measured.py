@@ -1,0 +1,83 @@
+"""People of the body model by specification: "builtin" (by the name), "builtin:person=ben", "builtin:sex=male,age=40,weight=85"."""
+
+import zlib
+from dataclasses import replace
+
+from vistel.figure.body_model.builtin_people import PEOPLE, builtin_person
+from vistel.figure.body_model.person import SEXES, Person, drawn
+from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
+from vistel.figure.clothes.weave import WEAVES
+from vistel.figure.hair.styles import STYLES
+
+_NUMBERS = {"age": (3.0, 90.0), "weight": (10.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0), "face": (0.0, 2.0**31)}
+_WEARS = ("top", "pattern", "bottom", "shoes")
+KEYS = ("person", "sex", *_NUMBERS, "hair", *_WEARS)
+"""Words of such a specification."""
+_ONLY_HERE = ("person", "sex", "age", "weight", "muscle", "face", "bottom")
+
+
+def is_measured(spec: str) -> bool:
+    """Whether a specification means a person of the body model, not a sculpted one (`vistel.figure.people.recipe`)."""
+    kind, _, text = spec.partition(":")
+    return kind == "builtin" and (not text or any(item.partition("=")[0].strip() in _ONLY_HERE for item in text.split(",")))
+
+
+def measured(spec: str, name: str, height: float) -> Person:
+    """The person of a specification, `height` metres tall. Raises ValueError naming the word and what was expected."""
+    given: dict[str, str] = {}
+    for item in filter(None, spec.partition(":")[2].split(",")):
+        key, equals, value = (part.strip() for part in item.partition("="))
+        if not equals or key not in KEYS:
+            raise ValueError(f"avatar {spec!r}: expected word=value of the words {', '.join(KEYS)}; got {item!r}")
+        given[key] = value
+    if "person" in given or (not given and name in PEOPLE):
+        person = _known(spec, given.get("person", name))
+    else:
+        # Only who they are is drawn: how tall they are is told, and their weight goes with that.
+        sex = _one_of(spec, "sex", given["sex"], SEXES) if "sex" in given else None
+        person = replace(drawn(zlib.crc32(name.encode()), sex), weight=None)
+    numbers = {key: _number(spec, key, text) for key, text in given.items() if key in _NUMBERS}
+    face = int(numbers.pop("face", person.face_seed))
+    style = _one_of(spec, "hair", given["hair"], tuple(STYLES)) if "hair" in given else person.hair
+    if "sex" in given:
+        person = replace(person, sex=_one_of(spec, "sex", given["sex"], SEXES))
+    person = replace(person, height=height, face_seed=face, hair=style, **numbers)
+    if "person" in given and person.weight is not None and "weight" not in given:
+        tall = _known(spec, given["person"]).height or height
+        person = replace(person, weight=person.weight * (height / tall) ** 2)
+    wears = {key: given[key] for key in _WEARS if key in given}
+    return replace(person, outfit=_dressed(spec, person, wears)) if wears else person
+
+
+def _dressed(spec: str, person: Person, wears: dict[str, str]) -> Outfit:
+    usual = person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)
+    if "pattern" in wears:
+        _one_of(spec, "pattern", wears["pattern"], tuple(WEAVES))
+    try:
+        return replace(usual, **wears)
+    except ValueError as fault:
+        raise ValueError(f"avatar {spec!r}: {fault}") from None
+
+
+def _known(spec: str, name: str) -> Person:
+    try:
+        return builtin_person(name)
+    except ValueError as fault:
+        raise ValueError(f"avatar {spec!r}: {fault}") from None
+
+
+def _one_of(spec: str, key: str, value: str, words: tuple[str, ...]) -> str:
+    if value not in words:
+        raise ValueError(f"avatar {spec!r}: {key}: expected one of {', '.join(words)}, got {value!r}")
+    return value
+
+
+def _number(spec: str, key: str, text: str) -> float:
+    low, high = _NUMBERS[key]
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not low <= value <= high:
+        raise ValueError(f"avatar {spec!r}: {key}: expected a number from {low:g} to {high:g}, got {text!r}")
+    return value
