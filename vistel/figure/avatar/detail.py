@@ -38,10 +38,10 @@ def with_levels(avatar: Avatar, triangles: Sequence[int]) -> Avatar:
     return replace(avatar, coarser=tuple(levels))
 
 
-def coarser(mesh: Mesh, triangles: int) -> Mesh:
+def coarser(mesh: Mesh, triangles: int, kept: NDArray[np.bool_] | None = None) -> Mesh:
     """`mesh` with about `triangles` triangles; more where its shape or its seams allow no fewer.
 
-    The result is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a subset of the mesh's.
+    kept: (V,) vertices that stay. The result is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a subset of the mesh's.
     """
     p = mesh.vertices.astype(np.float64)
     tri, corner = mesh.triangles.astype(np.int64), mesh.corner_triangles.astype(np.int64)
@@ -54,6 +54,8 @@ def coarser(mesh: Mesh, triangles: int) -> Mesh:
     while living > triangles:
         start, fan = _fans(tri, len(p))
         cheapest(p, tri, corner, start, fan, quadric, weight, longest * longest, to, cost)
+        if kept is not None:
+            to[kept] = -1
         can = np.flatnonzero(to >= 0)
         order = can[np.argsort(cost[can], kind="stable")]
         order = order[: max(1, int(_AT_ONCE * len(np.unique(tri))))]

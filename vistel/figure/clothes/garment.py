@@ -49,8 +49,8 @@ class Worn:
         sheet = Sheet.of(self.cloth)
         colour, normal = sheet.painted(self.paint, replace(folds, strength=self.folds * folds.strength))
         made = [mesh_of(self.cloth, sheet.where)]
-        for count in self.triangles[: levels - 1]:
-            made.append(coarser(made[-1], count))
+        for count, kept in zip(self.triangles[: levels - 1], (self.cloth.rim, None), strict=False):
+            made.append(coarser(made[-1], count, kept))
         return Part(
             self.name,
             tuple(made),

@@ -42,7 +42,12 @@ def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int) -> W
     borders = {"waist": below(build.waist - band), "ankle": above(float(build.joint("left_foot")[1]) + 0.045 * scale)}
     legs = [_leg(tube, cut, scale) for tube in build.legs]
     tables: Tables = (build.trunk.girth + cut.clear + 0.003, None, None, legs[0], legs[1])
-    pattern = Pattern(LOWER, borders, lambda p: np.full(len(p), cut.clear), tables, of_legs(build), rounds=14)
+    groin, band_low = build.crotch + 0.05 * scale, build.waist - 0.06 * scale
+
+    def soft(p: F64) -> F64:
+        return smooth((p[:, 1] - groin + 0.10 * scale) / (0.05 * scale)) * smooth((band_low - p[:, 1]) / (0.05 * scale))
+
+    pattern = Pattern(LOWER, borders, lambda p: np.full(len(p), cut.clear), tables, of_legs(build), rounds=14, soft=soft)
     made = shell(build, pattern)
     cloth = made.cloth
     # Legs go on below where they are cut, down to the shoes.
@@ -72,7 +77,7 @@ def _to_the_shoe(build: Build, cloth: Cloth, ring: I32) -> tuple[Cloth, I32]:
     out[:, 1] = 0.0
     far = np.linalg.norm(out, axis=1, keepdims=True)
     front = (out[:, 2:] / far).ravel()
-    low = scale * (0.026 + 0.046 * smooth(0.5 * (front + 1.0)))
+    low = scale * (0.030 + 0.034 * smooth(0.5 * (front + 1.0)))
     rows: list[F64] = []
     for k in range(1, _ROWS + 1):
         t = k / _ROWS

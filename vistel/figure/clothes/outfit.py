@@ -31,7 +31,8 @@ def _layers(build: Build, wearing: Outfit) -> list[Worn]:
     """The outermost first."""
     weave = Weave(wearing.pattern, wearing.top_colour, wearing.second)
     legs = Weave("denim" if wearing.bottom == "jeans" else "plain", wearing.bottom_colour, (170, 178, 190))
-    worn = shoes(wearing.shoes, build, ShoeCut(), wearing.shoe_colour, (34, 32, 30), wearing.seed)
+    cut = ShoeCut(sock=0.0) if wearing.top == "dress" or wearing.bottom == "skirt" else ShoeCut()
+    worn = shoes(wearing.shoes, build, cut, wearing.shoe_colour, (34, 32, 30), wearing.seed)
     if wearing.top == "dress":
         return [dress("dress", build, DRESS, SkirtCut(), weave, wearing.seed), worn]
     if wearing.bottom == "skirt":

@@ -32,7 +32,8 @@ _MARGINS = (1.0, 0.8, 0.3)
 class Pattern:
     """What a garment is cut like. limbs: of the body that it may cover. borders: by name, how far inside each a place is. clear:
     least distance from the skin at places (N, 3) [m]. tables: the cut. rounds: of easing; waves: what goes round a rim more often
-    than so many times is evened. triangles: of the shell, about."""
+    than so many times is evened. triangles: of the shell, about. soft: where, 0 to 1, cloth is
+    drawn straight over hollows."""
 
     limbs: tuple[str, ...]
     borders: Mapping[str, Field]
@@ -42,6 +43,7 @@ class Pattern:
     rounds: int = _ROUNDS
     waves: int = 5
     triangles: int = 1500
+    soft: Field | None = None
 
     def inside(self, p: F64) -> F64:
         """(N,) how far places lie inside all borders [m]."""
@@ -86,7 +88,9 @@ def shell(build: Build, pattern: Pattern) -> Shell:
     weight = _evened(cut, pattern)
     seen = (out,) if pattern.panels.legs else lowered(build, out, cut.triangles, weight, cut.limb)
     panel, flat = pattern.panels.cut(cut.points, seen, cut.triangles)
-    cloth, place = thinned(Cloth(out, cut.triangles, weight, cut.limb, panel, flat, PANELS), pattern.triangles)
+    cloth, place = thinned(
+        Cloth(out, cut.triangles, weight, cut.limb, panel, flat, np.zeros(len(out), np.bool_), PANELS), pattern.triangles
+    )
     rims: dict[str, list[I32]] = {}
     for ring in cut.rims:
         rims.setdefault(pattern.border_at(cut.points[ring]), []).append(place[ring])
@@ -127,10 +131,12 @@ def _brought_out(build: Build, pattern: Pattern, cut: Cutting) -> F64:
         more = np.maximum(tube.read(table, s, angle) - far - clear, 0.0)
         out += (np.clip(share[:, k], 0.0, 1.0) * ends * more)[:, None] * way
     beside = Neighbours(cut.triangles, len(skin))
+    soft = None if pattern.soft is None else pattern.soft(skin)
     for _ in range(pattern.rounds):
         # There and back (Taubin 1995): sleeves would be drawn thin.
         once = beside.smoothed(out)
-        out = _along_rims(once - _BACK * (beside.smoothed(once) - once), out, cut, pattern.waves)
+        back = _BACK if soft is None else _BACK * (1.0 - soft)[:, None]
+        out = _along_rims(once - back * (beside.smoothed(once) - once), out, cut, pattern.waves)
         short = clear - ((out - skin) * n).sum(axis=1)
         out += np.maximum(short, 0.0)[:, None] * n
         if pattern.panels.legs:

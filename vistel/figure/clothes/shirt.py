@@ -83,7 +83,16 @@ def button(at: F64, out: F64, like: Cloth, radius: float) -> Cloth:
     nearest = int(np.argmin(np.square(like.points - at).sum(axis=1)))
     flat = np.column_stack([(points - at) @ side, (points - at) @ up])[triangles]
     weight, limb = np.tile(like.weight[nearest], (17, 1)), np.full(17, like.limb[nearest], np.int32)
-    return Cloth(points, triangles.astype(np.int32), weight, limb, np.zeros(len(triangles), np.int32), flat, ("button",))
+    return Cloth(
+        points,
+        triangles.astype(np.int32),
+        weight,
+        limb,
+        np.zeros(len(triangles), np.int32),
+        flat,
+        np.zeros(17, np.bool_),
+        ("button",),
+    )
 
 
 def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vistel.arrays import F64, Bool
+from vistel.arrays import F32, F64, Bool
 from vistel.figure.clothes.build import SIDES, Build
 from vistel.figure.clothes.cloth import Cloth, dense, sewn, thinned
 from vistel.figure.clothes.garment import Worn
@@ -12,43 +12,51 @@ from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import spread
 from vistel.figure.clothes.strip import rolled
 from vistel.figure.clothes.weave import Colour, Floats, Look
+from vistel.geometry.smoothstep import smooth
 
 _COLUMNS = 28
-_SOCK = 0.075
-"""How far a sock shows above a shoe, for a body of usual height [m]."""
+_INSTEP = 0.022
+"""How much higher the opening is in front, for a body of usual height [m]."""
 _DIRECTIONS = 96
 
 
 @dataclass(frozen=True)
 class ShoeCut:
     """Lengths for a body of usual height [m]. sole: its height; welt: how far it stands out; room: round the foot; top: height of
-    the opening above the ankle joint."""
+    the opening above the ankle joint; sock: how far a sock shows above it, 0 for none."""
 
     sole: float = 0.022
     welt: float = 0.004
     room: float = 0.004
     top: float = 0.004
+    sock: float = 0.075
 
 
 def shoes(name: str, build: Build, cut: ShoeCut, colour: Colour, sole: Colour, seed: int) -> Worn:
     """A pair."""
     cloth = thinned(sewn([piece for side in SIDES for piece in _shoe(build, side, cut)]), 1000)[0]
-    return Worn(
-        name, cloth, _hidden(build, cut), (), lambda p: np.full(len(p), -1.0), _painter(colour, sole, seed), (640, 260), 0.45
-    )
+    hides, sinks = _beneath(build, cut)
+    return Worn(name, cloth, hides, sinks, lambda p: np.full(len(p), -1.0), _painter(colour, sole, seed), (640, 260), 0.45)
 
 
 def _opening(build: Build, cut: ShoeCut) -> float:
     return float(build.joint("left_foot")[1]) + cut.top * build.scale
 
 
-def _hidden(build: Build, cut: ShoeCut) -> tuple[Bool, ...]:
-    """Below the opening, but for what is seen in it."""
-    out: list[Bool] = []
+def _beneath(build: Build, cut: ShoeCut) -> tuple[tuple[Bool, ...], tuple[F32, ...]]:
+    """What `vistel.figure.body_model.part.Part` hides and sinks: the skin below the opening, which is higher on the instep, or
+    below the edge of the sock."""
+    scale, hides, sinks = build.scale, list[Bool](), list[F32]()
+    ankle = float(build.joint("left_foot")[2])
     for mesh in build.levels:
-        deep: Bool = build.on(mesh, "foot", "shank") & (mesh.vertices[:, 1] < _opening(build, cut) + 0.04 * build.scale)
-        out.append(deep[mesh.triangles].all(axis=1))
-    return tuple(out)
+        y, z = mesh.vertices[:, 1].astype(np.float64), mesh.vertices[:, 2].astype(np.float64)
+        instep = np.clip((z - ankle) / (0.06 * scale) + 0.5, 0.0, 1.0)
+        deep = _opening(build, cut) + scale * (0.8 * cut.sock if cut.sock else _INSTEP * instep - 0.010) - y
+        deep = np.where(build.on(mesh, "foot", "shank"), deep, -1.0)
+        under: Bool = np.asarray(deep > 0.0)
+        hides.append(under[mesh.triangles].all(axis=1))
+        sinks.append((0.004 * smooth(deep / (0.02 * scale) + 1.0) * (deep > -0.5)).astype(np.float32))
+    return tuple(hides), tuple(sinks)
 
 
 def _shoe(build: Build, side: str, cut: ShoeCut) -> list[Cloth]:
@@ -69,7 +77,7 @@ def _shoe(build: Build, side: str, cut: ShoeCut) -> list[Cloth]:
     upper = _fair(np.array([ring(h, cut.room) for h in sole + (top - sole) * share]))
     # Higher on the instep than at the heel.
     front = np.clip((upper[0, :, 2] - upper[0, :, 2].mean()) / np.ptp(upper[0, :, 2]) + 0.5, 0.0, 1.0)
-    upper[:, :, 1] += 0.022 * scale * np.maximum(share - 0.3, 0.0)[:, None] / 0.7 * front
+    upper[:, :, 1] += _INSTEP * scale * np.maximum(share - 0.3, 0.0)[:, None] / 0.7 * front
     rim, floor = upper[0], upper[-1]
     inside = rim + 0.06 * (rim.mean(axis=0) - rim)
     deep = inside - np.array((0.0, 0.012 * scale, 0.0))
@@ -79,25 +87,28 @@ def _shoe(build: Build, side: str, cut: ShoeCut) -> list[Cloth]:
     sides = [edge + 0.0006 * up, edge - 0.2 * sole * up, _at_height(edge, 0.2 * sole), low]
     flat = _at_height(floor.mean(axis=0) + 0.3 * (floor - floor.mean(axis=0)), 0.0)
     panels = ["lining"] * 2 + ["upper"] * 7 + ["sole"] * 4 + ["tread"]
-    sock = _sock(p, rim, scale)
     skin, foot = mesh.vertices[row].astype(np.float64), build.names.index(f"{side}_foot")
     bones = dense(mesh.bone, mesh.weight)[row].astype(np.float64) if mesh.bone is not None and mesh.weight is not None else None
     assert bones is not None, "a body has bones"
     made: list[Cloth] = []
-    for rows, names in ((np.array([deep, inside, *upper, *sides, flat]), panels), (sock, ["sock"] * (len(sock) - 1))):
+    pieces = [(np.array([deep, inside, *upper, *sides, flat]), panels)]
+    if cut.sock:
+        sock = _sock(p, rim, cut.sock, scale)
+        pieces.append((sock, ["sock"] * (len(sock) - 1)))
+    for rows, names in pieces:
         weight = spread(skin, bones, rows.reshape(-1, 3)).astype(np.float32).reshape(*rows.shape[:2], -1)
         limb = np.full(rows.shape[:2], foot, np.int32)
         made.append(rolled(rows, [f"{side}_{name}" for name in names], weight, limb))
     return made
 
 
-def _sock(p: F64, rim: F64, scale: float) -> F64:
+def _sock(p: F64, rim: F64, high: float, scale: float) -> F64:
     """(K, _COLUMNS, 3) rings up the shank from inside a shoe's opening."""
-    top, out = float(rim[:, 1].max()) + _SOCK * scale, list[F64]()
+    top, out = float(rim[:, 1].max()) + high * scale, list[F64]()
     heights: list[float] = np.linspace(top, float(rim[:, 1].min()) - 0.012 * scale, 5).tolist()
     for height in heights:
         q = p[np.abs(p[:, 1] - height) < 0.012 * scale][:, [0, 2]]
-        at = _outline(q[q[:, 1] < rim[:, 2].max()], 0.0015)
+        at = _outline(q[q[:, 1] < rim[:, 2].max()], 0.003)
         out.append(np.column_stack([at[:, 0], np.full(_COLUMNS, height), at[:, 1]]))
     return _fair(np.array(out))
 

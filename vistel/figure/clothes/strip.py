@@ -41,7 +41,7 @@ def even_ring(p: F64, waves: int) -> F64:
 
 
 def with_strip(
-    cloth: Cloth, ring: I32, rows: F64, panel: str = "", weight: F32 | None = None, limb: I32 | None = None
+    cloth: Cloth, ring: I32, rows: F64, panel: str = "", weight: F32 | None = None, limb: I32 | None = None, shown: bool = True
 ) -> tuple[Cloth, I32]:
     """The cloth with rows (K, N, 3) of points sewn to a rim (N,), and the new rim. panel: of the strip, on which its first side
     lies along the rim from 0; "": it has the colour of the rim. weight: (K, N, BONES) and limb (K, N), by default as the rim
@@ -57,6 +57,7 @@ def with_strip(
     else:
         own, flat = _continued(cloth, ring, len(rows))
     times = 2 * len(rows)
+    cloth.rim[ring] |= shown
     made = Cloth(
         np.vstack([cloth.points, rows.reshape(-1, 3)]),
         np.concatenate([cloth.triangles, triangles]).astype(np.int32),
@@ -69,6 +70,7 @@ def with_strip(
         np.concatenate([cloth.limb, np.tile(cloth.limb[ring], len(rows)) if limb is None else limb.ravel()]),
         np.concatenate([cloth.panel, np.tile(own, times)]).astype(np.int32),
         np.concatenate([cloth.flat, flat]),
+        np.concatenate([cloth.rim, np.full(len(rows) * count, shown)]),
         names,
     )
     return made, number[-1]
@@ -76,10 +78,11 @@ def with_strip(
 
 def hemmed(cloth: Cloth, ring: I32, thick: float, deep: float) -> Cloth:
     """With its edge folded in: a rim as thick as the cloth, and a hem inside [m]."""
+    cloth.rim[ring] = True
     out, away = frames(cloth, ring)
     p = cloth.points[ring]
     rows = np.array([p - 0.7 * thick * out + 0.3 * thick * away, p - 1.7 * thick * out - deep * away])
-    return with_strip(cloth, ring, rows)[0]
+    return with_strip(cloth, ring, rows, shown=False)[0]
 
 
 def _continued(cloth: Cloth, ring: I32, rows: int) -> tuple[I32, F64]:
@@ -121,7 +124,14 @@ def rolled(rows: F64, panels: Sequence[str], weight: F32, limb: I32) -> Cloth:
     own = np.tile(np.repeat([names.index(p) for p in panels], count), 2).astype(np.int32)
     flat = _unrolled(rows[0], rows[1:])
     return Cloth(
-        rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel(), own, flat, names
+        rows.reshape(-1, 3),
+        triangles.astype(np.int32),
+        weight.reshape(-1, weight.shape[-1]),
+        limb.ravel(),
+        own,
+        flat,
+        np.zeros(rows.size // 3, np.bool_),
+        names,
     )
 
 
@@ -137,5 +147,12 @@ def laid(rows: F64, panel: str, weight: F32, limb: I32) -> Cloth:
     flat = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)[triangles]
     own = np.zeros(len(triangles), np.int32)
     return Cloth(
-        rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel(), own, flat, (panel,)
+        rows.reshape(-1, 3),
+        triangles.astype(np.int32),
+        weight.reshape(-1, weight.shape[-1]),
+        limb.ravel(),
+        own,
+        flat,
+        np.zeros(rows.size // 3, np.bool_),
+        (panel,),
     )
