@@ -43,16 +43,9 @@ def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     height, at = middle_line(build, made.cloth)
     y = _button(build) - 0.5 * _CLOSED * scale
     place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])) + 0.002))
-    more.append(button(place, np.array((0.0, 0.0, 1.0)), made.cloth, 0.010))
-    return Worn(
-        name,
-        sewn([cloth, *more]),
-        pattern.hides(build, 0.05),
-        pattern.sinks(build),
-        pattern.inside,
-        _painter(build, weave, seed),
-        (1900, 640),
-    )
+    closing = button(place, np.array((0.0, 0.0, 1.0)), made.cloth, 0.010)
+    look, hides, sinks = _painter(build, weave, seed), pattern.hides(build, 0.05), pattern.sinks(build)
+    return Worn(name, sewn([cloth, *more]), hides, sinks, pattern.inside, look, (1900, 640), details=(closing,), both_sides=True)
 
 
 def _button(build: Build) -> float:

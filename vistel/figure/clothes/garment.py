@@ -9,7 +9,7 @@ from vistel.arrays import F32, Bool
 from vistel.figure.avatar.detail import coarser
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model.part import Part
-from vistel.figure.clothes.cloth import Cloth, mesh_of
+from vistel.figure.clothes.cloth import Cloth, mesh_of, sewn
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.folds import Folds
 from vistel.figure.clothes.sheet import Paint, Sheet
@@ -19,7 +19,8 @@ from vistel.figure.clothes.sheet import Paint, Sheet
 class Worn:
     """cloth: on the finest level. hides, sinks: as `vistel.figure.body_model.part.Part` has them. covers: how far inside its
     borders a place of the body lies [m]; what is worn beneath is left out there. paint: its look. triangles: of each coarser level,
-    about. folds: how deep they are, 1 as usual; both_sides: whether one sees into it."""
+    about. details: small things that are there on the finest level
+    alone; folds: how deep they are, 1 as usual; both_sides: whether one sees into it."""
 
     name: str
     cloth: Cloth
@@ -29,6 +30,7 @@ class Worn:
     paint: Paint
     triangles: tuple[int, int]
     roughness: float = 0.85
+    details: tuple[Cloth, ...] = ()
     folds: float = 1.0
     both_sides: bool = False
 
@@ -37,20 +39,23 @@ class Worn:
         under = np.zeros(len(self.cloth.triangles), np.bool_)
         for other in others:
             under |= (other.covers(self.cloth.points) > margin)[self.cloth.triangles].all(axis=1)
+        details = tuple(d for d in self.details if not any((other.covers(d.points) > 0.0).all() for other in others))
         if not under.any():
-            return self
+            return replace(self, details=details)
         kept = self.cloth.without(under)
         share = len(kept.triangles) / len(self.cloth.triangles)
         few, fewer = (round(share * count) for count in self.triangles)
-        return replace(self, cloth=kept, triangles=(few, fewer))
+        return replace(self, cloth=kept, triangles=(few, fewer), details=details)
 
     def part(self, folds: Folds, levels: int = 3) -> Part:
         """Finished."""
-        sheet = Sheet.of(self.cloth)
+        whole = sewn([self.cloth, *self.details])
+        sheet = Sheet.of(whole)
         colour, normal = sheet.painted(self.paint, replace(folds, strength=self.folds * folds.strength))
-        made = [mesh_of(self.cloth, sheet.where)]
+        mesh, made = mesh_of(self.cloth, sheet.where), [mesh_of(whole, sheet.where)]
         for count, kept in zip(self.triangles[: levels - 1], (self.cloth.rim, None), strict=False):
-            made.append(coarser(made[-1], count, kept))
+            mesh = coarser(mesh, count, kept)
+            made.append(mesh)
         return Part(
             self.name,
             tuple(made),

@@ -23,7 +23,7 @@ _BACK = 1.04
 _WEIGHT_ROUNDS = 6
 _HANGING = 0.65
 _CHUNK = 256
-_SINKS, _GIVEN = (0.002, 0.005, 0.010), 0.012
+_SINKS, _GIVEN = (0.002, 0.005, 0.010), 0.022
 _MARGINS = (1.0, 0.8, 0.3)
 """Of each level, as shares: larger triangles reach farther under a border anyhow."""
 
@@ -64,7 +64,7 @@ class Pattern:
     def sinks(self, build: Build) -> tuple[F32, ...]:
         """For each level (V,) how far skin that it covers gives way [m]: coarse meshes of skin and cloth would cross."""
         depths = self._depths(build)
-        return tuple((most * smooth(d / _GIVEN)).astype(np.float32) for d, most in zip(depths, _SINKS, strict=False))
+        return tuple((most * smooth((d + _GIVEN) / _GIVEN)).astype(np.float32) for d, most in zip(depths, _SINKS, strict=False))
 
     def _depths(self, build: Build) -> list[F64]:
         """For each level (V,) how far vertices of the body lie inside [m]."""

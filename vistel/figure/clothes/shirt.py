@@ -1,5 +1,6 @@
 """Shirts: a collar that falls over, a placket with buttons, cuffs; tucked in."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,7 @@ _CUFF = 0.060
 _BUTTONS = 6
 _BUTTON = 0.0055
 """Radius [m]."""
+_SHELL = (226.0, 222.0, 210.0)
 _PLACKET = 0.016
 """Half its width [m]."""
 
@@ -49,11 +51,11 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
                 steps = [(0.0012, 0.0), (-0.3 * tight, 0.02 * deep), (-0.6 * tight, 0.5 * deep), (-0.6 * tight, deep)]
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), "cuff")
             cloth = hemmed(cloth, ring, cut.thick, 0.014)
-    more += _buttons(build, cloth)
+    buttons = _buttons(build, cloth)
+    look = _painter(build, weave, seed, [float(b.points[:, 1].mean()) for b in buttons])
     whole = replace(pattern, borders=borders | {"cuff": cuff})
-    return Worn(
-        name, sewn([cloth, *more]), whole.hides(build, 0.028), whole.sinks(build), whole.inside, _painter(weave, seed), (1700, 600)
-    )
+    hides, sinks = whole.hides(build, 0.028), whole.sinks(build)
+    return Worn(name, sewn([cloth, *more]), hides, sinks, whole.inside, look, (1700, 600), details=tuple(buttons))
 
 
 def middle_line(build: Build, cloth: Cloth) -> tuple[F64, F64]:
@@ -107,17 +109,22 @@ def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:
     return out
 
 
-def _painter(weave: Weave, seed: int) -> Paint:
+def _painter(build: Build, weave: Weave, seed: int, buttons: Sequence[float]) -> Paint:
     plain = painter(weave, seed)
 
     def paint(panel: str, u: Floats, v: Floats) -> Look:
         if panel == "button":
-            return Look(np.broadcast_to(np.array((226.0, 222.0, 210.0)), (*u.shape, 3)), np.zeros_like(u))
+            return Look(np.broadcast_to(np.array(_SHELL, np.float32), (*u.shape, 3)), np.zeros_like(u))
         look = plain(panel, u, v)
         if panel == "front":
             band = smooth((_PLACKET - np.abs(u)) / 0.002 + 0.5)
             edge = np.exp(-np.square((np.abs(u) - _PLACKET) / 0.0022))
-            return Look(look.colour * (1.0 - 0.16 * edge)[..., None], look.height + 0.0016 * band)
+            # Where a button is, it is seen from afar, too.
+            low = v + build.trunk.origin[1]
+            near = np.min([np.hypot(u, low - y) for y in buttons], axis=0)
+            there = np.clip((_BUTTON - near) / 0.0025 + 0.5, 0.0, 1.0)[..., None]
+            colour = look.colour * (1.0 - 0.16 * edge)[..., None]
+            return Look(colour + there * (np.array(_SHELL, np.float32) - colour), look.height + 0.0016 * band)
         if panel in ("cuff", "collar"):
             return Look(look.colour * (1.0 - 0.05 * np.cos(2.0 * np.pi * v / 0.4))[..., None], look.height)
         return look

@@ -28,9 +28,9 @@ class SkirtCut:
     folds: how many, and their depth at the hem, for a body of usual height [m]; clear, thick [m]."""
 
     length: float = 0.86
-    flare: float = 0.05
+    flare: float = 0.07
     folds: tuple[int, float] = (9, 0.005)
-    clear: float = 0.008
+    clear: float = 0.011
     thick: float = 0.0020
 
 
@@ -100,7 +100,7 @@ def _hung(build: Build, cloth: Cloth, ring: I32, cut: SkirtCut) -> Cloth:
     for k in range(1, _ROWS + 1):
         t = k / _ROWS
         down = t * (start - end)
-        wanted = np.maximum(legs.read(table, s + down, angle), far) + cut.flare * down
+        wanted = legs.read(table, s + down, angle) + cut.flare * down
         wave = cut.folds[1] * scale * t**1.5 * (1.0 + np.cos(cut.folds[0] * angle))
         at = p + (smooth(3.0 * t) * (wanted - far) + wave)[:, None] * way
         at[:, 1] = p[:, 1] - down
