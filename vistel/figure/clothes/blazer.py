@@ -9,10 +9,10 @@ from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.cloth import Cloth, sewn
 from vistel.figure.clothes.collar import along, lapels
 from vistel.figure.clothes.cut import Field
+from vistel.figure.clothes.fastening import button, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import shell
-from vistel.figure.clothes.shirt import button, middle_line
 from vistel.figure.clothes.strip import hemmed
 from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, top_pattern
 from vistel.figure.clothes.weave import Floats, Look, Weave
@@ -39,7 +39,7 @@ def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     neck = next(ring for ring in rings if abs(float(cloth.points[ring, 0].mean())) < 0.05)
     more.append(lapels(cloth, along(cloth, neck, 0.0, 76, lowest=True), scale, "lapel"))
     for ring in rings:
-        cloth = hemmed(cloth, ring, cut.thick, 0.016)
+        cloth = hemmed(cloth, ring, cut.thick, 0.035)
     height, at = middle_line(build, made.cloth)
     y = _button(build) - 0.5 * _CLOSED * scale
     place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])) + 0.002))

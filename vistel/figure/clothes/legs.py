@@ -7,11 +7,13 @@ import numpy as np
 from vistel.arrays import F64, I32
 from vistel.figure.clothes.build import LEG, TRUNK, Build
 from vistel.figure.clothes.cloth import Cloth
+from vistel.figure.clothes.fastening import buckle, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_legs
 from vistel.figure.clothes.shell import Pattern, Tables, shell
 from vistel.figure.clothes.strip import hemmed, offsets, with_strip
-from vistel.figure.clothes.tops import above, below, painter
+from vistel.figure.clothes.tailoring import trouser_painter
+from vistel.figure.clothes.tops import above, below
 from vistel.figure.clothes.tube import Tube, hung
 from vistel.figure.clothes.weave import Weave
 from vistel.geometry.smoothstep import smooth
@@ -35,8 +37,8 @@ class LegCut:
     hem: float = 0.078
 
 
-def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int) -> Worn:
-    """From the waist to the shoes."""
+def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int, *, belt: bool = False) -> Worn:
+    """From the waist to the shoes. belt: whether they have one."""
     scale = build.scale
     band = _BAND * scale
     borders = {"waist": below(build.waist - band), "ankle": above(float(build.joint("left_foot")[1]) + 0.045 * scale)}
@@ -60,7 +62,15 @@ def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int) -> W
             else:
                 cloth, ring = _to_the_shoe(build, cloth, at)
             cloth = hemmed(cloth, ring, cut.thick, 0.02)
-    return Worn(name, cloth, whole.hides(build, 0.03), whole.sinks(build), whole.inside, painter(weave, seed), (1400, 520))
+    details: tuple[Cloth, ...] = ()
+    if belt:
+        height, at = middle_line(build, cloth)
+        y = build.waist - 0.5 * band
+        place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])) + 0.001))
+        details = (buckle(place, np.array((0.0, 0.0, 1.0)), cloth, 0.044, 0.036),)
+    look = trouser_painter(build, weave, seed, jeans=weave.kind == "denim", belt=belt)
+    hides, sinks = whole.hides(build, 0.03), whole.sinks(build)
+    return Worn(name, cloth, hides, sinks, whole.inside, look, (1400, 520), details=details)
 
 
 def _leg(tube: Tube, cut: LegCut, scale: float) -> F64:

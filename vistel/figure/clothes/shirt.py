@@ -5,11 +5,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from vistel.arrays import F64
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.cloth import Cloth, sewn
 from vistel.figure.clothes.collar import along, shirt_collar
 from vistel.figure.clothes.cut import Field
+from vistel.figure.clothes.fastening import button, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import shell
@@ -34,7 +34,7 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     cuff, deep = sleeves(build, cut.sleeve), _CUFF * scale
     borders: dict[str, Field] = {
         "neck": neckline(build, *cut.neck),
-        "hem": above(build.waist - 0.05 * scale),
+        "hem": above(build.waist - 0.030 * scale),
         "cuff": lambda p: cuff(p) - deep,
     }
     pattern = top_pattern(build, cut, borders)
@@ -50,51 +50,12 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
                 tight = 0.8 * cut.sleeve_ease
                 steps = [(0.0012, 0.0), (-0.3 * tight, 0.02 * deep), (-0.6 * tight, 0.5 * deep), (-0.6 * tight, deep)]
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), "cuff")
-            cloth = hemmed(cloth, ring, cut.thick, 0.014)
+            cloth = hemmed(cloth, ring, cut.thick, 0.03)
     buttons = _buttons(build, cloth)
     look = _painter(build, weave, seed, [float(b.points[:, 1].mean()) for b in buttons])
     whole = replace(pattern, borders=borders | {"cuff": cuff})
     hides, sinks = whole.hides(build, 0.028), whole.sinks(build)
     return Worn(name, sewn([cloth, *more]), hides, sinks, whole.inside, look, (1700, 600), details=tuple(buttons))
-
-
-def middle_line(build: Build, cloth: Cloth) -> tuple[F64, F64]:
-    """(N,) heights, from below, and (N, 3) places of the front of cloth where x = 0."""
-    p = cloth.points[cloth.triangles]
-    a, b = p.reshape(-1, 3), np.roll(p, -1, axis=1).reshape(-1, 3)
-    across = (a[:, 0] <= 0.0) & (b[:, 0] > 0.0)
-    t = (a[across, 0] / (a[across, 0] - b[across, 0]))[:, None]
-    at = a[across] + t * (b[across] - a[across])
-    at = at[at[:, 2] > build.trunk.middle[:, 0].mean() + build.trunk.origin[2]]
-    at = at[np.argsort(at[:, 1], kind="stable")]
-    return at[:, 1], at
-
-
-def button(at: F64, out: F64, like: Cloth, radius: float) -> Cloth:
-    """A button at a place (3,) of the cloth, facing along `out` (3,), moving with what is nearest."""
-    side = np.cross(np.eye(3)[1], out)
-    side = side / np.linalg.norm(side)
-    up = np.cross(out, side)
-    turn = np.arange(8) * (np.pi / 4.0)
-    ring = radius * (np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * up)
-    points = np.vstack([at + ring, at + 0.9 * ring + 0.0022 * out, at + 0.0016 * out])
-    k, n = np.arange(8), np.roll(np.arange(8), -1)
-    triangles = np.vstack(
-        [np.column_stack([k, n, 8 + n]), np.column_stack([k, 8 + n, 8 + k]), np.column_stack([8 + k, 8 + n, 0 * k + 16])]
-    )
-    nearest = int(np.argmin(np.square(like.points - at).sum(axis=1)))
-    flat = np.column_stack([(points - at) @ side, (points - at) @ up])[triangles]
-    weight, limb = np.tile(like.weight[nearest], (17, 1)), np.full(17, like.limb[nearest], np.int32)
-    return Cloth(
-        points,
-        triangles.astype(np.int32),
-        weight,
-        limb,
-        np.zeros(len(triangles), np.int32),
-        flat,
-        np.zeros(17, np.bool_),
-        ("button",),
-    )
 
 
 def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:
