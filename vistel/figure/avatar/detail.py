@@ -41,7 +41,8 @@ def with_levels(avatar: Avatar, triangles: Sequence[int]) -> Avatar:
 def coarser(mesh: Mesh, triangles: int, kept: NDArray[np.bool_] | None = None) -> Mesh:
     """`mesh` with about `triangles` triangles; more where its shape or its seams allow no fewer.
 
-    kept: (V,) vertices that stay. The result is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a subset of the mesh's.
+    kept: (V,) vertices that stay. The result is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a
+    subset of the mesh's.
     """
     p = mesh.vertices.astype(np.float64)
     tri, corner = mesh.triangles.astype(np.int64), mesh.corner_triangles.astype(np.int64)

@@ -65,7 +65,8 @@ class Cutting:
         self.points, self.triangles = points[used], place[made]
         self.normals = normals[used] / np.maximum(np.linalg.norm(normals[used], axis=1, keepdims=True), 1e-12)
         self.weight, self.limb = weight[used], limb[used]
-        self.source = np.concatenate([np.arange(len(value)), np.where(value[a] > value[b], a, b)])[used]
+        nearer: I32 = crossed[np.arange(len(crossed)), (value[b] > value[a]).astype(np.int64)]
+        self.source = np.concatenate([np.arange(len(value), dtype=np.int32), nearer])[used]
 
 
 def _near(triangles: I32, value: F64) -> Bool:

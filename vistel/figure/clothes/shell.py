@@ -21,7 +21,6 @@ axis; None: as the skin does."""
 _ROUNDS = 8
 _BACK = 1.04
 _WEIGHT_ROUNDS = 6
-_HANGING = 0.65
 _CHUNK = 256
 _SINKS, _GIVEN = (0.002, 0.005, 0.010), 0.022
 _MARGINS = (1.0, 0.8, 0.3)
@@ -33,7 +32,8 @@ class Pattern:
     """What a garment is cut like. limbs: of the body that it may cover. borders: by name, how far inside each a place is. clear:
     least distance from the skin at places (N, 3) [m]. tables: the cut. rounds: of easing; waves: what goes round a rim more often
     than so many times is evened. triangles: of the shell, about. soft: where, 0 to 1, cloth is
-    drawn straight over hollows."""
+    drawn straight over hollows; hangs: share of what thighs move that
+    stays with the hips."""
 
     limbs: tuple[str, ...]
     borders: Mapping[str, Field]
@@ -44,6 +44,7 @@ class Pattern:
     waves: int = 5
     triangles: int = 1500
     soft: Field | None = None
+    hangs: float = 0.0
 
     def inside(self, p: F64) -> F64:
         """(N,) how far places lie inside all borders [m]."""
@@ -57,8 +58,7 @@ class Pattern:
         """For each level (F,) triangles of the body that lie farther inside than `margin` [m]."""
         out: list[Bool] = []
         for mesh, inside, share in zip(build.levels, self._depths(build), _MARGINS, strict=False):
-            deep: Bool = inside > share * margin
-            out.append(deep[mesh.triangles].all(axis=1))
+            out.append(covered(mesh, inside > share * margin))
         return tuple(out)
 
     def sinks(self, build: Build) -> tuple[F32, ...]:
@@ -95,6 +95,11 @@ def shell(build: Build, pattern: Pattern) -> Shell:
     for ring in cut.rims:
         rims.setdefault(pattern.border_at(cut.points[ring]), []).append(place[ring])
     return Shell(cloth, rims)
+
+
+def covered(mesh: Mesh, deep: Bool) -> Bool:
+    """(F,) triangles whose vertices all are deep, which (V,) says."""
+    return deep[mesh.triangles].all(axis=1)
 
 
 def spread(source: F64, values: F64, points: F64) -> F64:
@@ -160,19 +165,18 @@ def _evened(cut: Cutting, pattern: Pattern) -> F32:
     beside = Neighbours(cut.triangles, len(weight))
     used = np.flatnonzero(weight.any(axis=0))
     weight[:, used] += free * (beside.smoothed(weight[:, used].astype(np.float64), _WEIGHT_ROUNDS) - weight[:, used])
-    if not pattern.panels.legs:
-        _to_the_hips(weight)
+    _to_the_hips(weight, pattern.hangs)
     for ring in cut.rims:
         weight[np.ix_(ring, used)] = np.maximum(even_ring(weight[np.ix_(ring, used)].astype(np.float64), pattern.waves), 0.0)
     return weight / weight.sum(axis=1, keepdims=True)
 
 
-def _to_the_hips(weight: F32) -> None:
+def _to_the_hips(weight: F32, share: float) -> None:
     """What hangs from the shoulders hardly goes along with thighs, in place."""
     for side in SIDES:
         leg = JOINT_INDEX[f"{side}_upper_leg"]
-        weight[:, JOINT_INDEX["hips"]] += _HANGING * weight[:, leg]
-        weight[:, leg] *= 1.0 - _HANGING
+        weight[:, JOINT_INDEX["hips"]] += share * weight[:, leg]
+        weight[:, leg] *= 1.0 - share
 
 
 def _apart(x: F64, share: F64) -> F64:

@@ -61,8 +61,9 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
 def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:
     height, at = middle_line(build, cloth)
     out: list[Cloth] = []
-    places: list[float] = np.linspace(build.waist + 0.01, height[-1] - 0.022 * build.scale, _BUTTONS).tolist()
-    for y in places:
+    low, high = build.waist + 0.01, float(height[-1]) - 0.022 * build.scale
+    for k in range(_BUTTONS):
+        y = low + (high - low) * k / (_BUTTONS - 1)
         z = float(np.interp(y, height, at[:, 2]))
         slope = float(np.interp(y + 0.01, height, at[:, 2]) - z) / 0.01
         face = np.array((0.0, -slope, 1.0))

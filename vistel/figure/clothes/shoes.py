@@ -9,7 +9,7 @@ from vistel.figure.clothes.build import SIDES, Build
 from vistel.figure.clothes.cloth import Cloth, dense, sewn, thinned
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.sheet import Paint
-from vistel.figure.clothes.shell import spread
+from vistel.figure.clothes.shell import covered, spread
 from vistel.figure.clothes.strip import rolled
 from vistel.figure.clothes.weave import Colour, Floats, Look
 from vistel.geometry.smoothstep import smooth
@@ -53,8 +53,7 @@ def _beneath(build: Build, cut: ShoeCut) -> tuple[tuple[Bool, ...], tuple[F32, .
         instep = np.clip((z - ankle) / (0.06 * scale) + 0.5, 0.0, 1.0)
         deep = _opening(build, cut) + scale * (0.8 * cut.sock if cut.sock else _INSTEP * instep - 0.010) - y
         deep = np.where(build.on(mesh, "foot", "shank"), deep, -1.0)
-        under: Bool = np.asarray(deep > 0.0)
-        hides.append(under[mesh.triangles].all(axis=1))
+        hides.append(covered(mesh, deep > 0.0))
         sinks.append((0.004 * smooth(deep / (0.02 * scale) + 1.0) * (deep > -0.5)).astype(np.float32))
     return tuple(hides), tuple(sinks)
 
@@ -121,7 +120,7 @@ def _outline(q: F64, room: float) -> F64:
     hull = q[reach.argmax(axis=0)] + room * way
     step = np.linalg.norm(np.diff(hull, axis=0, append=hull[:1]), axis=1)
     at = np.concatenate([[0.0], np.cumsum(step)])
-    wanted = np.arange(_COLUMNS) * (at[-1] / _COLUMNS)
+    wanted = np.arange(_COLUMNS) * (float(at[-1]) / _COLUMNS)
     closed = np.vstack([hull, hull[:1]])
     return np.column_stack([np.interp(wanted, at, closed[:, k]) for k in range(2)])
 

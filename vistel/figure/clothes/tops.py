@@ -105,6 +105,7 @@ class Cut:
 
 T_SHIRT = Cut()
 SWEATER = Cut(0.010, 0.014, 0.0035, 0.75, 0.016, 0.99, 0.013, 0.13, 0.22, (1.24, 0.012), 0.024, 0.055)
+_HANGS = 0.65
 _HEM = 0.032
 _RIB = 0.0062
 """Width of a rib [m]."""
@@ -124,7 +125,7 @@ def top_pattern(build: Build, cut: Cut, borders: Mapping[str, Field]) -> Pattern
         tight = build.trunk.girth + cut.clear
         trunk = tight + smooth((low - build.waist - 0.01 * build.scale) / (0.07 * build.scale)) * (trunk - tight)
     tables: Tables = (trunk, arms[0], arms[1], None, None)
-    return Pattern(UPPER, borders, clear, tables, of_top(build))
+    return Pattern(UPPER, borders, clear, tables, of_top(build), hangs=0.0 if cut.tucked else _HANGS)
 
 
 def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
