@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F32, F64, I32, Bool
+from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.clothes.build import SIDES, Build, Neighbours
 from vistel.figure.clothes.cloth import Cloth, thinned
 from vistel.figure.clothes.cut import Cutting, Field
