@@ -13,6 +13,10 @@ from vistel.figure.clothes.cloth import Cloth, mesh_of, sewn
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.folds import Folds
 from vistel.figure.clothes.sheet import Paint, Sheet
+from vistel.geometry.smoothstep import smooth
+
+_GIVES, _BEFORE = 0.005, 0.015
+"""How far cloth gives way under other cloth, and how far before its border it begins to [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,13 +40,17 @@ class Worn:
 
     def beneath(self, others: Sequence["Worn"], margin: float) -> "Worn":
         """Without what others over it cover by more than `margin` [m]."""
-        under = np.zeros(len(self.cloth.triangles), np.bool_)
-        for other in others:
-            under |= (other.covers(self.cloth.points) > margin)[self.cloth.triangles].all(axis=1)
+        if not others:
+            return self
+        deep = np.max([other.covers(self.cloth.points) for other in others], axis=0)
+        under = (deep > margin)[self.cloth.triangles].all(axis=1)
+        # What is left gives way: coarse meshes of both would cross.
+        sunk = _GIVES * smooth((deep + _BEFORE) / _BEFORE)
+        whole = replace(self.cloth, points=self.cloth.points - sunk[:, None] * self.cloth.normals())
         details = tuple(d for d in self.details if not any((other.covers(d.points) > 0.0).all() for other in others))
         if not under.any():
-            return replace(self, details=details)
-        kept = self.cloth.without(under)
+            return replace(self, cloth=whole, details=details)
+        kept = whole.without(under)
         share = len(kept.triangles) / len(self.cloth.triangles)
         few, fewer = (round(share * count) for count in self.triangles)
         return replace(self, cloth=kept, triangles=(few, fewer), details=details)

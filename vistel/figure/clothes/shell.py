@@ -100,7 +100,7 @@ def shell(build: Build, pattern: Pattern) -> Shell:
 
 def covered(mesh: Mesh, deep: Bool) -> Bool:
     """(F,) triangles whose vertices all are deep, which (V,) says."""
-    return deep[mesh.triangles].all(axis=1)
+    return np.asarray(deep[mesh.triangles].all(axis=1), np.bool_)
 
 
 def spread(source: F64, values: F64, points: F64) -> F64:

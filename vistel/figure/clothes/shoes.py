@@ -92,7 +92,10 @@ def _shoe(build: Build, side: str, cut: ShoeCut) -> list[Cloth]:
     made: list[Cloth] = []
     pieces = [(np.array([deep, inside, *upper, *sides, flat]), panels)]
     if cut.sock:
-        sock = _sock(p, rim, cut.sock, scale)
+        # All over the shank: of its vertices a slice may have none.
+        shank = build.places(f"{side}_shank", f"{side}_foot")
+        shank = shank[(shank[:, 1] > 0.5 * top) & (shank[:, 1] < top + 0.14 * scale)]
+        sock = _sock(shank, rim, cut.sock, scale)
         pieces.append((sock, ["sock"] * (len(sock) - 1)))
     for rows, names in pieces:
         weight = spread(skin, bones, rows.reshape(-1, 3)).astype(np.float32).reshape(*rows.shape[:2], -1)
