@@ -23,7 +23,8 @@ _GIVES, _BEFORE = 0.005, 0.015
 class Worn:
     """cloth: on the finest level. hides, sinks: as `vistel.figure.body_model.part.Part` has them. covers: how far inside its
     borders a place of the body lies [m]; what is worn beneath is left out there. paint: its look. triangles: of each coarser level,
-    about. details: small things that are there on the finest level
+    about. hems: what is
+    folded in at its rims, which the coarsest level has not; details: small things that are there on the finest level
     alone; folds: how deep they are, 1 as usual; both_sides: whether one sees into it."""
 
     name: str
@@ -34,6 +35,7 @@ class Worn:
     paint: Paint
     triangles: tuple[int, int]
     roughness: float = 0.85
+    hems: tuple[Cloth, ...] = ()
     details: tuple[Cloth, ...] = ()
     folds: float = 1.0
     both_sides: bool = False
@@ -42,33 +44,32 @@ class Worn:
         """Without what others over it cover by more than `margin` [m]."""
         if not others:
             return self
-        deep = np.max([other.covers(self.cloth.points) for other in others], axis=0)
-        under = (deep > margin)[self.cloth.triangles].all(axis=1)
-        # What is left gives way: coarse meshes of both would cross.
-        sunk = _GIVES * smooth((deep + _BEFORE) / _BEFORE)
-        whole = replace(self.cloth, points=self.cloth.points - sunk[:, None] * self.cloth.normals())
-        details = tuple(d for d in self.details if not any((other.covers(d.points) > 0.0).all() for other in others))
-        if not under.any():
-            return replace(self, cloth=whole, details=details)
-        kept = whole.without(under)
-        share = len(kept.triangles) / len(self.cloth.triangles)
-        few, fewer = (round(share * count) for count in self.triangles)
-        return replace(self, cloth=kept, triangles=(few, fewer), details=details)
 
-    def part(self, folds: Folds, levels: int = 3) -> Part:
+        def left(piece: Cloth) -> Cloth:
+            deep = np.max([other.covers(piece.points) for other in others], axis=0)
+            # What is left gives way: coarse meshes of both would cross.
+            sunk = _GIVES * smooth((deep + _BEFORE) / _BEFORE)
+            whole = replace(piece, points=piece.points - sunk[:, None] * piece.normals())
+            return whole.without((deep > margin)[piece.triangles].all(axis=1))
+
+        cloth, *hems = (left(piece) for piece in (self.cloth, *self.hems))
+        details = tuple(d for d in self.details if not any((other.covers(d.points) > 0.0).all() for other in others))
+        share = len(cloth.triangles) / len(self.cloth.triangles)
+        few, fewer = (round(share * count) for count in self.triangles)
+        kept = tuple(piece for piece in hems if len(piece.triangles))
+        return replace(self, cloth=cloth, hems=kept, details=details, triangles=(few, fewer))
+
+    def part(self, folds: Folds) -> Part:
         """Finished."""
-        whole = sewn([self.cloth, *self.details])
+        whole, middle = sewn([self.cloth, *self.hems, *self.details]), sewn([self.cloth, *self.hems])
         sheet = Sheet.of(whole)
         colour, normal = sheet.painted(self.paint, replace(folds, strength=self.folds * folds.strength))
-        mesh, made = mesh_of(self.cloth, sheet.where), [mesh_of(whole, sheet.where)]
-        for count, kept in zip(self.triangles[: levels - 1], (self.cloth.rim, None), strict=False):
-            mesh = coarser(mesh, count, kept)
-            made.append(mesh)
-        return Part(
-            self.name,
-            tuple(made),
-            colour,
-            (Patch(roughness=self.roughness, normal=normal, both_sides=self.both_sides),),
-            self.hides,
-            self.sinks,
+        more = sum(len(piece.triangles) for piece in self.hems)
+        few, fewer = self.triangles
+        levels = (
+            mesh_of(whole, sheet.where),
+            coarser(mesh_of(middle, sheet.where), few + more, middle.rim),
+            coarser(mesh_of(self.cloth, sheet.where), fewer),
         )
+        patch = Patch(roughness=self.roughness, normal=normal, both_sides=self.both_sides)
+        return Part(self.name, levels, colour, (patch,), self.hides, self.sinks)

@@ -11,7 +11,7 @@ from vistel.figure.clothes.fastening import buckle, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_legs
 from vistel.figure.clothes.shell import Pattern, Tables, shell
-from vistel.figure.clothes.strip import hemmed, offsets, with_strip
+from vistel.figure.clothes.strip import hem, offsets, with_strip
 from vistel.figure.clothes.tailoring import trouser_painter
 from vistel.figure.clothes.tops import above, below
 from vistel.figure.clothes.tube import Tube, hung
@@ -55,13 +55,14 @@ def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int, *, b
     # Legs go on below where they are cut, down to the shoes.
     seen = {"waist": borders["waist"], "shoe": above(float(build.joint("left_foot")[1]) - 0.02 * scale)}
     whole = replace(pattern, borders=seen)
+    hems: list[Cloth] = []
     for rim, rings in made.rims.items():
         for at in rings:
             if rim == "waist":
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, [(0.0018, 0.001), (0.0022, band)]), "waistband")
             else:
                 cloth, ring = _to_the_shoe(build, cloth, at)
-            cloth = hemmed(cloth, ring, cut.thick, 0.02)
+            hems.append(hem(cloth, ring, cut.thick, 0.02))
     details: tuple[Cloth, ...] = ()
     if belt:
         height, at = middle_line(build, cloth)
@@ -70,7 +71,7 @@ def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int, *, b
         details = (buckle(place, np.array((0.0, 0.0, 1.0)), cloth, 0.044, 0.036),)
     look = trouser_painter(build, weave, seed, jeans=weave.kind == "denim", belt=belt)
     hides, sinks = whole.hides(build, 0.03), whole.sinks(build)
-    return Worn(name, cloth, hides, sinks, whole.inside, look, (1400, 520), details=details)
+    return Worn(name, cloth, hides, sinks, whole.inside, look, (1400, 520), hems=tuple(hems), details=details)
 
 
 def _leg(tube: Tube, cut: LegCut, scale: float) -> F64:

@@ -25,7 +25,7 @@ def outfit(body: Avatar, wearing: Outfit) -> tuple[Part, ...]:
     layers = _layers(build, wearing)
     folds = Folds(build, wearing.seed)
     margin = _MARGIN * build.scale
-    return tuple(worn.beneath(layers[:k], margin).part(folds, len(build.levels)) for k, worn in enumerate(layers))
+    return tuple(worn.beneath(layers[:k], margin).part(folds) for k, worn in enumerate(layers))
 
 
 def _layers(build: Build, wearing: Outfit) -> list[Worn]:

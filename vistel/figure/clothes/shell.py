@@ -43,7 +43,7 @@ class Pattern:
     panels: Panels
     rounds: int = _ROUNDS
     waves: int = 5
-    triangles: int = 1500
+    triangles: int = 1300
     soft: Field | None = None
     hangs: float = 0.0
 

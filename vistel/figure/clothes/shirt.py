@@ -13,7 +13,7 @@ from vistel.figure.clothes.fastening import button, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import shell
-from vistel.figure.clothes.strip import hemmed, offsets, with_strip
+from vistel.figure.clothes.strip import hem, offsets, with_strip
 from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, top_pattern
 from vistel.figure.clothes.weave import Floats, Look, Weave
 from vistel.geometry.smoothstep import smooth
@@ -39,23 +39,23 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     }
     pattern = top_pattern(build, cut, borders)
     made = shell(build, pattern)
-    cloth, more = made.cloth, list[Cloth]()
+    cloth, more, hems = made.cloth, list[Cloth](), list[Cloth]()
     for rim, rings in made.rims.items():
         for at in rings:
             ring = at
             if rim == "neck":
-                line = along(cloth, at, 0.022 * scale, 32)
+                line = along(cloth, at, 0.022 * scale, 28)
                 more.append(shirt_collar(line, 0.028 * scale, 0.044 * scale, 0.074 * scale, "collar"))
             elif rim == "cuff":
                 tight = 0.8 * cut.sleeve_ease
                 steps = [(0.0012, 0.0), (-0.3 * tight, 0.02 * deep), (-0.6 * tight, 0.5 * deep), (-0.6 * tight, deep)]
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), "cuff")
-            cloth = hemmed(cloth, ring, cut.thick, 0.03)
+            hems.append(hem(cloth, ring, cut.thick, 0.03))
     buttons = _buttons(build, cloth)
     look = _painter(build, weave, seed, [float(b.points[:, 1].mean()) for b in buttons])
     whole = replace(pattern, borders=borders | {"cuff": cuff})
     hides, sinks = whole.hides(build, 0.028), whole.sinks(build)
-    return Worn(name, sewn([cloth, *more]), hides, sinks, whole.inside, look, (1700, 600), details=tuple(buttons))
+    return Worn(name, sewn([cloth, *more]), hides, sinks, whole.inside, look, (1250, 560), hems=tuple(hems), details=tuple(buttons))
 
 
 def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:

@@ -7,12 +7,13 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.clothes.build import ARM, TRUNK, Build
+from vistel.figure.clothes.cloth import Cloth
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_top
 from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import Pattern, Tables, shell
-from vistel.figure.clothes.strip import hemmed, offsets, with_strip
+from vistel.figure.clothes.strip import hem, offsets, with_strip
 from vistel.figure.clothes.tube import Tube, eased, hung
 from vistel.figure.clothes.weave import Floats, Look, Weave
 from vistel.geometry.smoothstep import smooth
@@ -141,6 +142,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
     pattern = top_pattern(build, cut, borders)
     made = shell(build, pattern)
     cloth = made.cloth
+    hems: list[Cloth] = []
     for rim, rings in made.rims.items():
         for at in rings:
             if rim == "neck":
@@ -152,9 +154,18 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
             ring = at
             if steps:
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), f"{rim}_rib")
-            cloth = hemmed(cloth, ring, cut.thick, _HEM)
+            hems.append(hem(cloth, ring, cut.thick, _HEM))
     whole = replace(pattern, borders=borders | {"hem": above(hem_height(build, cut.hem)), "cuff": cuff})
-    return Worn(name, cloth, whole.hides(build, 0.028), whole.sinks(build), whole.inside, painter(weave, seed), (1500, 560))
+    return Worn(
+        name,
+        cloth,
+        whole.hides(build, 0.028),
+        whole.sinks(build),
+        whole.inside,
+        painter(weave, seed),
+        (1500, 560),
+        hems=tuple(hems),
+    )
 
 
 def painter(weave: Weave, seed: int) -> Paint:
