@@ -17,6 +17,8 @@ from vistel.geometry.smoothstep import smooth
 _COLUMNS = 28
 _INSTEP = 0.022
 """How much higher the opening is in front, for a body of usual height [m]."""
+_LACES = 0.018, 0.042
+"""Where laces begin below the edge that is folded in, and how far they go [m]."""
 _DIRECTIONS = 96
 
 
@@ -153,18 +155,25 @@ def _at_height(ring: F64, height: float) -> F64:
 
 
 def _painter(colour: Colour, sole: Colour, seed: int) -> Paint:
+    inks: dict[str, Colour] = {"sock": (46.0, 46.0, 50.0), "sole": sole, "tread": sole, "upper": colour}
+    inks["lining"] = (0.5 * colour[0], 0.5 * colour[1], 0.5 * colour[2])
+
     def paint(panel: str, u: Floats, v: Floats) -> Look:
-        rng = np.random.default_rng((seed, sum(panel.encode())))
-        grain = rng.standard_normal(u.shape)
-        plain = (
-            (46.0, 46.0, 50.0)
-            if panel.endswith("sock")
-            else sole
-            if panel.endswith(("sole", "tread"))
-            else tuple(0.5 * c for c in colour)
-            if panel.endswith("lining")
-            else colour
-        )
-        return Look(np.array(plain, np.float64) * (1.0 + 0.03 * grain)[..., None], 0.00004 * grain)
+        rng, part = np.random.default_rng((seed, sum(panel.encode()))), panel.rpartition("_")[2]
+        grain = rng.standard_normal(u.shape, np.float32)
+        look = Look(np.array(inks[part], np.float32) * (1.0 + 0.03 * grain)[..., None], 0.00004 * grain)
+        return _laced(look, u, v, sum(sole) > sum(colour)) if part == "upper" else look
 
     return paint
+
+
+def _laced(look: Look, u: Floats, v: Floats, light: bool) -> Look:
+    """Laces across the instep and a seam before the toes, on an upper that is unrolled from the heel round to the heel."""
+    across, down = np.abs(u - 0.5 * (float(u.min()) + float(u.max()))), -v - _LACES[0]
+    rows = np.cos(2.0 * np.pi * down / 0.009)
+    there = (across < 0.019) & (down > 0.0) & (down < _LACES[1])
+    lace = np.clip(2.0 * rows, 0.0, 1.0) * there
+    tongue = np.exp(-np.square((across - 0.022) / 0.0022)) * (down > -0.01) * (down < _LACES[1] + 0.004)
+    ink = np.array((224.0, 222.0, 214.0) if light else (26.0, 24.0, 22.0), np.float32)
+    colour = look.colour * (1.0 - 0.3 * tongue)[..., None]
+    return Look(colour + 0.85 * lace[..., None] * (ink - colour), look.height + 0.0012 * lace - 0.0005 * tongue)
