@@ -13,6 +13,7 @@ import numpy as np
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body_model.person import Person, make
+from vistel.figure.clothes.wardrobe import Outfit
 from vistel.figure.formats.load import load_any
 from vistel.figure.people.builtin import WRINKLES, builtin_avatar
 from vistel.figure.posture.by_joint import Degrees, with_joints
@@ -70,6 +71,7 @@ def person(
     skin: float = 0.3,
     origin: tuple[float, float, float] = (1.0, 1.0, 1.0),
     measures: Mapping[str, float] | None = None,
+    outfit: Outfit | None = None,
     name: str = "person",
     hair: str = "",
 ) -> PosedFigure:
@@ -78,11 +80,12 @@ def person(
     age in years, 1 to 90; height in metres, hit to a millimetre; weight in kilograms: by default the usual ones. muscle: 0 to 1.
     skin: 0 the lightest to 1 the darkest. origin: shares of African, Asian and Caucasian features. measures: others that are known,
     such as {"chest girth": 1.02, "waist girth": 0.9} [m]; see `vistel.figure.body_model.measures.COLUMNS`. hair: a style, one of
-    `vistel.figure.hair.styles.STYLES` such as "bob", a usual one by default. What is not told is as
-    people of that height and weight have it, a little different with every face_seed. What the model does not cover is brought to
-    its bounds, with a PersonWarning. Raises ValueError, in one line, for words that are not known.
+    `vistel.figure.hair.styles.STYLES` such as "bob"; outfit: what they wear (`vistel.figure.clothes.wardrobe.Outfit`): by default
+    something usual for sex, age and face_seed. What is not told is as people of that height and weight have it, a little different
+    with every face_seed. What the model does not cover is brought to its bounds, with a PersonWarning. Raises ValueError, in one
+    line, for words that are not known.
     """
-    told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, hair=hair)
+    told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, hair, outfit)
     return PosedFigure(make(told, name))
 
 

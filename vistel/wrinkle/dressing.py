@@ -26,6 +26,8 @@ BEFORE = 0.01
 """How far a chart begins before its seam [turns], and before and after its ends [v]."""
 APART = 16
 """Texels round a chart that repeat its edge, so that mipmaps do not mix in what lies beside it."""
+_LITTLE = 1e-4
+"""[m]"""
 EVEN = 64
 """Texels that the sides of the texture are a multiple of."""
 
@@ -117,7 +119,7 @@ def _extent(levels: Sequence[Avatar], one: Tube) -> tuple[tuple[float, float], f
     low, high, beyond = np.inf, -np.inf, MARGIN
     for level in levels:
         here = _alike(level, one)
-        faces = np.flatnonzero(here.member[level.mesh.triangles].all(axis=1))
+        faces = _outside(here, level.mesh)
         if len(faces):
             at = _turns(here, level.mesh, faces)
             low, high = min(low, float(at[..., 1].min())), max(high, float(at[..., 1].max()))
@@ -153,6 +155,19 @@ def _kept(mesh: Mesh, box: F64) -> Mesh:
     return replace(mesh, uv=(box[:2] + mesh.uv * box[2:]).astype(np.float32))
 
 
+def _outside(one: Tube, mesh: Mesh) -> I64:
+    """(F,) triangles of a region that face outwards, the innermost first: hems that are folded in keep their own texture, and of
+    a cuff over another the outer one is seen."""
+    faces = np.flatnonzero(one.member[mesh.triangles].all(axis=1))
+    corner = mesh.vertices[mesh.triangles[faces]].astype(np.float64)
+    middle = corner.mean(axis=1)
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal *= _LITTLE / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+    far = one.away(middle)
+    outwards = one.away(middle + normal) > far - 0.5 * _LITTLE
+    return faces[outwards][np.argsort(far[outwards], kind="stable")]
+
+
 def _turns(one: Tube, mesh: Mesh, triangles: I64) -> F64:
     """(F, 3, 2) u, v of the corners of triangles, u above 1 where they lie across the seam."""
     at = one.place(mesh.vertices)[mesh.triangles[triangles]]
@@ -168,7 +183,7 @@ def unrolled(avatar: Avatar, one: Tube, span: tuple[float, float], density: floa
     plane = one.plane
     width, height = 1.0 + BEFORE + beyond, span[1] - span[0]
     columns, rows = (max(8, round(s * density)) for s in (plane[0] * width, plane[1] * height))
-    faces = np.flatnonzero(one.member[mesh.triangles].all(axis=1))
+    faces = _outside(one, mesh)
     at = _turns(one, mesh, faces)
     size = max(columns, rows)
     # Drawn three times, so that triangles across the seam are drawn at both ends.
@@ -199,7 +214,7 @@ def _filled(picture: U8, seen: NDArray[np.bool_]) -> U8:
 
 def _registered(mesh: Mesh, one: Tube, chart: Chart) -> Mesh:
     """The mesh with the triangles of a region on its chart."""
-    faces = np.flatnonzero(one.member[mesh.triangles].all(axis=1))
+    faces = _outside(one, mesh)
     if len(faces) == 0:
         return mesh
     at = _turns(one, mesh, faces)

@@ -83,6 +83,10 @@ class Tube:
         """(N, 2) u and v of points (N, 3) of the rest pose; v goes on beyond 0 and 1."""
         return _unrolled(points, self.axis, self.level, self.seam, self.quarter)[0]
 
+    def away(self, points: NDArray[np.floating]) -> F64:
+        """(N,) how far points (N, 3) of the rest pose are from its axis [m]."""
+        return _unrolled(points, self.axis, self.level, self.seam, self.quarter)[1]
+
 
 def sides_of(region: Region) -> tuple[str, ...]:
     """Prefixes of the region's limbs and joints."""

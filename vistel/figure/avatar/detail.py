@@ -42,7 +42,8 @@ def coarser(mesh: Mesh, triangles: int, importance: F64 | None = None) -> Mesh:
     """`mesh` with about `triangles` triangles; more where its shape or its seams allow no fewer. importance: (V,) by how much more
     a distance from the surface counts at each vertex; infinite: it stays. None: all alike.
 
-    The result is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a subset of the mesh's.
+    The result is closed and manifold if `mesh` is; its vertices, texture coordinates and limbs are a
+    subset of the mesh's.
     """
     p = mesh.vertices.astype(np.float64)
     tri, corner = mesh.triangles.astype(np.int64), mesh.corner_triangles.astype(np.int64)

@@ -9,11 +9,11 @@ from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.cloth import Cloth, sewn
 from vistel.figure.clothes.collar import along, lapels
 from vistel.figure.clothes.cut import Field
+from vistel.figure.clothes.fastening import button, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import shell
-from vistel.figure.clothes.shirt import button, middle_line
-from vistel.figure.clothes.strip import hemmed
+from vistel.figure.clothes.strip import hem
 from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, top_pattern
 from vistel.figure.clothes.weave import Floats, Look, Weave
 
@@ -25,33 +25,37 @@ _CLOSED = 0.022
 def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     """With one button."""
     scale = build.scale
-    hem = build.crotch + 0.016 * scale
+    low = build.crotch + 0.016 * scale
     borders = {
         "neck": neckline(build, *cut.neck),
-        "front": _opening(build, hem),
-        "hem": above(hem),
+        "front": _opening(build, low),
+        "hem": above(low),
         "cuff": sleeves(build, cut.sleeve),
     }
-    pattern = replace(top_pattern(build, cut, borders), waves=24)
+    pattern = replace(top_pattern(build, cut, borders), waves=24, triangles=1150)
     made = shell(build, pattern)
     rings = sorted((ring for of in made.rims.values() for ring in of), key=lambda ring: -float(made.cloth.points[ring, 1].mean()))
-    cloth, more = made.cloth, list[Cloth]()
+    cloth, more, hems = made.cloth, list[Cloth](), list[Cloth]()
     neck = next(ring for ring in rings if abs(float(cloth.points[ring, 0].mean())) < 0.05)
-    more.append(lapels(cloth, along(cloth, neck, 0.0, 76, lowest=True), scale, "lapel"))
+    more.append(lapels(cloth, along(cloth, neck, 0.0, 56, lowest=True), scale, "lapel"))
     for ring in rings:
-        cloth = hemmed(cloth, ring, cut.thick, 0.016)
+        hems.append(hem(cloth, ring, cut.thick, 0.035))
     height, at = middle_line(build, made.cloth)
     y = _button(build) - 0.5 * _CLOSED * scale
     place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])) + 0.002))
-    more.append(button(place, np.array((0.0, 0.0, 1.0)), made.cloth, 0.010))
+    closing = button(place, np.array((0.0, 0.0, 1.0)), made.cloth, 0.010)
+    look, hides, sinks = _painter(build, weave, seed), pattern.hides(build, 0.05), pattern.sinks(build)
     return Worn(
         name,
         sewn([cloth, *more]),
-        pattern.hides(build, 0.05),
-        pattern.sinks(build),
+        hides,
+        sinks,
         pattern.inside,
-        _painter(build, weave, seed),
-        (1900, 640),
+        look,
+        (1250, 600),
+        hems=tuple(hems),
+        details=(closing,),
+        both_sides=True,
     )
 
 

@@ -19,7 +19,7 @@ BONES = len(JOINTS) + len(TWIST_BONES)
 class Cloth:
     """points: (V, 3) in the T-pose [m]. triangles: (F, 3), counter-clockwise seen from outside. weight: (V, BONES) shares of bones.
     limb: (V,) of the body beneath. panel: (F,) name of the panel that a triangle is cut from, by index into `panels`; flat: (F, 3,
-    2) where its corners lie on that panel [m]."""
+    2) where its corners lie on that panel [m]. rim: (V,) whether it is of a border's finish, which shows its shape."""
 
     points: F64
     triangles: I32
@@ -27,6 +27,7 @@ class Cloth:
     limb: I32
     panel: I32
     flat: F64
+    rim: Bool
     panels: tuple[str, ...]
 
     def without(self, gone: Bool) -> "Cloth":
@@ -35,7 +36,7 @@ class Cloth:
         used[self.triangles[~gone]] = True
         number = np.cumsum(used, dtype=np.int32) - 1
         kept = replace(self, triangles=number[self.triangles[~gone]], panel=self.panel[~gone], flat=self.flat[~gone])
-        return replace(kept, points=self.points[used], weight=self.weight[used], limb=self.limb[used])
+        return replace(kept, points=self.points[used], weight=self.weight[used], limb=self.limb[used], rim=self.rim[used])
 
     def normals(self) -> F64:
         """(V, 3) unit normals, triangles weighted by their area."""
@@ -73,6 +74,7 @@ def sewn(pieces: Sequence[Cloth]) -> Cloth:
         np.concatenate([p.limb for p in pieces]),
         np.concatenate(panels),
         np.concatenate([p.flat for p in pieces]),
+        np.concatenate([p.rim for p in pieces]),
         names,
     )
 
@@ -84,14 +86,12 @@ _APART = 64.0
 def thinned(cloth: Cloth, triangles: int) -> tuple[Cloth, I32]:
     """With about so many triangles, its borders as they are; and (V,) where its vertices have gone, -1 for those that are gone."""
     at = cloth.flat + np.stack([_APART * cloth.panel, np.zeros(len(cloth.panel))], axis=-1)[:, None]
-    # A vertex with other texture coordinates on each triangle is left where it is: so are those on borders.
-    border = np.zeros(len(cloth.points), np.bool_)
-    border[cloth.triangles[borders(cloth.triangles.astype(np.int64)) > 0]] = True
-    border[np.roll(cloth.triangles, -1, axis=1)[borders(cloth.triangles.astype(np.int64)) > 0]] = True
-    alone = np.where(border[cloth.triangles], np.arange(cloth.triangles.size).reshape(-1, 3) + 1, 0).ravel()
-    rows = np.column_stack([cloth.triangles.ravel(), np.round(1e5 * at.reshape(-1, 2)).astype(np.int64), alone])
+    rows = np.column_stack([cloth.triangles.ravel(), np.round(1e5 * at.reshape(-1, 2)).astype(np.int64)])
     _, first, corner = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     number = np.arange(len(cloth.points), dtype=np.int32)
+    edge = borders(cloth.triangles.astype(np.int64)) > 0
+    border = np.zeros(len(number), np.bool_)
+    border[cloth.triangles[edge]] = border[np.roll(cloth.triangles, -1, axis=1)[edge]] = True
     mesh = Mesh(
         cloth.points.astype(np.float32),
         cloth.triangles,
@@ -100,14 +100,14 @@ def thinned(cloth: Cloth, triangles: int) -> tuple[Cloth, I32]:
         corner.reshape(-1, 3).astype(np.int32),
         number,
     )
-    few = coarser(mesh, triangles)
+    few = coarser(mesh, triangles, np.where(border, np.inf, 1.0))
     kept = few.limb
     flat = few.uv[few.corner_triangles].astype(np.float64)
     panel = np.round(flat[:, 0, 0] / _APART).astype(np.int32)
     flat[..., 0] -= _APART * panel[:, None]
     gone = np.full(len(number), -1, np.int32)
     gone[kept] = np.arange(len(kept), dtype=np.int32)
-    out = Cloth(cloth.points[kept], few.triangles, cloth.weight[kept], cloth.limb[kept], panel, flat, cloth.panels)
+    out = Cloth(cloth.points[kept], few.triangles, cloth.weight[kept], cloth.limb[kept], panel, flat, cloth.rim[kept], cloth.panels)
     return out, gone
 
 

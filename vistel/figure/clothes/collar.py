@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vistel.arrays import F32, F64, I32, I64
+from vistel.arrays import F32, F64, I32
 from vistel.figure.clothes.cloth import Cloth
 from vistel.figure.clothes.shell import spread
 from vistel.figure.clothes.strip import frames, laid
@@ -33,14 +33,14 @@ def along(cloth: Cloth, ring: I32, gap: float, count: int, lowest: bool = False)
     out, away = frames(cloth, ring, 4)
     step = np.linalg.norm(np.diff(p, axis=0, append=p[:1]), axis=1)
     at = np.concatenate([[0.0], np.cumsum(step)])
-    wanted: F64 = np.linspace(0.5 * gap, at[-1] - 0.5 * gap, count)
+    wanted = 0.5 * gap + np.arange(count) * ((float(at[-1]) - gap) / (count - 1))
 
     def read(values: F64) -> F64:
         closed = np.vstack([values, values[:1]])
         return np.column_stack([np.interp(wanted, at, closed[:, k]) for k in range(values.shape[1])])
 
     n, a = (v / np.linalg.norm(v, axis=1, keepdims=True) for v in (read(out), read(away)))
-    nearest: I64 = np.clip(np.searchsorted(at, wanted), 0, len(ring)) % len(ring)
+    nearest = np.minimum(np.searchsorted(at, wanted), len(ring)) % len(ring)
     return Line(read(p), n, a, read(cloth.weight[ring].astype(np.float64)).astype(np.float32), cloth.limb[ring[nearest]])
 
 

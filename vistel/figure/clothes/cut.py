@@ -58,14 +58,15 @@ class Cutting:
                 if sign[i] * sign[j] < 0:
                     corners.append(number[min(i, j), max(i, j)])
             out += [(corners[0], corners[k], corners[k + 1]) for k in range(1, len(corners) - 1)]
-        made = np.array(out, np.int32).reshape(-1, 3)
+        made = _unpinched(np.array(out, np.int32).reshape(-1, 3))
         used = np.unique(made)
         place = np.full(len(points), -1, np.int32)
         place[used] = np.arange(len(used), dtype=np.int32)
         self.points, self.triangles = points[used], place[made]
         self.normals = normals[used] / np.maximum(np.linalg.norm(normals[used], axis=1, keepdims=True), 1e-12)
         self.weight, self.limb = weight[used], limb[used]
-        self.source = np.concatenate([np.arange(len(value)), np.where(value[a] > value[b], a, b)])[used]
+        nearer: I32 = crossed[np.arange(len(crossed)), (value[b] > value[a]).astype(np.int64)]
+        self.source = np.concatenate([np.arange(len(value), dtype=np.int32), nearer])[used]
 
 
 def _near(triangles: I32, value: F64) -> Bool:
@@ -87,12 +88,31 @@ def _moved(points: F64, field: Field) -> F64:
     return points
 
 
+def _open(triangles: I32) -> Bool:
+    """(F, 3) whether the edge from corner k to k + 1 of a triangle has nothing on its other side."""
+    start, end = triangles.astype(np.int64), np.roll(triangles, -1, axis=1).astype(np.int64)
+    return ~np.isin(start << 32 | end, end << 32 | start)
+
+
+def _unpinched(triangles: I32) -> I32:
+    """Without triangles that hang on others by a vertex, where a border would cross itself."""
+    while len(triangles):
+        edge = _open(triangles)
+        leaving = np.bincount(triangles[edge], minlength=int(triangles.max()) + 1)
+        gone = (leaving[triangles] > 1).any(axis=1) & (edge.sum(axis=1) > 1)
+        if not gone.any():
+            break
+        triangles = triangles[~gone]
+    return triangles
+
+
 def loops(triangles: I32) -> list[I32]:
     """The borders of a mesh, each a closed ring of vertices, the mesh on its left seen from outside."""
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    key, back = edges[:, 0].astype(np.int64) << 32 | edges[:, 1], edges[:, 1].astype(np.int64) << 32 | edges[:, 0]
-    following: dict[int, int] = dict(edges[~np.isin(key, back)].tolist())
+    edge = _open(triangles)
+    ends = np.column_stack([triangles[edge], np.roll(triangles, -1, axis=1)[edge]])
+    following: dict[int, int] = dict(ends.tolist())
     out: list[I32] = []
+    # Of less than a triangle's length there is none, but where triangles meet in one vertex.
     while following:
         start = min(following)
         ring = [start]
@@ -100,5 +120,6 @@ def loops(triangles: I32) -> list[I32]:
         while at != start and at in following:
             ring.append(at)
             at = following.pop(at)
-        out.append(np.array(ring, np.int32))
+        if len(ring) > 2:
+            out.append(np.array(ring, np.int32))
     return out

@@ -9,17 +9,23 @@ from vistel.arrays import F32, Bool
 from vistel.figure.avatar.detail import coarser
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model.part import Part
-from vistel.figure.clothes.cloth import Cloth, mesh_of
+from vistel.figure.clothes.cloth import Cloth, mesh_of, sewn
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.folds import Folds
 from vistel.figure.clothes.sheet import Paint, Sheet
+from vistel.geometry.smoothstep import smooth
+
+_GIVES, _BEFORE = 0.005, 0.015
+"""How far cloth gives way under other cloth, and how far before its border it begins to [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Worn:
     """cloth: on the finest level. hides, sinks: as `vistel.figure.body_model.part.Part` has them. covers: how far inside its
     borders a place of the body lies [m]; what is worn beneath is left out there. paint: its look. triangles: of each coarser level,
-    about. folds: how deep they are, 1 as usual; both_sides: whether one sees into it."""
+    about. hems: what is
+    folded in at its rims, which the coarsest level has not; details: small things that are there on the finest level
+    alone; folds: how deep they are, 1 as usual; both_sides: whether one sees into it."""
 
     name: str
     cloth: Cloth
@@ -29,33 +35,41 @@ class Worn:
     paint: Paint
     triangles: tuple[int, int]
     roughness: float = 0.85
+    hems: tuple[Cloth, ...] = ()
+    details: tuple[Cloth, ...] = ()
     folds: float = 1.0
     both_sides: bool = False
 
     def beneath(self, others: Sequence["Worn"], margin: float) -> "Worn":
         """Without what others over it cover by more than `margin` [m]."""
-        under = np.zeros(len(self.cloth.triangles), np.bool_)
-        for other in others:
-            under |= (other.covers(self.cloth.points) > margin)[self.cloth.triangles].all(axis=1)
-        if not under.any():
+        if not others:
             return self
-        kept = self.cloth.without(under)
-        share = len(kept.triangles) / len(self.cloth.triangles)
-        few, fewer = (round(share * count) for count in self.triangles)
-        return replace(self, cloth=kept, triangles=(few, fewer))
 
-    def part(self, folds: Folds, levels: int = 3) -> Part:
+        def left(piece: Cloth) -> Cloth:
+            deep = np.max([other.covers(piece.points) for other in others], axis=0)
+            # What is left gives way: coarse meshes of both would cross.
+            sunk = _GIVES * smooth((deep + _BEFORE) / _BEFORE)
+            whole = replace(piece, points=piece.points - sunk[:, None] * piece.normals())
+            return whole.without((deep > margin)[piece.triangles].all(axis=1))
+
+        cloth, *hems = (left(piece) for piece in (self.cloth, *self.hems))
+        details = tuple(d for d in self.details if not any((other.covers(d.points) > 0.0).all() for other in others))
+        share = len(cloth.triangles) / len(self.cloth.triangles)
+        few, fewer = (round(share * count) for count in self.triangles)
+        kept = tuple(piece for piece in hems if len(piece.triangles))
+        return replace(self, cloth=cloth, hems=kept, details=details, triangles=(few, fewer))
+
+    def part(self, folds: Folds) -> Part:
         """Finished."""
-        sheet = Sheet.of(self.cloth)
+        whole, middle = sewn([self.cloth, *self.hems, *self.details]), sewn([self.cloth, *self.hems])
+        sheet = Sheet.of(whole)
         colour, normal = sheet.painted(self.paint, replace(folds, strength=self.folds * folds.strength))
-        made = [mesh_of(self.cloth, sheet.where)]
-        for count in self.triangles[: levels - 1]:
-            made.append(coarser(made[-1], count))
-        return Part(
-            self.name,
-            tuple(made),
-            colour,
-            (Patch(roughness=self.roughness, normal=normal, both_sides=self.both_sides),),
-            self.hides,
-            self.sinks,
+        more = sum(len(piece.triangles) for piece in self.hems)
+        few, fewer = self.triangles
+        levels = (
+            mesh_of(whole, sheet.where),
+            coarser(mesh_of(middle, sheet.where), few + more, np.where(middle.rim, np.inf, 1.0)),
+            coarser(mesh_of(self.cloth, sheet.where), fewer),
         )
+        patch = Patch(roughness=self.roughness, normal=normal, both_sides=self.both_sides)
+        return Part(self.name, levels, colour, (patch,), self.hides, self.sinks)

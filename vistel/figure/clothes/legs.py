@@ -7,11 +7,13 @@ import numpy as np
 from vistel.arrays import F64, I32
 from vistel.figure.clothes.build import LEG, TRUNK, Build
 from vistel.figure.clothes.cloth import Cloth
+from vistel.figure.clothes.fastening import buckle, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_legs
 from vistel.figure.clothes.shell import Pattern, Tables, shell
-from vistel.figure.clothes.strip import hemmed, offsets, with_strip
-from vistel.figure.clothes.tops import above, below, painter
+from vistel.figure.clothes.strip import hem, offsets, with_strip
+from vistel.figure.clothes.tailoring import trouser_painter
+from vistel.figure.clothes.tops import above, below
 from vistel.figure.clothes.tube import Tube, hung
 from vistel.figure.clothes.weave import Weave
 from vistel.geometry.smoothstep import smooth
@@ -35,27 +37,41 @@ class LegCut:
     hem: float = 0.078
 
 
-def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int) -> Worn:
-    """From the waist to the shoes."""
+def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int, *, belt: bool = False) -> Worn:
+    """From the waist to the shoes. belt: whether they have one."""
     scale = build.scale
     band = _BAND * scale
     borders = {"waist": below(build.waist - band), "ankle": above(float(build.joint("left_foot")[1]) + 0.045 * scale)}
     legs = [_leg(tube, cut, scale) for tube in build.legs]
     tables: Tables = (build.trunk.girth + cut.clear + 0.003, None, None, legs[0], legs[1])
-    pattern = Pattern(LOWER, borders, lambda p: np.full(len(p), cut.clear), tables, of_legs(build), rounds=14)
+    groin, band_low = build.crotch + 0.05 * scale, build.waist - 0.06 * scale
+
+    def soft(p: F64) -> F64:
+        return smooth((p[:, 1] - groin + 0.10 * scale) / (0.05 * scale)) * smooth((band_low - p[:, 1]) / (0.05 * scale))
+
+    pattern = Pattern(LOWER, borders, lambda p: np.full(len(p), cut.clear), tables, of_legs(build), rounds=14, soft=soft)
     made = shell(build, pattern)
     cloth = made.cloth
     # Legs go on below where they are cut, down to the shoes.
     seen = {"waist": borders["waist"], "shoe": above(float(build.joint("left_foot")[1]) - 0.02 * scale)}
     whole = replace(pattern, borders=seen)
+    hems: list[Cloth] = []
     for rim, rings in made.rims.items():
         for at in rings:
             if rim == "waist":
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, [(0.0018, 0.001), (0.0022, band)]), "waistband")
             else:
                 cloth, ring = _to_the_shoe(build, cloth, at)
-            cloth = hemmed(cloth, ring, cut.thick, 0.02)
-    return Worn(name, cloth, whole.hides(build, 0.03), whole.sinks(build), whole.inside, painter(weave, seed), (1400, 520))
+            hems.append(hem(cloth, ring, cut.thick, 0.02))
+    details: tuple[Cloth, ...] = ()
+    if belt:
+        height, at = middle_line(build, cloth)
+        y = build.waist - 0.5 * band
+        place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])) + 0.001))
+        details = (buckle(place, np.array((0.0, 0.0, 1.0)), cloth, 0.044, 0.036),)
+    look = trouser_painter(build, weave, seed, jeans=weave.kind == "denim", belt=belt)
+    hides, sinks = whole.hides(build, 0.03), whole.sinks(build)
+    return Worn(name, cloth, hides, sinks, whole.inside, look, (1400, 520), hems=tuple(hems), details=details)
 
 
 def _leg(tube: Tube, cut: LegCut, scale: float) -> F64:
@@ -72,7 +88,7 @@ def _to_the_shoe(build: Build, cloth: Cloth, ring: I32) -> tuple[Cloth, I32]:
     out[:, 1] = 0.0
     far = np.linalg.norm(out, axis=1, keepdims=True)
     front = (out[:, 2:] / far).ravel()
-    low = scale * (0.026 + 0.046 * smooth(0.5 * (front + 1.0)))
+    low = scale * (0.030 + 0.034 * smooth(0.5 * (front + 1.0)))
     rows: list[F64] = []
     for k in range(1, _ROWS + 1):
         t = k / _ROWS

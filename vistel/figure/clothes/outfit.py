@@ -12,8 +12,9 @@ from vistel.figure.clothes.shoes import ShoeCut, shoes
 from vistel.figure.clothes.skirt import DRESS, SkirtCut, dress, skirt
 from vistel.figure.clothes.tops import SWEATER, T_SHIRT, pulled_over
 from vistel.figure.clothes.wardrobe import Outfit
-from vistel.figure.clothes.weave import Weave
+from vistel.figure.clothes.weave import Colour, Weave
 
+_SOLES: dict[str, Colour] = {"shoes": (34, 32, 30), "sneakers": (226, 224, 218)}
 _MARGIN = 0.035
 """What is worn beneath goes on so far under a border [m]."""
 
@@ -24,20 +25,22 @@ def outfit(body: Avatar, wearing: Outfit) -> tuple[Part, ...]:
     layers = _layers(build, wearing)
     folds = Folds(build, wearing.seed)
     margin = _MARGIN * build.scale
-    return tuple(worn.beneath(layers[:k], margin).part(folds, len(build.levels)) for k, worn in enumerate(layers))
+    return tuple(worn.beneath(layers[:k], margin).part(folds) for k, worn in enumerate(layers))
 
 
 def _layers(build: Build, wearing: Outfit) -> list[Worn]:
     """The outermost first."""
     weave = Weave(wearing.pattern, wearing.top_colour, wearing.second)
     legs = Weave("denim" if wearing.bottom == "jeans" else "plain", wearing.bottom_colour, (170, 178, 190))
-    worn = shoes(wearing.shoes, build, ShoeCut(), wearing.shoe_colour, (34, 32, 30), wearing.seed)
+    cut = ShoeCut(sock=0.0) if wearing.top == "dress" or wearing.bottom == "skirt" else ShoeCut()
+    worn = shoes(wearing.shoes, build, cut, wearing.shoe_colour, _SOLES[wearing.shoes], wearing.seed)
     if wearing.top == "dress":
         return [dress("dress", build, DRESS, SkirtCut(), weave, wearing.seed), worn]
     if wearing.bottom == "skirt":
         lower = skirt("skirt", build, SkirtCut(), legs, wearing.seed)
     else:
-        lower = trousers(wearing.bottom, build, LegCut(), legs, wearing.seed)
+        belt = wearing.top in ("shirt", "blazer")
+        lower = trousers(wearing.bottom, build, LegCut(), legs, wearing.seed, belt=belt)
     if wearing.top == "shirt":
         return [lower, shirt("shirt", build, SHIRT, weave, wearing.seed), worn]
     if wearing.top == "blazer":

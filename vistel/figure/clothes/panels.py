@@ -49,8 +49,10 @@ class Panels:
         centre = skin[triangles].mean(axis=1)
         panel = (2 * self.tube_at(centre) + (self._front(centre) < 0.0)).astype(np.int32)
         flat = np.zeros((len(triangles), 3, 2))
-        for k in sorted(set(panel.tolist())):
-            mine = panel == k
+        for k in range(len(PANELS)):
+            mine = np.flatnonzero(panel == k)
+            if not len(mine):
+                continue
             corner = seen[min(k // 2, len(seen) - 1)][triangles]
             p = corner[mine].reshape(-1, 3)
             at = self.tubes[k // 2].unrolled(p, np.pi * (k % 2))
@@ -67,8 +69,8 @@ class Panels:
     def _front(self, p: F64) -> F64:
         """(N,) how far places lie to the front of the side seams [m]."""
         out, of = np.zeros(len(p)), self.tube_at(p)
-        for k in sorted(set(of.tolist())):
-            tube, mine = self.tubes[k], of == k
+        for k, tube in enumerate(self.tubes):
+            mine = of == k
             s = (p[mine] - tube.origin) @ tube.along
             out[mine] = (p[mine] - tube.origin) @ tube.front - np.interp(s, tube.s, tube.middle[:, 0])
         return out

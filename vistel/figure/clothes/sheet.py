@@ -56,11 +56,10 @@ class Sheet:
         """(SIZE, SIZE, 3) colours, and normals as `vistel.figure.avatar.patch.Patch` has them."""
         colour, normal = np.full((SIZE, SIZE, 3), 128, np.uint8), np.full((SIZE, SIZE, 3), (128, 128, 255), np.uint8)
         for name, (x0, x1, y0, y1) in self.box.items():
-            u, v = (np.arange(x0, x1) + 0.5) / SIZE, 1.0 - (np.arange(y0, y1) + 0.5) / SIZE
             offset, scale = self.where[name]
-            across, up = np.meshgrid(
-                ((u - offset[0]) / scale[0]).astype(np.float32), ((v - offset[1]) / scale[1]).astype(np.float32)
-            )
+            u = (((np.arange(x0, x1) + 0.5) / SIZE - offset[0]) / scale[0]).astype(np.float32)
+            v = ((1.0 - (np.arange(y0, y1) + 0.5) / SIZE - offset[1]) / scale[1]).astype(np.float32)
+            across, up = np.tile(u, (len(v), 1)), np.repeat(v[:, None], len(u), axis=1)
             look, fold = paint(name, across, up), folds.height(name, across, up)
             # Less light comes into a fold.
             shade = 1.0 + np.clip(_SHADE * fold, -0.14, 0.05)

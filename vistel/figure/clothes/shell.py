@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F32, F64, I32, Bool
+from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.clothes.build import SIDES, Build, Neighbours
 from vistel.figure.clothes.cloth import Cloth, thinned
 from vistel.figure.clothes.cut import Cutting, Field
@@ -21,9 +22,8 @@ axis; None: as the skin does."""
 _ROUNDS = 8
 _BACK = 1.04
 _WEIGHT_ROUNDS = 6
-_HANGING = 0.65
 _CHUNK = 256
-_SINKS, _GIVEN = (0.002, 0.005, 0.010), 0.012
+_SINKS, _GIVEN = (0.002, 0.005, 0.010), 0.022
 _MARGINS = (1.0, 0.8, 0.3)
 """Of each level, as shares: larger triangles reach farther under a border anyhow."""
 
@@ -32,7 +32,9 @@ _MARGINS = (1.0, 0.8, 0.3)
 class Pattern:
     """What a garment is cut like. limbs: of the body that it may cover. borders: by name, how far inside each a place is. clear:
     least distance from the skin at places (N, 3) [m]. tables: the cut. rounds: of easing; waves: what goes round a rim more often
-    than so many times is evened. triangles: of the shell, about."""
+    than so many times is evened. triangles: of the shell, about. soft: where, 0 to 1, cloth is
+    drawn straight over hollows; hangs: share of what thighs move that
+    stays with the hips."""
 
     limbs: tuple[str, ...]
     borders: Mapping[str, Field]
@@ -41,7 +43,9 @@ class Pattern:
     panels: Panels
     rounds: int = _ROUNDS
     waves: int = 5
-    triangles: int = 1500
+    triangles: int = 1300
+    soft: Field | None = None
+    hangs: float = 0.0
 
     def inside(self, p: F64) -> F64:
         """(N,) how far places lie inside all borders [m]."""
@@ -55,14 +59,13 @@ class Pattern:
         """For each level (F,) triangles of the body that lie farther inside than `margin` [m]."""
         out: list[Bool] = []
         for mesh, inside, share in zip(build.levels, self._depths(build), _MARGINS, strict=False):
-            deep: Bool = inside > share * margin
-            out.append(deep[mesh.triangles].all(axis=1))
+            out.append(covered(mesh, inside > share * margin))
         return tuple(out)
 
     def sinks(self, build: Build) -> tuple[F32, ...]:
         """For each level (V,) how far skin that it covers gives way [m]: coarse meshes of skin and cloth would cross."""
         depths = self._depths(build)
-        return tuple((most * smooth(d / _GIVEN)).astype(np.float32) for d, most in zip(depths, _SINKS, strict=False))
+        return tuple((most * smooth((d + _GIVEN) / _GIVEN)).astype(np.float32) for d, most in zip(depths, _SINKS, strict=False))
 
     def _depths(self, build: Build) -> list[F64]:
         """For each level (V,) how far vertices of the body lie inside [m]."""
@@ -86,11 +89,18 @@ def shell(build: Build, pattern: Pattern) -> Shell:
     weight = _evened(cut, pattern)
     seen = (out,) if pattern.panels.legs else lowered(build, out, cut.triangles, weight, cut.limb)
     panel, flat = pattern.panels.cut(cut.points, seen, cut.triangles)
-    cloth, place = thinned(Cloth(out, cut.triangles, weight, cut.limb, panel, flat, PANELS), pattern.triangles)
+    cloth, place = thinned(
+        Cloth(out, cut.triangles, weight, cut.limb, panel, flat, np.zeros(len(out), np.bool_), PANELS), pattern.triangles
+    )
     rims: dict[str, list[I32]] = {}
     for ring in cut.rims:
         rims.setdefault(pattern.border_at(cut.points[ring]), []).append(place[ring])
     return Shell(cloth, rims)
+
+
+def covered(mesh: Mesh, deep: Bool) -> Bool:
+    """(F,) triangles whose vertices all are deep, which (V,) says."""
+    return np.asarray(deep[mesh.triangles].all(axis=1), np.bool_)
 
 
 def spread(source: F64, values: F64, points: F64) -> F64:
@@ -127,10 +137,12 @@ def _brought_out(build: Build, pattern: Pattern, cut: Cutting) -> F64:
         more = np.maximum(tube.read(table, s, angle) - far - clear, 0.0)
         out += (np.clip(share[:, k], 0.0, 1.0) * ends * more)[:, None] * way
     beside = Neighbours(cut.triangles, len(skin))
+    soft = None if pattern.soft is None else pattern.soft(skin)
     for _ in range(pattern.rounds):
         # There and back (Taubin 1995): sleeves would be drawn thin.
         once = beside.smoothed(out)
-        out = _along_rims(once - _BACK * (beside.smoothed(once) - once), out, cut, pattern.waves)
+        back = _BACK if soft is None else _BACK * (1.0 - soft)[:, None]
+        out = _along_rims(once - back * (beside.smoothed(once) - once), out, cut, pattern.waves)
         short = clear - ((out - skin) * n).sum(axis=1)
         out += np.maximum(short, 0.0)[:, None] * n
         if pattern.panels.legs:
@@ -154,19 +166,18 @@ def _evened(cut: Cutting, pattern: Pattern) -> F32:
     beside = Neighbours(cut.triangles, len(weight))
     used = np.flatnonzero(weight.any(axis=0))
     weight[:, used] += free * (beside.smoothed(weight[:, used].astype(np.float64), _WEIGHT_ROUNDS) - weight[:, used])
-    if not pattern.panels.legs:
-        _to_the_hips(weight)
+    _to_the_hips(weight, pattern.hangs)
     for ring in cut.rims:
         weight[np.ix_(ring, used)] = np.maximum(even_ring(weight[np.ix_(ring, used)].astype(np.float64), pattern.waves), 0.0)
     return weight / weight.sum(axis=1, keepdims=True)
 
 
-def _to_the_hips(weight: F32) -> None:
+def _to_the_hips(weight: F32, share: float) -> None:
     """What hangs from the shoulders hardly goes along with thighs, in place."""
     for side in SIDES:
         leg = JOINT_INDEX[f"{side}_upper_leg"]
-        weight[:, JOINT_INDEX["hips"]] += _HANGING * weight[:, leg]
-        weight[:, leg] *= 1.0 - _HANGING
+        weight[:, JOINT_INDEX["hips"]] += share * weight[:, leg]
+        weight[:, leg] *= 1.0 - share
 
 
 def _apart(x: F64, share: F64) -> F64:

@@ -1,18 +1,19 @@
 """Shirts: a collar that falls over, a placket with buttons, cuffs; tucked in."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from vistel.arrays import F64
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.cloth import Cloth, sewn
 from vistel.figure.clothes.collar import along, shirt_collar
 from vistel.figure.clothes.cut import Field
+from vistel.figure.clothes.fastening import button, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import shell
-from vistel.figure.clothes.strip import hemmed, offsets, with_strip
+from vistel.figure.clothes.strip import hem, offsets, with_strip
 from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, top_pattern
 from vistel.figure.clothes.weave import Floats, Look, Weave
 from vistel.geometry.smoothstep import smooth
@@ -22,6 +23,7 @@ _CUFF = 0.060
 _BUTTONS = 6
 _BUTTON = 0.0055
 """Radius [m]."""
+_SHELL = (226.0, 222.0, 210.0)
 _PLACKET = 0.016
 """Half its width [m]."""
 
@@ -32,65 +34,36 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     cuff, deep = sleeves(build, cut.sleeve), _CUFF * scale
     borders: dict[str, Field] = {
         "neck": neckline(build, *cut.neck),
-        "hem": above(build.waist - 0.05 * scale),
+        "hem": above(build.waist - 0.030 * scale),
         "cuff": lambda p: cuff(p) - deep,
     }
     pattern = top_pattern(build, cut, borders)
     made = shell(build, pattern)
-    cloth, more = made.cloth, list[Cloth]()
+    cloth, more, hems = made.cloth, list[Cloth](), list[Cloth]()
     for rim, rings in made.rims.items():
         for at in rings:
             ring = at
             if rim == "neck":
-                line = along(cloth, at, 0.022 * scale, 32)
+                line = along(cloth, at, 0.022 * scale, 28)
                 more.append(shirt_collar(line, 0.028 * scale, 0.044 * scale, 0.074 * scale, "collar"))
             elif rim == "cuff":
                 tight = 0.8 * cut.sleeve_ease
                 steps = [(0.0012, 0.0), (-0.3 * tight, 0.02 * deep), (-0.6 * tight, 0.5 * deep), (-0.6 * tight, deep)]
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), "cuff")
-            cloth = hemmed(cloth, ring, cut.thick, 0.014)
-    more += _buttons(build, cloth)
+            hems.append(hem(cloth, ring, cut.thick, 0.03))
+    buttons = _buttons(build, cloth)
+    look = _painter(build, weave, seed, [float(b.points[:, 1].mean()) for b in buttons])
     whole = replace(pattern, borders=borders | {"cuff": cuff})
-    return Worn(
-        name, sewn([cloth, *more]), whole.hides(build, 0.028), whole.sinks(build), whole.inside, _painter(weave, seed), (1700, 600)
-    )
-
-
-def middle_line(build: Build, cloth: Cloth) -> tuple[F64, F64]:
-    """(N,) heights, from below, and (N, 3) places of the front of cloth where x = 0."""
-    p = cloth.points[cloth.triangles]
-    a, b = p.reshape(-1, 3), np.roll(p, -1, axis=1).reshape(-1, 3)
-    across = (a[:, 0] <= 0.0) & (b[:, 0] > 0.0)
-    t = (a[across, 0] / (a[across, 0] - b[across, 0]))[:, None]
-    at = a[across] + t * (b[across] - a[across])
-    at = at[at[:, 2] > build.trunk.middle[:, 0].mean() + build.trunk.origin[2]]
-    at = at[np.argsort(at[:, 1], kind="stable")]
-    return at[:, 1], at
-
-
-def button(at: F64, out: F64, like: Cloth, radius: float) -> Cloth:
-    """A button at a place (3,) of the cloth, facing along `out` (3,), moving with what is nearest."""
-    side = np.cross(np.eye(3)[1], out)
-    side = side / np.linalg.norm(side)
-    up = np.cross(out, side)
-    turn = np.arange(8) * (np.pi / 4.0)
-    ring = radius * (np.cos(turn)[:, None] * side + np.sin(turn)[:, None] * up)
-    points = np.vstack([at + ring, at + 0.9 * ring + 0.0022 * out, at + 0.0016 * out])
-    k, n = np.arange(8), np.roll(np.arange(8), -1)
-    triangles = np.vstack(
-        [np.column_stack([k, n, 8 + n]), np.column_stack([k, 8 + n, 8 + k]), np.column_stack([8 + k, 8 + n, 0 * k + 16])]
-    )
-    nearest = int(np.argmin(np.square(like.points - at).sum(axis=1)))
-    flat = np.column_stack([(points - at) @ side, (points - at) @ up])[triangles]
-    weight, limb = np.tile(like.weight[nearest], (17, 1)), np.full(17, like.limb[nearest], np.int32)
-    return Cloth(points, triangles.astype(np.int32), weight, limb, np.zeros(len(triangles), np.int32), flat, ("button",))
+    hides, sinks = whole.hides(build, 0.028), whole.sinks(build)
+    return Worn(name, sewn([cloth, *more]), hides, sinks, whole.inside, look, (1250, 560), hems=tuple(hems), details=tuple(buttons))
 
 
 def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:
     height, at = middle_line(build, cloth)
     out: list[Cloth] = []
-    places: list[float] = np.linspace(build.waist + 0.01, height[-1] - 0.022 * build.scale, _BUTTONS).tolist()
-    for y in places:
+    low, high = build.waist + 0.01, float(height[-1]) - 0.022 * build.scale
+    for k in range(_BUTTONS):
+        y = low + (high - low) * k / (_BUTTONS - 1)
         z = float(np.interp(y, height, at[:, 2]))
         slope = float(np.interp(y + 0.01, height, at[:, 2]) - z) / 0.01
         face = np.array((0.0, -slope, 1.0))
@@ -98,17 +71,22 @@ def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:
     return out
 
 
-def _painter(weave: Weave, seed: int) -> Paint:
+def _painter(build: Build, weave: Weave, seed: int, buttons: Sequence[float]) -> Paint:
     plain = painter(weave, seed)
 
     def paint(panel: str, u: Floats, v: Floats) -> Look:
         if panel == "button":
-            return Look(np.broadcast_to(np.array((226.0, 222.0, 210.0)), (*u.shape, 3)), np.zeros_like(u))
+            return Look(np.broadcast_to(np.array(_SHELL, np.float32), (*u.shape, 3)), np.zeros_like(u))
         look = plain(panel, u, v)
         if panel == "front":
             band = smooth((_PLACKET - np.abs(u)) / 0.002 + 0.5)
             edge = np.exp(-np.square((np.abs(u) - _PLACKET) / 0.0022))
-            return Look(look.colour * (1.0 - 0.16 * edge)[..., None], look.height + 0.0016 * band)
+            # Where a button is, it is seen from afar, too.
+            low = v + build.trunk.origin[1]
+            near = np.min([np.hypot(u, low - y) for y in buttons], axis=0)
+            there = np.clip((_BUTTON - near) / 0.0025 + 0.5, 0.0, 1.0)[..., None]
+            colour = look.colour * (1.0 - 0.16 * edge)[..., None]
+            return Look(colour + there * (np.array(_SHELL, np.float32) - colour), look.height + 0.0016 * band)
         if panel in ("cuff", "collar"):
             return Look(look.colour * (1.0 - 0.05 * np.cos(2.0 * np.pi * v / 0.4))[..., None], look.height)
         return look

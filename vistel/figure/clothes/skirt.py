@@ -10,7 +10,7 @@ from vistel.figure.clothes.cloth import BONES, Cloth
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_top
 from vistel.figure.clothes.shell import Pattern, Tables, shell
-from vistel.figure.clothes.strip import hemmed, offsets, with_strip
+from vistel.figure.clothes.strip import hem, offsets, with_strip
 from vistel.figure.clothes.tops import Cut, above, below, neckline, painter, sleeves, top_pattern
 from vistel.figure.clothes.tube import COLUMNS, Tube, hung, tube
 from vistel.figure.clothes.weave import Weave
@@ -18,7 +18,7 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.smoothstep import smooth
 
 DRESS = Cut(0.006, 0.0, 0.0020, 0.35, 0.010, 0.30, 0.006, 0.16, 0.0, (1.45, 0.035))
-_ROWS = 11
+_ROWS = 8
 _BAND = 0.035
 
 
@@ -28,9 +28,9 @@ class SkirtCut:
     folds: how many, and their depth at the hem, for a body of usual height [m]; clear, thick [m]."""
 
     length: float = 0.86
-    flare: float = 0.05
+    flare: float = 0.07
     folds: tuple[int, float] = (9, 0.005)
-    clear: float = 0.008
+    clear: float = 0.011
     thick: float = 0.0020
 
 
@@ -43,13 +43,23 @@ def skirt(name: str, build: Build, cut: SkirtCut, weave: Weave, seed: int) -> Wo
     pattern = Pattern((*TRUNK, "thigh"), borders, lambda p: np.full(len(p), cut.clear), tables, of_top(build))
     made = shell(build, pattern)
     cloth = made.cloth
+    hems: list[Cloth] = []
     for at in made.rims["waist"]:
         cloth, ring = with_strip(cloth, at, offsets(cloth, at, [(0.0015, 0.001), (0.0018, band)]), "waistband")
-        cloth = hemmed(cloth, ring, cut.thick, 0.02)
-    cloth = _hung(build, cloth, made.rims["hips"][0], cut)
+        hems.append(hem(cloth, ring, cut.thick, 0.02))
+    cloth, edge = _hung(build, cloth, made.rims["hips"][0], cut)
+    hems.append(edge)
     whole = replace(pattern, limbs=(*TRUNK, "thigh", "shank"), borders={"waist": borders["waist"], "hem": above(_end(build, cut))})
     return Worn(
-        name, cloth, whole.hides(build, 0.06), whole.sinks(build), whole.inside, painter(weave, seed), (1400, 520), both_sides=True
+        name,
+        cloth,
+        whole.hides(build, 0.06),
+        whole.sinks(build),
+        whole.inside,
+        painter(weave, seed),
+        (1100, 480),
+        hems=tuple(hems),
+        both_sides=True,
     )
 
 
@@ -59,15 +69,25 @@ def dress(name: str, build: Build, cut: Cut, lower: SkirtCut, weave: Weave, seed
     pattern = top_pattern(build, cut, borders)
     made = shell(build, pattern)
     cloth = made.cloth
+    hems: list[Cloth] = []
     for rim, rings in made.rims.items():
         for ring in rings:
             if rim == "hips":
-                cloth = _hung(build, cloth, ring, lower)
+                cloth, edge = _hung(build, cloth, ring, lower)
+                hems.append(edge)
             else:
-                cloth = hemmed(cloth, ring, cut.thick, 0.018)
+                hems.append(hem(cloth, ring, cut.thick, 0.018))
     whole = replace(pattern, limbs=(*pattern.limbs, "shank"), borders=borders | {"hips": above(_end(build, lower))})
     return Worn(
-        name, cloth, whole.hides(build, 0.045), whole.sinks(build), whole.inside, painter(weave, seed), (2400, 860), both_sides=True
+        name,
+        cloth,
+        whole.hides(build, 0.045),
+        whole.sinks(build),
+        whole.inside,
+        painter(weave, seed),
+        (1900, 800),
+        hems=tuple(hems),
+        both_sides=True,
     )
 
 
@@ -88,8 +108,8 @@ def _both_legs(build: Build) -> Tube:
     return tube(p, top, -np.eye(3)[1], np.eye(3)[2], (float(top[1] - _hips(build) - 0.06), float(top[1] - low)))
 
 
-def _hung(build: Build, cloth: Cloth, ring: I32, cut: SkirtCut) -> Cloth:
-    """The cloth with a skirt sewn to a rim at the hips, its hem folded in."""
+def _hung(build: Build, cloth: Cloth, ring: I32, cut: SkirtCut) -> tuple[Cloth, Cloth]:
+    """The cloth with a skirt sewn to a rim at the hips, and its hem."""
     legs, scale, p = _both_legs(build), build.scale, cloth.points[ring]
     # To the sides it hangs straight; in front and behind it stays near the thighs, on which it lies when they are raised.
     hull, side = legs.girth + cut.clear, np.abs(np.sin(np.arange(COLUMNS) * (2.0 * np.pi / COLUMNS)))
@@ -100,15 +120,17 @@ def _hung(build: Build, cloth: Cloth, ring: I32, cut: SkirtCut) -> Cloth:
     for k in range(1, _ROWS + 1):
         t = k / _ROWS
         down = t * (start - end)
-        wanted = np.maximum(legs.read(table, s + down, angle), far) + cut.flare * down
+        wanted = legs.read(table, s + down, angle) + cut.flare * down
         wave = cut.folds[1] * scale * t**1.5 * (1.0 + np.cos(cut.folds[0] * angle))
         at = p + (smooth(3.0 * t) * (wanted - far) + wave)[:, None] * way
         at[:, 1] = p[:, 1] - down
         rows.append(at)
     stack = np.array(rows)
     weight, limb = _following(build, stack, cloth.weight[ring])
-    cloth, hem = with_strip(cloth, ring, stack, "skirt", weight, limb)
-    return hemmed(cloth, hem, cut.thick, 0.025)
+    cloth, edge = with_strip(cloth, ring, stack, "skirt", weight, limb)
+    # Not all of a skirt is a border.
+    cloth.rim[-stack[..., 0].size : -len(ring)] = False
+    return cloth, hem(cloth, edge, cut.thick, 0.025)
 
 
 def _following(build: Build, rows: F64, rim: F32) -> tuple[F32, I32]:

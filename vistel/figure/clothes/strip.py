@@ -48,15 +48,14 @@ def with_strip(
     has."""
     count, first = len(ring), len(cloth.points)
     number = np.vstack([ring, first + np.arange(len(rows) * count).reshape(len(rows), count)]).astype(np.int32)
-    here, following = number, np.roll(number, -1, axis=1)
-    a, b, c, d = here[:-1], here[1:], following[1:], following[:-1]
-    triangles = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    triangles = _bands(number)
     names = (*cloth.panels, panel) if panel and panel not in cloth.panels else cloth.panels
     if panel:
         own, flat = np.full(count, names.index(panel), np.int32), _unrolled(cloth.points[ring], rows)
     else:
         own, flat = _continued(cloth, ring, len(rows))
     times = 2 * len(rows)
+    cloth.rim[ring] = True
     made = Cloth(
         np.vstack([cloth.points, rows.reshape(-1, 3)]),
         np.concatenate([cloth.triangles, triangles]).astype(np.int32),
@@ -69,17 +68,38 @@ def with_strip(
         np.concatenate([cloth.limb, np.tile(cloth.limb[ring], len(rows)) if limb is None else limb.ravel()]),
         np.concatenate([cloth.panel, np.tile(own, times)]).astype(np.int32),
         np.concatenate([cloth.flat, flat]),
+        np.concatenate([cloth.rim, np.ones(len(rows) * count, np.bool_)]),
         names,
     )
     return made, number[-1]
 
 
-def hemmed(cloth: Cloth, ring: I32, thick: float, deep: float) -> Cloth:
-    """With its edge folded in: a rim as thick as the cloth, and a hem inside [m]."""
+def hem(cloth: Cloth, ring: I32, thick: float, deep: float) -> Cloth:
+    """What is folded in at a rim: an edge as thick as the cloth, and a hem inside [m]. It is a piece of its own, or the light on
+    the cloth would turn with its edge."""
+    cloth.rim[ring] = True
     out, away = frames(cloth, ring)
-    p = cloth.points[ring]
-    rows = np.array([p - 0.7 * thick * out + 0.3 * thick * away, p - 1.7 * thick * out - deep * away])
-    return with_strip(cloth, ring, rows)[0]
+    p, count = cloth.points[ring], len(ring)
+    rows = np.array([p, p - 0.7 * thick * out + 0.3 * thick * away, p - 1.7 * thick * out - deep * away])
+    own, flat = _continued(cloth, ring, len(rows) - 1)
+    return Cloth(
+        rows.reshape(-1, 3),
+        _bands(np.arange(len(rows) * count, dtype=np.int32).reshape(-1, count)),
+        np.tile(cloth.weight[ring], (len(rows), 1)),
+        np.tile(cloth.limb[ring], len(rows)),
+        np.tile(own, 2 * (len(rows) - 1)),
+        flat,
+        np.ones(len(rows) * count, np.bool_),
+        cloth.panels,
+    )
+
+
+def _bands(number: I32) -> I32:
+    """(F, 3) triangles between rows (K, N) of vertices that are rings."""
+    following = np.roll(number, -1, axis=1)
+    a, b, c, d = number[:-1], number[1:], following[1:], following[:-1]
+    both = [np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)]
+    return np.concatenate(both).astype(np.int32)
 
 
 def _continued(cloth: Cloth, ring: I32, rows: int) -> tuple[I32, F64]:
@@ -114,14 +134,19 @@ def rolled(rows: F64, panels: Sequence[str], weight: F32, limb: I32) -> Cloth:
     band between two of them. weight: (K, N, BONES); limb: (K, N)."""
     count = rows.shape[1]
     number = np.arange(rows.shape[0] * count, dtype=np.int32).reshape(-1, count)
-    here, following = number, np.roll(number, -1, axis=1)
-    a, b, c, d = here[:-1], here[1:], following[1:], following[:-1]
-    triangles = np.concatenate([np.stack([a, b, c], axis=-1).reshape(-1, 3), np.stack([a, c, d], axis=-1).reshape(-1, 3)])
+    triangles = _bands(number)
     names = tuple(dict.fromkeys(panels))
     own = np.tile(np.repeat([names.index(p) for p in panels], count), 2).astype(np.int32)
     flat = _unrolled(rows[0], rows[1:])
     return Cloth(
-        rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel(), own, flat, names
+        rows.reshape(-1, 3),
+        triangles.astype(np.int32),
+        weight.reshape(-1, weight.shape[-1]),
+        limb.ravel(),
+        own,
+        flat,
+        np.zeros(rows.size // 3, np.bool_),
+        names,
     )
 
 
@@ -137,5 +162,12 @@ def laid(rows: F64, panel: str, weight: F32, limb: I32) -> Cloth:
     flat = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)[triangles]
     own = np.zeros(len(triangles), np.int32)
     return Cloth(
-        rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel(), own, flat, (panel,)
+        rows.reshape(-1, 3),
+        triangles.astype(np.int32),
+        weight.reshape(-1, weight.shape[-1]),
+        limb.ravel(),
+        own,
+        flat,
+        np.zeros(rows.size // 3, np.bool_),
+        (panel,),
     )

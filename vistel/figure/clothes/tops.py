@@ -7,12 +7,13 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.clothes.build import ARM, TRUNK, Build
+from vistel.figure.clothes.cloth import Cloth
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_top
 from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import Pattern, Tables, shell
-from vistel.figure.clothes.strip import hemmed, offsets, with_strip
+from vistel.figure.clothes.strip import hem, offsets, with_strip
 from vistel.figure.clothes.tube import Tube, eased, hung
 from vistel.figure.clothes.weave import Floats, Look, Weave
 from vistel.geometry.smoothstep import smooth
@@ -105,7 +106,8 @@ class Cut:
 
 T_SHIRT = Cut()
 SWEATER = Cut(0.010, 0.014, 0.0035, 0.75, 0.016, 0.99, 0.013, 0.13, 0.22, (1.24, 0.012), 0.024, 0.055)
-_HEM = 0.018
+_HANGS = 0.65
+_HEM = 0.032
 _RIB = 0.0062
 """Width of a rib [m]."""
 
@@ -124,7 +126,7 @@ def top_pattern(build: Build, cut: Cut, borders: Mapping[str, Field]) -> Pattern
         tight = build.trunk.girth + cut.clear
         trunk = tight + smooth((low - build.waist - 0.01 * build.scale) / (0.07 * build.scale)) * (trunk - tight)
     tables: Tables = (trunk, arms[0], arms[1], None, None)
-    return Pattern(UPPER, borders, clear, tables, of_top(build))
+    return Pattern(UPPER, borders, clear, tables, of_top(build), hangs=0.0 if cut.tucked else _HANGS)
 
 
 def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
@@ -140,6 +142,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
     pattern = top_pattern(build, cut, borders)
     made = shell(build, pattern)
     cloth = made.cloth
+    hems: list[Cloth] = []
     for rim, rings in made.rims.items():
         for at in rings:
             if rim == "neck":
@@ -151,9 +154,18 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
             ring = at
             if steps:
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), f"{rim}_rib")
-            cloth = hemmed(cloth, ring, cut.thick, _HEM)
+            hems.append(hem(cloth, ring, cut.thick, _HEM))
     whole = replace(pattern, borders=borders | {"hem": above(hem_height(build, cut.hem)), "cuff": cuff})
-    return Worn(name, cloth, whole.hides(build, 0.028), whole.sinks(build), whole.inside, painter(weave, seed), (1500, 560))
+    return Worn(
+        name,
+        cloth,
+        whole.hides(build, 0.028),
+        whole.sinks(build),
+        whole.inside,
+        painter(weave, seed),
+        (1500, 560),
+        hems=tuple(hems),
+    )
 
 
 def painter(weave: Weave, seed: int) -> Paint:

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.arrays import F64, I64
+from vistel.arrays import F64
 from vistel.geometry.smoothstep import smooth
 
 ROWS, COLUMNS = 40, 72
@@ -59,9 +59,9 @@ def tube(points: F64, origin: F64, along: F64, front: F64, ends: tuple[float, fl
     side = np.cross(front, along)
     q = points - origin
     s, xy = q @ along, np.column_stack([q @ front, q @ side])
-    at: F64 = np.linspace(*ends, ROWS)
-    step = abs(at[1] - at[0])
-    row: I64 = np.clip(np.round((s - at[0]) / (at[1] - at[0])), 0, ROWS - 1).astype(np.int64)
+    step = (ends[1] - ends[0]) / (ROWS - 1)
+    at = ends[0] + step * np.arange(ROWS, dtype=np.float64)
+    row = np.minimum(np.maximum(np.round((s - ends[0]) / step), 0), ROWS - 1).astype(np.int64)
     inside = np.flatnonzero((s > min(ends) - step) & (s < max(ends) + step))
     inside = inside[np.argsort(row[inside], kind="stable")]
     xy, row = xy[inside], row[inside]

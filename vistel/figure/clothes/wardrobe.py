@@ -15,6 +15,9 @@ TOP_COLOURS: tuple[Colour, ...] = (
 )  # fmt: skip
 """sRGB of cloth: blue, wine, green, sand, violet, off-white, ochre, grey, rose, ink, steel, cream."""
 BOTTOM_COLOURS: tuple[Colour, ...] = ((40, 46, 62), (58, 57, 56), (104, 92, 74), (50, 64, 92), (80, 82, 88), (126, 110, 88))
+JACKET_COLOURS: tuple[Colour, ...] = ((44, 50, 64), (62, 62, 64), (92, 82, 70), (70, 80, 76), (112, 100, 84), (34, 36, 42))
+JEANS_COLOURS: tuple[Colour, ...] = ((50, 64, 92), (38, 46, 66), (82, 98, 122), (44, 46, 50))
+SHIRT_COLOURS: tuple[Colour, ...] = ((222, 222, 218), (176, 194, 214), (206, 196, 180), (150, 164, 190))
 SHOE_COLOURS: tuple[Colour, ...] = ((52, 38, 30), (32, 32, 34), (104, 70, 46), (196, 194, 188))
 _LIGHT: Colour = (222, 220, 212)
 
@@ -47,22 +50,54 @@ class Outfit:
                 raise ValueError(f"outfit: {each.name}: expected red, green and blue from 0 to 255, got {value}")
 
 
+_KINDS = {  # share of each of TOPS that children, men and women wear
+    "child": (0.55, 0.40, 0.05, 0.0, 0.0),
+    "male": (0.24, 0.26, 0.26, 0.24, 0.0),
+    "female": (0.20, 0.25, 0.21, 0.16, 0.18),
+}
+_PATTERNS = {  # share of each of WEAVES but denim, by kind of top
+    "t-shirt": (0.60, 0.0, 0.32, 0.08),
+    "sweater": (0.22, 0.58, 0.20, 0.0),
+    "shirt": (0.55, 0.0, 0.20, 0.25),
+    "blazer": (0.82, 0.0, 0.0, 0.18),
+    "dress": (0.85, 0.0, 0.15, 0.0),
+}
+_CHILD = 13.0
+"""Years."""
+_KINDS_OF_OLD = (("sweater", "plain"), ("sweater", "knit"), ("t-shirt", "stripes"), ("shirt", "checks"), ("blazer", "plain"))
+
+
 def drawn_outfit(sex: str, age: float, seed: int) -> Outfit:
     """What a person of that sex and age [years] may wear."""
     rng = np.random.default_rng((seed, 23))
-    top = TOPS[int(rng.integers(len(TOPS)))]
-    pattern = str(rng.choice(WEAVES[:4], p=(0.55, 0.0, 0.25, 0.20))) if top != "sweater" else "knit"
-    colour = TOP_COLOURS[int(rng.integers(len(TOP_COLOURS)))]
+    who = "child" if age < _CHILD else sex
+    top = str(rng.choice(TOPS, p=_KINDS[who]))
+    pattern = str(rng.choice(WEAVES[:4], p=_PATTERNS[top]))
+    palette = JACKET_COLOURS if top == "blazer" else TOP_COLOURS
+    colour = palette[int(rng.integers(len(palette)))]
+    skirt = who == "female" and top in ("shirt", "blazer", "sweater") and rng.random() < 0.3
+    jeans = rng.random() < (0.25 if top == "blazer" else 0.5)
+    bottoms = JEANS_COLOURS if jeans and not skirt else BOTTOM_COLOURS
     light = sum(colour) > 480
-    bottom = BOTTOMS[int(rng.random() < 0.5)]
+    plain_shoes = top in ("blazer", "dress", "shirt") or rng.random() < 0.35
     return Outfit(
         top,
         pattern,
-        bottom,
-        SHOES[int(rng.random() < 0.5)],
+        "skirt" if skirt else "jeans" if jeans else "trousers",
+        "shoes" if plain_shoes and who != "child" else "sneakers",
         colour,
-        _DARK if light else _LIGHT,
-        BOTTOM_COLOURS[int(rng.integers(len(BOTTOM_COLOURS)))],
-        SHOE_COLOURS[int(rng.integers(len(SHOE_COLOURS)))],
+        SHIRT_COLOURS[int(rng.integers(len(SHIRT_COLOURS)))] if top == "blazer" else _DARK if light else _LIGHT,
+        bottoms[int(rng.integers(len(bottoms)))],
+        SHOE_COLOURS[int(rng.integers(len(SHOE_COLOURS) - plain_shoes))],
         seed,
     )
+
+
+def outfit_like(pattern: int, top: Colour, trousers: Colour, shoes: Colour, seed: int = 0) -> Outfit:
+    """What specs of built-in people say. pattern: 0 plain, 1 knit, 2 stripes, 3 checks, 4 a jacket over a shirt; colours as sRGB, 0
+    to 255. Raises ValueError, one line, for another pattern."""
+    if not 0 <= pattern < len(_KINDS_OF_OLD):
+        raise ValueError(f"pattern: expected 0 to {len(_KINDS_OF_OLD) - 1}, got {pattern}")
+    kind, weave = _KINDS_OF_OLD[pattern]
+    second = _DARK if sum(top) > 480 and kind != "blazer" else _LIGHT
+    return Outfit(kind, weave, "trousers", "shoes", top, second, trousers, shoes, seed)

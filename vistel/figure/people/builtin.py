@@ -1,4 +1,5 @@
-"""Built-in people by specification, kept in the user's cache directory."""
+"""Built-in people by specification, kept in the user's cache directory: people of the body model (`vistel.figure.people.measured`),
+and those that were sculpted from primitives before (`vistel.figure.people.recipe`), whom old conferences and logs name."""
 
 from __future__ import annotations
 
@@ -6,35 +7,75 @@ import hashlib
 import logging
 from dataclasses import replace
 from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.cache_folder import default_cache, file_lock
 from vistel.figure.avatar.check import AvatarFileError
+from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.body_model import person as body_model
+from vistel.figure.body_model.person import Person
 from vistel.figure.formats.avatar_file import load_avatar, save_avatar
+from vistel.figure.people.measured import is_measured, measured
 from vistel.figure.people.person import VERSION, make_person
 from vistel.figure.people.recipe import Recipe, parse_spec
+from vistel.whole_file import whole_file
 
 _log = logging.getLogger(__name__)
 
+_NUMBERS = ("rest", "tip", "a", "b", "radius_a", "radius_b")
 WRINKLES = ("shirt", "trousers", "face", "hands")
 """Names of the sets of wrinkles (vistel/wrinkle/sets) that built-in people wear."""
 
 
 def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = None) -> Avatar:
-    """The built-in person of `spec`: "builtin" (made from the name), "builtin:seed=3", "builtin:seed=3,build=1.1".
+    """The built-in person of `spec`: "builtin" (made from the name), "builtin:person=ben", "builtin:sex=male,age=40".
 
     height in metres (0.5 to 2.6). The first call makes the person (some seconds), later ones read it from `cache`
     (default: the user's cache directory); a cache that is damaged or cannot be written costs one log line.
     Raises ValueError naming what is wrong in the spec or the height.
     """
-    recipe, path = _place(spec, name, height, cache)
+    who, path = _place(spec, name, height, cache)
     try:
         return replace(load_avatar(path), name=name)
     except (FileNotFoundError, NotADirectoryError):
         pass
     except (AvatarFileError, OSError) as fault:
         _log.warning("event=avatar_cache_unreadable path=%s reason=%s action=make_again", path, fault)
-    return _made(recipe, path, name=name, height=height)
+    return _made(who, path, name=name, height=height)
+
+
+def builtin_proportions(spec: str, *, name: str, height: float, cache: Path | None = None) -> Proportions | None:
+    """Joint chain and primitives of the avatar that `builtin_avatar` gives, sooner; None where they are the average of that height.
+    Raises ValueError as it does."""
+    who, path = _place(spec, name, height, cache)
+    if isinstance(who, Recipe):
+        return None
+    place = path.with_name(path.name.replace("person-", "limbs-"))
+    try:
+        with np.load(place, allow_pickle=False) as kept:
+            return Proportions.from_arrays(kept["names"].tolist(), kept["joint"].tolist(), *(kept[n] for n in _NUMBERS))
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as fault:
+        _log.warning("event=limbs_cache_unreadable path=%s reason=%s action=make_again", place, fault)
+    limbs = Proportions.of(*body_model.limbs_of(who))
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+        with whole_file(place) as file:
+            np.savez(file, names=limbs.names, joint=limbs.joint, **dict(zip(_NUMBERS, limbs.arrays, strict=True)))
+    except OSError as fault:
+        _log.warning("event=limbs_cache_unwritable path=%s reason=%s", place, fault)
+    return limbs
+
+
+def described(spec: str, name: str, height: float) -> Recipe | Person:
+    """What a specification says. Raises ValueError naming what is wrong in it or in the height."""
+    if not 0.5 <= height <= 2.6:
+        raise ValueError(f"height: expected 0.5 to 2.6 m, got {height}")
+    return measured(spec, name, height) if is_measured(spec) else parse_spec(spec, name)
 
 
 def is_made(spec: str, *, name: str, height: float, cache: Path | None = None) -> bool:
@@ -42,23 +83,22 @@ def is_made(spec: str, *, name: str, height: float, cache: Path | None = None) -
     return _place(spec, name, height, cache)[1].is_file()
 
 
-def _place(spec: str, name: str, height: float, cache: Path | None) -> tuple[Recipe, Path]:
+def _place(spec: str, name: str, height: float, cache: Path | None) -> tuple[Recipe | Person, Path]:
     """What a person is made of, and the file that keeps it."""
-    recipe = parse_spec(spec, name)
-    if not 0.5 <= height <= 2.6:
-        raise ValueError(f"height: expected 0.5 to 2.6 m, got {height}")
-    key = hashlib.sha256(repr((VERSION, recipe, round(height, 4))).encode()).hexdigest()[:20]
-    return recipe, (cache if cache is not None else default_cache()) / f"person-{key}.npz"
+    who = described(spec, name, height)
+    key = hashlib.sha256(repr((VERSION, who, round(height, 4))).encode()).hexdigest()[:20]
+    return who, (cache if cache is not None else default_cache()) / f"person-{key}.npz"
 
 
-def _made(recipe: Recipe, path: Path, *, name: str, height: float) -> Avatar:
+def _made(who: Recipe | Person, path: Path, *, name: str, height: float) -> Avatar:
     with file_lock(path.with_suffix(".lock")):
         # Another process may have made the same person while this one waited.
         try:
             return replace(load_avatar(path), name=name)
         except (AvatarFileError, OSError):
             pass
-        avatar = make_person(recipe, name=name, height=height)
+        sculpted = isinstance(who, Recipe)
+        avatar = make_person(who, name=name, height=height) if sculpted else body_model.make(who, name)
         try:
             save_avatar(avatar, path)
         except OSError as fault:

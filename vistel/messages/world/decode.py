@@ -5,7 +5,8 @@ import logging
 import numpy as np
 
 from vistel.figure.avatar.proportions import Proportions
-from vistel.figure.people.recipe import parse_spec
+from vistel.figure.people.builtin import described
+from vistel.figure.people.recipe import Recipe
 from vistel.messages.commands import action_of, pose
 from vistel.messages.postures import posture_of
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, PropInput
@@ -35,7 +36,8 @@ def person(participant: str, message: Participant) -> ParticipantBody:
             log.warning("proportions refused participant=%s reason=%r contacts=average", participant, str(e))
     if message.avatar.startswith("builtin"):
         try:
-            build = parse_spec(message.avatar, participant).build
+            said = described(message.avatar, participant, float(message.height_m) or 1.75)
+            build = said.build if isinstance(said, Recipe) else 1.0
         except ValueError as e:
             log.warning("avatar not understood participant=%s reason=%s", participant, e)
     return ParticipantBody(participant, float(message.height_m) or 1.75, build)

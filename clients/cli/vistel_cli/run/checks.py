@@ -90,7 +90,7 @@ def _missing(path: Path) -> str | None:
 def _people_faults(sites: Sites) -> Iterator[Fault]:
     """Avatars, cameras' films and microphones' recordings, which the file gives as text."""
     from vistel.conference.avatar_files import avatar_file
-    from vistel.figure.people.recipe import parse_spec
+    from vistel.figure.people.builtin import described
 
     for s, site in sites:
         for p, person in enumerate(site.participants):
@@ -98,7 +98,7 @@ def _people_faults(sites: Sites) -> Iterator[Fault]:
             path = avatar_file(person)
             try:
                 if path is None:
-                    parse_spec(person.avatar, person.name)
+                    described(person.avatar, person.name, person.height)
                 elif fault := Takes(kinds.USD).fault(path):
                     beside = "; put it beside the conference file" if not path.exists() else ""
                     yield _of_file((*place, "avatar"), person.avatar, fault.removeprefix(str(path)) + beside)
