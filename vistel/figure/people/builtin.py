@@ -18,9 +18,9 @@ from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body_model import person as body_model
 from vistel.figure.body_model.person import Person
 from vistel.figure.formats.avatar_file import load_avatar, save_avatar
-from vistel.figure.people.measured import is_measured, measured
+from vistel.figure.people.measured import measured
 from vistel.figure.people.person import VERSION, make_person
-from vistel.figure.people.recipe import Recipe, parse_spec
+from vistel.figure.people.recipe import Recipe, is_sculpted, parse_spec
 from vistel.whole_file import whole_file
 
 _log = logging.getLogger(__name__)
@@ -75,7 +75,7 @@ def described(spec: str, name: str, height: float) -> Recipe | Person:
     """What a specification says. Raises ValueError naming what is wrong in it or in the height."""
     if not 0.5 <= height <= 2.6:
         raise ValueError(f"height: expected 0.5 to 2.6 m, got {height}")
-    return measured(spec, name, height) if is_measured(spec) else parse_spec(spec, name)
+    return parse_spec(spec, name) if is_sculpted(spec) else measured(spec, name, height)
 
 
 def is_made(spec: str, *, name: str, height: float, cache: Path | None = None) -> bool:

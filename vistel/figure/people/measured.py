@@ -13,13 +13,6 @@ _NUMBERS = {"age": (3.0, 90.0), "weight": (10.0, 200.0), "muscle": (0.0, 1.0), "
 _WEARS = ("top", "pattern", "bottom", "shoes")
 KEYS = ("person", "sex", *_NUMBERS, "hair", *_WEARS)
 """Words of such a specification."""
-_ONLY_HERE = ("person", "sex", "age", "weight", "muscle", "face", "bottom")
-
-
-def is_measured(spec: str) -> bool:
-    """Whether a specification means a person of the body model, not a sculpted one (`vistel.figure.people.recipe`)."""
-    kind, _, text = spec.partition(":")
-    return kind == "builtin" and (not text or any(item.partition("=")[0].strip() in _ONLY_HERE for item in text.split(",")))
 
 
 def measured(spec: str, name: str, height: float) -> Person:

@@ -62,7 +62,16 @@ class Recipe:
 
 HAIR_STYLES = 6
 PATTERNS = 5
+_OF_THE_BODY_MODEL = {"person", "sex", "age", "weight", "muscle", "face", "bottom"}
+"""Words that sculpted people do not have."""
 _FEATURES = ("nose", "jaw", "lips", "cheeks", "eye_opening")
+
+
+def is_sculpted(spec: str) -> bool:
+    """Whether a specification means a sculpted person, not one of the body model (`vistel.figure.people.measured`)."""
+    kind, _, text = spec.partition(":")
+    words = {item.partition("=")[0].strip() for item in text.split(",")} - {""}
+    return kind == "builtin" and bool(words) and not words & _OF_THE_BODY_MODEL
 
 
 def recipe_from_seed(seed: int) -> Recipe:
@@ -83,7 +92,7 @@ def recipe_from_seed(seed: int) -> Recipe:
 
 
 def parse_spec(spec: str, name: str) -> Recipe:
-    """The recipe of "builtin" (seeded by the name), "builtin:seed=3" or "builtin:seed=3,build=1.1,hair_style=2".
+    """The recipe of "builtin:build=1" (seeded by the name), "builtin:seed=3" or "builtin:seed=3,build=1.1,hair_style=2".
 
     Raises ValueError naming the key and what was expected.
     """

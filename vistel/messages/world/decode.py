@@ -5,8 +5,7 @@ import logging
 import numpy as np
 
 from vistel.figure.avatar.proportions import Proportions
-from vistel.figure.people.builtin import described
-from vistel.figure.people.recipe import Recipe
+from vistel.figure.people.recipe import is_sculpted, parse_spec
 from vistel.messages.commands import action_of, pose
 from vistel.messages.postures import posture_of
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, PropInput
@@ -34,10 +33,9 @@ def person(participant: str, message: Participant) -> ParticipantBody:
             return ParticipantBody(participant, own.skeleton.height, build, own)
         except ValueError as e:
             log.warning("proportions refused participant=%s reason=%r contacts=average", participant, str(e))
-    if message.avatar.startswith("builtin"):
+    if is_sculpted(message.avatar):
         try:
-            said = described(message.avatar, participant, float(message.height_m) or 1.75)
-            build = said.build if isinstance(said, Recipe) else 1.0
+            build = parse_spec(message.avatar, participant).build
         except ValueError as e:
             log.warning("avatar not understood participant=%s reason=%s", participant, e)
     return ParticipantBody(participant, float(message.height_m) or 1.75, build)
