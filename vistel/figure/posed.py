@@ -81,8 +81,10 @@ def person(
     such as {"chest girth": 1.02, "waist girth": 0.9} [m]; see `vistel.figure.body_model.measures.COLUMNS`. What is not told is as
     people of that height and weight have it, a little different with every face_seed. outfit: what they wear
     (`vistel.figure.clothes.wardrobe.Outfit`), by default something that goes with sex, age and face_seed. What the model does not
-    cover is brought to its bounds, with a PersonWarning. Raises ValueError, in one line, for words that are not known. """ told =
-    Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, outfit) return PosedFigure(make(told, name))
+    cover is brought to its bounds, with a PersonWarning. Raises ValueError, in one line, for words that are not known.
+    """
+    told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, outfit)
+    return PosedFigure(make(told, name))
 
 
 def load(path: str | Path) -> PosedFigure:
