@@ -14,7 +14,7 @@ from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.sheet import Paint
 from vistel.figure.clothes.shell import shell
 from vistel.figure.clothes.strip import hem, offsets, with_strip
-from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, top_pattern
+from vistel.figure.clothes.tops import Cut, above, beyond_wrist, neckline, painter, sleeves, top_pattern
 from vistel.figure.clothes.weave import Floats, Look, Weave
 from vistel.geometry.smoothstep import smooth
 
@@ -47,8 +47,8 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
                 line = along(cloth, at, 0.022 * scale, 28)
                 more.append(shirt_collar(line, 0.028 * scale, 0.044 * scale, 0.074 * scale, "collar"))
             elif rim == "cuff":
-                tight = 0.8 * cut.sleeve_ease
-                steps = [(0.0012, 0.0), (-0.3 * tight, 0.02 * deep), (-0.6 * tight, 0.5 * deep), (-0.6 * tight, deep)]
+                tight = beyond_wrist(build, cloth.points[at], 0.009)
+                steps = [(0.0012, 0.0), (-0.5 * tight, 0.02 * deep), (-0.9 * tight, 0.5 * deep), (-tight, deep)]
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), "cuff")
             hems.append(hem(cloth, ring, cut.thick, 0.03))
     buttons = _buttons(build, cloth)

@@ -129,6 +129,12 @@ def top_pattern(build: Build, cut: Cut, borders: Mapping[str, Field]) -> Pattern
     return Pattern(UPPER, borders, clear, tables, of_top(build), hangs=0.0 if cut.tucked else _HANGS)
 
 
+def beyond_wrist(build: Build, rim: F64, room: float) -> float:
+    """How much farther a rim (N, 3) round an arm is from it than a cuff with so much room round the wrist [m]."""
+    far = float(np.linalg.norm((rim - rim.mean(axis=0))[:, 1:], axis=1).mean())
+    return max(0.0, far - float(build.arms[0].girth[-1].mean()) - room)
+
+
 def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     """A T-shirt or a sweater."""
     scale = build.scale
@@ -149,7 +155,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
                 up = cut.collar * scale
                 steps = [(0.0014, 0.0), (0.0016, 0.5 * up), (0.0006, up)]
             else:
-                tight = 0.6 * cut.sleeve_ease if rim == "cuff" else 0.2 * cut.ease
+                tight = beyond_wrist(build, cloth.points[at], 0.006) if rim == "cuff" else 0.2 * cut.ease
                 steps = [(-0.35 * tight, 0.06 * ribs), (-tight, 0.3 * ribs), (-tight, ribs)] if ribs else []
             ring = at
             if steps:
