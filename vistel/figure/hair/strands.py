@@ -77,7 +77,7 @@ def strands(kind: str) -> Strands:
             x = 0.5 * wide + (0.42 * wide - sway) * np.clip(rng.normal(0.0, 0.52), -1.0, 1.0)
             first, last = rng.gamma(1.3, (5.0, 16.0, 22.0, 10.0)[group]), rng.gamma(1.4, (20.0, 30.0, 38.0, 60.0)[group])
             if kind == "tufts":
-                first, last = first + rng.uniform(0.0, 50.0), last + rng.uniform(0.0, 110.0)
+                first, last = first + rng.uniform(0.0, 95.0), last + rng.uniform(0.0, 110.0)
             wave = (
                 sway * rng.uniform(0.2, 0.6),
                 (2.0 if kind == "straight" else 5.0) * rng.uniform(0.3, 0.8),

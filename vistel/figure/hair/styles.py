@@ -156,14 +156,14 @@ def _short(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> G
     top = _on_top(roots)
     edge = smooth(roots.inside / (0.5 * scalp.size))
     length = _lengths(scalp, roots, (0.046 + 0.014 * top) * (0.3 + 0.7 * edge), rng)
-    return Growth(_brushed, length, _nowhere(roots), lift * (0.003 + 0.003 * top) * (0.4 + 0.6 * edge), 0.25, weight=0.05)
+    return Growth(_brushed, length, _nowhere(roots), lift * (0.003 + 0.003 * top) * (0.4 + 0.6 * edge), 0.04, weight=0.05)
 
 
 def _side_parting(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Growth:
     top = _on_top(roots)
     edge = np.maximum(top, smooth(roots.inside / (0.5 * scalp.size)))
     length = _lengths(scalp, roots, (0.046 + 0.052 * top) * (0.35 + 0.65 * edge), rng)
-    return Growth(_parted(PARTING, 0.45), length, _nowhere(roots), lift * (0.003 + 0.004 * top), 0.3, weight=0.1)
+    return Growth(_parted(PARTING, 0.45), length, _nowhere(roots), lift * (0.003 + 0.004 * top), 0.08, weight=0.1)
 
 
 def _curly(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Growth:
@@ -194,7 +194,7 @@ def _long(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Gr
 
 def _bun(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Growth:
     length = 1.1 * np.linalg.norm(bun_of(scalp) - roots.p, axis=1)
-    return Growth(_to_bun, length, _nowhere(roots), 0.0035 * lift, 0.15, 0.35, weight=0.0)
+    return Growth(_to_bun, length, _nowhere(roots), 0.0035 * lift, 0.04, 0.35, weight=0.0)
 
 
 STYLES: dict[str, Style | None] = {
