@@ -21,8 +21,8 @@ def eye(rng: np.random.Generator, colour: F64, size: tuple[int, int], age: float
     angle = np.pi * np.minimum(np.hypot(x, y), 1.0) ** (1.0 / EYE_POWER)
     r, around = angle / IRIS_ANGLE, np.arctan2(y, x)
     old = smooth((age - 40.0) / 40.0)
-    sclera = np.array(_WHITE) - old * np.array((8.0, 14.0, 26.0)) - np.clip(r - 1.25, 0.0, 2.5)[..., None] * (16.0, 34.0, 34.0)
-    sclera = sclera - _veins(rng, r, around)[..., None] * (12.0, 58.0, 56.0)
+    sclera = np.array(_WHITE) - old * np.array((8.0, 14.0, 26.0)) - np.clip(r - 1.25, 0.0, 2.5)[..., None] * (14.0, 25.0, 25.0)
+    sclera = sclera - _veins(rng, r, around)[..., None] * (8.0, 34.0, 32.0)
     fibres = np.zeros_like(r)
     for n in range(9, 60, 5):
         fibres += rng.uniform(0.02, 0.06) * np.cos(n * around + rng.uniform(0.0, 6.28) + 2.0 * r)

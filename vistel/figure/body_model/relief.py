@@ -13,7 +13,7 @@ _TEXEL = 0.7
 """Of a texel's sides on a face [mm]."""
 _FOLD = 0.55
 """Depth of the deepest fold of an old face [mm]."""
-_WET = {"eye": (0.08, 0.75), "tongue": (0.65, 0.15), "upper_teeth": (0.40, 0.8), "lower_teeth": (0.45, 0.5)}
+_WET = {"eye": (0.08, 0.75), "tongue": (0.65, 0.1), "upper_teeth": (0.40, 0.7), "lower_teeth": (0.5, 0.2)}
 """Roughness of what is smooth, and how much of the light from everywhere comes there."""
 
 
@@ -34,7 +34,7 @@ def relief(model: BodyModel, rng: np.random.Generator, folded: float, stubbly: f
     # Between lips there is little to mirror.
     wet = between_lips(model, 22.0)
     rough += 0.30 * wet
-    open_share = (1.0 - 0.5 * folded * folds) * (1.0 - 0.9 * wet) * (1.0 - 0.8 * mask(model, "inside"))
+    open_share = (1.0 - 0.5 * folded * folds) * (1.0 - 0.9 * wet) * (1.0 - 0.9 * mask(model, "inside"))
     rough += (0.85 - rough) * np.maximum(mask(model, "top"), mask(model, "shorts"))
     for name, (smoothness, reached) in _WET.items():
         u0, v0, u1, v1 = model.boxes[name]

@@ -11,7 +11,9 @@ vec3 plain_light(vec3 own, float rough, float metallic, vec3 n, vec3 v, float vi
     float f = max(0.0, (dot(n, FILL_DIRECTION) + 0.25) / 1.56);
     vec3 light = KEY * reach * arrives + (FILL * f + ambient(n)) * open_share;
     float a = max(rough * rough, 0.03), power = 2.0 / (a * a) - 2.0;
-    vec3 f0 = mix(vec3(0.04), own, metallic), mirrored = f0 + (max(vec3(1.0 - rough), f0) - f0) * edge * edge;
+    vec3 f0 = mix(vec3(0.04), own, metallic);
+    // Skin is too uneven to mirror much of the room along its edges.
+    vec3 mirrored = f0 + (max(vec3(1.0 - rough), f0) - f0) * (edge * edge * (1.0 - 0.7 * skin));
     float spot = (power + 2.0) * 0.125 * pow(max(dot(n, h), 0.0), power) * c;
     vec3 seen = mix(GROUND, SKY, smoothstep(-0.15 - rough, 0.15 + rough, reflect(-v, n).y)) * open_share;
     vec3 shine = mirrored * (KEY * (visible * min(spot, 6.0)) + seen);
