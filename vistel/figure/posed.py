@@ -71,9 +71,9 @@ def person(
     skin: float = 0.3,
     origin: tuple[float, float, float] = (1.0, 1.0, 1.0),
     measures: Mapping[str, float] | None = None,
-    outfit: Outfit | None = None,
     name: str = "person",
     hair: str = "",
+    outfit: Outfit | None = None,
 ) -> PosedFigure:
     """A person by measures, standing: `person(sex="male", age=40, height=1.82, weight=85, face_seed=7, skin=0.6)`.
 

@@ -14,12 +14,12 @@ from vistel.figure.body_model.look import ORIGINS, Look
 from vistel.figure.body_model.measures import COLUMNS
 from vistel.figure.body_model.model import BodyModel, body_model
 from vistel.figure.body_model.paint import Colours, paint
-from vistel.figure.body_model.part import joined
 from vistel.figure.clothes.outfit import outfit
 from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
 from vistel.figure.hair.hair import hair
 from vistel.figure.hair.natural import natural_colour, receding, usual_style
 from vistel.figure.hair.styles import STYLES
+from vistel.figure.part import joined
 from vistel.figure.skeleton import Skeleton
 
 SEXES = ("female", "male")

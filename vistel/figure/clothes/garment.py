@@ -8,20 +8,21 @@ import numpy as np
 from vistel.arrays import F32, Bool
 from vistel.figure.avatar.detail import coarser
 from vistel.figure.avatar.patch import Patch
-from vistel.figure.body_model.part import Part
 from vistel.figure.clothes.cloth import Cloth, mesh_of, sewn
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.folds import Folds
 from vistel.figure.clothes.sheet import Paint, Sheet
+from vistel.figure.part import Part
 from vistel.geometry.smoothstep import smooth
 
-_GIVES, _BEFORE = 0.005, 0.015
+_GIVES = 0.005
+_BEFORE = 0.015
 """How far cloth gives way under other cloth, and how far before its border it begins to [m]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Worn:
-    """cloth: on the finest level. hides, sinks: as `vistel.figure.body_model.part.Part` has them. covers: how far inside its
+    """cloth: on the finest level. hides, sinks: as `vistel.figure.part.Part` has them. covers: how far inside its
     borders a place of the body lies [m]; what is worn beneath is left out there. paint: its look. triangles: of each coarser level,
     about. hems: what is
     folded in at its rims, which the coarsest level has not; details: small things that are there on the finest level

@@ -1,7 +1,6 @@
 """An outfit on a body: its garments made, laid over one another, as parts that a person has on."""
 
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.body_model.part import Part
 from vistel.figure.clothes.blazer import BLAZER, blazer
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.folds import Folds
@@ -13,6 +12,7 @@ from vistel.figure.clothes.skirt import DRESS, SkirtCut, dress, skirt
 from vistel.figure.clothes.tops import SWEATER, T_SHIRT, pulled_over
 from vistel.figure.clothes.wardrobe import Outfit
 from vistel.figure.clothes.weave import Colour, Weave
+from vistel.figure.part import Part
 
 _SOLES: dict[str, Colour] = {"shoes": (34, 32, 30), "sneakers": (226, 224, 218)}
 _MARGIN = 0.035

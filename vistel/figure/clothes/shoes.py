@@ -46,7 +46,7 @@ def _opening(build: Build, cut: ShoeCut) -> float:
 
 
 def _beneath(build: Build, cut: ShoeCut) -> tuple[tuple[Bool, ...], tuple[F32, ...]]:
-    """What `vistel.figure.body_model.part.Part` hides and sinks: the skin below the opening, which is higher on the instep, or
+    """What `vistel.figure.part.Part` hides and sinks: the skin below the opening, which is higher on the instep, or
     below the edge of the sock."""
     scale, hides, sinks = build.scale, list[Bool](), list[F32]()
     ankle = float(build.joint("left_foot")[2])

@@ -7,7 +7,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.geometry.smoothstep import smooth
 
-ROWS, COLUMNS = 40, 72
+ROWS = 40
+COLUMNS = 72
 
 
 @dataclass(frozen=True, eq=False)

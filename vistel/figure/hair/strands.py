@@ -18,7 +18,10 @@ LOCK_TOP = 2 * CAP_ROWS + 3
 """First row of the locks."""
 COLUMNS = 8
 """Locks side by side: thick and dark ones first, then thick ones, then light ones, the last thin and ragged."""
-INNER, MIDDLE, OUTER, WISPS = (0, 1), (2, 3, 4), (5, 6), (7,)
+INNER = (0, 1)
+MIDDLE = (2, 3, 4)
+OUTER = (5, 6)
+WISPS = (7,)
 KINDS = ("straight", "tufts", "wavy", "curly")
 
 

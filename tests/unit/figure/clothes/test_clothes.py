@@ -8,7 +8,6 @@ import pytest
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.check import check_avatar
-from vistel.figure.body_model.part import Part, joined
 from vistel.figure.body_model.person import Person, make
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.cut import loops
@@ -17,6 +16,7 @@ from vistel.figure.clothes.shell import shell
 from vistel.figure.clothes.tops import T_SHIRT, above, hem_height, neckline, sleeves, top_pattern
 from vistel.figure.clothes.wardrobe import BOTTOMS, SHOES, TOPS, Outfit, drawn_outfit
 from vistel.figure.figure import Figure, vertex_normals
+from vistel.figure.part import Part, joined
 from vistel.figure.posture.standard import standard_postures
 
 PEOPLE = {
