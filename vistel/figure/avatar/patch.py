@@ -44,6 +44,13 @@ class Patch:
         return {name: picture for name in _PICTURES if (picture := getattr(self, name)) is not None}
 
     @property
+    def relief(self) -> bool:
+        """Whether it only says how rough and uneven something opaque is that is no metal, which is seen near by."""
+        if self.normal is None or self.opacity is not None or self.blend or any(self.glow):
+            return False
+        return not (self.metallic if self.finish is None else self.finish[..., 2].any())
+
+    @property
     def key(self) -> tuple[Any, ...]:
         """A key that is equal for patches that look the same, wherever they are."""
         shown: dict[str, object] = dict(self.pictures)

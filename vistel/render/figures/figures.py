@@ -3,7 +3,7 @@
 import logging
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -272,7 +272,9 @@ class _Level:
         self._wrinkles = wrinkles
         self.face: FaceSkin | None = None
         self._offsets: F32 | None = None
-        self.model = avatar_model(avatar, wrinkles, picture, coarsest)
+        # Coarser levels are for pictures in which they are small.
+        patches = tuple(p for p in avatar.patches if finest is None or not p.relief)
+        self.model = avatar_model(replace(avatar, patches=patches), wrinkles, picture, coarsest)
         self.figure = Figure(avatar, same_body=finest)
         self._planner: tuple[FigurePlanner, SkinShape] | None = None
         self._corners = [mesh.corner_vertex for mesh in (avatar.mesh, *avatar.eyeballs)]

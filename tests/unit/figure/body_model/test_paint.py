@@ -18,7 +18,8 @@ def test_the_same_colours_give_the_same_texture_with_patches_that_files_can_keep
     (one, patches), (two, _) = paint(body_model(), Colours()), paint(body_model(), Colours())
     assert np.array_equal(one, two)
     assert fault_of(patches, 4096) == ""
-    assert patches[-1].opacity is not None, "lashes are seen through, before the skin that lies under them"
+    assert [p.relief for p in patches] == [True, False], "only what lies near is drawn with its pores"
+    assert patches[-1].opacity is not None, "lashes are seen through"
 
 
 def test_palms_of_dark_skin_are_lighter_and_lips_of_light_skin_redder() -> None:
