@@ -7,7 +7,7 @@ import numpy as np
 
 from vistel.arrays import F64, I32, U8, Bool
 from vistel.figure.avatar.atlas import atlas
-from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh, Target
 from vistel.figure.avatar.patch import Patch
 
 
@@ -40,7 +40,7 @@ def joined(body: Avatar, parts: Sequence[Part]) -> Avatar:
             if part.hides:
                 hidden |= part.hides[k]
         worn = [_placed(part.levels[k], b) for part, b in zip(parts, box[1:], strict=True)]
-        mesh = _together([_without(_placed(level.mesh, box[0]), hidden), *worn])
+        mesh = together([_without(_placed(level.mesh, box[0]), hidden), *worn])
         levels.append(replace(level, mesh=mesh, eyeballs=eyes, albedo=albedo, patches=patches, coarser=()))
     return replace(levels[0], coarser=tuple(levels[1:]))
 
@@ -78,13 +78,13 @@ def _compact(triangles: I32, count: int) -> tuple[I32, I32]:
     return np.flatnonzero(used).astype(np.int32), number[triangles].astype(np.int32)
 
 
-def _together(meshes: Sequence[Mesh]) -> Mesh:
+def together(meshes: Sequence[Mesh]) -> Mesh:
     """One mesh of several with bones; their expressions are those of the first and of all that have one of the same name."""
     first = np.cumsum([0, *(len(m.vertices) for m in meshes)]).astype(np.int32)
     corner = np.cumsum([0, *(len(m.uv) for m in meshes)]).astype(np.int32)
     assert all(m.bone is not None and m.weight is not None for m in meshes), "parts have bones"
     names = dict.fromkeys(t.name for m in meshes for t in m.targets)
-    targets = []
+    targets: list[Target] = []
     for name in names:
         found = [(t, f) for m, f in zip(meshes, first, strict=False) for t in m.targets if t.name == name]
         vertex = np.concatenate([t.vertex + f for t, f in found]).astype(np.int32)

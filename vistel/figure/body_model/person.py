@@ -14,8 +14,9 @@ from vistel.figure.body_model.measures import COLUMNS
 from vistel.figure.body_model.model import BodyModel, body_model
 from vistel.figure.body_model.paint import Colours, paint
 from vistel.figure.body_model.part import joined
+from vistel.figure.hair.beard import BEARDS, beard
 from vistel.figure.hair.hair import hair
-from vistel.figure.hair.natural import natural_colour, receding, usual_style
+from vistel.figure.hair.natural import natural_colour, receding, usual_beard, usual_style
 from vistel.figure.hair.styles import STYLES
 
 SEXES = ("female", "male")
@@ -41,7 +42,7 @@ class Person:
     """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
     are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: a style of `vistel.figure.hair.styles.STYLES`,
-    empty for a usual one."""
+    beard: one of `vistel.figure.hair.beard.BEARDS`, empty for a usual one."""
 
     sex: str = "female"
     age: float = 30.0
@@ -53,6 +54,7 @@ class Person:
     skin: float = 0.3
     measures: Mapping[str, float] = field(default_factory=dict[str, float])
     hair: str = ""
+    beard: str = ""
 
 
 def checked(told: Person) -> Person:
@@ -65,6 +67,8 @@ def checked(told: Person) -> Person:
             raise ValueError(f"no measure {name!r}; expected one of {', '.join(COLUMNS)}")
     if told.hair and told.hair not in STYLES:
         raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {told.hair!r}")
+    if told.beard and told.beard not in BEARDS:
+        raise ValueError(f"beard: expected one of {', '.join(BEARDS)}, got {told.beard!r}")
     told = _within(told, ("age", "muscle", "skin", "height", "weight"))
     if len(told.origin) != len(ORIGINS) or not np.isfinite(told.origin).all() or min(told.origin) < 0.0 or not sum(told.origin):
         raise ValueError(f"origin: expected shares of {', '.join(ORIGINS)}, got {told.origin}")
@@ -100,8 +104,9 @@ def make(told: Person, name: str = "person") -> Avatar:
     colours = colours_of(person)
     albedo, patches = paint(body_model(), replace(colours, scalp=0.7 if style == "shaved" else max(0.0, 0.85 - 5.0 * back)))
     body = assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
-    grown = hair(body, style, colours.hair, rng, receding=back)
-    return joined(body, [] if grown is None else [grown])
+    of_chin = person.beard or usual_beard(person.sex, person.age, rng)
+    grown = hair(body, style, colours.hair, rng, receding=back), beard(body_model(), body, of_chin, colours.hair, rng)
+    return joined(body, [part for part in grown if part is not None])
 
 
 def face_of(model: BodyModel, rng: np.random.Generator) -> dict[str, float]:

@@ -47,6 +47,14 @@ def usual_style(sex: str, age: float, rng: np.random.Generator) -> str:
     return list(usual)[int(rng.choice(len(share), p=share / share.sum()))]
 
 
+def usual_beard(sex: str, age: float, rng: np.random.Generator) -> str:
+    """The name of a beard (`vistel.figure.hair.beard.BEARDS`) usual for that sex, "female" or "male", and age [years]."""
+    drawn = float(rng.random())
+    if sex != "male" or age < 20.0 or drawn > 0.36:
+        return "none"
+    return "short_beard" if drawn < 0.22 else "full_beard" if drawn < 0.29 else "moustache"
+
+
 def receding(sex: str, age: float, rng: np.random.Generator) -> float:
     """How far the hairline has gone back at the temples, 0 to 1."""
     most = float(rng.random()) ** 1.5
