@@ -72,12 +72,13 @@ def _level(model: BodyModel, style: Beard, body: Avatar, mesh: Mesh, level: int)
         within = np.minimum.reduce([within, y + 0.002, 0.029 - x])
     within[(_sampled(model, mesh, "inside") > 0.0) | (y < -0.12)] = -1.0
     # Not within the mouth: there skin lies nearer to the middle of the head than other skin in the same direction.
-    near = np.flatnonzero(within > -0.02)
+    near = np.flatnonzero((within > 0.0) & (x < 0.055))
     way = at[near] + np.array((0.0, 0.0, 0.06))
     far = np.linalg.norm(way, axis=1)
     tree: Any = KDTree(way / far[:, None])
-    around = np.asarray(tree.query(way / far[:, None], k=min(12, len(near)))[1], np.int64)
-    within[near[far < far[around].max(axis=1) - 0.010]] = -1.0
+    angle, which = tree.query(way / far[:, None], k=min(12, len(near)))
+    farthest = np.where(np.asarray(angle) < 0.10, far[np.asarray(which, np.int64)], 0.0).max(axis=1)
+    within[near[far < farthest - 0.012]] = -1.0
     chin = smooth((-0.02 - y) / 0.03)
     tri = mesh.triangles[(within[mesh.triangles] > 0.0).any(axis=1) & (within[mesh.triangles] > -0.5).all(axis=1)]
     vertex = np.unique(tri)
