@@ -9,15 +9,15 @@ import numpy as np
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body_model.assemble import assemble
 from vistel.figure.body_model.fit import ADULT, Fitted, fitted, statistics
+from vistel.figure.body_model.hair.beard import BEARDS, beard
+from vistel.figure.body_model.hair.hair import hair
+from vistel.figure.body_model.hair.natural import natural_colour, receding, usual_beard, usual_style
+from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.look import ORIGINS, Look
 from vistel.figure.body_model.measures import COLUMNS
 from vistel.figure.body_model.model import BodyModel, body_model
 from vistel.figure.body_model.paint import Colours, paint
 from vistel.figure.body_model.part import joined
-from vistel.figure.hair.beard import BEARDS, beard
-from vistel.figure.hair.hair import hair
-from vistel.figure.hair.natural import natural_colour, receding, usual_beard, usual_style
-from vistel.figure.hair.styles import STYLES
 
 SEXES = ("female", "male")
 _COVERED = {"age": (1.0, 90.0), "height": (0.6, 2.2), "weight": (5.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0)}
@@ -41,8 +41,9 @@ class PersonWarning(UserWarning):
 class Person:
     """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
-    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: a style of `vistel.figure.hair.styles.STYLES`,
-    beard: one of `vistel.figure.hair.beard.BEARDS`, empty for a usual one."""
+    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: one of
+    `vistel.figure.body_model.hair.styles.STYLES`,
+    beard: one of `vistel.figure.body_model.hair.beard.BEARDS`, empty for usual ones."""
 
     sex: str = "female"
     age: float = 30.0

@@ -9,10 +9,10 @@ from scipy.spatial import KDTree  # pyright: ignore[reportMissingTypeStubs]
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch
+from vistel.figure.body_model.hair.strands import cap_box, painted, strands
 from vistel.figure.body_model.model import BodyModel
 from vistel.figure.body_model.part import Part, together
 from vistel.figure.figure import vertex_normals
-from vistel.figure.hair.strands import cap_box, painted, strands
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.smoothstep import smooth
 

@@ -12,14 +12,14 @@ import vistel.figure
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.check import check_avatar
+from vistel.figure.body_model.hair.beard import BEARDS, beard
+from vistel.figure.body_model.hair.hair import hair
+from vistel.figure.body_model.hair.natural import usual_style
+from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.model import body_model
 from vistel.figure.body_model.part import Part, joined
 from vistel.figure.body_model.person import Person, drawn, make
 from vistel.figure.figure import Figure
-from vistel.figure.hair.beard import BEARDS, beard
-from vistel.figure.hair.hair import hair
-from vistel.figure.hair.natural import usual_style
-from vistel.figure.hair.styles import STYLES
 from vistel.figure.posture.by_joint import with_joints
 from vistel.figure.posture.posture import standing
 

@@ -34,7 +34,7 @@ def natural_colour(skin: float, age: float, rng: np.random.Generator) -> Colour:
 
 
 def usual_style(sex: str, age: float, rng: np.random.Generator) -> str:
-    """The name of a style (`vistel.figure.hair.styles.STYLES`) usual for that sex, "female" or "male", and age [years]."""
+    """The name of a style (of `styles.STYLES`) usual for that sex, "female" or "male", and age [years]."""
     usual = dict(_STYLES[sex])
     if sex == "female" and age > 55.0:
         usual |= {"long": 0.08, "short": 0.24}
@@ -48,7 +48,7 @@ def usual_style(sex: str, age: float, rng: np.random.Generator) -> str:
 
 
 def usual_beard(sex: str, age: float, rng: np.random.Generator) -> str:
-    """The name of a beard (`vistel.figure.hair.beard.BEARDS`) usual for that sex, "female" or "male", and age [years]."""
+    """The name of a beard (of `beard.BEARDS`) usual for that sex, "female" or "male", and age [years]."""
     drawn = float(rng.random())
     if sex != "male" or age < 20.0 or drawn > 0.36:
         return "none"
