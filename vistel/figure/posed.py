@@ -80,9 +80,9 @@ def person(
     skin: 0 the lightest to 1 the darkest. origin: shares of African, Asian and Caucasian features. measures: others that are known,
     such as {"chest girth": 1.02, "waist girth": 0.9} [m]; see `vistel.figure.body_model.measures.COLUMNS`. hair: one of
     `vistel.figure.body_model.hair.styles.STYLES`, such as "bob"; beard: one of
-    `vistel.figure.body_model.hair.beard.BEARDS`; usual ones by default. What is not told is as people of that height and weight have
-    it, a little different with every face_seed. What the model does not
-    cover is brought to its bounds, with a PersonWarning. Raises ValueError, in one line, for words that are not known.
+    `vistel.figure.body_model.hair.beard.BEARDS`; usual ones by default. What is not told is as people of that height and weight
+    have it, a little different with every face_seed. What the model does not cover is brought to its bounds, with a
+    PersonWarning. Raises ValueError, in one line, for words that are not known.
     """
     told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, hair, beard)
     return PosedFigure(make(told, name))
