@@ -43,7 +43,7 @@ def joined(body: Avatar, parts: Sequence[Part]) -> Avatar:
             if part.hides:
                 hidden |= part.hides[k]
         worn = [_placed(part.levels[k], b) for part, b in zip(parts, box[1:], strict=True)]
-        mesh = _together([_without(_sunken(_placed(level.mesh, box[0]), [p.sinks[k] for p in parts if p.sinks]), hidden), *worn])
+        mesh = together([_without(_sunken(_placed(level.mesh, box[0]), [p.sinks[k] for p in parts if p.sinks]), hidden), *worn])
         levels.append(replace(level, mesh=mesh, eyeballs=eyes, albedo=albedo, patches=patches, coarser=()))
     return replace(levels[0], coarser=tuple(levels[1:]))
 
@@ -88,7 +88,7 @@ def _compact(triangles: I32, count: int) -> tuple[I32, I32]:
     return np.flatnonzero(used).astype(np.int32), number[triangles].astype(np.int32)
 
 
-def _together(meshes: Sequence[Mesh]) -> Mesh:
+def together(meshes: Sequence[Mesh]) -> Mesh:
     """One mesh of several with bones; their expressions are those of the first and of all that have one of the same name."""
     first = np.cumsum([0, *(len(m.vertices) for m in meshes)]).astype(np.int32)
     corner = np.cumsum([0, *(len(m.uv) for m in meshes)]).astype(np.int32)

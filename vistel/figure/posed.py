@@ -73,19 +73,20 @@ def person(
     measures: Mapping[str, float] | None = None,
     name: str = "person",
     hair: str = "",
+    beard: str = "",
     outfit: Outfit | None = None,
 ) -> PosedFigure:
     """A person by measures, standing: `person(sex="male", age=40, height=1.82, weight=85, face_seed=7, skin=0.6)`.
 
     age in years, 1 to 90; height in metres, hit to a millimetre; weight in kilograms: by default the usual ones. muscle: 0 to 1.
     skin: 0 the lightest to 1 the darkest. origin: shares of African, Asian and Caucasian features. measures: others that are known,
-    such as {"chest girth": 1.02, "waist girth": 0.9} [m]; see `vistel.figure.body_model.measures.COLUMNS`. hair: a style, one of
-    `vistel.figure.hair.styles.STYLES` such as "bob"; outfit: what they wear (`vistel.figure.clothes.wardrobe.Outfit`): by default
-    something usual for sex, age and face_seed. What is not told is as people of that height and weight have it, a little different
-    with every face_seed. What the model does not cover is brought to its bounds, with a PersonWarning. Raises ValueError, in one
-    line, for words that are not known.
+    such as {"chest girth": 1.02, "waist girth": 0.9} [m]; see `vistel.figure.body_model.measures.COLUMNS`. hair: one of
+    `vistel.figure.body_model.hair.styles.STYLES`, such as "bob"; beard: one of `vistel.figure.body_model.hair.beard.BEARDS`;
+    outfit: what they wear (`vistel.figure.clothes.wardrobe.Outfit`): by default usual ones for sex, age and face_seed. What is not
+    told is as people of that height and weight have it, a little different with every face_seed. What the model does not cover is
+    brought to its bounds, with a PersonWarning. Raises ValueError, in one line, for words that are not known.
     """
-    told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, hair, outfit)
+    told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, hair, beard, outfit)
     return PosedFigure(make(told, name))
 
 

@@ -10,15 +10,16 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body import Body
 from vistel.figure.body_model.assemble import assemble, limbs
 from vistel.figure.body_model.fit import ADULT, Fitted, fitted, statistics
+from vistel.figure.body_model.hair.beard import BEARDS, beard
+from vistel.figure.body_model.hair.hair import hair
+from vistel.figure.body_model.hair.natural import natural_colour, receding, usual_beard, usual_style
+from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.look import ORIGINS, Look
 from vistel.figure.body_model.measures import COLUMNS
 from vistel.figure.body_model.model import BodyModel, body_model
 from vistel.figure.body_model.paint import Colours, paint
 from vistel.figure.clothes.outfit import outfit
 from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
-from vistel.figure.hair.hair import hair
-from vistel.figure.hair.natural import natural_colour, receding, usual_style
-from vistel.figure.hair.styles import STYLES
 from vistel.figure.part import joined
 from vistel.figure.skeleton import Skeleton
 
@@ -53,9 +54,9 @@ class PersonWarning(UserWarning):
 class Person:
     """What a person is told to be. age [years]; height [m], weight [kg]: None for the usual of that sex and age (and height);
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
-    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: a style of `vistel.figure.hair.styles.STYLES`,
-    empty for a usual one; outfit: what they wear, None for what is drawn from the face's seed; dressed: whether they wear anything
-    but painted clothes."""
+    are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: one of
+    `vistel.figure.body_model.hair.styles.STYLES`, beard: one of `vistel.figure.body_model.hair.beard.BEARDS`, empty for usual ones;
+    outfit: what they wear, None for what is drawn from the face's seed; dressed: whether they wear anything but painted clothes."""
 
     sex: str = "female"
     age: float = 30.0
@@ -67,6 +68,7 @@ class Person:
     skin: float = 0.3
     measures: Mapping[str, float] = field(default_factory=dict[str, float])
     hair: str = ""
+    beard: str = ""
     outfit: Outfit | None = None
     dressed: bool = True
 
@@ -81,6 +83,8 @@ def checked(told: Person) -> Person:
             raise ValueError(f"no measure {name!r}; expected one of {', '.join(COLUMNS)}")
     if told.hair and told.hair not in STYLES:
         raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {told.hair!r}")
+    if told.beard and told.beard not in BEARDS:
+        raise ValueError(f"beard: expected one of {', '.join(BEARDS)}, got {told.beard!r}")
     told = _within(told, ("age", "muscle", "skin", "height", "weight"))
     if len(told.origin) != len(ORIGINS) or not np.isfinite(told.origin).all() or min(told.origin) < 0.0 or not sum(told.origin):
         raise ValueError(f"origin: expected shares of {', '.join(ORIGINS)}, got {told.origin}")
@@ -119,9 +123,10 @@ def make(told: Person, name: str = "person") -> Avatar:
         colours = replace(colours, top=None, shorts=None)
     albedo, patches = paint(body_model(), colours)
     body = assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
-    grown = hair(body, style, colours.hair, rng, receding=back)
+    of_chin = person.beard or usual_beard(person.sex, person.age, rng)
+    grown = hair(body, style, colours.hair, rng, receding=back), beard(body_model(), body, of_chin, colours.hair, rng)
     worn = outfit(body, person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)) if person.dressed else ()
-    return joined(body, [part for part in (grown, *worn) if part is not None])
+    return joined(body, [part for part in (*grown, *worn) if part is not None])
 
 
 def limbs_of(told: Person) -> tuple[Skeleton, Body]:

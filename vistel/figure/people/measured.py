@@ -4,14 +4,15 @@ import zlib
 from dataclasses import replace
 
 from vistel.figure.body_model.builtin_people import PEOPLE, builtin_person
+from vistel.figure.body_model.hair.beard import BEARDS
+from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.person import SEXES, Person, drawn
 from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
 from vistel.figure.clothes.weave import WEAVES
-from vistel.figure.hair.styles import STYLES
 
 _NUMBERS = {"age": (3.0, 90.0), "weight": (10.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0), "face": (0.0, 2.0**31)}
 _WEARS = ("top", "pattern", "bottom", "shoes")
-KEYS = ("person", "sex", *_NUMBERS, "hair", *_WEARS)
+KEYS = ("person", "sex", *_NUMBERS, "hair", "beard", *_WEARS)
 """Words of such a specification."""
 
 
@@ -32,9 +33,10 @@ def measured(spec: str, name: str, height: float) -> Person:
     numbers = {key: _number(spec, key, text) for key, text in given.items() if key in _NUMBERS}
     face = int(numbers.pop("face", person.face_seed))
     style = _one_of(spec, "hair", given["hair"], tuple(STYLES)) if "hair" in given else person.hair
+    chin = _one_of(spec, "beard", given["beard"], BEARDS) if "beard" in given else person.beard
     if "sex" in given:
         person = replace(person, sex=_one_of(spec, "sex", given["sex"], SEXES))
-    person = replace(person, height=height, face_seed=face, hair=style, **numbers)
+    person = replace(person, height=height, face_seed=face, hair=style, beard=chin, **numbers)
     if "person" in given and person.weight is not None and "weight" not in given:
         tall = _known(spec, given["person"]).height or height
         person = replace(person, weight=person.weight * (height / tall) ** 2)

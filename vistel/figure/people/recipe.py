@@ -62,7 +62,7 @@ class Recipe:
 
 HAIR_STYLES = 6
 PATTERNS = 5
-_OF_THE_BODY_MODEL = {"person", "sex", "age", "weight", "muscle", "face", "bottom"}
+_OF_THE_BODY_MODEL = {"person", "sex", "age", "weight", "muscle", "face", "bottom", "beard"}
 """Words that sculpted people do not have."""
 _FEATURES = ("nose", "jaw", "lips", "cheeks", "eye_opening")
 

@@ -7,12 +7,12 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch
-from vistel.figure.hair.cap import cap, ground
-from vistel.figure.hair.cards import Strips, cards, mesh_of
-from vistel.figure.hair.growth import ROWS, along, grown, pushed_out
-from vistel.figure.hair.scalp import Roots, Scalp
-from vistel.figure.hair.strands import MIDDLE, OUTER, cap_box, lock_box, painted, strands
-from vistel.figure.hair.styles import STYLES, Style, bun_of
+from vistel.figure.body_model.hair.cap import cap, ground
+from vistel.figure.body_model.hair.cards import Strips, cards, mesh_of
+from vistel.figure.body_model.hair.growth import ROWS, along, grown, pushed_out
+from vistel.figure.body_model.hair.scalp import Roots, Scalp
+from vistel.figure.body_model.hair.strands import MIDDLE, OUTER, cap_box, lock_box, painted, strands
+from vistel.figure.body_model.hair.styles import STYLES, Style, bun_of
 from vistel.figure.part import Part
 
 MOST = 3500, 1200, 350

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64, I32
-from vistel.figure.hair.cards import Strips
-from vistel.figure.hair.scalp import Scalp
+from vistel.figure.body_model.hair.cards import Strips
+from vistel.figure.body_model.hair.scalp import Scalp
 from vistel.geometry.smoothstep import smooth
 
 EDGE = 0.05

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.hair.cap import Cap
-from vistel.figure.hair.growth import Comb, Growth
-from vistel.figure.hair.scalp import Density, Roots, Scalp
-from vistel.figure.hair.strands import INNER, MIDDLE, OUTER, WISPS
+from vistel.figure.body_model.hair.cap import Cap
+from vistel.figure.body_model.hair.growth import Comb, Growth
+from vistel.figure.body_model.hair.scalp import Density, Roots, Scalp
+from vistel.figure.body_model.hair.strands import INNER, MIDDLE, OUTER, WISPS
 from vistel.geometry.smoothstep import smooth
 
 

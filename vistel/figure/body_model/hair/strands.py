@@ -67,7 +67,8 @@ def strands(kind: str) -> Strands:
             half = rng.uniform(0.28, 0.55) if low else rng.uniform(0.4, 0.75)
             canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), half, rng.normal(0.94, 0.09), wave, (0.25, 0.35))
     # Farther in no skin is seen; where that begins differs from place to place.
-    begins = CAP_ROWS - 37.0 - 8.0 * np.convolve(rng.normal(0.0, 1.0, SIZE + 4), np.ones(5) / np.sqrt(5.0), "valid")
+    noise = np.convolve(rng.normal(0.0, 1.0, SIZE + 4), np.ones(5) / np.sqrt(5.0), "valid")
+    begins = CAP_ROWS - 37.0 - 8.0 * np.clip(noise, -1.5, 1.0)
     canvas.opacity[:CAP_ROWS] = np.maximum(canvas.opacity[:CAP_ROWS], np.arange(CAP_ROWS)[:, None] < begins)
     canvas.darken_cap()
     top, wide = LOCK_TOP, SIZE // COLUMNS

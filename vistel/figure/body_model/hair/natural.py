@@ -34,7 +34,7 @@ def natural_colour(skin: float, age: float, rng: np.random.Generator) -> Colour:
 
 
 def usual_style(sex: str, age: float, rng: np.random.Generator) -> str:
-    """The name of a style (`vistel.figure.hair.styles.STYLES`) usual for that sex, "female" or "male", and age [years]."""
+    """The name of a style (of `styles.STYLES`) usual for that sex, "female" or "male", and age [years]."""
     usual = dict(_STYLES[sex])
     if sex == "female" and age > 55.0:
         usual |= {"long": 0.08, "short": 0.24}
@@ -45,6 +45,14 @@ def usual_style(sex: str, age: float, rng: np.random.Generator) -> str:
         usual["bun"] = 0.5 * usual.get("bun", 0.0)
     share = np.array(list(usual.values()))
     return list(usual)[int(rng.choice(len(share), p=share / share.sum()))]
+
+
+def usual_beard(sex: str, age: float, rng: np.random.Generator) -> str:
+    """The name of a beard (of `beard.BEARDS`) usual for that sex, "female" or "male", and age [years]."""
+    drawn = float(rng.random())
+    if sex != "male" or age < 20.0 or drawn > 0.36:
+        return "none"
+    return "short_beard" if drawn < 0.22 else "full_beard" if drawn < 0.29 else "moustache"
 
 
 def receding(sex: str, age: float, rng: np.random.Generator) -> float:

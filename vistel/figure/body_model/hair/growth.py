@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.hair.cap import Cap
-from vistel.figure.hair.scalp import Roots, Scalp
+from vistel.figure.body_model.hair.cap import Cap
+from vistel.figure.body_model.hair.scalp import Roots, Scalp
 from vistel.geometry.smoothstep import smooth
 
 _STEPS = 26

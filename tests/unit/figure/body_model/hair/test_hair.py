@@ -12,12 +12,13 @@ import vistel.figure
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.check import check_avatar
+from vistel.figure.body_model.hair.beard import BEARDS, beard
+from vistel.figure.body_model.hair.hair import hair
+from vistel.figure.body_model.hair.natural import usual_style
+from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.model import body_model
 from vistel.figure.body_model.person import Person, drawn, make
 from vistel.figure.figure import Figure
-from vistel.figure.hair.hair import hair
-from vistel.figure.hair.natural import usual_style
-from vistel.figure.hair.styles import STYLES
 from vistel.figure.part import Part, joined
 from vistel.figure.posture.by_joint import with_joints
 from vistel.figure.posture.posture import standing
@@ -30,7 +31,7 @@ MOST = 3500, 1200, 350
 
 @cache
 def body(who: int) -> Avatar:
-    return make(replace(PEOPLE[who], hair="shaved"))
+    return make(replace(PEOPLE[who], hair="shaved", beard="none"))
 
 
 def grown(who: int, style: str, seed: int = 0) -> Part:
@@ -90,6 +91,22 @@ def test_an_unknown_style_is_refused_in_one_line() -> None:
         vistel.figure.person(hair="mohawk")
     with pytest.raises(ValueError, match="'wig'"):
         hair(body(0), "wig", (0, 0, 0), np.random.default_rng(0))
+
+
+def test_a_beard_moves_with_the_face_and_leaves_the_lips_free() -> None:
+    for style in BEARDS:
+        part = beard(body_model(), body(3), style, (60, 45, 35), np.random.default_rng(0))
+        if part is None:
+            assert style == "none"
+            continue
+        check_avatar(joined(body(3), [part]), style)
+        finest = part.levels[0]
+        opened = next(t for t in finest.targets if t.name == "jawOpen")
+        assert style == "moustache" or np.linalg.norm(opened.offset, axis=1).max() > 0.01
+        inside = depth(finest.vertices.astype(np.float64), body(3).mesh.vertices.astype(np.float64))
+        assert np.mean(inside > 0.002) < 0.01
+    with pytest.raises(ValueError, match=r"^beard: expected one of none, .*, got 'goatee'$"):
+        vistel.figure.person("male", beard="goatee")
 
 
 def test_people_are_told_their_hair_or_have_a_usual_one() -> None:

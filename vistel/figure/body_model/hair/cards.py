@@ -6,7 +6,7 @@ import numpy as np
 
 from vistel.arrays import F32, F64, I32
 from vistel.figure.avatar.avatar import Mesh
-from vistel.figure.hair.scalp import Scalp
+from vistel.figure.body_model.hair.scalp import Scalp
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS
 from vistel.geometry.smoothstep import smooth
