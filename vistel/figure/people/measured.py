@@ -33,7 +33,7 @@ def measured(spec: str, name: str, height: float) -> Person:
     numbers = {key: _number(spec, key, text) for key, text in given.items() if key in _NUMBERS}
     face = int(numbers.pop("face", person.face_seed))
     style = _one_of(spec, "hair", given["hair"], tuple(STYLES)) if "hair" in given else person.hair
-    chin = _one_of(spec, "beard", given["beard"], BEARDS) if "beard" in given else person.beard
+    chin = _one_of(spec, "beard", given["beard"], tuple(BEARDS)) if "beard" in given else person.beard
     if "sex" in given:
         person = replace(person, sex=_one_of(spec, "sex", given["sex"], SEXES))
     person = replace(person, height=height, face_seed=face, hair=style, beard=chin, **numbers)
