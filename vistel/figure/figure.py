@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -105,6 +106,12 @@ class Figure:
         posed = pose_body(self.avatar.body, joints)
         self.deformer.solve(self._vertices, self._normals, posed.a, posed.b)
         return self._vertices
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        """After it was read back: its layers write where its deformer reads."""
+        self.__dict__.update(state)
+        if self._layers is not None:
+            self._layers.write_to(self)
 
     @property
     def layers(self) -> SkinLayers | None:

@@ -132,6 +132,10 @@ class SkinLayers:
             start.astype(np.int32), channel.astype(np.int32), np.ascontiguousarray(self._terms[channel, :, vertex]), self._fall
         )
 
+    def write_to(self, figure: LayeredFigure) -> None:
+        """Shift the offsets of `figure`, which is the one that they were made for."""
+        self._keep(k.OFFSETS, figure.deformer.calibration[1])
+
     def __setstate__(self, state: dict[str, Any]) -> None:
         """After unpickling, the arrays have other addresses."""
         self.__dict__.update(state)
@@ -208,9 +212,9 @@ class SkinLayers:
             (k.FOLD_PLACE, np.array(place, np.int32)),
             (k.FOLD_BASE, np.array(base, np.float32)),
             (k.FOLD_SLOPE, np.array(slopes, np.float32)),
-            (k.OFFSETS, calibration),
         ):
             self._keep(slot, array)
+        self.write_to(figure)
         self._table[k.FOLDS] = len(place)
 
 

@@ -18,13 +18,15 @@ SHOW = """
 import hashlib, sys
 from pathlib import Path
 from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.posture.by_joint import with_joints
 from vistel.figure.posture.posture import standing
 from vistel.render.figures.cache import cached_figure
-person = cached_figure(builtin_avatar("builtin:seed=3", name="ann", height=1.7), Path(sys.argv[1]))
+person = cached_figure(builtin_avatar("builtin:person=aiko", name="ann", height=1.7), Path(sys.argv[1]))
 touching = person.ghosts(person.pose(standing()).posed, None)
 h = hashlib.sha256()
 for pixels in (1e9, 300.0, 50.0):
-    h.update(person.pose(standing(), [touching], pixels).skin.positions.tobytes())
+    for bent in ({}, {"left_lower_arm": 100}):
+        h.update(person.pose(with_joints(standing(), bent), [touching], pixels).skin.positions.tobytes())
 print(h.hexdigest())
 """
 
