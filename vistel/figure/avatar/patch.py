@@ -14,6 +14,8 @@ from vistel.arrays import F64, U8
 MOST_PATCHES = 64
 WHOLE = (0.0, 0.0, 1.0, 1.0)
 _PICTURES = ("finish", "normal", "glow_picture", "opacity")
+MATT = 0.5
+"""Plain surfaces at least as rough have no highlight that is seen from far."""
 _LEFT = "patch{}."
 
 
@@ -45,10 +47,12 @@ class Patch:
 
     @property
     def relief(self) -> bool:
-        """Whether it only says how rough and uneven something opaque is that is no metal, which is seen near by."""
-        if self.normal is None or self.opacity is not None or self.blend or any(self.glow):
+        """Whether it only says how rough and uneven something opaque is that neither mirrors nor shines, which is seen near by."""
+        if self.opacity is not None or self.blend or any(self.glow):
             return False
-        return not (self.metallic if self.finish is None else self.finish[..., 2].any())
+        if self.finish is not None:
+            return self.normal is not None and not self.finish[..., 2].any()
+        return not self.metallic and (self.normal is not None or self.roughness >= MATT)
 
     @property
     def key(self) -> tuple[Any, ...]:
