@@ -3,9 +3,9 @@
 from vistel.figure.body_model.person import Person
 
 PEOPLE: dict[str, Person] = {
-    "aiko": Person("female", 34.0, 1.64, 54.0, origin=(0.0, 1.0, 0.0), face_seed=7, skin=0.22),
-    "ben": Person("male", 45.0, 1.82, 82.0, origin=(0.0, 0.0, 1.0), face_seed=4, skin=0.14),
-    "carla": Person("female", 29.0, 1.71, 63.0, origin=(0.35, 0.0, 0.65), face_seed=1, skin=0.42),
+    "aiko": Person("female", 34.0, 1.64, 54.0, origin=(0.0, 1.0, 0.0), face_seed=7, skin=0.22, hair="bob"),
+    "ben": Person("male", 45.0, 1.82, 82.0, origin=(0.0, 0.0, 1.0), face_seed=4, skin=0.14, hair="side_parting"),
+    "carla": Person("female", 29.0, 1.71, 63.0, origin=(0.35, 0.0, 0.65), face_seed=1, skin=0.42, hair="long"),
     "david": Person("male", 67.0, 1.76, 79.0, origin=(0.0, 0.0, 1.0), face_seed=8, skin=0.10),
     "emeka": Person("male", 38.0, 1.86, 84.0, muscle=0.65, origin=(1.0, 0.0, 0.0), face_seed=5, skin=0.88),
     "farah": Person("female", 52.0, 1.60, 66.0, origin=(0.15, 0.25, 0.60), face_seed=3, skin=0.48),
