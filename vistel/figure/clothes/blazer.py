@@ -17,7 +17,7 @@ from vistel.figure.clothes.strip import hem
 from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, top_pattern
 from vistel.figure.clothes.weave import Floats, Look, Weave
 
-BLAZER = Cut(0.0105, 0.010, 0.0035, 0.62, 0.022, 0.955, 0.009, 0.12, 0.0, (1.34, 0.010))
+BLAZER = Cut(0.0105, 0.010, 0.0035, 0.62, 0.022, 0.955, 0.013, 0.12, 0.0, (1.34, 0.010))
 _CLOSED = 0.022
 """Height over which the fronts are closed [m]."""
 

@@ -40,18 +40,19 @@ def generate(
     name: Annotated[str, typer.Option(help="Name of the person; it also chooses every property that --look omits.")] = "",
     height: Annotated[float, typer.Option(min=0.5, max=2.6, help="Standing height \\[m].")] = 1.75,
     look: Annotated[
-        str, typer.Option(help="key=value,...: seed, build (0.8 to 1.35), female (0 to 1), skin, hair, hair_style, top, ...")
+        str, typer.Option(help="word=value,...: person, sex, age, weight, muscle, face, skin, hair, beard, top, pattern, bottom, shoes.")
     ] = "",
     as_json: Json = False,
     force: Force = False,
 ) -> None:
     """Write a built-in person as an avatar file.
 
-    A person wears a top, trousers and shoes in the built-in cuts. Age cannot be chosen.
+    What --look does not tell is drawn from the name. person is one of the ten built-in ones; age is in years, weight in kilograms;
+    skin is 0 (lightest) to 1; face is the number of a face.
 
     [bold]Examples[/bold]
 
-      vistel avatar generate -o eva.usda --height 1.68 --look seed=3,female=1,build=0.95,hair_style=5
+      vistel avatar generate -o eva.usda --height 1.68 --look sex=female,age=41,weight=62,hair=bob
 
       vistel avatar generate -o somebody.usdz
     """
