@@ -149,7 +149,7 @@ def test_a_participant_is_drawn_with_the_file_beside_the_conference_file(folder:
         ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--weights", "{f}/w"),
         ("inspect", "builtin:seed=x"),
         ("import", "{f}/scan.obj", "-o", "{f}/x.usda", "--primitives", "30"),
-        ("generate", "-o", "{f}/x.usda", "--look", "age=3"),
+        ("generate", "-o", "{f}/x.usda", "--look", "age=300"),
         ("export", "{f}/gone.usda", "-o", "{f}/x.usdz"),
         ("islands", "{f}/gone.usda"),
         ("register", "{f}/gone.usda", "--island", "0"),

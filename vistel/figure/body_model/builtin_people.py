@@ -9,7 +9,7 @@ _SWEATER = Outfit("sweater", "knit", "jeans", "sneakers", (122, 46, 54), bottom_
 PEOPLE: dict[str, Person] = {
     "aiko": Person("female", 34.0, 1.64, 54.0, origin=(0.0, 1.0, 0.0), face_seed=7, skin=0.22, hair="bob"),
     "ben": Person(
-        "male", 45.0, 1.82, 82.0, muscle=0.6, origin=(1.0, 0.0, 0.0), face_seed=5, skin=0.80, hair="cropped", outfit=_BLAZER
+        "male", 45.0, 1.82, 82.0, muscle=0.6, origin=(1.0, 0.0, 0.0), face_seed=5, skin=0.80, hair="short", outfit=_BLAZER
     ),
     "carla": Person("female", 29.0, 1.71, 63.0, origin=(0.35, 0.0, 0.65), face_seed=1, skin=0.42, hair="long", outfit=_SWEATER),
     "david": Person("male", 67.0, 1.76, 79.0, origin=(0.0, 0.0, 1.0), face_seed=8, skin=0.10),

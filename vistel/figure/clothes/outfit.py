@@ -15,7 +15,7 @@ from vistel.figure.clothes.weave import Colour, Weave
 from vistel.figure.part import Part
 
 _SOLES: dict[str, Colour] = {"shoes": (34, 32, 30), "sneakers": (226, 224, 218)}
-_MARGIN = 0.035
+_MARGIN = 0.022
 """What is worn beneath goes on so far under a border [m]."""
 
 

@@ -62,16 +62,21 @@ class Recipe:
 
 HAIR_STYLES = 6
 PATTERNS = 5
-_OF_THE_BODY_MODEL = {"person", "sex", "age", "weight", "muscle", "face", "bottom", "beard"}
-"""Words that sculpted people do not have."""
+_SHARED = {"skin", "hair", "top", "pattern", "shoes"}
+"""Words that people of the body model have, too; here they are numbers of a palette."""
 _FEATURES = ("nose", "jaw", "lips", "cheeks", "eye_opening")
+
+
+_OF_SCULPTED = {f.name for f in fields(Recipe)} - _SHARED
 
 
 def is_sculpted(spec: str) -> bool:
     """Whether a specification means a sculpted person, not one of the body model (`vistel.figure.people.measured`)."""
     kind, _, text = spec.partition(":")
-    words = {item.partition("=")[0].strip() for item in text.split(",")} - {""}
-    return kind == "builtin" and bool(words) and not words & _OF_THE_BODY_MODEL
+    given = [item.partition("=")[::2] for item in text.split(",") if item.strip()]
+    words = {word.strip() for word, _ in given}
+    palettes = bool(words) and words <= _SHARED and all(value.strip().isdigit() for _, value in given)
+    return kind == "builtin" and (bool(words & _OF_SCULPTED) or palettes)
 
 
 def recipe_from_seed(seed: int) -> Recipe:

@@ -20,10 +20,10 @@ from vistel.figure.part import Part, joined
 from vistel.figure.posture.standard import standard_postures
 
 PEOPLE = {
-    "thin": Person("female", 28.0, 1.66, 52.0, dressed=False),
-    "heavy": Person("male", 45.0, 1.76, 108.0, dressed=False),
-    "child": Person("male", 7.0, dressed=False),
-    "old": Person("female", 70.0, 1.58, 78.0, dressed=False),
+    "thin": Person("female", 28.0, 1.66, 52.0, dressed=False, hair="shaved", beard="none"),
+    "heavy": Person("male", 45.0, 1.76, 108.0, dressed=False, hair="shaved", beard="none"),
+    "child": Person("male", 7.0, dressed=False, hair="shaved", beard="none"),
+    "old": Person("female", 70.0, 1.58, 78.0, dressed=False, hair="shaved", beard="none"),
 }
 MOST = (13_000, 4_500, 1_800)
 """Vertices of a dressed person on each level."""
