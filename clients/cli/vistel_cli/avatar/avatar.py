@@ -40,7 +40,10 @@ def generate(
     name: Annotated[str, typer.Option(help="Name of the person; it also chooses every property that --look omits.")] = "",
     height: Annotated[float, typer.Option(min=0.5, max=2.6, help="Standing height \\[m].")] = 1.75,
     look: Annotated[
-        str, typer.Option(help="word=value,...: person, sex, age, weight, muscle, face, skin, hair, beard, top, pattern, bottom, shoes.")
+        str,
+        typer.Option(
+            help="word=value,...: person, sex, age, weight, muscle, face, skin, hair, beard, top, pattern, bottom, shoes."
+        ),
     ] = "",
     as_json: Json = False,
     force: Force = False,
