@@ -91,13 +91,3 @@ def drawn_outfit(sex: str, age: float, seed: int) -> Outfit:
         SHOE_COLOURS[int(rng.integers(len(SHOE_COLOURS) - plain_shoes))],
         seed,
     )
-
-
-def outfit_like(pattern: int, top: Colour, trousers: Colour, shoes: Colour, seed: int = 0) -> Outfit:
-    """What specs of built-in people say. pattern: 0 plain, 1 knit, 2 stripes, 3 checks, 4 a jacket over a shirt; colours as sRGB, 0
-    to 255. Raises ValueError, one line, for another pattern."""
-    if not 0 <= pattern < len(_KINDS_OF_OLD):
-        raise ValueError(f"pattern: expected 0 to {len(_KINDS_OF_OLD) - 1}, got {pattern}")
-    kind, weave = _KINDS_OF_OLD[pattern]
-    second = _DARK if sum(top) > 480 and kind != "blazer" else _LIGHT
-    return Outfit(kind, weave, "trousers", "shoes", top, second, trousers, shoes, seed)
