@@ -64,7 +64,6 @@ _PATTERNS = {  # share of each of WEAVES but denim, by kind of top
 }
 _CHILD = 13.0
 """Years."""
-_KINDS_OF_OLD = (("sweater", "plain"), ("sweater", "knit"), ("t-shirt", "stripes"), ("shirt", "checks"), ("blazer", "plain"))
 
 
 def drawn_outfit(sex: str, age: float, seed: int) -> Outfit:
