@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 
 from vistel.arrays import F32
 from vistel.figure.posture.posture import standing
+from vistel.implicit.deformation import deform_table as table
 from vistel.render.figures.cache import KEPT, cached_figure
 from vistel.render.figures.figures import Corners
 from vistel.render.figures.seal import own_key, seal, unsealed
@@ -85,7 +86,11 @@ def an_index_beyond_its_array(values: list[Any], numbers: Callable[[int], Any]) 
 
 def an_address_of_the_attackers_choice(values: list[Any], numbers: Callable[[int], Any]) -> None:
     deformer = state_of(values, "Deformer")
-    values[deformer["_arrays"]] = ["dict"]
+    told = values[deformer["_arrays"]]
+    pairs = zip(told[1::2], told[2::2], strict=True)
+    # Who reads the file asks for these: without them it would end there already.
+    asked = [pair for pair in pairs if values[pair[0]] in (table.INDEX, table.CALIBRATION)]
+    values[deformer["_arrays"]] = ["dict", *(n for pair in asked for n in pair)]
     numbers(deformer["_table"])[:] = 4096
 
 
