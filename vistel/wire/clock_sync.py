@@ -42,17 +42,29 @@ class Offset:
     objection: str = ""
 
 
-def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> None:
-    """Answer probes with `clock`'s time: the hub's part. rank: clocks of a lower rank come first, and this one answers while none
-    of them is there."""
-    first: set[str] = set()
+class ClocksBefore:
+    """The clocks of a lower rank than a clock's own: true while one of them is there."""
+
+    def __init__(self, bus: Bus, rank: int) -> None:
+        self._site, self._rank = bus.site, rank
+        self._there: set[str] = set()
+        bus.watch_presence(self._seen)
+
+    def __bool__(self) -> bool:
+        return bool(self._there)
+
+    def _seen(self, site: str, token: str, alive: bool) -> None:
+        kind, _, number = token.partition("-")
+        if site == self._site and kind == "clock" and number.isdigit() and int(number) < self._rank:
+            (self._there.add if alive else self._there.discard)(token)
+
+
+def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> ClocksBefore:
+    """Answer probes with `clock`'s time: the hub's part. rank: clocks of a lower rank, which are returned, come first, and this one
+    answers while none of them is there."""
+    first = ClocksBefore(bus, rank)
     strangers: set[str] = set()
     paddings = _Paddings(clock)
-
-    def seen(site: str, token: str, alive: bool) -> None:
-        kind, _, number = token.partition("-")
-        if site == bus.site and kind == "clock" and number.isdigit() and int(number) < rank:
-            (first.add if alive else first.discard)(token)
 
     def answer(request: bytes) -> Message | None:
         if first:
@@ -78,7 +90,7 @@ def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> None:
 
     bus.serve(BY_NAME["clock"], answer)
     bus.announce(f"clock-{rank}")
-    bus.watch_presence(seen)
+    return first
 
 
 class _Paddings:

@@ -16,7 +16,7 @@ from vistel.conference.model import Conference
 from vistel.v1.service_pb2 import ClockProbe
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
-from vistel.wire.clock_sync import follow_hub, serve_clock
+from vistel.wire.clock_sync import ClocksBefore, follow_hub, serve_clock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.access import access_rules
 from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
@@ -129,9 +129,8 @@ async def _run(
     clock = SystemClock()
     reach = listen.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
     bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[reach], tls=files)
-    serve_clock(bus, clock, len(others))
+    before = _Before(bus, serve_clock(bus, clock, len(others)))
     start_certificates(conference, bus, files, routes=True)
-    before = _Before(bus, len(others)) if others else None
     if others:
         background.start(follow_hub(bus, clock, f"router-{len(others)}"), "clock")
     out.print(f"router of {conference.name} on {' and '.join(both)}; Ctrl-C stops")
@@ -153,7 +152,7 @@ async def _run(
                         continue
                     gone = ", ".join(revoked_names(files.ca.parent))
                     told = f"certificates read again{f'; revoked: {gone}' if gone else ''}"
-                elif before is not None and await before.is_silent(linked=router.is_linked):
+                elif others and await before.is_silent(linked=router.is_linked):
                     told = "linked to the routers that were there before and heard no clock of theirs; opened again"
                 if told:
                     router.close()
@@ -171,20 +170,13 @@ class _Before:
     Where two routers open again at about the same time, Zenoh 1.10 sometimes links them and then does not tell the one that joins
     what processes at the other serve: its sites hear no clock until it opens once more."""
 
-    def __init__(self, bus: ZenohBus, rank: int) -> None:
-        self._bus, self._rank = bus, rank
-        self._there: set[str] = set()
+    def __init__(self, bus: ZenohBus, clocks: ClocksBefore) -> None:
+        self._bus, self._clocks = bus, clocks
         self._heard_s, self._patience_s = asyncio.get_running_loop().time(), SILENT_S
-        bus.watch_presence(self._seen)
-
-    def _seen(self, site: str, token: str, alive: bool) -> None:
-        kind, _, number = token.partition("-")
-        if site == self._bus.site and kind == "clock" and number.isdigit() and int(number) < self._rank:
-            (self._there.add if alive else self._there.discard)(token)
 
     async def is_silent(self, *, linked: bool) -> bool:
         """Whether none of them was heard for too long. linked: whether there is a link to one of them."""
-        heard = not linked or (bool(self._there) and await self._bus.query(BY_NAME["clock"], ClockProbe()) is not None)
+        heard = not linked or (bool(self._clocks) and await self._bus.query(BY_NAME["clock"], ClockProbe()) is not None)
         now_s = asyncio.get_running_loop().time()
         if heard:
             self._heard_s, self._patience_s = now_s, SILENT_S
