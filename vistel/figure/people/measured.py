@@ -1,6 +1,7 @@
 """People of the body model by specification: "builtin" (by the name), "builtin:person=ben", "builtin:sex=male,age=40,weight=85"."""
 
 import zlib
+from collections.abc import Collection
 from dataclasses import replace
 
 from vistel.figure.body_model.builtin_people import PEOPLE, builtin_person
@@ -24,22 +25,19 @@ def measured(spec: str, name: str, height: float) -> Person:
         if not equals or key not in KEYS:
             raise ValueError(f"avatar {spec!r}: expected word=value of the words {', '.join(KEYS)}; got {item!r}")
         given[key] = value
-    if "person" in given or (not given and name in PEOPLE):
-        person = _known(spec, given.get("person", name))
-    else:
-        # Only who they are is drawn: how tall they are is told, and their weight goes with that.
-        sex = _one_of(spec, "sex", given["sex"], SEXES) if "sex" in given else None
-        person = replace(drawn(zlib.crc32(name.encode()), sex), weight=None)
+    sex = _one_of(spec, "sex", given["sex"], SEXES) if "sex" in given else None
+    known = given.get("person", name if not given and name in PEOPLE else "")
+    # Of who is drawn only who they are: how tall they are is told, and their weight goes with that.
+    person = _known(spec, known, height) if known else replace(drawn(zlib.crc32(name.encode()), sex), height=height, weight=None)
     numbers = {key: _number(spec, key, text) for key, text in given.items() if key in _NUMBERS}
-    face = int(numbers.pop("face", person.face_seed))
-    style = _one_of(spec, "hair", given["hair"], tuple(STYLES)) if "hair" in given else person.hair
-    chin = _one_of(spec, "beard", given["beard"], tuple(BEARDS)) if "beard" in given else person.beard
-    if "sex" in given:
-        person = replace(person, sex=_one_of(spec, "sex", given["sex"], SEXES))
-    person = replace(person, height=height, face_seed=face, hair=style, beard=chin, **numbers)
-    if "person" in given and person.weight is not None and "weight" not in given:
-        tall = _known(spec, given["person"]).height or height
-        person = replace(person, weight=person.weight * (height / tall) ** 2)
+    person = replace(
+        person,
+        sex=sex or person.sex,
+        face_seed=int(numbers.pop("face", person.face_seed)),
+        hair=_one_of(spec, "hair", given["hair"], STYLES) if "hair" in given else person.hair,
+        beard=_one_of(spec, "beard", given["beard"], BEARDS) if "beard" in given else person.beard,
+        **numbers,
+    )
     wears = {key: given[key] for key in _WEARS if key in given}
     return replace(person, outfit=_dressed(spec, person, wears)) if wears else person
 
@@ -47,21 +45,23 @@ def measured(spec: str, name: str, height: float) -> Person:
 def _dressed(spec: str, person: Person, wears: dict[str, str]) -> Outfit:
     usual = person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)
     if "pattern" in wears:
-        _one_of(spec, "pattern", wears["pattern"], tuple(WEAVES))
+        _one_of(spec, "pattern", wears["pattern"], WEAVES)
     try:
         return replace(usual, **wears)
     except ValueError as fault:
         raise ValueError(f"avatar {spec!r}: {fault}") from None
 
 
-def _known(spec: str, name: str) -> Person:
+def _known(spec: str, name: str, height: float) -> Person:
     try:
-        return builtin_person(name)
+        person = builtin_person(name)
     except ValueError as fault:
         raise ValueError(f"avatar {spec!r}: {fault}") from None
+    assert person.height is not None and person.weight is not None, "of the built-in people both are told"
+    return replace(person, height=height, weight=person.weight * (height / person.height) ** 2)
 
 
-def _one_of(spec: str, key: str, value: str, words: tuple[str, ...]) -> str:
+def _one_of(spec: str, key: str, value: str, words: Collection[str]) -> str:
     if value not in words:
         raise ValueError(f"avatar {spec!r}: {key}: expected one of {', '.join(words)}, got {value!r}")
     return value
