@@ -53,7 +53,7 @@ def builtin_proportions(spec: str, *, name: str, height: float, cache: Path | No
     who, path = _place(spec, name, height, cache)
     if isinstance(who, Recipe):
         return None
-    place = path.with_name(path.name.replace("person-", "limbs-"))
+    place = _limbs_beside(path)
     try:
         with np.load(place, allow_pickle=False) as kept:
             return Proportions.from_arrays(kept["names"].tolist(), kept["joint"].tolist(), *(kept[n] for n in _NUMBERS))
@@ -63,9 +63,7 @@ def builtin_proportions(spec: str, *, name: str, height: float, cache: Path | No
         _log.warning("event=limbs_cache_unreadable path=%s reason=%s action=make_again", place, fault)
     limbs = Proportions.of(*body_model.limbs_of(who))
     try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-        with whole_file(place) as file:
-            np.savez(file, names=limbs.names, joint=limbs.joint, **dict(zip(_NUMBERS, limbs.arrays, strict=True)))
+        _keep_limbs(limbs, place)
     except OSError as fault:
         _log.warning("event=limbs_cache_unwritable path=%s reason=%s", place, fault)
     return limbs
@@ -90,6 +88,17 @@ def _place(spec: str, name: str, height: float, cache: Path | None) -> tuple[Rec
     return who, (cache if cache is not None else default_cache()) / f"person-{key}.npz"
 
 
+def _limbs_beside(path: Path) -> Path:
+    return path.with_name(path.name.replace("person-", "limbs-"))
+
+
+def _keep_limbs(limbs: Proportions, place: Path) -> None:
+    """Raises OSError."""
+    place.parent.mkdir(parents=True, exist_ok=True)
+    with whole_file(place) as file:
+        np.savez(file, names=limbs.names, joint=limbs.joint, **dict(zip(_NUMBERS, limbs.arrays, strict=True)))
+
+
 def _made(who: Recipe | Person, path: Path, *, name: str, height: float) -> Avatar:
     with file_lock(path.with_suffix(".lock")):
         # Another process may have made the same person while this one waited.
@@ -101,6 +110,8 @@ def _made(who: Recipe | Person, path: Path, *, name: str, height: float) -> Avat
         avatar = make_person(who, name=name, height=height) if sculpted else body_model.make(who, name)
         try:
             save_avatar(avatar, path)
+            if not sculpted:  # so that who only asks for its limbs need not fit it again
+                _keep_limbs(Proportions.of(avatar.skeleton, avatar.body), _limbs_beside(path))
         except OSError as fault:
             _log.warning("event=avatar_cache_unwritable path=%s reason=%s", path, fault)
     return avatar
