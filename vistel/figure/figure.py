@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.arrays import F32, Bool
-from vistel.figure.avatar.avatar import Avatar, Mesh
-from vistel.figure.avatar.patch import patch_of
+from vistel.arrays import F32
+from vistel.figure.avatar.avatar import Avatar, Mesh, flesh
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limbs_of
 from vistel.figure.layers.skin import SkinLayers
@@ -17,6 +16,7 @@ from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid.bulge_fit import fit_bulges
 from vistel.figure.rigid.component import Influences, RigidSkin
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.normals import vertex_normals as normals_of
 from vistel.geometry.rotation import move_points
 from vistel.implicit.deformation.deform import Deformer, DeformReport
 from vistel.implicit.deformation.ghost_source import GhostSource
@@ -149,23 +149,6 @@ class Figure:
         return self._posed_eyes
 
 
-def flesh(avatar: Avatar) -> Bool:
-    """(V,) which vertices of an avatar are its body or lie on it: not those of hair and lashes, whose surface has holes. All,
-    where most is of that kind: files call bodies that, too."""
-    mesh, holed = avatar.mesh, [patch.opacity is not None and not patch.blend for patch in avatar.patches]
-    out = np.ones(len(mesh.vertices), np.bool_)
-    if any(holed):
-        on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
-        out[mesh.triangles[(on >= 0) & np.array(holed)[on]]] = False
-    return out if out.mean() > 0.5 else np.ones_like(out)
-
-
 def vertex_normals(mesh: Mesh) -> F32:
     """(V, 3) unit vertex normals, faces weighted by their area."""
-    p = mesh.vertices[mesh.triangles].astype(np.float64)
-    faces = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    out = np.zeros(mesh.vertices.shape)
-    for corner in range(3):
-        np.add.at(out, mesh.triangles[:, corner], faces)
-    length = np.linalg.norm(out, axis=1, keepdims=True)
-    return (out / np.maximum(length, 1e-20)).astype(np.float32)
+    return normals_of(mesh.vertices.astype(np.float64), mesh.triangles).astype(np.float32)

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.arrays import F32, F64, I32, U8, Bool
+from vistel.arrays import F32, F64, U8, Bool
 from vistel.figure.avatar.atlas import atlas
 from vistel.figure.avatar.avatar import Avatar, Mesh, Target
+from vistel.figure.avatar.detail import of_triangles
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.figure import vertex_normals
 
@@ -43,7 +44,9 @@ def joined(body: Avatar, parts: Sequence[Part]) -> Avatar:
             if part.hides:
                 hidden |= part.hides[k]
         worn = [_placed(part.levels[k], b) for part, b in zip(parts, box[1:], strict=True)]
-        mesh = together([_without(_sunken(_placed(level.mesh, box[0]), [p.sinks[k] for p in parts if p.sinks]), hidden), *worn])
+        skin = _sunken(_placed(level.mesh, box[0]), [p.sinks[k] for p in parts if p.sinks])
+        seen = of_triangles(skin, skin.triangles[~hidden].astype(np.int64), skin.corner_triangles[~hidden].astype(np.int64))
+        mesh = together([seen, *worn])
         levels.append(replace(level, mesh=mesh, eyeballs=eyes, albedo=albedo, patches=patches, coarser=()))
     return replace(levels[0], coarser=tuple(levels[1:]))
 
@@ -57,35 +60,6 @@ def _sunken(mesh: Mesh, depths: Sequence[F32]) -> Mesh:
     if not depths:
         return mesh
     return replace(mesh, vertices=mesh.vertices - np.max(depths, axis=0)[:, None] * vertex_normals(mesh))
-
-
-def _without(mesh: Mesh, hidden: Bool) -> Mesh:
-    """The mesh without those triangles, and without what only they used."""
-    if not hidden.any():
-        return mesh
-    vertex, triangles = _compact(mesh.triangles[~hidden], len(mesh.vertices))
-    corner, corner_triangles = _compact(mesh.corner_triangles[~hidden], len(mesh.uv))
-    place = np.full(len(mesh.vertices), -1, np.int32)
-    place[vertex] = np.arange(len(vertex), dtype=np.int32)
-    return Mesh(
-        mesh.vertices[vertex],
-        triangles,
-        place[mesh.corner_vertex[corner]],
-        mesh.uv[corner],
-        corner_triangles,
-        mesh.limb[vertex],
-        None if mesh.bone is None else mesh.bone[vertex],
-        None if mesh.weight is None else mesh.weight[vertex],
-        tuple(target.of(place) for target in mesh.targets),
-    )
-
-
-def _compact(triangles: I32, count: int) -> tuple[I32, I32]:
-    """Which of `count` vertices triangles use, and the triangles of those alone."""
-    used = np.zeros(count, np.bool_)
-    used[triangles] = True
-    number = np.cumsum(used, dtype=np.int32) - 1
-    return np.flatnonzero(used).astype(np.int32), number[triangles].astype(np.int32)
 
 
 def together(meshes: Sequence[Mesh]) -> Mesh:

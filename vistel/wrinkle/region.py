@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from vistel.arrays import F32, F64
-from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar, flesh
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.smoothstep import smoothstep
 from vistel.toml import file as toml
@@ -111,21 +111,11 @@ def tube(avatar: Avatar, region: Region, side: str = "", *, like: Tube | None = 
         raise WrinkleError(f"region {name}: the avatar has none of its limbs {', '.join(region.limbs)}")
     at, away = _unrolled(mesh.vertices, axis, level, seam, quarter)
     low, high = level[0] - region.beyond[0], level[-1] + region.beyond[1]
-    member = mine[mesh.limb] & (at[:, 1] >= low) & (at[:, 1] <= high) & ~_with_holes(avatar)
+    member = mine[mesh.limb] & (at[:, 1] >= low) & (at[:, 1] <= high) & flesh(avatar)
     radius = like.radius if like is not None else float(np.median(away[member])) if member.any() else 0.05
     scale = avatar.skeleton.height / 1.75
     attenuation = _inwards(mesh.vertices, mesh.triangles, member, region.fade * scale)
     return Tube(region, name, axis, level, seam, quarter, radius, member, attenuation)
-
-
-def _with_holes(avatar: Avatar) -> NDArray[np.bool_]:
-    """(V,) vertices of what is drawn with holes: hair and lashes, which many triangles show at the same texels."""
-    mesh = avatar.mesh
-    out = np.zeros(len(mesh.vertices), np.bool_)
-    for patch in avatar.patches:
-        if patch.opacity is not None:
-            out[mesh.corner_vertex[((mesh.uv >= patch.box[:2]) & (mesh.uv <= patch.box[2:])).all(axis=1)]] = True
-    return out
 
 
 def _joint(avatar: Avatar, region: Region, side: str, joint: str) -> F64:

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.arrays import F32, I32, U8
-from vistel.figure.avatar.patch import Patch
+from vistel.arrays import F32, I32, U8, Bool
+from vistel.figure.avatar.patch import Patch, patch_of
 from vistel.figure.body import Body
 from vistel.figure.skeleton import Skeleton
 
@@ -113,3 +113,14 @@ def scaled(avatar: Avatar, height: float) -> Avatar:
         return replace(level, skeleton=skeleton, body=body, mesh=mesh, eyeballs=tuple(eyes), coarser=())
 
     return replace(grown(avatar), coarser=tuple(grown(level) for level in avatar.coarser))
+
+
+def flesh(avatar: Avatar) -> Bool:
+    """(V,) which vertices of an avatar are its body or lie on it: not those of hair and lashes, whose surface has holes. All,
+    where most is of that kind: files call bodies that, too."""
+    mesh, holed = avatar.mesh, [patch.opacity is not None and not patch.blend for patch in avatar.patches]
+    out = np.ones(len(mesh.vertices), np.bool_)
+    if any(holed):
+        on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
+        out[mesh.triangles[(on >= 0) & np.array(holed)[on]]] = False
+    return out if out.mean() > 0.5 else np.ones_like(out)

@@ -68,7 +68,7 @@ def coarser(mesh: Mesh, triangles: int, importance: F64 | None = None) -> Mesh:
         tri, corner = tri[tri[:, 0] >= 0], corner[tri[:, 0] >= 0]
         if living == before:
             break
-    return _compact(mesh, tri, corner)
+    return of_triangles(mesh, tri, corner)
 
 
 def _mean_edge(p: F64, tri: I64, triangles: int) -> float:
@@ -106,8 +106,8 @@ def _fans(tri: I64, count: int) -> tuple[I64, I64]:
     return start.astype(np.int64), np.argsort(flat, kind="stable") // 3
 
 
-def _compact(mesh: Mesh, tri: I64, corner: I64) -> Mesh:
-    """The part of `mesh` that these triangles use."""
+def of_triangles(mesh: Mesh, tri: I64, corner: I64) -> Mesh:
+    """The part of `mesh` that these triangles use; tri, corner: (F, 3) as its `triangles` and `corner_triangles`."""
     vertices, triangles = np.unique(tri, return_inverse=True)
     corners, corner_triangles = np.unique(corner, return_inverse=True)
     place = np.full(len(mesh.vertices), -1, np.int32)

@@ -8,9 +8,9 @@ import numpy as np
 from vistel.arrays import F64, I32, Bool
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.body import Body
-from vistel.figure.clothes.cloth import normals
 from vistel.figure.clothes.tube import Tube, tube
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
+from vistel.geometry.normals import vertex_normals
 
 SIDES = ("left", "right")
 TRUNK = ("pelvis", "abdomen", "waist", "chest", "breast", "crotch", "collar")
@@ -60,7 +60,7 @@ class Build:
     @cached_property
     def normals(self) -> tuple[F64, ...]:
         """(V, 3) of each level."""
-        return tuple(normals(m.vertices.astype(np.float64), m.triangles) for m in self.levels)
+        return tuple(vertex_normals(m.vertices.astype(np.float64), m.triangles) for m in self.levels)
 
     @property
     def scale(self) -> float:

@@ -10,6 +10,7 @@ from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.avatar.detail import borders, coarser
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINTS
+from vistel.geometry.normals import vertex_normals
 
 BONES = len(JOINTS) + len(TWIST_BONES)
 """Joints, then twist bones, as in `vistel.figure.avatar.avatar.Mesh`."""
@@ -40,18 +41,7 @@ class Cloth:
 
     def normals(self) -> F64:
         """(V, 3) unit normals, triangles weighted by their area."""
-        return normals(self.points, self.triangles)
-
-
-def normals(points: F64, triangles: I32) -> F64:
-    """(V, 3) unit normals of a mesh, triangles weighted by their area."""
-    p = points[triangles]
-    face = np.cross(p[:, 1] - p[:, 0], p[:, 2] - p[:, 0])
-    out = np.zeros_like(points)
-    for corner in range(3):
-        for axis in range(3):
-            out[:, axis] += np.bincount(triangles[:, corner], face[:, axis], len(points))
-    return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-12)
+        return vertex_normals(self.points, self.triangles)
 
 
 def dense(bone: I32, weight: F32) -> F32:

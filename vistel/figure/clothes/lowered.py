@@ -7,10 +7,10 @@ import numpy as np
 
 from vistel.arrays import F32, F64, I32
 from vistel.figure.clothes.build import SIDES, Build
-from vistel.figure.clothes.cloth import normals
 from vistel.figure.posture.posture import DOF_COUNT, SHOULDER, Posture, pose_joints
 from vistel.figure.rigid.component import Influences, RigidSkin
 from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.normals import vertex_normals
 
 _DOWN = math.radians(62.0)
 
@@ -21,7 +21,7 @@ def lowered(build: Build, points: F64, triangles: I32, weight: F32, limb: I32) -
     bone = np.argsort(-weight, axis=1, kind="stable")[:, :4].astype(np.int32)
     share = np.take_along_axis(weight, bone, axis=1)
     share = (share / share.sum(axis=1, keepdims=True)).astype(np.float32)
-    n = normals(points, triangles).astype(np.float32)
+    n = vertex_normals(points, triangles).astype(np.float32)
     skin = RigidSkin(build.skeleton, points.astype(np.float32), n, triangles, build.body.joint[limb], Influences(bone, share))
     dofs = np.zeros(DOF_COUNT)
     dofs[SHOULDER["left"]], dofs[SHOULDER["right"]] = (0.0, 0.0, -_DOWN), (0.0, 0.0, _DOWN)

@@ -138,20 +138,11 @@ def rolled(rows: F64, panels: Sequence[str], weight: F32, limb: I32) -> Cloth:
     names = tuple(dict.fromkeys(panels))
     own = np.tile(np.repeat([names.index(p) for p in panels], count), 2).astype(np.int32)
     flat = _unrolled(rows[0], rows[1:])
-    return Cloth(
-        rows.reshape(-1, 3),
-        triangles.astype(np.int32),
-        weight.reshape(-1, weight.shape[-1]),
-        limb.ravel(),
-        own,
-        flat,
-        np.zeros(rows.size // 3, np.bool_),
-        names,
-    )
+    return Cloth(*_of(rows, triangles, weight, limb), own, flat, np.zeros(rows.size // 3, np.bool_), names)
 
 
 def laid(rows: F64, panel: str, weight: F32, limb: I32) -> Cloth:
-    """Cloth of rows (K, N, 3) of points that are no rings, the first row lowest, going to the right seen from outside... weight:
+    """Cloth of rows (K, N, 3) of points that are no rings, the first row lowest, going to the right seen from outside. weight:
     (K, N, BONES); limb: (K, N)."""
     count = rows.shape[1]
     number = np.arange(rows.shape[0] * count, dtype=np.int32).reshape(-1, count)
@@ -161,13 +152,9 @@ def laid(rows: F64, panel: str, weight: F32, limb: I32) -> Cloth:
     v = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(rows, axis=0), axis=2).mean(axis=1))])
     flat = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)[triangles]
     own = np.zeros(len(triangles), np.int32)
-    return Cloth(
-        rows.reshape(-1, 3),
-        triangles.astype(np.int32),
-        weight.reshape(-1, weight.shape[-1]),
-        limb.ravel(),
-        own,
-        flat,
-        np.zeros(rows.size // 3, np.bool_),
-        (panel,),
-    )
+    return Cloth(*_of(rows, triangles, weight, limb), own, flat, np.zeros(rows.size // 3, np.bool_), (panel,))
+
+
+def _of(rows: F64, triangles: I32, weight: F32, limb: I32) -> tuple[F64, I32, F32, I32]:
+    """Points, triangles, weights and limbs of rows, as `Cloth` has them."""
+    return rows.reshape(-1, 3), triangles.astype(np.int32), weight.reshape(-1, weight.shape[-1]), limb.ravel()

@@ -1,6 +1,6 @@
 """Trunk, arms and legs as tubes: how far cloth round them stands from the axis of the body."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -93,11 +93,6 @@ def hung(of: Tube, table: F64, start: float, taper: float) -> F64:
 def eased(of: Tube, start: float, end: float) -> F64:
     """(ROWS, 1) 0 at s = start to 1 at s = end."""
     return smooth((of.s - start) / (end - start))[:, None]
-
-
-def shifted(of: Tube, by: float) -> Tube:
-    """With all slices wider by so much [m]."""
-    return replace(of, girth=of.girth + by)
 
 
 def _even(values: F64) -> F64:

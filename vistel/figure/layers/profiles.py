@@ -14,6 +14,7 @@ from vistel.arrays import F64, I64
 from vistel.figure.layers.bones import Bone
 from vistel.figure.layers.contraction import FULL, YIELD
 from vistel.figure.layers.muscles import BellyShape, Muscle
+from vistel.geometry.normals import vertex_normals
 from vistel.implicit.blend import QUARTIC
 from vistel.implicit.constants import THRESHOLD
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio, quartic
@@ -129,14 +130,6 @@ def turned_normals(vertices: F64, triangles: NDArray[np.int32], normals: NDArray
     fans = triangles[touched[triangles].any(axis=1)]
     used, local = np.unique(fans, return_inverse=True)
     faces = local.reshape(-1, 3)
-    before = _normals(vertices[used], faces)
-    after = _normals(vertices[used] + (moved[used, None] * normals[used]), faces)
+    before = vertex_normals(vertices[used], faces)
+    after = vertex_normals(vertices[used] + (moved[used, None] * normals[used]), faces)
     return around, (after - before)[np.searchsorted(used, around)]
-
-
-def _normals(p: F64, triangles: I64) -> F64:
-    """(n, 3) unit normals of vertices, faces weighted by their area."""
-    corner = p[triangles]
-    face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    out = np.stack([np.bincount(triangles.reshape(-1), np.repeat(face[:, axis], 3), len(p)) for axis in range(3)], axis=1)
-    return out / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1e-20)
