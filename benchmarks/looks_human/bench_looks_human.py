@@ -1,9 +1,9 @@
 """People: what detectors of faces, bodies and hands that others trained find in pictures of them, beside MakeHuman's.
 
-Busts of the ten built-in people; everybody in twelve postures from three distances; the demo's table, and everybody in every seat of
-it, through the eyes of the others. A face is found where the middle of one that scores 0.5 or more is within half its height; a hand
-where one is found in a square of 2.2 times its length round it, as a detector looks that follows a body. Of landmarks count joints
-that nothing hides, faces that are turned by less than 60° from the camera, hands of 32 pixels and more.
+Busts of the ten built-in people; everybody in twelve postures from three distances; the demo's table, and everybody in every seat
+of it, through the eyes of the others. A face is found where the middle of one that scores 0.5 or more is within half its height; a
+hand where one is found in a square of 2.2 times its length round it, as a detector looks that follows a body. Of landmarks count
+joints that nothing hides, faces that are turned by less than 60° from the camera and whole, hands of 32 pixels and more.
 """
 
 import tempfile
@@ -61,8 +61,10 @@ def rows(drawn: list[Told], folder: Path) -> Iterator[Row]:
         for light in LIGHTS:
             frames_of = [f for f in drawn if f["kind"] == kind and f["light"] == light]
             seen = [(f, p) for f in frames_of for p in f["people"] if p["turned"] < TURNED and p["face_seen"] >= OPEN]
-            faces = 100.0 * mean(face_score(f["found"]["far"], p["face"]) >= SURE for f, p in seen)
-            yield _row(f"{case}, {light} light, {len(seen)} faces", "faces found", "%", faces, _FACES)
+            found = [(p["whole"], face_score(f["found"]["far"], p["face"]) >= SURE) for f, p in seen]
+            whole = [sure for is_whole, sure in found if is_whole]
+            yield _share(f"{case}, {light} light, {len(whole)} faces", "faces found", whole, _FACES)
+            yield _share(f"{case}, {light} light, {len(found)} faces", "the picture's edge over them too", [s for _, s in found])
             yield from _hands(f"{case}, {light} light", frames_of, [])
     for light in LIGHTS:
         yield from _contrasts([f for f in drawn if f["kind"] in ("demo", "seats") and f["light"] == light], light, folder)
@@ -129,9 +131,7 @@ def _hands(case: str, drawn: list[Told], others: list[Told]) -> Iterator[Row]:
     found, theirs = hands_found(drawn), hands_found(others)
     if found:
         peer = (_PEER, round(100.0 * mean(theirs), 1)) if theirs else (None, None)
-        yield Row(
-            _BENCH, f"{case}, {len(found)} hands", "hands found", "%", round(100.0 * mean(found), 1), *peer, target=_HANDS
-        )
+        yield Row(_BENCH, f"{case}, {len(found)} hands", "hands found", "%", round(100.0 * mean(found), 1), *peer, target=_HANDS)
 
 
 def _contrasts(drawn: list[Told], light: str, folder: Path) -> Iterator[Row]:
@@ -141,7 +141,7 @@ def _contrasts(drawn: list[Told], light: str, folder: Path) -> Iterator[Row]:
         picture = np.asarray(Image.open(folder / f["file"]).convert("RGB"))
         for p in f["people"]:
             half = p["face"][2]
-            if p["turned"] < TURNED and p["face_seen"] >= OPEN and half >= FACE_PX:
+            if p["whole"] and p["turned"] < TURNED and p["face_seen"] >= OPEN and half >= FACE_PX:
                 told = contrasts(picture, np.array(p["eyes"]), half / 0.10)
                 for feature, value in told.items():
                     by_feature[feature][f"{p['name']} from seat {f['seat']}"].append(value)
@@ -152,5 +152,5 @@ def _contrasts(drawn: list[Told], light: str, folder: Path) -> Iterator[Row]:
         yield Row(_BENCH, f"contrast with skin, {light} light", f"{feature}, median", "", round(median(each.values()), 3))
 
 
-def _row(case: str, metric: str, unit: str, value: float, target: Target) -> Row:
-    return Row(_BENCH, case, metric, unit, round(value, 3), target=target)
+def _share(case: str, metric: str, found: list[bool], target: Target | None = None) -> Row:
+    return Row(_BENCH, case, metric, "%", round(100.0 * mean(found), 1), target=target)

@@ -47,8 +47,8 @@ POSTURE_FIELD = math.radians(68.0)
 """The picture's height as an angle; a body that stands fits in from the nearest [rad]."""
 FROM_SIDE = math.radians(20.0)
 """How far from the front [rad]."""
-TIMES_S = (3.0, 6.4, 10.0, 14.0, 19.0, 25.0, 31.0, 38.0)
-"""Moments of the demo's meeting."""
+TIMES_S = tuple(2.0 + 2.7 * k for k in range(16))
+"""Moments of the demo's meeting [s]."""
 SEATS = 3
 NO_TIMING = Timing(0, 0, 0, False)
 
@@ -180,12 +180,12 @@ def _postures(studio: Studio, names: list[str], thorough: bool) -> Drawn:
 
 
 def _tables(studio: Studio, thorough: bool) -> Iterator[Drawn]:
-    """The demo's three from each seat; and everybody in every seat, at one moment or `thorough`ly at all."""
+    """The demo's three from each seat; and everybody in every seat, at two moments or `thorough`ly at all."""
     names = list(PEOPLE)
     yield _table(studio, "demo", names[:SEATS], TIMES_S)
     for n in range(1, len(names)):
         three = [names[(n + k) % len(names)] for k in range(SEATS)]
-        yield _table(studio, "seats", three, TIMES_S if thorough else (TIMES_S[n % len(TIMES_S)],))
+        yield _table(studio, "seats", three, TIMES_S if thorough else (TIMES_S[n], TIMES_S[-n]))
 
 
 def _table(studio: Studio, kind: str, names: list[str], times: Sequence[float]) -> Drawn:

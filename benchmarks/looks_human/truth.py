@@ -15,6 +15,8 @@ MARKS = {11: "left_upper_arm", 12: "right_upper_arm", 13: "left_lower_arm", 14: 
 """The detector's landmarks of a pose that are joints of ours."""
 FACE = 0.10
 """Half the height of a face, from brows to chin [m]."""
+HEAD = 0.15
+"""From the middle of a face to the edge of what a detector needs to see: head, hair and a little round it [m]."""
 INSIDE = 0.16
 """A joint or an eye that is no deeper under what is seen there is not hidden: flesh and clothes are over it [m]."""
 HAND_INSIDE = 0.035
@@ -44,11 +46,14 @@ def truth_of(name: str, skeleton: Skeleton, pose: JointPose, camera: Pinhole, me
     ahead = head @ np.array(((0.03, 0.0, 0.03), (-0.03, 0.0, 0.03), (0.0, -0.04, 0.05), (0.0, -0.08, 0.04))).T
     face = camera.project(middle + ahead.T, width, height)
     hands = [camera.project(np.vstack((pose.position[n], tips[n[1:]])), width, height) for n in _FINGERS.values()]
+    x, y, half = *map(float, face[2, :2]), camera.pixels_per_m(float(face[2, 2]), height) * FACE
+    room = half * HEAD / FACE
     return {
         "name": name,
         "turned": float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))),
-        "face": [*map(float, face[2, :2]), camera.pixels_per_m(float(face[2, 2]), height) * FACE],
+        "face": [x, y, half],
         "eyes": eyes[:, :2].tolist(),
+        "whole": room <= x <= width - room and room <= y <= height - room,
         "face_seen": float(_seen(face, metres, INSIDE).mean()),
         "stature": skeleton.height * camera.pixels_per_m(float(at[JOINT_INDEX["hips"], 2]), height),
         "joints": {str(k): at[JOINT_INDEX[j], :2].tolist() for k, j in MARKS.items()},
