@@ -58,6 +58,7 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
 
         def __init__(self, **given: Any) -> None:
             super().__init__(**given)
+            hide_types_of_flags(self)
             for name, lazy in commands.items():
                 self.add_command(TyperCommand(name, rich_help_panel=lazy.panel))
 
@@ -89,6 +90,13 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
             return commands[name].load(name) if name in commands else self.commands[name]
 
     return LazyGroup
+
+
+def hide_types_of_flags(command: Any) -> None:
+    """A flag takes no value: the help of the command, or the group, shows none."""
+    for option in (*command.params, command.get_help_option(typer.Context(command))):
+        if getattr(option, "is_flag", False):
+            option.metavar = ""
 
 
 def every_command(group: Any, path: str) -> Iterator[tuple[str, Any]]:

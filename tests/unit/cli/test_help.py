@@ -74,6 +74,13 @@ def test_every_command_shows_its_help_with_an_example(path: str) -> None:
     assert hasattr(EVERY[path], "commands") or f"{path} " in shown.output.split("Example", 1)[1]
 
 
+@pytest.mark.parametrize("command", ["", "up", "ask", "world export"])
+def test_a_flag_is_shown_without_a_type(command: str) -> None:
+    shown = CliRunner().invoke(app, [*command.split(), "--help"]).output
+    assert "--help" in shown
+    assert "<bool>" not in shown
+
+
 def test_no_square_bracket_of_a_help_text_vanishes_as_markup() -> None:
     found = [(path, command.help or "") for path, command in EVERY.items()]
     found += [(f"{path} {p.name}", getattr(p, "help", None) or "") for path, command in EVERY.items() for p in command.params]

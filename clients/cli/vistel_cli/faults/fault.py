@@ -1,4 +1,4 @@
-"""`vistel fault`: strikes a running conference with a fault, to see whether it stands it."""
+"""`vistel fault`: breaks a part of a running conference, to see whether it stands it."""
 
 from __future__ import annotations
 
