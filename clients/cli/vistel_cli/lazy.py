@@ -28,9 +28,11 @@ class Lazy:
     def load(self, name: str) -> Any:
         """The command, called `name`. Imports its module."""
         from vistel_cli.inputs import guarded
+        from vistel_cli.waiting import waiting
 
         module, attribute = self.where.split(":")
-        found = getattr(import_module(module), attribute)
+        with waiting(f"loading {name}"):
+            found = getattr(import_module(module), attribute)
         if isinstance(found, typer.Typer):
             group = typer.main.get_group(found)
             group.name, group.help = name, group.help or self.line

@@ -67,7 +67,7 @@ def fault(
     async def struck(bus: Bus) -> FaultReply | None:
         return await bus.query(BY_NAME["fault"], request, timeout_s=ANSWER_S)
 
-    reply = on_bus(conference, HUB_PLACE, router, struck)
+    reply = on_bus(conference, HUB_PLACE, router, struck, f"`vistel up` at {router}")
     if reply is None:
         fail(f"no `vistel up` answers at {router}; only a conference of `vistel up` can be broken")
     if reply.refused:
