@@ -13,7 +13,7 @@ from vistel_cli.terminal import err
 
 SILENT_S = 2.0
 """Nothing is said before so much time has passed [s]."""
-EVERY_S = 2.0
+EVERY_S = 1.9
 """Where there is no terminal, a line is printed so often [s]."""
 
 
