@@ -16,7 +16,6 @@ import typer
 
 from vistel_cli import kind_of_file as kinds
 from vistel_cli.kind_of_file import Kind, kind_of_file
-from vistel_cli.lazy import hide_types_of_flags
 from vistel_cli.terminal import FAILED, USAGE, print_error
 
 
@@ -52,7 +51,6 @@ class Takes:
 def guarded(command: Any) -> Any:
     """The command, or the group, whose inputs are checked when it is called: all faults are told, one line each. The lines of its
     help are as long as the terminal is wide."""
-    hide_types_of_flags(command)
     command.help = command.help and re.sub(r"(?<=\S)\n(?=[^\s*-])", " ", command.help)
     for inner in getattr(command, "commands", {}).values():
         guarded(inner)

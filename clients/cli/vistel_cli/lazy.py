@@ -36,10 +36,10 @@ class Lazy:
         if isinstance(found, typer.Typer):
             group = typer.main.get_group(found)
             group.name, group.help = name, group.help or self.line
-            return guarded(group)
+            return _without_types_of_flags(guarded(group))
         alone = typer.Typer(add_completion=False, rich_markup_mode="rich")
         alone.command(name)(found)
-        return guarded(typer.main.get_command(alone))
+        return _without_types_of_flags(guarded(typer.main.get_command(alone)))
 
     def first_line(self) -> str:
         """`line`, else the beginning of the function's docstring, read from the source: an import may take a second."""
@@ -60,7 +60,7 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
 
         def __init__(self, **given: Any) -> None:
             super().__init__(**given)
-            hide_types_of_flags(self)
+            _without_types_of_flags(self)
             for name, lazy in commands.items():
                 self.add_command(TyperCommand(name, rich_help_panel=lazy.panel))
 
@@ -94,11 +94,14 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
     return LazyGroup
 
 
-def hide_types_of_flags(command: Any) -> None:
-    """A flag takes no value: the help of the command, or the group, shows none."""
+def _without_types_of_flags(command: Any) -> Any:
+    """The command, or the group: a flag takes no value, and help shows no type of it."""
     for option in (*command.params, command.get_help_option(typer.Context(command))):
         if getattr(option, "is_flag", False):
             option.metavar = ""
+    for inner in getattr(command, "commands", {}).values():
+        _without_types_of_flags(inner)
+    return command
 
 
 def every_command(group: Any, path: str) -> Iterator[tuple[str, Any]]:
