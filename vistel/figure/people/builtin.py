@@ -77,6 +77,11 @@ def is_made(spec: str, *, name: str, height: float, cache: Path | None = None) -
     return _place(spec, name, height, cache)[1].is_file()
 
 
+def builtin_file(spec: str, *, name: str, height: float, cache: Path | None = None) -> Path:
+    """The file that keeps the avatar that `builtin_avatar` gives, whether it is there or not. Raises ValueError as it does."""
+    return _place(spec, name, height, cache)[1]
+
+
 def _place(spec: str, name: str, height: float, cache: Path | None) -> tuple[Person, Path]:
     """What a person is made of, and the file that keeps it."""
     # Heights of other sites come as float32.
