@@ -274,7 +274,8 @@ class _Level:
         self._offsets: F32 | None = None
         # Coarser levels are for pictures in which they are small.
         patches = tuple(p for p in avatar.patches if finest is None or not p.relief)
-        self.model = avatar_model(replace(avatar, patches=patches), wrinkles, picture, coarsest)
+        model = avatar_model(replace(avatar, patches=patches), wrinkles, picture, coarsest)
+        self.model = replace(model, small=finest is not None)
         self.figure = Figure(avatar, same_body=finest)
         self._planner: tuple[FigurePlanner, SkinShape] | None = None
         self._corners = [mesh.corner_vertex for mesh in (avatar.mesh, *avatar.eyeballs)]

@@ -91,7 +91,8 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, lim
         parts.append(_bun(scalp, level, np.random.default_rng(seed)))
     rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" else 2
     room = (MOST[level] - sum(len(part.p) for part in parts)) // (rows * across)
-    on = np.argsort(locks.order, kind="stable")[: max(0, min(style.counts[level], room))]
+    first = np.argsort(locks.order, kind="stable")[: max(0, min(style.counts[level], room))]
+    on = np.sort(first)[::-1]
     if len(on):
         # Heads are round: more places near the root.
         at = np.linspace(0.0, 1.0, rows) ** (1.35 if style.hanging else 1.0)
@@ -100,8 +101,8 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, lim
         wide = wider * locks.width[on, None] * np.interp(at, (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
         arch = 0.14 if style.hanging else 0.06
         parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), at, wide, locks.box[on], across, arch))
-    # Cards are wide and flat, bodies are round.
-    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, _CLEAR)) for part in parts], limb)
+    # Cards are wide and flat, bodies are round. What lies outside is drawn first and hides the rest before it is lit.
+    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, _CLEAR)) for part in reversed(parts)], limb)
 
 
 def _caps(scalp: Scalp, style: Style, level: int) -> list[Strips]:
