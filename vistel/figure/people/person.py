@@ -25,7 +25,7 @@ from vistel.figure.people.sizing import wanted_size
 from vistel.figure.people.stretch import stretch
 from vistel.figure.skeleton import REFERENCE_HEIGHT, Skeleton, standard_skeleton
 
-VERSION = 1516
+VERSION = 16
 """Of what this package makes; a change of it makes cached people void."""
 VERTICES = 10_000
 LEVELS = (6_000, 2_600)

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.arrays import F64
+from vistel.arrays import F64, Bool
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model.hair.cap import cap, ground
@@ -22,6 +22,8 @@ _NET = (48, 10), (40, 7), (26, 5)
 _CLEAR = 0.0012
 """Least distance of hair from the skin [m]."""
 _ROUGHNESS = 0.62
+_COVERED = 0.35
+"""So far inside the hairline no skin is seen through the cap, as a share of the head's size."""
 
 
 def hair(
@@ -49,7 +51,13 @@ def hair(
     levels = tuple(_level(scalp, made, locks, k, seed, limb) for k in range(1 + len(body.coarser)))
     drawn = strands(made.kind)
     patch = Patch(roughness=_ROUGHNESS, normal=drawn.normal, opacity=drawn.opacity, cutoff=0.35, both_sides=True)
-    return Part(f"{style} hair", levels, painted(made.kind, colour, grey, rng), (patch,))
+    hides = tuple(_covered(scalp, level.mesh) for level in (body, *body.coarser))
+    return Part(f"{style} hair", levels, painted(made.kind, colour, grey, rng), (patch,), hides)
+
+
+def _covered(scalp: Scalp, mesh: Mesh) -> Bool:
+    """(F,) triangles of the body that lie under the cap where it is opaque."""
+    return (scalp.within(mesh) > _COVERED * scalp.size)[mesh.triangles].all(axis=1)
 
 
 @dataclass(frozen=True, eq=False)
