@@ -1,17 +1,18 @@
-"""What tests of avatars share: a small one of its own proportions, a generated person of few triangles whose arms are
-long; and whether two are the same."""
+"""What tests of avatars share: a person of one closed mesh, a small one of its own proportions, whose arms are long; and whether
+two are the same."""
 
 from __future__ import annotations
 
 from dataclasses import fields, replace
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh, scaled
 from vistel.figure.body import Body
-from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.formats.avatar_file import load_avatar
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 
 LONGER = 1.18
@@ -19,10 +20,17 @@ LONGER = 1.18
 THICKER = 1.25
 
 
+@lru_cache(maxsize=4)
+def closed_person(height: float = 1.70) -> Avatar:
+    """As files hold people: one closed mesh with clothes and a mouth, eyeballs, one texture, three levels of detail; no weights,
+    no expressions. She was sculpted by an early version of VISTEL, 1.70 m tall. height in metres."""
+    return scaled(load_avatar(Path(__file__).parent / "data" / "closed_person.npz"), height)
+
+
 @lru_cache(maxsize=1)
 def long_armed() -> Avatar:
     """1.75 m tall, one level of detail, hands and forearms thicker than average."""
-    whole = builtin_avatar("builtin:seed=3", name="long", height=1.75)
+    whole = closed_person(1.75)
     small = whole.coarser[-1]
     at = float(small.skeleton.rest[JOINT_INDEX["left_upper_arm"], 0])
 

@@ -41,9 +41,9 @@ SITES, SECONDS, FRAMES = 3, 10.0, 60
 HELD_RATE, HELD_S = 25.0, 6.0
 TARGET_FPS, TARGET_CPU_MS = at_least(12), at_most(33)
 PEOPLE = (
-    ParticipantInfo("aiko", "Aiko", "builtin:seed=2", 1.64),
-    ParticipantInfo("ben", "Ben", "builtin:seed=4,pattern=4,top=7", 1.82),
-    ParticipantInfo("carla", "Carla", "builtin:seed=3,hair_style=5", 1.71),
+    ParticipantInfo("aiko", "Aiko", "builtin:person=aiko", 1.64),
+    ParticipantInfo("ben", "Ben", "builtin:person=ben", 1.82),
+    ParticipantInfo("carla", "Carla", "builtin:person=carla", 1.71),
 )
 """Those of the demo, whose avatars its first run has made."""
 SINGH_FPS = 8.0

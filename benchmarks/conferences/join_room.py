@@ -40,7 +40,7 @@ async def _people(endpoint: str, load: WorldLoad) -> None:
     encoders = {who: MotionEncoder() for who in loops}
     for who, bus in buses.items():
         bus.announce("process-capture")
-        about = Participant(participant=who, site=bus.site, display_name=who, avatar="builtin:build=1", height_m=1.75)
+        about = Participant(participant=who, site=bus.site, display_name=who, avatar="builtin", height_m=1.75)
         bus.publish(BY_NAME["participant"], participant=who).put(about)
     rng, asked = np.random.default_rng(1), 0
     due_s = asyncio.get_running_loop().time()

@@ -45,7 +45,7 @@ def _against(case: str, metric: str, unit: str, value: float, name: str, beside:
 
 def run() -> Iterator[Row]:
     """All rows; two to three minutes, most of it random poses, growth and the peers."""
-    avatar = builtin_avatar("builtin:seed=3", name="bench", height=1.7)
+    avatar = builtin_avatar("builtin:person=carla", name="bench", height=1.7)
     people = [Figure(avatar) for _ in range(3)]
     yield from _figures(people)
     yield from _seeing_all()

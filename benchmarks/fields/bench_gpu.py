@@ -26,7 +26,7 @@ def run() -> Iterator[Row]:
     surface = open_surface()
     software = surface.capability.software
     draws = f"{surface.capability.renderer}, software={'true' if software else 'false'}"
-    figure = Figure(builtin_avatar("builtin:seed=3", name="bench", height=1.7))
+    figure = Figure(builtin_avatar("builtin:person=carla", name="bench", height=1.7))
     planner = FigurePlanner(figure)
     shape, engine = SkinShape.of(planner), GpuDeformer(surface.ctx)
     out = surface.ctx.buffer(reserve=24 * len(shape.corner))

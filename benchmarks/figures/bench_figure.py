@@ -39,7 +39,7 @@ _SHARE, _VOLUME, _CROSSING = at_most(25), at_most(5), at_most(0.1)
 
 def run() -> Iterator[Row]:
     """One row per figure; some two minutes, most of it the sweep."""
-    person = builtin_avatar("builtin:seed=3", name="bench", height=1.75)
+    person = builtin_avatar("builtin:person=carla", name="bench", height=1.75)
     yield from _times(person)
     yield from _layers(person)
     postures = recorded_postures(_POSTURES)
@@ -154,7 +154,7 @@ def _fits(case: str, source: SourceMesh) -> Iterator[Row]:
 def _sources() -> Iterator[tuple[str, SourceMesh]]:
     if (_MAKEHUMAN / "base.obj").is_file():
         yield "MakeHuman body, 13380 vertices, rig and weights", _makehuman()
-    person = builtin_avatar("builtin:seed=3", name="body", height=1.7)
+    person = builtin_avatar("builtin:person=carla", name="body", height=1.7)
     mesh = person.mesh
     none = np.zeros(len(mesh.triangles), np.int32)
     yield (

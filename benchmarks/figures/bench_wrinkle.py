@@ -27,7 +27,7 @@ from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 SIZE = (0.7, 0.7)
 TEXELS, WRINKLES = 2048, 100
-PEOPLE = ("seed=3", "seed=12,build=1.2", "seed=4,pattern=4,top=7")
+PEOPLE = ("person=carla", "person=jonas", "person=ben")
 POSTURES = 24
 LIMIT = 0.003
 

@@ -50,8 +50,8 @@ _ROWS, _COLUMNS = slice(int(0.42 * HEIGHT), int(0.555 * HEIGHT)), slice(int(0.39
 """Where the hands are seen, from the top left."""
 
 PEOPLE = (
-    Participant(participant="aiko", site="there", display_name="Aiko", avatar="builtin:seed=2", height_m=1.64),
-    Participant(participant="ben", site="here", display_name="Ben", avatar="builtin:seed=4", height_m=1.8),
+    Participant(participant="aiko", site="there", display_name="Aiko", avatar="builtin:person=aiko", height_m=1.64),
+    Participant(participant="ben", site="here", display_name="Ben", avatar="builtin:person=ben", height_m=1.8),
 )
 TWO = Conference.model_validate(
     {

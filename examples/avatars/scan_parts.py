@@ -119,7 +119,7 @@ def make(avatar: Avatar, planes_of: dict[str, list[tuple[str, np.ndarray, np.nda
 
 def main() -> None:
     folder = Path(sys.argv[1])
-    avatar = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
+    avatar = builtin_avatar("builtin:person=carla", name="eva", height=1.70)
     planes_of = cuts(avatar)
     make(avatar, planes_of, folder)
     print(f"{len(planes_of)} parts; assemble them: vistel avatar assemble {folder / 'parts.toml'} -o eva.usda")

@@ -28,7 +28,7 @@ from vistel_sim.motion.source import simulated_people
 START_NS = 1_700_000_000_000_000_000
 TICK_NS = 16_666_667
 PEOPLE = (("tokyo", "aiko"), ("paris", "bruno"), ("lagos", "chidi"))
-AVATAR = "builtin:seed=3"
+AVATAR = "builtin:person=carla"
 """Of all of them: one person is made, and for other tests too."""
 
 CONFERENCE = Conference.model_validate(

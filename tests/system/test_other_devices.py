@@ -35,7 +35,7 @@ port = "sim"
 [[sites.participants]]
 name = "ben"
 height = 1.82
-avatar = "builtin:seed=4,pattern=4,top=7"
+avatar = "builtin:person=ben"
 
 [sites.participants.tracker]
 kind = "vmc"

@@ -39,11 +39,11 @@ seats = 2
 [[sites]]
 name = "tokyo"
 display = {{ width = {WIDTH}, height = {HEIGHT}, window = true, video = false }}
-participants = [{{ name = "aiko", seat = 0, height = 1.64, avatar = "builtin:seed=2" }}]
+participants = [{{ name = "aiko", seat = 0, height = 1.64, avatar = "builtin:person=aiko" }}]
 [[sites]]
 name = "columbus"
 display = {{ width = {WIDTH}, height = {HEIGHT}, view = "room", video = false, stream = "PORT" }}
-participants = [{{ name = "ben", seat = 1, height = 1.82, avatar = "builtin:seed=4,pattern=4,top=7" }}]
+participants = [{{ name = "ben", seat = 1, height = 1.82, avatar = "builtin:person=ben" }}]
 """
 
 

@@ -27,7 +27,7 @@ name = "small"
 name = "lab"
 program = true
 height = 1.82
-avatar = "builtin:seed=4,pattern=4,top=7"
+avatar = "builtin:person=ben"
 """
 
 

@@ -74,7 +74,7 @@ class Participant(Checked):
     """A program takes their part (`vistel.join`): they have no devices, and a start does not wait for them."""
     height: float = Field(default=1.75, ge=0.5, le=2.6)
     avatar: str = "builtin"
-    """"builtin" (made from the name), "builtin:seed=3", or a file: .usda, .usdc or .usdz, beside the conference file or in
+    """"builtin" (made from the name), "builtin:person=carla", or a file: .usda, .usdc or .usdz, beside the conference file or in
     the avatar folder, at this person's site. It goes to the others in the conference."""
     tracker: TrackerConfig | None = TrackerConfig()
     gloves: dict[Literal["left", "right"], GloveConfig] = Field(default={"left": GloveConfig(), "right": GloveConfig()})

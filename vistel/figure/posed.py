@@ -2,16 +2,14 @@
 
 import difflib
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from importlib import resources
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.body_model.builtin_people import PEOPLE
 from vistel.figure.body_model.person import Person, make
 from vistel.figure.clothes.wardrobe import Outfit
 from vistel.figure.formats.load import load_any
@@ -43,22 +41,21 @@ class PosedFigure:
 
 
 def builtin(name: str, height: float | None = None) -> PosedFigure:
-    """A built-in person, standing: one of the demo conference ("aiko", "ben", "carla"), or by look ("seed=3,build=1.1").
+    """A built-in person, standing: one of the ten with names ("aiko", "ben", "carla" and others), or by look ("sex=male,age=40").
 
     height: in metres; by default the person's own, or 1.75. Making a person takes some seconds the first time.
     Raises ValueError, in one line, for neither name nor look.
     """
-    people = _demo_people()
-    if name in people:
-        spec, own = people[name]
+    if name in PEOPLE:
+        spec, own = f"builtin:person={name}", PEOPLE[name].height
     elif name.startswith("builtin") or "=" in name:
-        spec, own = name if name.startswith("builtin") else f"builtin:{name}", 1.75
+        spec, own = name if name.startswith("builtin") else f"builtin:{name}", None
     else:
-        near = difflib.get_close_matches(name, people, 1)
-        known = f"expected one of {', '.join(people)}, or a look such as 'seed=3,build=1.1'"
+        near = difflib.get_close_matches(name, PEOPLE, 1)
+        known = f"expected one of {', '.join(PEOPLE)}, or a look such as 'sex=male,age=40'"
         mend = f"did you mean {near[0]!r}?" if near else known
         raise ValueError(f"no built-in person {name!r}; {mend}")
-    return PosedFigure(builtin_avatar(spec, name=name, height=own if height is None else height), wrinkles=WRINKLES)
+    return PosedFigure(builtin_avatar(spec, name=name, height=height or own or 1.75), wrinkles=WRINKLES)
 
 
 def person(
@@ -93,10 +90,3 @@ def person(
 def load(path: str | Path) -> PosedFigure:
     """The avatar of a file (docs/reference/avatar-file.md), standing. Raises ValueError or OSError naming what is wrong."""
     return PosedFigure(load_any(Path(path)))
-
-
-def _demo_people() -> dict[str, tuple[str, float]]:
-    """Look and height of each person of the demo conference, by name."""
-    text = (resources.files("vistel") / "conference" / "demo.toml").read_text("utf-8")
-    sites: list[dict[str, Any]] = tomllib.loads(text)["sites"]
-    return {p["name"]: (p["avatar"], float(p["height"])) for site in sites for p in site["participants"]}

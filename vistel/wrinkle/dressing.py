@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64, U8
 from vistel.figure.avatar.atlas import atlas
+from vistel.figure.avatar.atlas_kernels import rasterise
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch, patch_of
-from vistel.figure.people.bake_kernels import rasterise
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.islands import shown_by, spread_out
 from vistel.wrinkle.region import Region, Tube, builtin_regions, sides_of, tube

@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import I32, U8
+from vistel.figure.avatar.atlas_kernels import rasterise
 from vistel.figure.avatar.avatar import Mesh
-from vistel.figure.people.bake_kernels import rasterise
 from vistel.jit.kernel_jit import compiled
 
 

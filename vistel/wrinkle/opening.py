@@ -6,9 +6,10 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32, I64
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.face.landmarks import landmarks_of
+from vistel.figure.face.landmarks import JAW, landmarks_of
 from vistel.figure.face.marks import MARK_INDEX
 from vistel.figure.face.shape import FaceShape
+from vistel.figure.face.targets import meant
 
 DARK = 0.07
 """Brightness of what is behind the lips."""
@@ -20,12 +21,15 @@ RIM = (0.12, 0.85)
 
 def between_the_lips(avatar: Avatar, owner: NDArray[np.int32], weight: F32) -> tuple[I64, F32]:
     """Texels that darken when the mouth opens, and their brightness then. owner, weight: (T,) triangle of each texel, -1 none,
-    and (T, 3) its corners' shares. None for an avatar without a face."""
+    and (T, 3) its corners' shares. None for an avatar without a face, and for one with a shape of its own for the open jaw: that
+    has a mouth."""
+    mesh, none = avatar.mesh, (np.zeros(0, np.int64), np.zeros(0, np.float32))
+    if any(meaning.unit == JAW for meaning in meant(t.name for t in mesh.targets).values()):
+        return none
     try:
         marks = landmarks_of(avatar)
     except ValueError:
-        return np.zeros(0, np.int64), np.zeros(0, np.float32)
-    mesh = avatar.mesh
+        return none
     shape = FaceShape(mesh.vertices, marks, triangles=mesh.triangles)
     share = np.zeros(len(mesh.vertices))
     share[shape.vertex] = shape.jaw[: len(shape.vertex)]

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32, I64, U8
+from vistel.figure.avatar.atlas_kernels import rasterise, spread
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.people.bake_kernels import rasterise, spread
 from vistel.wrinkle.dressing import ChartedAvatar
 from vistel.wrinkle.drives import Drives
 from vistel.wrinkle.worn import Worn

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I64, U8
+from vistel.figure.avatar.atlas_kernels import rasterise
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.people.bake_kernels import rasterise
 from vistel.figure.posture.posture import JointPose
 from vistel.wrinkle.displacement import Map, displacement_map
 from vistel.wrinkle.dressing import Chart

@@ -157,7 +157,7 @@ def reaching(like: Proportions, palm: F64, fingers: F64, facing: F64, heading: f
 
 def handshake() -> Moment:
     """Two people beside the table who shake hands, fingers round the edge of each other's; both hands give way."""
-    play = Played(ann="builtin:seed=7,hair_style=0", bob="builtin:seed=3")
+    play = Played(ann="builtin:person=erik", bob="builtin:person=carla")
     place, ahead, sideways = np.array([2.0, 1.02, 0.0]), np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])
     fingers = math.cos(0.45) * ahead - math.sin(0.45) * UP
     straight = np.concatenate((RELAXED[:4], 0.3 * RELAXED[4:]))
@@ -178,7 +178,7 @@ def handshake() -> Moment:
 
 def hand_on_ball() -> Moment:
     """Somebody takes the ball off the table from above and holds it."""
-    play = Played(ann="builtin:seed=7,hair_style=0")
+    play = Played(ann="builtin:person=erik")
     like, avatar = play.limbs("ann"), play.avatars["ann"]
     fist = closed_round(avatar.skeleton, avatar.body, "right", build_like(like).palm[1] - np.array([0.0, 0.012, 0.0]), 0.012)
     ball = play.world.room.thing("ball").position + np.array([0.0, 0.040, 0.0])
@@ -197,7 +197,7 @@ def hand_on_ball() -> Moment:
 
 def face() -> Moment:
     """Somebody's face, a little from the side."""
-    about = ParticipantInfo("ann", "Ann", "builtin:seed=7,hair_style=0", 1.75)
+    about = ParticipantInfo("ann", "Ann", "builtin:person=erik", 1.75)
     avatar = builtin_avatar(about.avatar, name="ann", height=1.75)
     posture = replace(standing(), stance=Stance(np.array([1.6, 0.0, 0.4]), math.radians(-70.0)))
     eye = pose_joints(avatar.skeleton, posture).position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]].mean(axis=0)

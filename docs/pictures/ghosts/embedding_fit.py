@@ -1,4 +1,4 @@
-"""How well the primitives of a built-in person fit its skin: python -m docs.pictures.ghosts.embedding_fit [builtin:seed=3]
+"""How well the primitives of a built-in person fit its skin: python -m docs.pictures.ghosts.embedding_fit [builtin:person=carla]
 
 Prints a table and makes embedding-fit.png: the person coloured by vertex weight, and histograms of the weights.
 """
@@ -72,7 +72,7 @@ def histogram(report: FitReport, rows: list[tuple[str, list[int]]], size: tuple[
 
 
 def main() -> None:
-    spec = sys.argv[1] if len(sys.argv) > 1 else "builtin:seed=3,hair_style=5"
+    spec = sys.argv[1] if len(sys.argv) > 1 else "builtin:person=carla"
     avatar = builtin_avatar(spec, name="fit", height=1.75)
     mesh, names = avatar.mesh, list(avatar.body.names)
     report = fit_report(embed(mesh.vertices, mesh.limb, limbs_of(avatar.skeleton, avatar.body)), names)

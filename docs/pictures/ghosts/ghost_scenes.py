@@ -50,7 +50,7 @@ def studio() -> Studio:
 @cache
 def person() -> Avatar:
     """The built-in person of the pictures."""
-    return builtin_avatar("builtin:seed=7,hair_style=0", name="arms", height=1.75)
+    return builtin_avatar("builtin:person=erik", name="arms", height=1.75)
 
 
 def limbs(figure: Figure, state: FigureState, name: str, keep: Sequence[int]) -> Deformable:

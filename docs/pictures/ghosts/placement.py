@@ -102,7 +102,7 @@ def main() -> None:
     if len(sys.argv) > 1:
         row(studio, *read(sys.argv[1]), int(sys.argv[2]) if len(sys.argv) > 2 else 23).save("placement.png")
         return
-    person = builtin_avatar("builtin:seed=3,hair_style=5", name="fit", height=1.75).mesh
+    person = builtin_avatar("builtin:person=carla", name="fit", height=1.75).mesh
     meshes = ((*dog(), 22), (person.vertices.astype(np.float64), person.triangles, 23))
     rows = [row(studio, *mesh) for mesh in meshes]
     out = Image.new("RGB", (1200, 400 * len(rows)), "white")

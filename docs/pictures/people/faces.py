@@ -93,7 +93,7 @@ def sleeves() -> Image.Image:
     for side, sign in (("left", 1.0), ("right", -1.0)):
         dofs[ELBOW[side]] = math.radians(105.0)
         dofs[SHOULDER[side]] = (0.0, -sign * 0.5, -sign * 1.05)
-    for n, avatar in enumerate(("builtin:seed=3", "builtin:seed=4,pattern=4,top=7")):
+    for n, avatar in enumerate(("builtin:person=carla", "builtin:person=ben")):
         for creased in (False, True):
             studio = SceneRenderer(View(360, 360, "room", "", wrinkles=creased), 3)
             studio.camera = look_at(np.array((0.9, 1.35, 0.9)), np.array((0.15, 1.2, 0.12)), 0.5)
@@ -115,9 +115,9 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=Path(__file__).parent)
     out = parser.parse_args().out
     for name, avatar, cases, away in (
-        ("units", "builtin:seed=3", UNITS, FRONT),
-        ("profile", "builtin:seed=4,pattern=4,top=7", PROFILE, SIDE),
-        ("talking", "builtin:seed=12,build=1.2", TALK, FRONT),
+        ("units", "builtin:person=carla", UNITS, FRONT),
+        ("profile", "builtin:person=ben", PROFILE, SIDE),
+        ("talking", "builtin:person=jonas", TALK, FRONT),
     ):
         sheet(avatar, cases, away).save(out / f"face-{name}.png", optimize=True)
     sleeves().save(out / "wrinkle-renderer.png", optimize=True)

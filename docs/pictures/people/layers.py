@@ -34,7 +34,7 @@ from vistel.implicit.trace import render
 from vistel.render.figures.portrait import Portraits
 
 OUT = Path(__file__).parent
-PERSON = "builtin:seed=12,hair_style=3,build=1.15"
+PERSON = "builtin:person=jonas"
 TILE, STEP = (430, 340), (196, 196)
 View = tuple[Posture, str, tuple[float, float, float], float]
 """Posture; joints in the middle of the picture; the camera from there [m]; its opening [rad]."""

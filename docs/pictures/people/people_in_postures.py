@@ -17,14 +17,7 @@ from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.standard import standard_postures
 from vistel.render.figures.portrait import Portraits
 
-PEOPLE = (
-    "seed=3,hair_style=5",
-    "seed=12,hair_style=3,build=1.2",
-    "seed=4,pattern=4,top=7",
-    "seed=5",
-    "seed=2",
-    "seed=7,hair_style=0",
-)
+PEOPLE = ("person=carla", "person=jonas", "person=ben", "person=david", "person=aiko", "person=erik")
 
 
 def main() -> None:

@@ -43,7 +43,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "registration.png")
     arguments = parser.parse_args()
-    eva = builtin_avatar("builtin:seed=3,hair_style=5", name="eva", height=1.75)
+    eva = builtin_avatar("builtin:person=carla", name="eva", height=1.75)
     face = max((i for i in islands(eva) if i.part == "face"), key=lambda i: i.area)
     photo = photograph(eva, face.box)
     put = with_picture(eva, face.number, photo)

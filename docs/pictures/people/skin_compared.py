@@ -94,7 +94,7 @@ def sheet(avatar: Avatar) -> Image.Image:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("person", nargs="?", default="seed=3,hair_style=5")
+    parser.add_argument("person", nargs="?", default="person=carla")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "skin-compared.png")
     arguments = parser.parse_args()
     person = arguments.person

@@ -33,7 +33,7 @@ from vistel_sim.motion.source import SimulatedPerson, simulated_people
 from vistel_sim.phone import face_packets
 from vistel_sim.suite import packet
 
-AVATAR = "builtin:seed=3,hair_style=3,pattern=0,top=4"
+AVATAR = "builtin:person=carla"
 BODY_PORT, VIEWER_PORT, FACE_PORT = 39611, 39612, 11611
 WIDTH, HEIGHT, FPS = 1280, 720, 25
 """Of the film; with a quarter fewer pixels each way people are drawn in a coarser level of detail."""

@@ -185,7 +185,7 @@ def sheet(avatar: Avatar, scenes: Sequence[Callable[[Avatar], list[Shot]]] = SCE
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("person", nargs="?", default="seed=7,hair_style=0")
+    parser.add_argument("person", nargs="?", default="person=erik")
     parser.add_argument("--out", type=Path, default=Path(__file__).parent / "figures-touching.png")
     arguments = parser.parse_args()
     person = arguments.person

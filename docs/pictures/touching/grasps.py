@@ -89,7 +89,7 @@ def main() -> None:
     fingers, grab, _ = grasp_trials.recorded("grab")
     closed = int(np.argmax(grab >= grasp_trials.CLOSED))
     room, studio = meeting_room(3), Studio()
-    figure = Figure(builtin_avatar("builtin:seed=7,hair_style=0", name="grasps", height=1.75))
+    figure = Figure(builtin_avatar("builtin:person=erik", name="grasps", height=1.75))
     columns: list[list[Image.Image]] = []
     for name, low in THINGS.items():
         pictures = hands_on(studio, figure, room.thing(name), low, fingers[closed])

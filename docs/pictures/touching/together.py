@@ -43,7 +43,7 @@ from vistel.space.view import WorldView
 from vistel.space.world import World
 
 STEP_NS, SIZE = 16_666_667, (330, 300)
-AVATAR = builtin_avatar("builtin:seed=7,hair_style=0", name="together", height=1.75)
+AVATAR = builtin_avatar("builtin:person=erik", name="together", height=1.75)
 LIKE = Proportions.of(AVATAR.skeleton, AVATAR.body)
 BUILD = build_like(LIKE)
 FIST = closed_round(AVATAR.skeleton, AVATAR.body, "right", BUILD.palm[1] - np.array([0.0, 0.012, 0.0]), 0.012)

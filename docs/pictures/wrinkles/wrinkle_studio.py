@@ -24,9 +24,9 @@ SOFTWARE = ("--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swifts
 
 async def main() -> None:
     """Serves the built-in person, selects a point of the star at the elbow, and looks at the page."""
-    avatar = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
+    avatar = builtin_avatar("builtin:person=carla", name="eva", height=1.70)
     with tempfile.TemporaryDirectory() as folder:
-        opened = Opened(avatar, Path(folder) / "eva.usda", "builtin:seed=3", wrinkle_sets())
+        opened = Opened(avatar, Path(folder) / "eva.usda", "builtin:person=carla", wrinkle_sets())
         hosts: set[str] = set()
         runner = web.AppRunner(Studio(opened).app(hosts))
         await runner.setup()

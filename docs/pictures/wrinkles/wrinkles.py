@@ -157,7 +157,7 @@ def arm(elbow: float, hang: float = 60.0, forward: float = 20.0, knee: float = 0
 
 def sleeve() -> Image.Image:
     """Figure 49b: a sleeve, straight and bent; without wrinkles above, with them below."""
-    studio, who = Studio(), Dressing("seed=12,hair_style=3,build=1.1")
+    studio, who = Studio(), Dressing("person=jonas")
     outside = View((1.12, 1.38, 0.05), (0.38, 1.2, 0.12), 0.42)
     rows = [
         [
@@ -182,7 +182,7 @@ def face() -> Image.Image:
         "smile, squint (AU6, AU12)": {"left_AU6": 1.0, "right_AU6": 1.0, "AU12": 1.0},
     }
     rows: list[list[tuple[str, Image.Image]]] = []
-    for spec in ("seed=7,hair_style=0", "seed=4,pattern=4,top=7"):
+    for spec in ("person=erik", "person=ben"):
         who = Dressing(spec)
         for view in (View((0.16, 1.655, 0.60), (0.0, 1.625, 0.03), 0.36), View((0.62, 1.645, 0.18), (0.0, 1.63, 0.03), 0.36)):
             rows.append(
@@ -198,10 +198,10 @@ def figure() -> Image.Image:
     """Figure 57 and after: whole people, without wrinkles above, with them below."""
     studio, postures = Studio(), standard_postures()
     shots = (
-        ("seed=5,pattern=0,top=5", postures["sitting"], View((0.75, 1.35, 1.45), (0.02, 0.86, 0.12), 0.44)),
-        ("seed=4,pattern=4,top=7", postures["sitting"], View((0.85, 1.0, 1.35), (0.12, 0.62, 0.22), 0.42)),
-        ("seed=2,pattern=0,top=1", postures["overhead"], View((0.35, 1.35, 1.3), (0.0, 1.27, 0.0), 0.36)),
-        ("seed=3,hair_style=5,pattern=0,top=4", arm(70.0, 55.0, 35.0), View((1.2, 1.4, 0.55), (0.3, 1.18, 0.15), 0.38)),
+        ("person=david", postures["sitting"], View((0.75, 1.35, 1.45), (0.02, 0.86, 0.12), 0.44)),
+        ("person=ben", postures["sitting"], View((0.85, 1.0, 1.35), (0.12, 0.62, 0.22), 0.42)),
+        ("person=aiko", postures["overhead"], View((0.35, 1.35, 1.3), (0.0, 1.27, 0.0), 0.36)),
+        ("person=carla", arm(70.0, 55.0, 35.0), View((1.2, 1.4, 0.55), (0.3, 1.18, 0.15), 0.38)),
     )
     people = {spec: Dressing(spec) for spec, _, _ in shots}
     rows = [

@@ -33,7 +33,7 @@ class OwnAvatar:
 
 
 def own_avatar(person: Person) -> OwnAvatar | None:
-    """The avatar of a participant; None for one of average limbs, and for one that cannot be used, which is logged in one line."""
+    """The avatar of a participant; None for one that cannot be used, which is logged in one line."""
     path = person.avatar_file
     if path is None:
         return _builtin(person)
@@ -60,7 +60,7 @@ def _builtin(person: Person) -> OwnAvatar | None:
     except ValueError as fault:
         log.error("event=avatar_refused participant=%s avatar=%s reason=%r shown=stand-in", person.name, person.avatar, str(fault))
         return None
-    return None if limbs is None else OwnAvatar(limbs)
+    return OwnAvatar(limbs)
 
 
 async def send_parts(own: OwnAvatar, site: str, bus: Bus, clock: Clock) -> None:

@@ -36,7 +36,7 @@ from vistel_sim.chaos.witness import Witness
 NAME = "chaos"
 PEOPLE = {"tokyo": "aiko", "columbus": "ben", "zurich": "carla", "lima": "dario"}
 """Who is where. The first site has a world that waits."""
-LOOKS = {"aiko": (1.64, "seed=2"), "ben": (1.82, "seed=4,pattern=4,top=7"), "carla": (1.71, "seed=3,hair_style=5")}
+LOOKS = {"aiko": (1.64, "person=aiko"), "ben": (1.82, "person=ben"), "carla": (1.71, "person=carla")}
 """Those of the demo, who are made once; others look like the first."""
 DRAWING = ("tokyo", "lima")
 """Sites whose pictures are drawn."""

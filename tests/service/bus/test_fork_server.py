@@ -59,7 +59,7 @@ Play = Callable[[Supervisor], Awaitable[None]]
 
 
 def _conference(folder: Path) -> tuple[Conference, Path, RunPaths]:
-    people = [Participant(name="aiko", height=1.64, avatar="builtin:seed=2", tracker=None, gloves={})]  # as in the demo
+    people = [Participant(name="aiko", height=1.64, avatar="builtin:person=aiko", tracker=None, gloves={})]  # as in the demo
     conference = Conference(name="c", sites=[Site(name="s", participants=people)])
     paths = RunPaths(folder / "run", folder / "out")
     paths.run.mkdir()

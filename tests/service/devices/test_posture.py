@@ -26,9 +26,11 @@ from vistel.wire.uplink import Uplink
 from vistel_services import posture
 from vistel_sim.motion import MotionSource, open_motion
 
+AVERAGE = "nobody.usda"
+"""No such file, so that ann is of average limbs, as those whom simulated devices move."""
 CONFERENCE = Conference(
     sites=[
-        Site(name="a", participants=[Participant(name="ann", avatar="builtin:build=1")]),
+        Site(name="a", participants=[Participant(name="ann", avatar=AVERAGE)]),
         Site(name="b", participants=[Participant(name="ben")]),
         Site(name="c", participants=[Participant(name="cas")]),
     ]
@@ -208,7 +210,7 @@ def test_a_motion_carries_the_time_of_its_newest_measurement(tmp_path: Path) -> 
 def test_who_is_there_is_published_once_and_their_presence_declared(tmp_path: Path) -> None:
     stage = perform(lambda s: s.play(0.1), tmp_path)
     (about,) = stage.bus.sent["participant"]
-    assert (about.participant, about.site, about.avatar) == ("ann", "a", "builtin:build=1")
+    assert (about.participant, about.site, about.avatar) == ("ann", "a", AVERAGE)
     assert about.height_m == pytest.approx(1.75)
     assert stage.bus.present == ["participant-ann"]
 

@@ -18,7 +18,7 @@ from vistel.render.figures.people import no_parcel
 from vistel.render.stage.stage import ParticipantInfo
 from vistel_services.renderer import figure_maker
 
-EVA = ParticipantInfo("eva", "eva", "builtin:seed=3", 1.70)
+EVA = ParticipantInfo("eva", "eva", "builtin:person=carla", 1.70)
 
 
 def test_a_person_is_made_apart_and_read_here(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -34,7 +34,7 @@ def test_a_person_is_made_apart_and_read_here(monkeypatch: pytest.MonkeyPatch) -
         return done
 
     monkeypatch.setattr(subprocess, "run", watched)
-    monkeypatch.setattr(builtin, "make_person", None)
+    monkeypatch.setattr(builtin.body_model, "make", None)
     figure = figure_maker.load_apart(EVA, {}, no_parcel)
     assert isinstance(figure, AvatarFigure)
     assert asked == [figure_maker.command(EVA, os.getpid())]
@@ -56,9 +56,9 @@ def test_where_no_process_can_be_had_the_renderer_makes_the_person_and_says_so(
 
 
 def test_whether_a_person_is_made_is_seen_without_making_it(tmp_path: Path) -> None:
-    assert not is_made("builtin:seed=3", name="eva", height=1.70, cache=tmp_path)
+    assert not is_made("builtin:person=carla", name="eva", height=1.70, cache=tmp_path)
     with pytest.raises(ValueError, match="height"):
-        is_made("builtin:seed=3", name="eva", height=17.0, cache=tmp_path)
+        is_made("builtin:person=carla", name="eva", height=17.0, cache=tmp_path)
 
 
 def test_the_process_ends_when_the_renderer_is_killed(tmp_path: Path) -> None:

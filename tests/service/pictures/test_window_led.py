@@ -84,7 +84,7 @@ class Site:
 async def motions(bus: ZenohBus, clock: SystemClock) -> None:
     """Aiko stands at her place."""
     bus.announce("process-capture")
-    about = Participant(participant="aiko", site="tokyo", avatar="builtin:seed=3", height_m=1.7)
+    about = Participant(participant="aiko", site="tokyo", avatar="builtin:person=carla", height_m=1.7)
     bus.publish(BY_NAME["participant"], participant="aiko").put(about)
     publication, encoder = bus.publish(BY_NAME["motion"], participant="aiko"), MotionEncoder()
     for k in range(1, 1_000_000):

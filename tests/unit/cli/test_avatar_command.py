@@ -9,6 +9,7 @@ import shlex
 from pathlib import Path
 
 import pytest
+from avatar_fixture import closed_person
 from typer.testing import CliRunner
 
 from vistel.conference.files import load, public_avatar
@@ -18,7 +19,6 @@ from vistel.figure.formats.load import load_any
 from vistel.figure.formats.obj import export_obj
 from vistel.figure.formats.usd import save_usd
 from vistel.figure.making.report import verdict
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.render.figures.people import files_of, load_avatar_of
 from vistel.render.gl.context import NoOpenGlError, open_surface
 from vistel.render.stage.stage import ParticipantInfo
@@ -36,7 +36,7 @@ def _run(*words: str) -> tuple[int, str]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Where a new user has put a scan."""
     out = tmp_path_factory.mktemp("avatar")
-    export_obj(builtin_avatar("builtin:seed=3", name="eva", height=1.70), out / "scan.obj")
+    export_obj(closed_person(), out / "scan.obj")
     return out
 
 
@@ -69,7 +69,7 @@ def test_the_commands_of_the_page_work_in_its_order(folder: Path, monkeypatch: p
         (folder / name).symlink_to(shared_data / "human/makehuman" / name)
     (folder / "skin.png").symlink_to(folder / "scan.png")
     (folder / "face.png").symlink_to(folder / "scan.png")
-    small = builtin_avatar("builtin:seed=3", name="eva", height=1.70).coarser[0]
+    small = closed_person().coarser[0]
     _of_others(small, folder / "character.vrm")
     save_gltf(small, folder / "character.glb")
     save_usd(small, folder / "character.usdz")
@@ -101,13 +101,14 @@ def test_import_reports_what_it_found(folder: Path) -> None:
 
 
 def test_inspect_gives_a_verdict_in_three_lines_and_every_figure_when_asked(folder: Path) -> None:
-    code, said = _run("avatar", "inspect", "builtin:seed=3")
+    save_usd(closed_person(), folder / "closed.usda")
+    code, said = _run("avatar", "inspect", str(folder / "closed.usda"))
     assert code == 0, said
     who, mesh, fit = said.splitlines()
-    assert who.startswith("somebody: 1.75 m tall")
+    assert who.startswith("eva: 1.7 m tall")
     assert mesh.split() == ["mesh", "good:", "one", "piece,", "no", "holes"]
     assert fit.split()[:2] == ["fit", "good:"]
-    code, more = _run("avatar", "inspect", "builtin:seed=3", "--verbose")
+    code, more = _run("avatar", "inspect", str(folder / "closed.usda"), "--verbose")
     assert code == 0 and more.startswith(said)
     assert "left_palm" in more and "mean distance mm" in more and "fits badly" not in more
 
@@ -121,7 +122,7 @@ def test_the_verdict_names_what_is_poor() -> None:
 
 
 def test_a_participant_is_drawn_with_the_file_beside_the_conference_file(folder: Path) -> None:
-    assert _run("avatar", "generate", "-o", str(folder / "eva.usda"), "--look", "seed=3", "--force")[0] == 0
+    assert _run("avatar", "generate", "-o", str(folder / "eva.usda"), "--look", "person=carla", "--force")[0] == 0
     (folder / "c.toml").write_text(
         '[[sites]]\nname = "tokyo"\n[[sites.participants]]\nname = "ben"\nheight = 1.9\navatar = "eva.usda"\n'
     )

@@ -39,7 +39,7 @@ EXPECTED = (
     ':9: sites[0].participants[0].tracker.calibration: "{folder}/notes.txt": expected a calibration or a JSON file; this is',
     ":9: sites[0].participants[0].tracker.port: UDP port {udp} is in use by another program; end that, or name another port",
     ":13: sites[1].display.stream: port {tcp} is that of bus.endpoints[0], too; name another port",
-    ":16: sites[1].participants[0].avatar: 'builtin:seed=x': seed: expected a whole number",
+    ":16: sites[1].participants[0].avatar: 'builtin:seed=x': seed: expected a number from 0",
     ':17: sites[1].participants[0].motion: "clay": needs a [[room.things]]',
     ':18: sites[1].participants[0].gloves.left.calibration: "gone.json": no such file',
 )

@@ -7,18 +7,18 @@ from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
+from avatar_fixture import closed_person
 from numpy.typing import NDArray
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import SHOULDER, Posture
 
 
 @lru_cache(maxsize=1)
 def person() -> Avatar:
     """One person of 1.70 m."""
-    eva = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
+    eva = closed_person()
     # Levels from the cache carry the name of whoever was made first.
     return replace(eva, coarser=tuple(replace(level, name="eva") for level in eva.coarser))
 

@@ -7,11 +7,11 @@ import math
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 
 from benchmarks.figures.self_intersection import intersecting
 from vistel.figure.figure import Figure
 from vistel.figure.limb_segments import JOINT_REGIONS, SEGMENTS, cross_section, limb_segment, volume_change
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, SHOULDER, WRIST, Posture
 from vistel.figure.posture.standard import standard_postures
 from vistel.figure.skeleton import JOINT_INDEX
@@ -19,7 +19,7 @@ from vistel.figure.skeleton import JOINT_INDEX
 
 @pytest.fixture(scope="module")
 def figure() -> Figure:
-    return Figure(builtin_avatar("builtin:seed=3", name="eva", height=1.70))
+    return Figure(closed_person())
 
 
 def posed(figure: Figure, posture: Posture) -> tuple[np.ndarray, np.ndarray]:

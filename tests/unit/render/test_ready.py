@@ -45,7 +45,7 @@ def made(monkeypatch: pytest.MonkeyPatch) -> Iterator[dict[str, DrawableFigure]]
 
 def test_a_figure_made_ahead_is_handed_out_once_and_only_to_whom_it_fits(made: dict[str, DrawableFigure]) -> None:
     assert ready.take_figure(ParticipantInfo("aiko", "Aiko", "builtin", 1.65)) is None
-    assert ready.take_figure(ParticipantInfo("aiko", "Aiko", "builtin:seed=2", HEIGHT)) is None
+    assert ready.take_figure(ParticipantInfo("aiko", "Aiko", "builtin:person=aiko", HEIGHT)) is None
     assert ready.take_figure(AIKO) is made["aiko"]
     assert ready.take_figure(AIKO) is None
 

@@ -14,7 +14,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
 
-LAB = {"name": "lab", "program": True, "display_name": "The robot", "height": 1.5, "avatar": "builtin:seed=4"}
+LAB = {"name": "lab", "program": True, "display_name": "The robot", "height": 1.5, "avatar": "builtin:person=ben"}
 
 
 def announced(given: dict[str, Any], **of_file: Any) -> Participant:
@@ -35,12 +35,12 @@ def announced(given: dict[str, Any], **of_file: Any) -> Participant:
 
 def test_what_a_program_does_not_say_of_itself_is_as_in_the_conference_file() -> None:
     about = announced({})
-    assert (about.display_name, about.avatar, about.height_m) == ("The robot", "builtin:seed=4", pytest.approx(1.5))
+    assert (about.display_name, about.avatar, about.height_m) == ("The robot", "builtin:person=ben", pytest.approx(1.5))
 
 
 def test_what_a_program_says_of_itself_counts() -> None:
-    about = announced({"display_name": "Rob", "avatar": "builtin:seed=2", "height_m": 1.8})
-    assert (about.display_name, about.avatar, about.height_m) == ("Rob", "builtin:seed=2", pytest.approx(1.8))
+    about = announced({"display_name": "Rob", "avatar": "builtin:person=aiko", "height_m": 1.8})
+    assert (about.display_name, about.avatar, about.height_m) == ("Rob", "builtin:person=aiko", pytest.approx(1.8))
 
 
 def test_a_figure_from_a_file_which_a_program_cannot_send_is_drawn_as_a_built_in_person() -> None:

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import DOF_COUNT, Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.wrinkle.dressing import ChartedAvatar, dressed
@@ -22,7 +22,7 @@ from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 @pytest.fixture(scope="module")
 def made() -> ChartedAvatar:
-    return dressed(builtin_avatar("builtin:seed=3", name="eva", height=1.70), ("sleeve",))
+    return dressed(closed_person(), ("sleeve",))
 
 
 SETS = wrinkle_sets(["shirt"])

@@ -6,12 +6,12 @@ import math
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from vistel.figure.avatar.atlas_kernels import rasterise
 from vistel.figure.figure import Figure
-from vistel.figure.people.bake_kernels import rasterise
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, KNEE, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -24,7 +24,7 @@ from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 @pytest.fixture(scope="module")
 def eva() -> ChartedAvatar:
-    return dressed(builtin_avatar("builtin:seed=3", name="eva", height=1.70), ("sleeve",))
+    return dressed(closed_person(), ("sleeve",))
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +84,7 @@ def test_displacement_fades_to_nothing_where_the_region_ends(eva: ChartedAvatar)
 
 
 def test_a_dressed_avatar_looks_as_it_did(eva: ChartedAvatar) -> None:
-    plain = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
+    plain = closed_person()
     for mesh, albedo, other, its in (
         (plain.mesh, plain.albedo, eva.avatar.mesh, eva.avatar.albedo),
         (plain.coarser[0].mesh, plain.coarser[0].albedo, eva.avatar.coarser[0].mesh, eva.avatar.coarser[0].albedo),

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.check import AvatarFileError
@@ -15,7 +16,6 @@ from vistel.figure.formats.gltf import save_gltf
 from vistel.figure.formats.load import load_any
 from vistel.figure.formats.parcel import pack, unpack
 from vistel.figure.formats.usd import save_usd
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.wrinkle.dressing import dressed
 from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.sets_text import sets_text
@@ -27,7 +27,7 @@ TEXT = sets_text(wrinkle_sets(["face"]))
 
 @pytest.fixture(scope="module")
 def eva() -> Avatar:
-    whole = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
+    whole = closed_person()
     coarse = whole.coarser[-1]
     return replace(coarse, wrinkles=TEXT, coarser=())
 

@@ -1,5 +1,4 @@
-"""Built-in people by specification, kept in the user's cache directory: people of the body model (`vistel.figure.people.measured`),
-and those that were sculpted from primitives before (`vistel.figure.people.recipe`), whom old conferences and logs name."""
+"""Built-in people by specification (`vistel.figure.people.measured`), kept in the user's cache directory."""
 
 from __future__ import annotations
 
@@ -19,12 +18,12 @@ from vistel.figure.body_model import person as body_model
 from vistel.figure.body_model.person import Person
 from vistel.figure.formats.avatar_file import load_avatar, save_avatar
 from vistel.figure.people.measured import measured
-from vistel.figure.people.person import VERSION, make_person
-from vistel.figure.people.recipe import Recipe, is_sculpted, parse_spec
 from vistel.whole_file import whole_file
 
 _log = logging.getLogger(__name__)
 
+_VERSION = 17
+"""Of what is made of a specification; a change of it makes cached people void."""
 _NUMBERS = ("rest", "tip", "a", "b", "radius_a", "radius_b")
 WRINKLES = ("shirt", "trousers", "face", "hands")
 """Names of the sets of wrinkles (vistel/wrinkle/sets) that built-in people wear."""
@@ -44,15 +43,12 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
         pass
     except (AvatarFileError, OSError) as fault:
         _log.warning("event=avatar_cache_unreadable path=%s reason=%s action=make_again", path, fault)
-    return _made(who, path, name=name, height=height)
+    return _made(who, path, name)
 
 
-def builtin_proportions(spec: str, *, name: str, height: float, cache: Path | None = None) -> Proportions | None:
-    """Joint chain and primitives of the avatar that `builtin_avatar` gives, sooner; None where they are the average of that height.
-    Raises ValueError as it does."""
+def builtin_proportions(spec: str, *, name: str, height: float, cache: Path | None = None) -> Proportions:
+    """Joint chain and primitives of the avatar that `builtin_avatar` gives, sooner. Raises ValueError as it does."""
     who, path = _place(spec, name, height, cache)
-    if isinstance(who, Recipe):
-        return None
     place = _limbs_beside(path)
     try:
         with np.load(place, allow_pickle=False) as kept:
@@ -69,11 +65,11 @@ def builtin_proportions(spec: str, *, name: str, height: float, cache: Path | No
     return limbs
 
 
-def described(spec: str, name: str, height: float) -> Recipe | Person:
+def described(spec: str, name: str, height: float) -> Person:
     """What a specification says. Raises ValueError naming what is wrong in it or in the height."""
     if not 0.5 <= height <= 2.6:
         raise ValueError(f"height: expected 0.5 to 2.6 m, got {height}")
-    return parse_spec(spec, name) if is_sculpted(spec) else measured(spec, name, height)
+    return measured(spec, name, height)
 
 
 def is_made(spec: str, *, name: str, height: float, cache: Path | None = None) -> bool:
@@ -81,10 +77,11 @@ def is_made(spec: str, *, name: str, height: float, cache: Path | None = None) -
     return _place(spec, name, height, cache)[1].is_file()
 
 
-def _place(spec: str, name: str, height: float, cache: Path | None) -> tuple[Recipe | Person, Path]:
+def _place(spec: str, name: str, height: float, cache: Path | None) -> tuple[Person, Path]:
     """What a person is made of, and the file that keeps it."""
-    who = described(spec, name, height)
-    key = hashlib.sha256(repr((VERSION, who, round(height, 4))).encode()).hexdigest()[:20]
+    # Heights of other sites come as float32.
+    who = described(spec, name, round(height, 4))
+    key = hashlib.sha256(repr((_VERSION, who)).encode()).hexdigest()[:20]
     return who, (cache if cache is not None else default_cache()) / f"person-{key}.npz"
 
 
@@ -99,19 +96,18 @@ def _keep_limbs(limbs: Proportions, place: Path) -> None:
         np.savez(file, names=limbs.names, joint=limbs.joint, **dict(zip(_NUMBERS, limbs.arrays, strict=True)))
 
 
-def _made(who: Recipe | Person, path: Path, *, name: str, height: float) -> Avatar:
+def _made(who: Person, path: Path, name: str) -> Avatar:
     with file_lock(path.with_suffix(".lock")):
         # Another process may have made the same person while this one waited.
         try:
             return replace(load_avatar(path), name=name)
         except (AvatarFileError, OSError):
             pass
-        sculpted = isinstance(who, Recipe)
-        avatar = make_person(who, name=name, height=height) if sculpted else body_model.make(who, name)
+        avatar = body_model.make(who, name)
         try:
             save_avatar(avatar, path)
-            if not sculpted:  # so that who only asks for its limbs need not fit it again
-                _keep_limbs(Proportions.of(avatar.skeleton, avatar.body), _limbs_beside(path))
+            # Kept, too, so that who only asks for its limbs need not fit it again.
+            _keep_limbs(Proportions.of(avatar.skeleton, avatar.body), _limbs_beside(path))
         except OSError as fault:
             _log.warning("event=avatar_cache_unwritable path=%s reason=%s", path, fault)
     return avatar

@@ -11,9 +11,10 @@ from vistel.figure.body_model.person import SEXES, Person, drawn
 from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
 from vistel.figure.clothes.weave import WEAVES
 
-_NUMBERS = {"age": (3.0, 90.0), "weight": (10.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0), "face": (0.0, 2.0**31)}
+_NUMBERS = {"age": (3.0, 90.0), "weight": (10.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0)}
+_SEEDS = {"seed": (0.0, 2.0**31), "face": (0.0, 2.0**31)}
 _WEARS = ("top", "pattern", "bottom", "shoes")
-KEYS = ("person", "sex", *_NUMBERS, "hair", "beard", *_WEARS)
+KEYS = ("person", "sex", *_NUMBERS, *_SEEDS, "hair", "beard", *_WEARS)
 """Words of such a specification."""
 
 
@@ -27,13 +28,15 @@ def measured(spec: str, name: str, height: float) -> Person:
         given[key] = value
     sex = _one_of(spec, "sex", given["sex"], SEXES) if "sex" in given else None
     known = given.get("person", name if not given and name in PEOPLE else "")
+    numbers = {key: _number(spec, key, text, *_NUMBERS[key]) for key, text in given.items() if key in _NUMBERS}
+    seeds = {key: int(_number(spec, key, text, *_SEEDS[key])) for key, text in given.items() if key in _SEEDS}
     # Of who is drawn only who they are: how tall they are is told, and their weight goes with that.
-    person = _known(spec, known, height) if known else replace(drawn(zlib.crc32(name.encode()), sex), height=height, weight=None)
-    numbers = {key: _number(spec, key, text) for key, text in given.items() if key in _NUMBERS}
+    who = drawn(seeds.get("seed", zlib.crc32(name.encode())), sex)
+    person = _known(spec, known, height) if known else replace(who, height=height, weight=None)
     person = replace(
         person,
         sex=sex or person.sex,
-        face_seed=int(numbers.pop("face", person.face_seed)),
+        face_seed=seeds.get("face", person.face_seed),
         hair=_one_of(spec, "hair", given["hair"], STYLES) if "hair" in given else person.hair,
         beard=_one_of(spec, "beard", given["beard"], BEARDS) if "beard" in given else person.beard,
         **numbers,
@@ -67,8 +70,7 @@ def _one_of(spec: str, key: str, value: str, words: Collection[str]) -> str:
     return value
 
 
-def _number(spec: str, key: str, text: str) -> float:
-    low, high = _NUMBERS[key]
+def _number(spec: str, key: str, text: str, low: float, high: float) -> float:
     try:
         value = float(text)
     except ValueError:

@@ -5,7 +5,6 @@ import logging
 import numpy as np
 
 from vistel.figure.avatar.proportions import Proportions
-from vistel.figure.people.recipe import is_sculpted, parse_spec
 from vistel.messages.commands import action_of, pose
 from vistel.messages.postures import posture_of
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, PropInput
@@ -24,21 +23,14 @@ def motion_input(participant: str, sample: MotionSample) -> MotionInput:
 
 
 def person(participant: str, message: Participant) -> ParticipantBody:
-    """Height and girth of a participant, or the proportions of their own avatar. Proportions that cannot be read count as
-    average."""
-    build = 1.0
+    """Height of a participant, or the proportions of their own avatar. Proportions that cannot be read count as average."""
     if message.HasField("proportions"):
         try:
             own = Proportions.from_arrays(**from_message(message.proportions))
-            return ParticipantBody(participant, own.skeleton.height, build, own)
+            return ParticipantBody(participant, own.skeleton.height, proportions=own)
         except ValueError as e:
             log.warning("proportions refused participant=%s reason=%r contacts=average", participant, str(e))
-    if is_sculpted(message.avatar):
-        try:
-            build = parse_spec(message.avatar, participant).build
-        except ValueError as e:
-            log.warning("avatar not understood participant=%s reason=%s", participant, e)
-    return ParticipantBody(participant, float(message.height_m) or 1.75, build)
+    return ParticipantBody(participant, float(message.height_m) or 1.75)
 
 
 def command_input(participant: str, message: Command) -> CommandInput:

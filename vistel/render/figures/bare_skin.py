@@ -4,7 +4,7 @@ there. Hair, a collar and a cuff lie on the same limbs."""
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar, flesh
 
 BARE = ("neck", "skull", "face", "palm", "knuckles", "thumb", "index", "middle", "ring", "little")
 # How far bare skin strays from what the face mostly is, in logarithms.
@@ -29,7 +29,7 @@ def bare_skin(avatar: Avatar) -> NDArray[np.bool_]:
     """(R,) which drawn vertices of the avatar's skin show bare skin."""
     mesh, names = avatar.mesh, avatar.body.names
     limb = mesh.limb[mesh.corner_vertex]
-    bare = np.array([is_bare(n) for n in names])[limb]
+    bare = np.array([is_bare(n) for n in names])[limb] & flesh(avatar)[mesh.corner_vertex]
     face = bare & (np.array(names) == "face")[limb]
     if not face.any():
         return bare

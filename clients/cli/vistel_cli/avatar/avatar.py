@@ -42,7 +42,7 @@ def generate(
     look: Annotated[
         str,
         typer.Option(
-            help="word=value,...: person, sex, age, weight, muscle, face, skin, hair, beard, top, pattern, bottom, shoes."
+            help="word=value,...: person, seed, sex, age, weight, muscle, face, skin, hair, beard, top, pattern, bottom, shoes."
         ),
     ] = "",
     as_json: Json = False,
@@ -206,7 +206,7 @@ def fit(
 
 @app.command("inspect")
 def inspect(
-    file: Annotated[str, Takes(USD, GLTF, names=True), typer.Argument(help='An avatar file, or "builtin:seed=3".')],
+    file: Annotated[str, Takes(USD, GLTF, names=True), typer.Argument(help='An avatar file, or "builtin:person=carla".')],
     sheet: Annotated[Path | None, out_file("PNG to write: the face and a dozen postures.", "--sheet")] = None,
     verbose: Annotated[bool, typer.Option("--verbose", help="Also every figure, and the fit of each primitive.")] = False,
     as_json: Json = False,
@@ -237,7 +237,7 @@ def inspect(
 
 @app.command("export")
 def export(
-    file: Annotated[str, Takes(USD, GLTF, names=True), typer.Argument(help='An avatar file, or "builtin:seed=3".')],
+    file: Annotated[str, Takes(USD, GLTF, names=True), typer.Argument(help='An avatar file, or "builtin:person=carla".')],
     output: Annotated[Path, out_file("File to write: .usda, .usdc, .usdz, .glb, .vrm or .obj.")],
     author: Annotated[str, typer.Option(help="Author named in a VRM file; default: the avatar's name.")] = "",
     as_json: Json = False,

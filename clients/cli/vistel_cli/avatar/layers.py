@@ -25,7 +25,7 @@ class VisibleLayers(StrEnum):
 
 
 def layers(
-    file: Annotated[str, Takes(USD, GLTF, ARRAYS, names=True), typer.Argument(help='An avatar file, or "builtin:seed=3".')],
+    file: Annotated[str, Takes(USD, GLTF, ARRAYS, names=True), typer.Argument(help='An avatar file, or "builtin:person=carla".')],
     output: Annotated[Path, out_file("The scene file to write, .toml.")],
     posture: Annotated[str, typer.Option(help="One of the standard postures, such as t-pose, elbow or squat.")] = "elbow",
     visible: Annotated[
@@ -41,7 +41,7 @@ def layers(
 
     [bold]Examples[/bold]
 
-      vistel avatar layers builtin:seed=3 -o arm.toml --posture elbow --layers muscles
+      vistel avatar layers builtin:person=carla -o arm.toml --posture elbow --layers muscles
     """
     import numpy as np
 

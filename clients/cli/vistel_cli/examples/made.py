@@ -17,7 +17,7 @@ from vistel.figure.avatar.avatar import Avatar
 
 SHIPPED = Path(__file__).parent / "files"
 """The repository's folder `examples`."""
-PERSON = "builtin:seed=3,hair_style=5"
+PERSON = "builtin:person=carla"
 """One of the demo, who is made once."""
 SAID = "move the yellow ball to the right"
 SCAN = ("scan.obj", "scan.mtl", "scan.png")

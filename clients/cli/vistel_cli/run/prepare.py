@@ -111,7 +111,7 @@ def _compile_figures(conference: Conference) -> None:
     """Somebody next to somebody else and to a thing of every kind."""
     # An avatar file needs the same kernels as a built-in person.
     spec, name, height = people_of(conference)[0]
-    spec = spec if spec.startswith("builtin") else "builtin:seed=0"
+    spec = spec if spec.startswith("builtin") else "builtin"
     avatar = builtin_avatar(spec, name=name, height=height).coarser[-1]
     one, other = Figure(avatar), Figure(avatar)
     posed = one.pose(standing()).posed

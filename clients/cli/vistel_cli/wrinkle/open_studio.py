@@ -38,7 +38,7 @@ def studio(
 
       vistel wrinkle studio me.usda --open
 
-      vistel wrinkle studio builtin:seed=3 -o eva.usda --port 9000
+      vistel wrinkle studio builtin:person=carla -o eva.usda --port 9000
     """
     opened = _opened(avatar, output, sets)
     logging.basicConfig(level=logging.INFO, format="%(asctime)s %(levelname)s %(message)s")

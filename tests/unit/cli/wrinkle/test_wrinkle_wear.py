@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 from typer.testing import CliRunner
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats.usd import load_usd, save_usd
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.wrinkle.wrinkle_sets import sets_in
 from vistel_cli.main import app
 
@@ -25,7 +25,7 @@ def _run(*words: str, code: int = 0) -> str:
 
 @pytest.fixture(scope="module")
 def coarse() -> Avatar:
-    whole = builtin_avatar("builtin:seed=3", name="eva", height=1.70).coarser[-1]
+    whole = closed_person().coarser[-1]
     return replace(whole, albedo=np.ascontiguousarray(whole.albedo[::2, ::2]), coarser=())
 
 

@@ -1,4 +1,4 @@
-"""People of the body model by specification: what words mean, what is refused, and that old specifications mean what they meant."""
+"""People of the body model by specification: what words mean, and what is refused."""
 
 import warnings
 from pathlib import Path
@@ -10,13 +10,10 @@ from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body_model.builtin_people import PEOPLE
 from vistel.figure.body_model.person import Person
 from vistel.figure.people.builtin import builtin_avatar, builtin_proportions, described, is_made
-from vistel.figure.people.recipe import Recipe
 
 
 def person(spec: str, name: str = "zoe", height: float = 1.7) -> Person:
-    found = described(spec, name, height)
-    assert isinstance(found, Person)
-    return found
+    return described(spec, name, height)
 
 
 def test_without_words_a_name_is_a_person_always_the_same_and_a_known_name_that_person() -> None:
@@ -41,18 +38,17 @@ def test_words_are_taken_and_the_rest_stays_as_drawn() -> None:
 
 
 def test_a_known_person_of_another_height_is_as_heavy_for_it() -> None:
-    tall, usual = person("builtin:person=ben", height=1.92), PEOPLE["ben"]
-    assert tall.weight is not None
+    usual = PEOPLE["ben"]
     assert usual.weight is not None
     assert usual.height is not None
-    assert tall.weight / 1.92**2 == pytest.approx(usual.weight / usual.height**2)
+    for tall in (person("builtin:person=ben", height=1.92), person("builtin", "ben", 1.92)):
+        assert tall.weight is not None
+        assert tall.weight / 1.92**2 == pytest.approx(usual.weight / usual.height**2)
 
 
-@pytest.mark.parametrize(
-    "spec", ["builtin:seed=3", "builtin:build=1", "builtin:seed=4,pattern=4,top=7", "builtin:top=5", "builtin:skin=3"]
-)
-def test_specifications_of_older_files_are_sculpted_people(spec: str) -> None:
-    assert isinstance(described(spec, "zoe", 1.7), Recipe)
+def test_with_a_seed_a_person_does_not_depend_on_the_name() -> None:
+    assert person("builtin:seed=3", "zoe") == person("builtin:seed=3", "yann") != person("builtin:seed=4", "zoe")
+    assert person("builtin:seed=3,hair=bun").hair == "bun"
 
 
 @pytest.mark.parametrize(
@@ -68,6 +64,8 @@ def test_specifications_of_older_files_are_sculpted_people(spec: str) -> None:
         ("builtin:face=1,top=coat", "top: expected one of t-shirt"),
         ("builtin:face=1,pattern=dots", "pattern: expected one of plain"),
         ("builtin:face=1,hat=3", "got 'hat=3'"),
+        ("builtin:seed=-1", "seed: expected a number from 0"),
+        ("builtin:seed=3,build=1.2", "got 'build=1.2'"),
         ("builtin:face", "got 'face'"),
     ],
 )
@@ -87,7 +85,6 @@ def test_limbs_are_known_before_the_avatar_is_made_and_are_its_own(tmp_path: Pat
     avatar = builtin_avatar("builtin:person=aiko", name="aiko", height=1.64, cache=tmp_path)
     assert limbs == Proportions.of(avatar.skeleton, avatar.body)
     assert builtin_proportions("builtin:person=aiko", name="aiko", height=1.64, cache=tmp_path) == limbs
-    assert builtin_proportions("builtin:seed=3", name="aiko", height=1.64, cache=tmp_path) is None
     (kept,) = tmp_path.glob("limbs-*.npz")
     kept.write_bytes(b"no such file")
     again = builtin_proportions("builtin:person=aiko", name="aiko", height=1.64, cache=tmp_path)

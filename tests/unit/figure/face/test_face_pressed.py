@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.marks import MARK_INDEX
 from vistel.figure.figure import Figure
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -20,7 +20,7 @@ RADIUS = 0.03
 
 @pytest.fixture(scope="module")
 def eva() -> Avatar:
-    return builtin_avatar("builtin:seed=3", name="eva", height=1.70)
+    return closed_person()
 
 
 def ball(centre: np.ndarray) -> GhostSource:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 
 from vistel.arrays import F64
 from vistel.figure.face.countenance import Countenance
@@ -16,7 +17,6 @@ from vistel.figure.face.landmarks import Landmarks, landmarks_of
 from vistel.figure.face.marks import MARK_INDEX, REST, Expressions
 from vistel.figure.face.rules import FaceRuleError, builtin_rules, load_rules
 from vistel.figure.face.shape import Expression, FaceShape
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, interpolate
 from vistel.protocol.live_link_face import CHANNELS
 
@@ -26,7 +26,7 @@ RULES = builtin_rules()
 
 @pytest.fixture(scope="module")
 def head() -> tuple[FaceShape, Landmarks, F64]:
-    avatar = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
+    avatar = closed_person()
     marks = landmarks_of(avatar)
     shape = FaceShape(avatar.mesh.vertices, marks)
     return shape, marks, avatar.mesh.vertices[shape.vertex].astype(np.float64)

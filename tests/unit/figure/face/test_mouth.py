@@ -1,10 +1,10 @@
-"""The mouth of built-in heads: skin cut along the lips, a bag behind it, and what each part follows when the jaw opens."""
+"""A mouth of skin cut along the lips with a bag behind it: what each part follows when the jaw opens."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from avatar_fixture import closed_person
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.face.landmarks import landmarks_of
@@ -12,62 +12,13 @@ from vistel.figure.face.lips import sides_of_mouth
 from vistel.figure.face.rules import builtin_rules
 from vistel.figure.face.shape import Expression
 from vistel.figure.face.skin import FaceSkin
-from vistel.figure.people.builtin import builtin_avatar
-from vistel.figure.people.mouth import HALF, line, open_mouth
 
 RULES = builtin_rules()
 
 
 @pytest.fixture(scope="module")
 def eva() -> Avatar:
-    return builtin_avatar("builtin:seed=3", name="eva", height=1.70)
-
-
-def ball(rings: int = 60, around: int = 120) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """A closed head without features, where a head is."""
-    polar = np.linspace(0.0, np.pi, rings + 1)[1:-1]
-    angle = np.arange(around) * 2.0 * np.pi / around
-    grid = np.stack(
-        np.broadcast_arrays(
-            np.sin(polar)[:, None] * np.sin(angle), np.cos(polar)[:, None] + 0.0 * angle, np.sin(polar)[:, None] * np.cos(angle)
-        ),
-        axis=-1,
-    )
-    v = np.concatenate(([[0.0, 1.0, 0.0]], grid.reshape(-1, 3), [[0.0, -1.0, 0.0]])) * 0.095 + (0.0, 1.57, 0.0)
-    t: list[tuple[int, int, int]] = []
-    last = len(v) - 1
-    for k in range(around):
-        n = (k + 1) % around
-        t += [(0, 1 + k, 1 + n), (last, last - around + n, last - around + k)]
-        for r in range(rings - 2):
-            a, b = 1 + r * around, 1 + (r + 1) * around
-            t += [(a + k, b + k, b + n), (a + k, b + n, a + n)]
-    return v, np.array(t)
-
-
-def volume(v: NDArray[np.float64], t: NDArray[np.int64]) -> float:
-    return float(np.einsum("fi,fi->", v[t[:, 0]], np.cross(v[t[:, 1]], v[t[:, 2]]))) / 6.0
-
-
-def test_cutting_a_mouth_keeps_the_skin_closed_and_outside_out() -> None:
-    v, t = ball()
-    opened, faces, mouth = open_mouth(v, t)
-    directed = np.concatenate((faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]))
-    keys, back = directed @ (len(opened), 1), directed[:, ::-1] @ (len(opened), 1)
-    assert len(np.unique(keys)) == len(keys)
-    assert np.array_equal(np.sort(keys), np.sort(back))
-    assert len(opened) - len(keys) // 2 + len(faces) == 2  # no handle: a pocket, not a pipe
-    assert 0.97 * volume(v, t) < volume(opened, faces) < volume(v, t)
-    edge = np.setdiff1d(np.unique(faces[mouth.face :]), np.arange(mouth.bag, len(opened)))
-    assert np.abs(opened[edge, 1] - line(opened[edge, 0])).max() < 5e-5
-    assert np.ptp(opened[edge, 0]) > 1.7 * HALF
-    assert mouth.colour[mouth.bag :].max() > 200.0  # teeth
-
-
-def test_skin_without_anything_where_a_mouth_should_be_is_refused() -> None:
-    v, t = ball()
-    with pytest.raises(ValueError, match="no line between lips"):
-        open_mouth(v + np.array((0.0, 0.5, 0.0)), t)
+    return closed_person()
 
 
 @pytest.mark.parametrize("level", [0, 1, 2])

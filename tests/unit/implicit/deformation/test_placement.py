@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.deform import Deformer
 from vistel.implicit.deformation.ghost_source import ghosts_of
@@ -76,7 +76,7 @@ def test_given_parts_keep_their_vertices():
 
 @pytest.mark.parametrize("count, most", [(23, 0.008), (60, 0.004)])
 def test_a_person_is_held_closely(count, most):
-    mesh = builtin_avatar("builtin:seed=3", name="x", height=1.75).mesh
+    mesh = closed_person(1.75).mesh
     placed = place_skeletons(mesh.vertices, mesh.triangles, count)
     assert placed.limbs.groups == count
     assert placed.mean_distance <= most

@@ -6,18 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 
-from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure import builtin
+from vistel.figure.avatar.avatar import Avatar, flesh
 from vistel.render.figures.bare_skin import bare_skin, is_bare
 
-LIGHT, DARK = ("builtin:seed=2", 1.64), ("builtin:seed=4,pattern=4,top=7", 1.82)
 
-
-@pytest.fixture(scope="module", params=[LIGHT, DARK], ids=["light skin, brown hair, wool", "dark skin, black hair, shirt"])
-def avatar(request: pytest.FixtureRequest) -> Avatar:
-    spec, height = request.param
-    return builtin_avatar(spec, name="eva", height=height)
+@pytest.fixture(scope="module")
+def avatar() -> Avatar:
+    return closed_person()
 
 
 def _at(avatar: Avatar, low: tuple[float, float, float], high: tuple[float, float, float]) -> np.ndarray:
@@ -70,3 +68,12 @@ def test_a_face_of_one_colour_is_skin_through_and_through(avatar: Avatar) -> Non
     plain = bare_skin(replace(avatar, albedo=np.full((8, 8, 3), (200, 150, 120), np.uint8)))
     names = np.array(avatar.body.names)[avatar.mesh.limb[avatar.mesh.corner_vertex]]
     assert np.array_equal(plain, [is_bare(n) for n in names])
+
+
+@pytest.mark.parametrize("who", ["carla", "erik"])
+def test_cards_of_hair_are_not_whatever_their_colour(who: str) -> None:
+    person = builtin(who).avatar
+    hair = ~flesh(person)[person.mesh.corner_vertex]
+    assert hair.sum() > 1000
+    assert not bare_skin(person)[hair].any()
+    assert bare_skin(person).sum() > 3000

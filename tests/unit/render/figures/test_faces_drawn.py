@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 
 from vistel.figure.face.gaze import FARTHEST, converged, distance_looked_at
 from vistel.figure.face.marks import REST, Expressions
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import NECK, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.messages.postures import posture_of
@@ -26,7 +26,7 @@ pytestmark = pytest.mark.gl
 
 @pytest.fixture(scope="module")
 def eva() -> AvatarFigure:
-    return AvatarFigure(builtin_avatar("builtin:seed=3", name="eva", height=1.70))
+    return AvatarFigure(closed_person())
 
 
 def making(turned: float = 0.0, **channels: float) -> Posture:

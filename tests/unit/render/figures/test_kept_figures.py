@@ -8,8 +8,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from avatar_fixture import closed_person
 
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import standing
 from vistel.render.figures.cache import cached_figure
 from vistel.render.figures.figures import AvatarFigure, Corners
@@ -44,7 +44,7 @@ def test_another_process_reads_the_same_figure_to_the_last_bit(tmp_path: Path) -
 
 
 def test_a_damaged_file_is_made_again(tmp_path: Path) -> None:
-    avatar = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
+    avatar = replace(closed_person(), name="ann")
     cached_figure(avatar, tmp_path)
     (kept,) = tmp_path.glob("*.figure")
     kept.write_bytes(kept.read_bytes()[:1000])
@@ -56,12 +56,12 @@ def test_a_damaged_file_is_made_again(tmp_path: Path) -> None:
 
 def test_a_folder_that_cannot_be_used_costs_only_the_keeping(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("in the way")
-    avatar = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
+    avatar = replace(closed_person(), name="ann")
     assert isinstance(cached_figure(avatar, tmp_path / "file" / "figures"), AvatarFigure)
 
 
 def test_one_file_is_kept_of_an_avatar_made_read_or_shown_before(tmp_path: Path) -> None:
-    read = builtin_avatar("builtin:seed=3", name="ann", height=1.7)
+    read = replace(closed_person(), name="ann")
     made = replace(read, albedo=np.asfortranarray(read.albedo), skeleton=replace(read.skeleton, rest=read.skeleton.rest.copy()))
     for avatar in (read, read, made):
         cached_figure(avatar, tmp_path)

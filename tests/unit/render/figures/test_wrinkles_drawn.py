@@ -9,12 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from vistel.arrays import U8
 from vistel.conference.model import Conference
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.implicit.contacts.contact_set import PrimitiveSet
@@ -37,7 +37,7 @@ SECOND = 1_000_000_000
 
 @pytest.fixture(scope="module")
 def eva() -> AvatarFigure:
-    avatar = builtin_avatar("builtin:seed=3", name="eva", height=1.70)
+    avatar = closed_person()
     return AvatarFigure(avatar, wears=[s for s in wrinkle_sets(["shirt"]) if s.region.name == "sleeve"])
 
 

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from avatar_fixture import closed_person
 
 from vistel.figure.avatar.avatar import Avatar
-from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import ELBOW, Posture, standing
 from vistel.render.figures.cache import cached_figure
 from vistel.render.figures.drawn import Corners
@@ -20,7 +20,7 @@ from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 
 @pytest.fixture(scope="module")
 def coarse() -> Avatar:
-    whole = builtin_avatar("builtin:seed=3", name="eva", height=1.70).coarser[-1]
+    whole = closed_person().coarser[-1]
     return replace(whole, albedo=np.ascontiguousarray(whole.albedo[::2, ::2]), coarser=())
 
 

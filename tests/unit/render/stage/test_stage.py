@@ -47,10 +47,10 @@ def test_somebody_is_shown_before_it_is_known_who_they_are() -> None:
     stage_with_motion(stage, "ada", range(30))
     assert stage.instant(28 * STEP).people[0].about.display_name == "ada"
     stage.receive_participant(
-        motion_pb2.Participant(participant="ada", display_name="Ada L.", height_m=1.6, avatar="builtin:seed=2")
+        motion_pb2.Participant(participant="ada", display_name="Ada L.", height_m=1.6, avatar="builtin:person=aiko")
     )
     about = stage.instant(29 * STEP).people[0].about
-    assert (about.display_name, about.height, about.avatar) == ("Ada L.", pytest.approx(1.6), "builtin:seed=2")
+    assert (about.display_name, about.height, about.avatar) == ("Ada L.", pytest.approx(1.6), "builtin:person=aiko")
 
 
 def test_an_implausible_height_is_not_believed() -> None:

@@ -69,9 +69,7 @@ def ball(x: float, y: float, z: float, r: float = R) -> PrimitiveSet:
 @cache
 def meeting() -> tuple[Meeting, tuple[str, ...]]:
     people = ("aiko", "bruno", "chidi")
-    conference = Conference.model_validate(
-        {"sites": [{"name": p, "participants": [{"name": p, "avatar": "builtin:build=1"}]} for p in people]}
-    )
+    conference = Conference.model_validate({"sites": [{"name": p, "participants": [{"name": p}]} for p in people]})
     return Meeting(list(simulated_people(conference).values()), 3, 1), people
 
 
