@@ -57,7 +57,8 @@ def hair(
 
 def _covered(scalp: Scalp, mesh: Mesh) -> Bool:
     """(F,) triangles of the body that lie under the cap where it is opaque."""
-    return (scalp.within(mesh) > _COVERED * scalp.size)[mesh.triangles].all(axis=1)
+    under = scalp.within(mesh) > _COVERED * scalp.size
+    return np.asarray(under[mesh.triangles].all(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
