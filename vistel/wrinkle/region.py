@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from vistel.arrays import F32, F64
-from vistel.figure.avatar.avatar import Avatar, flesh
+from vistel.figure.avatar.avatar import Avatar, clothes, flesh
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.smoothstep import smoothstep
 from vistel.toml import file as toml
@@ -41,6 +41,8 @@ class Region(Entry):
     """Joint through which the tube's axis goes upright, instead of along the joints."""
     fade: Annotated[float, Field(gt=0.0)] = 0.03
     """Width of the border over which displacements grow from 0 at the region's edge to their full size [m]."""
+    cloth: bool = False
+    """Whether it is clothes that crease there, not skin."""
     charted: bool = False
     """Whether dressed avatars have a texture of their own for it, on which cloth can move."""
 
@@ -112,6 +114,11 @@ def tube(avatar: Avatar, region: Region, side: str = "", *, like: Tube | None = 
     at, away = _unrolled(mesh.vertices, axis, level, seam, quarter)
     low, high = level[0] - region.beyond[0], level[-1] + region.beyond[1]
     member = mine[mesh.limb] & (at[:, 1] >= low) & (at[:, 1] <= high) & flesh(avatar)
+    if region.cloth:
+        on = clothes(avatar)
+        # On a chart there is one layer of clothes, and a cuff of a shirt is another.
+        outer = int(np.bincount(on[member & (on >= 0)], minlength=1).argmax())
+        member &= (on == outer) if region.charted else (on >= 0)
     radius = like.radius if like is not None else float(np.median(away[member])) if member.any() else 0.05
     scale = avatar.skeleton.height / 1.75
     attenuation = _inwards(mesh.vertices, mesh.triangles, member, region.fade * scale)

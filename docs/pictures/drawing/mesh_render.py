@@ -11,13 +11,13 @@ from PIL import Image
 
 from vistel.arrays import F32
 from vistel.figure.avatar.avatar import Avatar, Mesh
-from vistel.render.figures.portrait import PLAIN_FRAGMENT, PLAIN_VERTEX
+from vistel.render.figures.portrait import PLAIN_FRAGMENT, PLAIN_VERTEX, texels
 from vistel.render.view.camera import look_at
 
 
 @dataclass(frozen=True)
 class Part:
-    """A mesh to be seen: drawn vertices (R, 3) and normals (R, 3), uv (R, 2), triangles (F, 3), texture (H, W, 3)."""
+    """A mesh to be seen: drawn vertices (R, 3) and normals (R, 3), uv (R, 2), triangles (F, 3), texture (H, W, 3 or 4)."""
 
     vertices: NDArray[np.floating]
     normals: NDArray[np.floating]
@@ -35,7 +35,7 @@ class Part:
     def worn(avatar: Avatar, mesh: Mesh, vertices: F32, normals: F32) -> "Part":
         """A mesh of an avatar where it is now: vertices, normals (V, 3)."""
         corner = mesh.corner_vertex
-        return Part(vertices[corner], normals[corner], mesh.uv, mesh.corner_triangles, avatar.albedo)
+        return Part(vertices[corner], normals[corner], mesh.uv, mesh.corner_triangles, texels(avatar))
 
 
 def normals(vertices: NDArray[np.floating], triangles: NDArray[np.integer]) -> NDArray[np.float64]:

@@ -8,6 +8,7 @@ from PIL import Image
 from docs.pictures.drawing.mesh_render import Camera, View
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import Posture, pose_joints
+from vistel.render.figures.portrait import texels
 from vistel.wrinkle.worn import Worn
 
 VERTEX = """#version 330
@@ -18,7 +19,9 @@ uniform sampler2D albedo; uniform sampler2D wrinkles; uniform vec3 eye; uniform 
 in vec3 n; in vec3 p; in vec2 t; in vec2 r; out vec4 colour;
 void main() {
     vec3 N = normalize(n), V = normalize(eye - p), key = normalize(vec3(0.5, 0.7, 0.8));
-    vec3 base = mix(pow(texture(albedo, t).rgb, vec3(2.2)), vec3(0.5), plain) * texture(wrinkles, r).r * 2.0;
+    vec4 texel = texture(albedo, t);
+    if (texel.a < 0.5) discard;
+    vec3 base = mix(pow(texel.rgb, vec3(2.2)), vec3(0.5), plain) * texture(wrinkles, r).r * 2.0;
     vec3 light = vec3(0.26 + 0.16 * N.y) + 0.78 * max(0.0, dot(N, key))
         + vec3(0.20, 0.22, 0.26) * max(0.0, dot(N, normalize(vec3(-0.8, 0.2, 0.5)))) + 0.2 * max(0.0, -N.z);
     float shine = 0.05 * pow(max(0.0, dot(N, normalize(key + V))), 24.0);
@@ -51,7 +54,7 @@ class Studio(Camera):
         state = figure.pose(posture, (), worn.displacement(weights))
         self.program["plain"].value = float(plain)  # type: ignore[union-attr]
         light = np.clip(worn.light(weights) * 127.5, 0, 255).astype(np.uint8)[..., None]
-        textures = [self.texture(avatar.albedo), self.texture(light, 1)]
+        textures = [self.texture(texels(avatar)), self.texture(light, 1)]
         for texture in textures:
             texture.anisotropy = 8.0
         meshes = [(avatar.mesh, state.vertices, state.normals, worn.coordinates(weights))]

@@ -157,7 +157,7 @@ def arm(elbow: float, hang: float = 60.0, forward: float = 20.0, knee: float = 0
 
 def sleeve() -> Image.Image:
     """Figure 49b: a sleeve, straight and bent; without wrinkles above, with them below."""
-    studio, who = Studio(), Dressing("person=jonas")
+    studio, who = Studio(), Dressing("person=jonas,top=sweater,pattern=plain")
     outside = View((1.12, 1.38, 0.05), (0.38, 1.2, 0.12), 0.42)
     rows = [
         [

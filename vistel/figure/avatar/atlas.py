@@ -28,11 +28,11 @@ def _halved(picture: U8) -> U8:
 
 
 def _packed(pictures: list[U8]) -> tuple[U8, F64]:
-    """Pictures on shelves, tallest first."""
+    """Pictures on shelves, tallest first; a shelf takes a whole number of the widest."""
     order = sorted(range(len(pictures)), key=lambda i: -pictures[i].shape[0])
-    width = max(p.shape[1] for p in pictures)
+    widest = max(p.shape[1] for p in pictures)
     total = sum(p.shape[0] * p.shape[1] for p in pictures)
-    width = max(width, int(np.ceil(np.sqrt(0.5 * total) / 256.0)) * 256)
+    width = widest * int(np.ceil(np.sqrt(0.5 * total) / widest))
     place: dict[int, tuple[int, int]] = {}
     x = y = shelf = 0
     for i in order:

@@ -124,3 +124,17 @@ def flesh(avatar: Avatar) -> Bool:
         on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
         out[mesh.triangles[(on >= 0) & np.array(holed)[on]]] = False
     return out if out.mean() > 0.5 else np.ones_like(out)
+
+
+def clothes(avatar: Avatar) -> I32:
+    """(V,) on which clothes each vertex of an avatar lies, by the number of their patch: opaque, of other surface properties than
+    most of the face; -1 on skin and hair. 0 everywhere, where there are none of that kind: files often have clothes and skin in
+    one."""
+    mesh = avatar.mesh
+    on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
+    face = np.array([name == "face" for name in avatar.body.names])[mesh.limb][mesh.triangles].all(axis=1)
+    skin = int(np.bincount(on[face] + 1).argmax()) - 1 if face.any() else -1
+    cloth = np.array([patch.opacity is None and not patch.blend for patch in avatar.patches] + [False])[on] & (on != skin)
+    out = np.full(len(mesh.vertices), -1, np.int32)
+    out[mesh.triangles[cloth]] = on[cloth, None]
+    return out if cloth.any() else np.zeros_like(out)

@@ -86,4 +86,5 @@ def _tables(rules: FaceRules) -> tuple[dict[str, Meaning], dict[str, Meaning]]:
         for channel, share in u.unit.arkit.items():
             if share >= 1.0:
                 table[_plain(channel)] = Meaning(u.unit.name, 0)
-    return table, {_plain(name): Meaning(unit, 0, 1) for name, unit in file["vrm"].items()}
+    # A VRM's own expressions are its presets or, as faces from phones want them, ARKit's shapes.
+    return table, table | {_plain(name): Meaning(unit, 0, 1) for name, unit in file["vrm"].items()}

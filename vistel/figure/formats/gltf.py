@@ -2,7 +2,8 @@
 
 Joints are nodes under the house's names, without rotation at rest, as VRM 1.0 wants them; skin and eyeballs are meshes of one skin.
 Data that only VISTEL has (primitives, twist bones, bone ends, which drawn vertices are one) is in the extension VISTEL_avatar,
-which other programs ignore; with it nothing is lost. Coarser levels of detail are not kept: reading makes them anew."""
+which other programs ignore; with it nothing of the shape is lost, and of pictures what JPEG leaves out. Coarser levels of detail
+are not kept: reading makes them anew."""
 
 from dataclasses import asdict
 from pathlib import Path
@@ -11,19 +12,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar, Mesh, Target
-from vistel.figure.formats.gltf_binary import Binary
+from vistel.figure.formats.gltf_binary import Binary, smallest
 from vistel.figure.formats.gltf_materials import extensions_used, primitives, write_materials
-from vistel.figure.making.files.vrm import REQUIRED, vrm_name
+from vistel.figure.formats.vrm import EYES, vrm_extension
 from vistel.figure.rigid.weights import influences, joints_only
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS
+from vistel.geometry.normals import vertex_normals
 from vistel.whole_file import whole_file
 
 GLTF_ENDINGS = (".glb", ".vrm")
 EXTENSION = "VISTEL_avatar"
 FORMAT = 1
-EYES = ("left_eye", "right_eye")
-_LICENCE = "https://vrm.dev/licenses/1.0/"
 
 
 def save_gltf(avatar: Avatar, path: Path, *, author: str = "") -> None:
@@ -75,7 +76,7 @@ class _Writer(Binary):
         tree["extensions"] = {EXTENSION: _kept(avatar) | {"meshes": exact} | ({"patches": patches} if patches else {})}
         if vrm:
             tree["extensionsUsed"].append("VRMC_vrm")
-            tree["extensions"]["VRMC_vrm"] = vrm_extension(avatar, author, len(JOINTS))
+            tree["extensions"]["VRMC_vrm"] = vrm_extension(avatar, author)
         return self.glb(tree)
 
     def _primitive(self, avatar: Avatar, mesh: Mesh, joint: int | None) -> dict[str, Any]:
@@ -83,21 +84,20 @@ class _Writer(Binary):
         bone, weight = mesh.bone, mesh.weight
         if joint is not None:
             joints = np.tile(np.array((joint, 0, 0, 0), np.uint8), (len(rows), 1))
-            shares = np.tile(np.array((1, 0, 0, 0), np.float32), (len(rows), 1))
+            shares = np.tile(np.array((65535, 0, 0, 0), np.uint16), (len(rows), 1))
         else:
             if bone is None or weight is None:
                 bone, weight = influences(avatar.skeleton, mesh.vertices, mesh.triangles, avatar.body.joint[mesh.limb])
             only, share = joints_only(bone, weight)
-            joints, shares = only[rows].astype(np.uint8), share[rows].astype(np.float32)
-            joints[shares == 0.0] = 0
-            shares /= shares.sum(axis=1, keepdims=True)
+            joints, shares = only[rows].astype(np.uint8), _whole_shares(share[rows].astype(np.float64))
+            joints[shares == 0] = 0
         position, uv = mesh.vertices[rows], mesh.uv.astype(np.float32)
         attributes = {
             "POSITION": self.accessor(position, bounds=True),
             "NORMAL": self.accessor(_normals(mesh)[rows]),
             "TEXCOORD_0": self.accessor(np.column_stack([uv[:, 0], np.float32(1.0) - uv[:, 1]])),
             "JOINTS_0": self.accessor(joints),
-            "WEIGHTS_0": self.accessor(shares),
+            "WEIGHTS_0": self.accessor(shares, normalized=True),
         }
         moved = {"targets": [self._target(t, mesh) for t in mesh.targets]} if mesh.targets else {}
         return {"attributes": attributes, "mode": 4} | moved
@@ -105,12 +105,12 @@ class _Writer(Binary):
     def _target(self, target: Target, mesh: Mesh) -> dict[str, int]:
         whole = np.zeros_like(mesh.vertices)
         whole[target.vertex] = target.offset
-        return {"POSITION": self.accessor(whole[mesh.corner_vertex], bounds=True)}
+        return {"POSITION": self.sparse(whole[mesh.corner_vertex])}
 
     def _exact(self, mesh: Mesh) -> dict[str, int]:
         """Accessors of data that the drawn vertices lack."""
         out = {
-            "vertex": self.accessor(mesh.corner_vertex.astype(np.uint32)[:, None], target=None),
+            "vertex": self.accessor(smallest(mesh.corner_vertex)[:, None], target=None),
             "uv": self.accessor(mesh.uv.astype(np.float32), target=None),
             "limb": self.accessor(mesh.limb.astype(np.uint16)[:, None], target=None),
         }
@@ -118,43 +118,6 @@ class _Writer(Binary):
             out["bone"] = self.accessor(mesh.bone.astype(np.uint8), target=None)
             out["weight"] = self.accessor(mesh.weight.astype(np.float32), target=None)
         return out
-
-
-def vrm_extension(avatar: Avatar, author: str, joints: int) -> dict[str, Any]:
-    """VRMC_vrm 1.0 of an avatar whose joints are the nodes 0 to `joints` - 1."""
-    bones: dict[str, Any] = {}
-    for j in range(joints):
-        bone = vrm_name(JOINTS[j])
-        if bone is not None:
-            bones[bone] = {"node": j}
-    lacking = [bone for bone in REQUIRED if bone not in bones]
-    if lacking:
-        raise ValueError(f"no joint for {lacking[0]}, which VRM requires")
-    head, eyes = avatar.skeleton.rest[JOINT_INDEX["head"]], [avatar.skeleton.rest[JOINT_INDEX[e]] for e in EYES]
-    inner = {"inputMaxValue": 90.0, "outputScale": 30.0}
-    return {
-        "specVersion": "1.0",
-        "meta": {
-            "name": avatar.name or "avatar",
-            "version": "1",
-            "authors": [author],
-            "licenseUrl": _LICENCE,
-            "avatarPermission": "onlyAuthor",
-            "commercialUsage": "personalNonProfit",
-            "modification": "prohibited",
-            "creditNotation": "required",
-            "allowRedistribution": False,
-        },
-        "humanoid": {"humanBones": bones},
-        "lookAt": {
-            "offsetFromHeadBone": (0.5 * (eyes[0] + eyes[1]) - head).tolist(),
-            "type": "bone",
-            "rangeMapHorizontalInner": inner,
-            "rangeMapHorizontalOuter": inner,
-            "rangeMapVerticalDown": inner,
-            "rangeMapVerticalUp": inner,
-        },
-    }
 
 
 def _joint_nodes(avatar: Avatar) -> list[dict[str, Any]]:
@@ -188,11 +151,14 @@ def _kept(avatar: Avatar) -> dict[str, Any]:
 
 
 def _normals(mesh: Mesh) -> NDArray[np.float32]:
-    """(V, 3) of unit length, smooth."""
-    corner = mesh.vertices[mesh.triangles].astype(np.float64)
-    face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    flat = mesh.triangles.reshape(-1)
-    out = np.stack([np.bincount(flat, np.repeat(face[:, k], 3), len(mesh.vertices)) for k in range(3)], axis=1)
-    length = np.linalg.norm(out, axis=1, keepdims=True)
-    out = np.where(length > 1e-20, out / np.maximum(length, 1e-20), (0.0, 1.0, 0.0)).astype(np.float32)
-    return out / np.linalg.norm(out, axis=1, keepdims=True)
+    """(V, 3) of unit length, smooth; upwards where there is none."""
+    out = vertex_normals(mesh.vertices.astype(np.float64), mesh.triangles)
+    out[np.linalg.norm(out, axis=1) < 0.5] = (0.0, 1.0, 0.0)
+    return out.astype(np.float32)
+
+
+def _whole_shares(share: F64) -> NDArray[np.uint16]:
+    """(N, 4) shares as 16-bit integers whose sum is exactly their largest, as glTF wants it."""
+    whole: F64 = np.rint(65535.0 * share / share.sum(axis=1, keepdims=True))
+    whole[np.arange(len(whole)), whole.argmax(axis=1)] += 65535.0 - whole.sum(axis=1)
+    return whole.astype(np.uint16)

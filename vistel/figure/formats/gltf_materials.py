@@ -12,13 +12,15 @@ from PIL import Image
 
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch, patch_of
-from vistel.figure.formats.gltf_binary import INDICES, Binary, png
+from vistel.figure.formats.gltf_binary import INDICES, Binary, smallest
 from vistel.figure.making.files.gltf import Document
-from vistel.figure.making.pictures import decode
+from vistel.figure.making.pictures import alpha_of, decode
 
 TRANSFORM = "KHR_texture_transform"
 STRENGTH = "KHR_materials_emissive_strength"
 _ROUGHNESS = 0.7
+_LARGEST = 16384
+"""Texels along a side of a picture that is read, at most."""
 _PICTURES = ("finish", "normal", "glow_picture", "opacity")
 
 
@@ -28,13 +30,9 @@ def write_materials(into: Binary, avatar: Avatar) -> tuple[dict[str, Any], list[
     pictures = [("skin", avatar.albedo)]
     kept: list[dict[str, Any]] = []
 
-    def picture(field: str, array: NDArray[np.uint8]) -> int:
-        kept[-1][field] = len(pictures)
-        pictures.append((f"patch {len(kept) - 1} {field}", array))
-        return len(pictures) - 1
-
     def texture(field: str, array: NDArray[np.uint8], patch: Patch) -> dict[str, Any]:
-        index = picture(field, array)
+        index = kept[-1][field] = len(pictures)
+        pictures.append((f"patch {len(kept) - 1} {field}", array))
         u, v, right, top = patch.box
         wide, high = right - u, top - v
         # Their v goes down from the top of the picture.
@@ -46,9 +44,8 @@ def write_materials(into: Binary, avatar: Avatar) -> tuple[dict[str, Any], list[
         kept.append({"numbers": [*p.box, p.roughness, p.metallic, *p.glow, p.cutoff, float(p.blend), float(p.both_sides)]})
         row = _plain(f"patch {k}", 1.0 if p.finish is not None else p.roughness, 1.0 if p.finish is not None else p.metallic)
         if p.opacity is not None:
-            picture("opacity", p.opacity)  # as it is; other programs use the colour with its alpha
-            shown = picture("colour", with_alpha(avatar.albedo, p))
-            row["pbrMetallicRoughness"]["baseColorTexture"] = {"index": shown}
+            kept[-1]["opacitySize"] = list(p.opacity.shape)
+            row["pbrMetallicRoughness"]["baseColorTexture"] = texture("colour", with_alpha(avatar.albedo, p), p)
             row["alphaMode"] = "BLEND" if p.blend else "MASK"
             row |= {} if p.blend else {"alphaCutoff": p.cutoff}
         if p.finish is not None:
@@ -67,7 +64,7 @@ def write_materials(into: Binary, avatar: Avatar) -> tuple[dict[str, Any], list[
         "materials": rows,
         "textures": [{"source": i, "sampler": 0} for i in range(len(pictures))],
         "samplers": [{"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}],
-        "images": [{"name": n, "mimeType": "image/png", "bufferView": into.view(png(p))} for n, p in pictures],
+        "images": [into.image(p, n) for n, p in pictures],
     }
     return tree, kept
 
@@ -77,9 +74,11 @@ def read_patches(document: Document, kept: dict[str, Any]) -> tuple[Patch, ...]:
     out: list[Patch] = []
     for row in kept.get("patches", []):
         f = [float(x) for x in row["numbers"]]
-        found = {field: decode(document.picture(row[field]), 16384) for field in _PICTURES if field in row}
-        if "opacity" in found:
+        found = {field: decode(document.picture(row[field]), _LARGEST) for field in _PICTURES if field in row}
+        if "opacity" in found:  # a picture of its own, as older versions wrote
             found["opacity"] = np.ascontiguousarray(found["opacity"][..., 0])
+        elif "opacitySize" in row:
+            found["opacity"] = _opacity(document.picture(row["colour"]), row["opacitySize"])
         u, v, right, top, rough, metal, r, g, b, cutoff, blend, both = f
         out.append(
             Patch(
@@ -91,7 +90,7 @@ def read_patches(document: Document, kept: dict[str, Any]) -> tuple[Patch, ...]:
 
 def extensions_used(patches: tuple[Patch, ...]) -> list[str]:
     """The glTF extensions that the materials of these patches need."""
-    moved = any(set(p.pictures) - {"opacity"} for p in patches)
+    moved = any(p.pictures for p in patches)
     return [TRANSFORM] * moved + [STRENGTH] * any(max(p.glow) > 1.0 for p in patches)
 
 
@@ -102,22 +101,32 @@ def primitives(into: Binary, avatar: Avatar, mesh: Mesh, shared: dict[str, Any])
     order = np.argsort(on, kind="stable")
     out: list[dict[str, Any]] = []
     for k in np.unique(on).tolist():
-        corners = mesh.corner_triangles[order[on[order] == k]].reshape(-1, 1).astype(np.uint32)
+        corners = smallest(mesh.corner_triangles[order[on[order] == k]].reshape(-1, 1))
         out.append(shared | {"indices": into.accessor(corners, target=INDICES), "material": k + 1})
     if len(out) == 1:
         return out, None
-    return out, into.accessor(order.astype(np.uint32)[:, None], target=None)
+    return out, into.accessor(smallest(order)[:, None], target=None)
 
 
 def with_alpha(albedo: NDArray[np.uint8], patch: Patch) -> NDArray[np.uint8]:
-    """(H, W, 4) the avatar's texture with the opacity of a patch where that lies, nowhere else solid."""
+    """(H, W, 4) the part of the avatar's texture that a patch covers, with the patch's opacity; as fine as the finer of the two."""
     assert patch.opacity is not None
     h, w = albedo.shape[:2]
-    left, bottom, right, top = (round(t * n) for t, n in zip(patch.box, (w, h, w, h), strict=True))
-    size = max(1, right - left), max(1, top - bottom)
-    alpha = Image.new("L", (w, h), 0)
-    alpha.paste(Image.fromarray(patch.opacity).resize(size, Image.Resampling.NEAREST), (left, h - top))
-    return np.dstack([albedo, np.asarray(alpha, np.uint8)])
+    u, v, right, top = np.clip(patch.box, 0.0, 1.0).tolist()
+    part = (u * w, (1.0 - top) * h, right * w, (1.0 - v) * h)
+    high, wide = patch.opacity.shape
+    size = max(wide, round(part[2] - part[0])), max(high, round(part[3] - part[1]))
+    colour = Image.fromarray(albedo).resize(size, Image.Resampling.BILINEAR, box=part)
+    colour.putalpha(Image.fromarray(patch.opacity).resize(size, Image.Resampling.NEAREST))
+    return np.asarray(colour, np.uint8)
+
+
+def _opacity(data: bytes, size: list[int]) -> NDArray[np.uint8]:
+    """(H, W) what `with_alpha` put into a picture, of this size. Raises ValueError."""
+    alpha, (high, wide) = alpha_of(data, _LARGEST), size
+    if alpha is None or not (0 < high <= alpha.shape[0] and 0 < wide <= alpha.shape[1]):
+        raise ValueError(f"a picture without the opacity {wide} by {high} that it should have")
+    return np.asarray(Image.fromarray(alpha).resize((wide, high), Image.Resampling.NEAREST), np.uint8)
 
 
 def _plain(name: str, roughness: float, metallic: float) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Avatars of VISTEL read back from glTF and VRM: what `vistel.figure.formats.gltf` wrote, to the last bit."""
+"""Avatars of VISTEL read back from glTF and VRM: what `vistel.figure.formats.gltf` wrote, its shape to the last bit."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,8 +9,9 @@ import numpy as np
 from vistel.figure.avatar.avatar import Avatar, Mesh, Registration, Target
 from vistel.figure.avatar.check import AvatarFileError, check_body, check_indices, check_targets
 from vistel.figure.body import Body
-from vistel.figure.formats.gltf import EXTENSION, EYES, FORMAT
+from vistel.figure.formats.gltf import EXTENSION, FORMAT
 from vistel.figure.formats.gltf_materials import read_patches
+from vistel.figure.formats.vrm import EYES
 from vistel.figure.making.files.gltf import Document, read_document
 from vistel.figure.making.levels import with_coarser
 from vistel.figure.making.parts import soundness

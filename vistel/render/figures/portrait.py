@@ -6,6 +6,7 @@ import moderngl
 import numpy as np
 from PIL import Image, ImageDraw
 
+from vistel.arrays import U8
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import Posture, standing
@@ -25,13 +26,28 @@ PLAIN_FRAGMENT = """#version 330
 uniform sampler2D albedo; uniform vec3 eye; in vec3 n; in vec3 p; in vec2 t; out vec4 colour;
 void main() {
     vec3 N = normalize(gl_FrontFacing ? n : -n), V = normalize(eye - p), key = normalize(vec3(0.5, 0.7, 0.8));
-    vec3 base = pow(texture(albedo, t).rgb, vec3(2.2));
+    vec4 texel = texture(albedo, t);
+    if (texel.a < 0.5) discard;
+    vec3 base = pow(texel.rgb, vec3(2.2));
     vec3 light = vec3(0.26 + 0.16 * N.y) + 0.78 * max(0.0, dot(N, key))
         + vec3(0.20, 0.22, 0.26) * max(0.0, dot(N, normalize(vec3(-0.8, 0.2, 0.5)))) + 0.2 * max(0.0, -N.z);
     float shine = 0.05 * pow(max(0.0, dot(N, normalize(key + V))), 24.0);
     colour = vec4(pow(base * light + shine, vec3(1.0 / 2.2)), 1.0);
 }"""
 """Fragment shader for it; `eye` is where the viewer stands [m]."""
+
+
+def texels(avatar: Avatar) -> U8:
+    """(H, W, 4) the avatar's picture, with alpha 0 where its patches have holes."""
+    height, width = avatar.albedo.shape[:2]
+    alpha = np.full((height, width), 255, np.uint8)
+    for patch in avatar.patches:
+        if patch.opacity is not None:
+            left, right = (round(u * width) for u in (patch.box[0], patch.box[2]))
+            top, bottom = (round((1.0 - v) * height) for v in (patch.box[3], patch.box[1]))
+            seen = Image.fromarray(patch.opacity).resize((right - left, bottom - top), Image.Resampling.BILINEAR)
+            alpha[top:bottom, left:right] = np.where(np.asarray(seen) >= 255.0 * patch.cutoff, 255, 0)
+    return np.dstack((avatar.albedo, alpha))
 
 
 class Portraits:
@@ -56,7 +72,7 @@ class Portraits:
         target_buffer.use()
         ctx.enable_only(moderngl.DEPTH_TEST)
         target_buffer.clear(*_BACKGROUND, 1.0)
-        texture = ctx.texture(avatar.albedo.shape[1::-1], 3, np.ascontiguousarray(avatar.albedo[::-1]).tobytes(), alignment=1)
+        texture = ctx.texture(avatar.albedo.shape[1::-1], 4, np.ascontiguousarray(texels(avatar)[::-1]).tobytes(), alignment=1)
         texture.build_mipmaps()
         texture.filter = (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR)
         texture.use()

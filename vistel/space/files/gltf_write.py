@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.colour import linear
-from vistel.figure.formats.gltf_binary import INDICES, Binary, png
+from vistel.figure.formats.gltf_binary import INDICES, Binary, smallest
 from vistel.space.files.interior import Interior
 from vistel.space.files.surfaces import SurfacePiece, pieces_of
 from vistel.space.things.things import Thing
@@ -70,7 +70,7 @@ class _Writer(Binary):
         attributes = {"POSITION": self.accessor(s.vertices, bounds=True), "NORMAL": self.accessor(normals)}
         if p.uv is not None:
             attributes["TEXCOORD_0"] = self.accessor(np.column_stack([p.uv[:, 0], np.float32(1.0) - p.uv[:, 1]]))
-        index = self.accessor(s.triangles.reshape(-1, 1).astype(np.uint32), target=INDICES)
+        index = self.accessor(smallest(s.triangles.reshape(-1, 1)), target=INDICES)
         return {"attributes": attributes, "indices": index, "material": self._material(p), "mode": 4}
 
     def _material(self, p: SurfacePiece) -> int:
@@ -79,7 +79,7 @@ class _Writer(Binary):
             look: dict[str, Any] = {"metallicFactor": p.finish.metallic, "roughnessFactor": p.finish.roughness}
             if p.picture is not None:
                 self._keep.append(p.picture)  # its id stays its own
-                self.images.append({"mimeType": "image/png", "bufferView": self.view(png(p.picture))})
+                self.images.append(self.image(p.picture))
                 look["baseColorTexture"] = {"index": len(self.images) - 1}
             else:
                 look["baseColorFactor"] = [*linear(np.array(p.colour) / 255.0).tolist(), 1.0]

@@ -245,8 +245,8 @@ def export(
 ) -> None:
     """Write an avatar in another format.
 
-    USD keeps everything. glTF and VRM 1.0 omit the coarser levels of detail, which reading makes anew. OBJ keeps the shape
-    and its texture.
+    USD keeps everything. glTF and VRM 1.0 have pictures as JPEG and omit the coarser levels of detail, which reading makes anew.
+    OBJ keeps the shape and its texture.
 
     [bold]Examples[/bold]
 

@@ -44,6 +44,7 @@ RULES = builtin_rules()
         ("left_AU2", "AU2", 1),
         ("vrm:aa", "AU26", 0),
         ("vrm:blinkRight", "AU45", -1),
+        ("vrm:MouthSmileLeft", "AU12", 1),
         ("Lip Corner Puller.l", "AU12", 1),
         ("tongueOut", None, 0),
         ("Body_fat", None, 0),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_fixture import foreign, small
+from gltf_fixture import chunks, foreign, small, write_glb
 from PIL import Image
 from pxr import Gf, Sdf, Usd, UsdGeom, UsdShade, UsdValidation, Vt
 
@@ -75,6 +75,39 @@ def test_an_avatar_keeps_its_patches_and_its_triangles_in_their_order(tmp_path: 
     alike(again.patches, patched().patches)
     np.testing.assert_array_equal(again.mesh.corner_triangles, patched().mesh.corner_triangles)
     assert all(level.patches == again.patches for level in again.coarser)
+
+
+def test_opacity_lies_on_its_part_of_the_texture_once_and_older_files_are_read(tmp_path: Path) -> None:
+    path = tmp_path / "her.glb"
+    save_gltf(patched(), path)
+    tree, binary = chunks(path)
+    kept, opacity = tree["extensions"]["VISTEL_avatar"]["patches"][0], patched().patches[0].opacity
+    assert {t["source"] for t in tree["textures"]} == set(range(len(tree["images"])))
+    shown = Image.open(io.BytesIO(_image(tree, binary, kept["colour"])))
+    assert shown.mode == "RGBA"
+    assert shown.height <= patched().albedo.shape[0] / 2
+    del kept["opacitySize"]
+    with pytest.raises(AvatarFileError, match="opacity"):
+        load_any(write_glb(path, tree | {"extensions": _with(tree, opacitySize=[9999, 8])}, binary))
+    out = io.BytesIO()
+    Image.fromarray(opacity).save(out, "PNG")
+    tree["bufferViews"].append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(out.getvalue())})
+    tree["images"].append({"mimeType": "image/png", "bufferView": len(tree["bufferViews"]) - 1})
+    kept["opacity"] = len(tree["images"]) - 1
+    write_glb(path, tree, binary + out.getvalue() + b"\0" * (-len(out.getvalue()) % 4))
+    alike(load_any(path).patches, patched().patches)
+
+
+def _image(tree: dict[str, Any], binary: bytes, index: int) -> bytes:
+    view = tree["bufferViews"][tree["images"][index]["bufferView"]]
+    return binary[view["byteOffset"] : view["byteOffset"] + view["byteLength"]]
+
+
+def _with(tree: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """The extensions of a tree whose first patch has these keys more."""
+    kept = tree["extensions"]["VISTEL_avatar"]
+    first, *rest = kept["patches"]
+    return tree["extensions"] | {"VISTEL_avatar": kept | {"patches": [first | more, *rest]}}
 
 
 def test_a_parcel_brings_patches_with_pictures_a_little_other_and_holes_as_they_are() -> None:

@@ -43,11 +43,12 @@ def vrm_expressions(document: Document) -> dict[str, list[Bind]]:
 
 
 def named(told: Sequence[Any], read: Sequence[F64], binds: Iterable[tuple[str, list[tuple[int, float]]]]) -> list[SourceTarget]:
-    """A primitive's morph targets under their names, and the expressions made of them: of each the targets and shares."""
+    """A primitive's morph targets under their names, and the expressions made of them, of each the targets and shares; not those
+    that only repeat the name of a target."""
     out = [_sparse(str(told[k]) if k < len(told) else "", offset) for k, offset in enumerate(read)]
     for name, mine in binds:
         known = [(k, share) for k, share in mine if 0 <= k < len(read)]
-        if known:
+        if known and name.removeprefix(PREFIX) not in told:
             out.append(_sparse(name, np.sum([share * read[k] for k, share in known], axis=0)))
     return [t for t in out if t.name and len(t.vertex)]
 
