@@ -35,6 +35,7 @@ SUBJECTS = {
     "sync": ("Voices and pictures", "voices"),
     "speech": ("Spoken commands", "spoken-commands"),
     "figure": ("Figures and avatars", "figures"),
+    "looks_human": ("Lifelike people", "lifelike-people"),
     "wrinkle": ("Wrinkles", "wrinkles"),
     "deform": ("Deformation", "deformation"),
     "gpu": ("Deformation on the graphics side", "on-the-graphics-side"),

@@ -24,6 +24,10 @@ TRIANGLES = (18_000, 6_000, 2_600)
 OF = {"else": 0.45, "head": 2.0, "jaw": 2.0, "neck": 1.5, "hand": 3.5, "thumb": 3.5, "index": 3.5, "middle": 3.5, "ring": 3.5,
       "little": 3.5, "foot": 0.22, "toes": 0.22, "ear": 2.2, "mouth": 0.12, "face": 5.0}  # fmt: skip
 """By how much more a distance counts on parts of a body, by what is in the name of their joint."""
+FEATURES = 2.5
+"""By how much more yet it counts round eyes and mouth on coarser levels: a face is known by them from across a table."""
+ROUND_EYE, BELOW_EYES, BESIDE = 0.024, (0.050, 0.098), 0.034
+"""What counts as that: so near an eye; so far below the eyes and within so much of the middle [m]."""
 MARK = "vertex"
 """Target with which a mesh is marked: its offsets are the numbers of its vertices."""
 Corners = tuple[I32, F64, F64]
@@ -131,9 +135,17 @@ class Density:
         """Choose the levels' vertices. points, bone: (W, 3), (W, 4) of what is drawn, in the T-pose."""
         faces = replace(self._finer.faces, triangles=self.triangles)
         importance = _importance(self.drawn(self._points), bone, faces, self._joints, self.body)
-        self._levels = reduced(_marked(points, faces), TRIANGLES, importance)
+        self._levels = reduced(_marked(points, faces), TRIANGLES, importance, self._features())
         self.left = _numbers(self._levels[0])
         self.kept_body = int((self.left < self.body).sum())
+
+    def _features(self) -> F64:
+        """(W,) by how much more distances count on coarser levels."""
+        p, eyes = self.drawn(self._points), np.stack([self._joints["left_eye"], self._joints["right_eye"]])
+        below = eyes[0, 1] - p[:, 1]
+        mouth = (below > BELOW_EYES[0]) & (below < BELOW_EYES[1]) & (np.abs(p[:, 0]) < BESIDE) & (p[:, 2] > eyes[0, 2] - 0.01)
+        near = np.linalg.norm(p[:, None] - eyes, axis=2).min(axis=1) < ROUND_EYE
+        return np.where(mouth | near, FEATURES, 1.0)
 
     def kept(self, at: F64 | F32) -> F64:
         """(P', 3) of the file's rows."""
@@ -188,12 +200,12 @@ def _numbers(mesh: Mesh) -> I32:
     return out
 
 
-def reduced(mesh: Mesh, counts: tuple[int, ...], importance: F64) -> list[Mesh]:
+def reduced(mesh: Mesh, counts: tuple[int, ...], importance: F64, features: F64) -> list[Mesh]:
     """A marked mesh with fewer and fewer triangles. importance: (V,) factor of distances, infinite for vertices that the first of
-    them keeps."""
+    them keeps; features: (V,) further factor for all but the first."""
     out: list[Mesh] = []
     for count in counts:
         mesh = coarser(mesh, count, importance[_numbers(mesh)])
-        importance = np.minimum(importance, 4.0)
+        importance = np.minimum(importance, OF["face"]) if out else np.minimum(importance, OF["face"]) * features
         out.append(mesh)
     return out

@@ -6,9 +6,8 @@ Lengths in metres, angles in radians, quaternions (x, y, z, w).
 import math
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from vistel.arrays import F64
 from vistel.space.command_description import (
     Action,
     AxisName,
@@ -21,6 +20,11 @@ from vistel.space.command_description import (
     spoken,
     typed,
 )
+
+if TYPE_CHECKING:
+    from vistel.arrays import F64
+else:  # who only asks for something need not load NumPy
+    F64 = Any
 
 
 class Refused(Exception):  # noqa: N818 - said to a person, no error

@@ -130,12 +130,12 @@ async def measure_offset(bus: Bus, clock: Clock, probes: int = PROBES) -> Offset
     return best
 
 
-async def set_clock(bus: Bus, clock: SystemClock) -> Offset | None:
+async def set_clock(bus: Bus, clock: SystemClock, probes: int = PROBES) -> Offset | None:
     """Measure once and correct `clock`; None when the hub does not answer. A clock that is set at once is told.
 
     A measurement that lies within its own uncertainty corrects nothing: following it would only add its noise.
     """
-    offset = await measure_offset(bus, clock)
+    offset = await measure_offset(bus, clock, probes)
     if offset is not None and abs(offset.offset_ns) > offset.uncertainty_ns:
         clock.adjust(offset.offset_ns)
         if abs(offset.offset_ns) > STEP_NS:

@@ -168,14 +168,14 @@ def _inwards(vertices: F32, triangles: NDArray[np.int32], member: NDArray[np.boo
     edges = np.vstack((edges, edges[:, ::-1]))
     edges = edges[member[edges[:, 1]]]
     length = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
-    # Those on the edge must not move: distances begin as far inside as the longest edge that leads outside.
-    start = float(length[~member[edges[:, 0]]].max(initial=0.0))
+    # Those on the edge must not move: triangles beyond it do not.
     distance = np.where(member, np.inf, 0.0)
+    distance[edges[~member[edges[:, 0]], 1]] = 0.0
     while True:
         reached = distance.copy()
         np.minimum.at(reached, edges[:, 1], distance[edges[:, 0]] + length)
         changed = reached[reached != distance]
         distance = reached
-        if changed.min(initial=np.inf) > start + fade:
+        if changed.min(initial=np.inf) > fade:
             break
-    return np.where(member, smoothstep(0.0, fade, distance - start), 0.0).astype(np.float32)
+    return np.where(member, smoothstep(0.0, fade, distance), 0.0).astype(np.float32)

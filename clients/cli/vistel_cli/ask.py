@@ -15,6 +15,9 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
+PROBES = 2
+"""Round trips by which the hub's time is learnt: a command need not tell its time to the millisecond."""
+
 
 def ask(
     words: Annotated[
@@ -54,7 +57,7 @@ def ask(
 
     async def asked(bus: Bus) -> Answer:
         clock = SystemClock()
-        offset = await set_clock(bus, clock)
+        offset = await set_clock(bus, clock, PROBES)
         if offset is not None and offset.objection:
             return Answer(False, (), offset.objection)
         asker = Asker(bus, clock, name)
@@ -63,7 +66,7 @@ def ask(
         finally:
             asker.close()
 
-    answer = on_bus(conference, site, router, asked)
+    answer = on_bus(conference, site, router, asked, f"the world of {conference.name} at {router}")
     if not answer.done:
         fail(f"refused: {answer.reason}", FAILED)
     out.print(f"done: {', '.join(answer.things)}" if answer.things else "done")

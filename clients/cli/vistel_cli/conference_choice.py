@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable, Callable
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeVar
 
@@ -14,6 +15,7 @@ from vistel.wire.clock import SystemClock
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import fail, load_conference, print_warning
+from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
     from vistel.conference.model import Conference
@@ -41,6 +43,15 @@ def chosen(file: Path | None, hub: str | None) -> tuple[Conference, str]:
     return load_conference(Path(running.file)), hub or running.hub
 
 
+def joined(file: Path | None, hub: str | None) -> tuple[Conference | Running, str, str]:
+    """As `chosen`, and a site to join as; of one that runs here the file, which takes long to load, is read only where nobody takes
+    part."""
+    if file is None and (running := newest()).people:
+        return running, next(iter(running.people.values())), hub or running.hub
+    conference, endpoint = chosen(file, hub)
+    return conference, conference.sites[0].name, endpoint
+
+
 def newest() -> Running:
     """The newest conference that runs on this machine. Ends the command where there is none."""
     here = running_conferences()
@@ -65,20 +76,26 @@ def endpoint_of(conference: Conference, given: str | None) -> str:
     fail(f"{here}; start it with `vistel up`, or name its router: --hub tls/HOST:7447")
 
 
-def on_bus(conference: Conference | Running, site: str, hub: str, work: Callable[[Bus], Awaitable[T]]) -> T:
-    """What `work` gives with a connection to the router `hub` as `site`. Ends the command with one line where none answers."""
+def on_bus(
+    conference: Conference | Running, site: str, hub: str, work: Callable[[Bus], Awaitable[T]], answers: str | None = None
+) -> T:
+    """What `work` gives with a connection to the router `hub` as `site`. Ends the command with one line where none answers.
+    answers: for whom `work` waits, such as "the world", said where it takes long; None where it says itself what it does."""
     from vistel.wire.zenoh.bus import BusError
     from vistel.wire.zenoh.endpoints import may_answer
     from vistel.wire.zenoh.session import no_router
 
     endpoints = hub.split(",")
-    if not any(may_answer(e, ANSWER_S) for e in endpoints):  # the bus waits longer, for a router that starts
-        fail(no_router(endpoints))
+    with waiting(f"waiting for the router at {hub}"):
+        if not any(may_answer(e, ANSWER_S) for e in endpoints):  # the bus waits longer, for a router that starts
+            fail(no_router(endpoints))
 
     async def connected() -> T:
-        bus = await _connected(conference, site, hub)
+        with waiting(f"waiting for the router at {hub}"):
+            bus = await _connected(conference, site, hub)
         try:
-            return await work(bus)
+            with waiting(f"waiting for {answers}") if answers else nullcontext():
+                return await work(bus)
         finally:
             await bus.close()
 

@@ -28,16 +28,18 @@ class Lazy:
     def load(self, name: str) -> Any:
         """The command, called `name`. Imports its module."""
         from vistel_cli.inputs import guarded
+        from vistel_cli.waiting import waiting
 
         module, attribute = self.where.split(":")
-        found = getattr(import_module(module), attribute)
+        with waiting(f"loading {name}"):
+            found = getattr(import_module(module), attribute)
         if isinstance(found, typer.Typer):
             group = typer.main.get_group(found)
             group.name, group.help = name, group.help or self.line
-            return guarded(group)
+            return _without_types_of_flags(guarded(group))
         alone = typer.Typer(add_completion=False, rich_markup_mode="rich")
         alone.command(name)(found)
-        return guarded(typer.main.get_command(alone))
+        return _without_types_of_flags(guarded(typer.main.get_command(alone)))
 
     def first_line(self) -> str:
         """`line`, else the beginning of the function's docstring, read from the source: an import may take a second."""
@@ -58,6 +60,7 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
 
         def __init__(self, **given: Any) -> None:
             super().__init__(**given)
+            _without_types_of_flags(self)
             for name, lazy in commands.items():
                 self.add_command(TyperCommand(name, rich_help_panel=lazy.panel))
 
@@ -89,6 +92,16 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
             return commands[name].load(name) if name in commands else self.commands[name]
 
     return LazyGroup
+
+
+def _without_types_of_flags(command: Any) -> Any:
+    """The command, or the group: a flag takes no value, and help shows no type of it."""
+    for option in (*command.params, command.get_help_option(typer.Context(command))):
+        if getattr(option, "is_flag", False):
+            option.metavar = ""
+    for inner in getattr(command, "commands", {}).values():
+        _without_types_of_flags(inner)
+    return command
 
 
 def every_command(group: Any, path: str) -> Iterator[tuple[str, Any]]:

@@ -64,7 +64,8 @@ async def serve_authority(conference: Conference, bus: Bus, authority: Authority
 
 def authority_beside(files: TlsFiles) -> Authority | None:
     """The authority, if its key lies beside its certificate."""
-    from vistel.wire.certificates.authority import Authority, CertificateError
+    from vistel.wire.certificates.authority import Authority
+    from vistel.wire.certificates.errors import CertificateError
 
     try:
         return Authority(files.ca.parent) if files.ca.with_suffix(".key").exists() else None

@@ -102,7 +102,7 @@ def test_processes_are_killed_and_made_to_hang(tmp_path: Path) -> None:
         assert (await s.ask("hang", "hub/world", 600.0)).struck == "hang hub/world for 600 s"
         world = psutil.Process(s.pid("hub/world"))
         await until(lambda: world.status() == psutil.STATUS_STOPPED)
-        assert "is struck already" in (await s.ask("hang", "hub/world")).refused
+        assert "hang hub/world: goes on already" in (await s.ask("hang", "hub/world")).refused
         await s.striker.mend()
         await until(lambda: world.status() != psutil.STATUS_STOPPED)
 
@@ -180,9 +180,10 @@ def test_the_clock_of_all_is_set_and_set_back_and_the_disk_kept_busy(tmp_path: P
     ("asked", "refused"),
     [
         (FaultRequest(name="meteor"), "no fault is called 'meteor'; there are kill, hang,"),
-        (FaultRequest(name="kill"), "kill: strikes a process, not ''; there are hub/world,"),
-        (FaultRequest(name="kill", target="lima/renderer"), "kill: strikes a process, not 'lima/renderer'; there are"),
-        (FaultRequest(name="link-cut", target="lima"), "link-cut: strikes a site, not 'lima'; there are tokyo, paris"),
+        (FaultRequest(name="kill"), "kill: expected a process; there are hub/world,"),
+        (FaultRequest(name="kill", target="lima/renderer"), "kill: expected a process, got 'lima/renderer'; there are"),
+        (FaultRequest(name="link-cut", target="lima"), "link-cut: expected a site, got 'lima'; there are tokyo, paris"),
+        (FaultRequest(name="slow-disk", target="tokyo"), "slow-disk: expected no target, got 'tokyo'"),
         (FaultRequest(name="kill", target="hub/world", seconds=3.0), "kill: happens in a moment, and lasts no 3 s"),
         (FaultRequest(name="hang", target="hub/world", seconds=-1.0), "hang: expected 0 to 3600 seconds, got -1"),
         (FaultRequest(name="hang", target="hub/world", seconds=float("nan")), "hang: expected 0 to 3600 seconds, got nan"),

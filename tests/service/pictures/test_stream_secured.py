@@ -19,7 +19,8 @@ from test_stream_watched import HEIGHT, RATE, WIDTH, draw
 
 from vistel.conference.display import Display, StreamTls
 from vistel.conference.model import Participant, Site
-from vistel.wire.certificates.authority import Authority, CertificateError, read_certificate
+from vistel.wire.certificates.authority import Authority, read_certificate
+from vistel.wire.certificates.errors import CertificateError
 from vistel.wire.certificates.server import OWN_VALID, ServerFiles, fingerprint
 from vistel.wire.clock import SystemClock
 from vistel_cli.run.pages import pages_of

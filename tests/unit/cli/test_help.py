@@ -59,6 +59,12 @@ def test_a_command_imports_only_its_own_room(command: str, most: int) -> None:
     assert not more & {"numba", "cv2", "pxr", "av", "scipy"}
 
 
+def test_asking_the_world_loads_no_mathematics_and_no_conference_files() -> None:
+    script = "import sys, vistel_cli.ask, vistel.session.asking, vistel.space.commands.phrase; print(*sys.modules)"
+    seen = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True).stdout.split()
+    assert not {"numpy", "pydantic", "vistel.conference.model"} & set(seen)
+
+
 def test_the_list_of_commands_says_what_each_command_says_of_itself() -> None:
     for path, command in EVERY.items():
         names = command.list_commands(None) if isinstance(command, TyperGroup) else ()
@@ -72,6 +78,13 @@ def test_every_command_shows_its_help_with_an_example(path: str) -> None:
     shown = CliRunner().invoke(app, [*path.split()[1:], "--help"])
     assert shown.exit_code == 0
     assert hasattr(EVERY[path], "commands") or f"{path} " in shown.output.split("Example", 1)[1]
+
+
+@pytest.mark.parametrize("command", ["", "up", "ask", "world export"])
+def test_a_flag_is_shown_without_a_type(command: str) -> None:
+    shown = CliRunner().invoke(app, [*command.split(), "--help"]).output
+    assert "--help" in shown
+    assert "<bool>" not in shown
 
 
 def test_no_square_bracket_of_a_help_text_vanishes_as_markup() -> None:

@@ -97,7 +97,7 @@ def test_joints_turn_by_their_degrees_and_keep_them_when_others_turn() -> None:
 def test_who_is_not_built_in_is_reported_in_one_line() -> None:
     with pytest.raises(ValueError, match=r"no built-in person 'benn'; did you mean 'ben'\?"):
         vistel.figure.builtin("benn")
-    with pytest.raises(ValueError, match="expected one of aiko, ben, carla, .*jonas, or a look such as"):
+    with pytest.raises(ValueError, match=r"expected one of aiko, ben, carla, .*jonas, or a look such as"):
         vistel.figure.builtin("q")
 
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.messages.commands import action_of, message_of
+from vistel.messages.commands import message_of
+from vistel.messages.commands_read import action_of
 from vistel.space import actions as ask
 from vistel.speech.grammar import LANGUAGES, Grammar, Language, Said, Word
 from vistel.speech.grammar_file import ROOM, load_grammar

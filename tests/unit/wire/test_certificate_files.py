@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from vistel.wire.certificates.authority import Authority, CertificateError, fault
+from vistel.wire.certificates.authority import Authority, fault
+from vistel.wire.certificates.errors import CertificateError
 from vistel.wire.zenoh.common_names import common_name, revoked_names
 from vistel.wire.zenoh.config import TlsFiles
 from vistel.wire.zenoh.endpoints import host_and_port, objection

@@ -64,7 +64,7 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
         over(out, 0.45 * hair + 0.30 * skin, colours.stubble * hairs.stubble(rng, size, mask(model, "beard")))
     brow = mask(model, "brows")
     # Skin is darker between the hairs.
-    over(out, 0.5 * hair + 0.5 * skin, 0.30 * smooth((brow - 0.35) / 0.5))
+    over(out, 0.5 * hair + 0.5 * skin, 0.45 * smooth((brow - 0.35) / 0.5))
     grey = 0.5 * colours.grey * np.array((150.0, 147.0, 144.0), np.float32) + (1.0 - 0.5 * colours.grey) * 0.72 * hair
     over(out, grey, 0.92 * hairs.brows(brow, rng, colours.brows))
     over(out, np.array(_INSIDE, np.float32), mask(model, "inside"))
@@ -96,7 +96,7 @@ def _skin(model: BodyModel, colours: Colours, rng: np.random.Generator, old: flo
     # Little of what darkens skin is in palms and soles.
     out += palms * ((0.35 + 0.35 * dark) * (np.array((226.0, 168.0, 146.0), np.float32) - out))
     lids = mask(model, "lids")[..., None]
-    out *= 1.0 - lids * (np.array((0.07, 0.12, 0.09), np.float32) * (1.0 + 0.5 * old))
+    out *= 1.0 - lids * (np.array((0.13, 0.19, 0.16), np.float32) * (1.0 + 0.5 * old))
     sun = mask(model, "sun")
     known = model.masks["skin"] > 0
     if colours.freckles:
@@ -108,7 +108,7 @@ def _skin(model: BodyModel, colours: Colours, rng: np.random.Generator, old: flo
         out *= 1.0 - (0.16 * old * mask(model, "folds"))[..., None] * np.array((0.8, 1.1, 1.1), np.float32)
     if colours.stubble:
         over(out, skin * np.array((0.86, 0.87, 0.90), np.float32), 0.35 * colours.stubble * mask(model, "beard"))
-    lip = skin * (1.0 + (0.42 + 0.35 * colours.lips) * (1.0 - 0.45 * old) * np.array((-0.08, -0.34, -0.28), np.float32))
+    lip = skin * (1.0 + (0.52 + 0.35 * colours.lips) * (1.0 - 0.45 * old) * np.array((-0.08, -0.34, -0.28), np.float32))
     lines = noise(rng, size, (3, 40))
     over(out, lip * (1.0 + 0.035 * fine + 0.045 * lines)[..., None], 0.92 * soft(mask(model, "lips")))
     # Where lips touch they are darker: light does not reach there.

@@ -6,7 +6,6 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.check import AvatarFileError
 from vistel.figure.formats.avatar_file import load_avatar
 from vistel.figure.formats.gltf import GLTF_ENDINGS
-from vistel.figure.formats.gltf_read import load_gltf
 from vistel.figure.formats.parcel import ENDING, pack, unpack
 from vistel.figure.making.source import USD_ENDINGS, MakingError
 
@@ -38,6 +37,8 @@ def read_parcel(path: Path) -> tuple[Avatar, bytes]:
 
 
 def _load_gltf(path: Path) -> Avatar:
+    from vistel.figure.formats.gltf_read import load_gltf  # so does what makes figures of meshes
+
     try:
         avatar = load_gltf(path)
     except MakingError as fault:

@@ -22,7 +22,7 @@ from vistel.whole_file import whole_file
 
 _log = logging.getLogger(__name__)
 
-_VERSION = 17
+_VERSION = 20
 """Of what is made of a specification; a change of it makes cached people void."""
 _NUMBERS = ("rest", "tip", "a", "b", "radius_a", "radius_b")
 WRINKLES = ("shirt", "trousers", "face", "hands")
@@ -75,6 +75,11 @@ def described(spec: str, name: str, height: float) -> Person:
 def is_made(spec: str, *, name: str, height: float, cache: Path | None = None) -> bool:
     """Whether `builtin_avatar` would read this person instead of making it. Raises ValueError as it does."""
     return _place(spec, name, height, cache)[1].is_file()
+
+
+def builtin_file(spec: str, *, name: str, height: float, cache: Path | None = None) -> Path:
+    """The file that keeps the avatar that `builtin_avatar` gives, whether it is there or not. Raises ValueError as it does."""
+    return _place(spec, name, height, cache)[1]
 
 
 def _place(spec: str, name: str, height: float, cache: Path | None) -> tuple[Person, Path]:

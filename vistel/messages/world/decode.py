@@ -5,7 +5,7 @@ import logging
 import numpy as np
 
 from vistel.figure.avatar.proportions import Proportions
-from vistel.messages.commands import action_of, pose
+from vistel.messages.commands_read import action_of, pose
 from vistel.messages.postures import posture_of
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, PropInput
 from vistel.v1.command_pb2 import Command

@@ -11,7 +11,7 @@ import inspect
 import logging
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -49,16 +49,34 @@ def cached_figure(avatar: Avatar, cache: Path | None = None, wears: Sequence[str
 
     Processes of a machine that want the same one take turns. A folder that cannot be used costs only the keeping.
     """
+    return _kept(_digest(avatar, wears, wrinkled=bool(wears or avatar.wrinkles)), lambda: _made(avatar, wears), cache)
+
+
+def figure_of_file(
+    file: Path, name: str, read: Callable[[], Avatar], cache: Path | None = None, wears: Sequence[str] = ()
+) -> AvatarFigure:
+    """As `cached_figure`, of the avatar called `name` that `read` reads from `file`, or makes and writes there. Where a figure is
+    kept that was made of the file as it is, which its size and time of change tell, it is not read."""
+    avatar = None if file.is_file() else read()
+    try:
+        now = file.stat()
+    except OSError:  # it cannot be written
+        return cached_figure(avatar or read(), cache, wears)
+    digest = _digest((file.name, now.st_size, now.st_mtime_ns, name), wears, wrinkled=True)
+    return _kept(digest, lambda: _made(avatar or read(), wears), cache)
+
+
+def _kept(digest: str, make: Callable[[], AvatarFigure], cache: Path | None) -> AvatarFigure:
     folder = default_cache().parent / "figures" if cache is None else cache
-    path = folder / f"{_digest(avatar, wears)}{KEPT}"
+    path = folder / f"{digest}{KEPT}"
     if (key := own_key()) is None:
-        return _made(avatar, wears)
+        return make()
     if (kept := _read(path, key)) is not None:
         return kept
     with file_lock(path.with_suffix(".lock")):
         if (kept := _read(path, key)) is not None:
             return kept
-        person = _made(avatar, wears)
+        person = make()
         _write(path, key, person)
     return person
 
@@ -77,13 +95,13 @@ def _own_wrinkles(avatar: Avatar) -> list[WrinkleSet]:
         return []
 
 
-def _digest(avatar: Avatar, wears: Sequence[str]) -> str:
+def _digest(made_of: object, wears: Sequence[str], *, wrinkled: bool) -> str:
     made_by = f"{_LAYOUT} {sys.version} {np.__version__} {_CODE}"
-    if wears or avatar.wrinkles:
+    if wrinkled:
         files = sorted(FOLDER.parent.rglob("*.toml"))
         made_by += " ".join(wears) + "".join(f.read_text("utf-8") for f in files)
     digest = hashlib.blake2b(made_by.encode(), digest_size=16)
-    _take(digest, avatar)
+    _take(digest, made_of)
     return digest.hexdigest()
 
 

@@ -9,9 +9,9 @@ from vistel.figure.avatar.avatar import Avatar, scaled
 from vistel.figure.avatar.cache_folder import default_cache
 from vistel.figure.formats.load import load_any
 from vistel.figure.formats.parcel import unpack
-from vistel.figure.people.builtin import WRINKLES, builtin_avatar
+from vistel.figure.people.builtin import WRINKLES, builtin_avatar, builtin_file
 from vistel.figure.posture.posture import standing
-from vistel.render.figures.cache import cached_figure
+from vistel.render.figures.cache import cached_figure, figure_of_file
 from vistel.render.figures.figures import AvatarFigure
 from vistel.render.stage.stage import ParticipantInfo
 
@@ -54,7 +54,10 @@ def load_figure(
     about: ParticipantInfo, files: Mapping[str, Path] = _NONE, parcel: Callable[[str], bytes] = no_parcel
 ) -> AvatarFigure:
     """The deforming figure of a participant. Raises ValueError or OSError when the avatar cannot be had."""
-    wears = WRINKLES if about.avatar.startswith("builtin") else ()
-    person = cached_figure(load_avatar_of(about, files, parcel), wears=wears)
+    if about.avatar.startswith("builtin"):
+        file = builtin_file(about.avatar, name=about.name, height=about.height)
+        person = figure_of_file(file, about.name, lambda: load_avatar_of(about), wears=WRINKLES)
+    else:
+        person = cached_figure(load_avatar_of(about, files, parcel))
     person.pose(standing())  # kernels not yet compiled on this machine are compiled here, not between two pictures
     return person

@@ -2,9 +2,9 @@
 
 import logging
 
+import cv2
 import moderngl
 import numpy as np
-from PIL import Image
 
 from vistel.arrays import U8
 
@@ -19,7 +19,11 @@ def texture_of(ctx: moderngl.Context, image: U8, software: bool, at_most: int = 
     if takes < min(at_most, max(image.shape[:2])):
         log.warning("event=picture_reduced width=%d height=%d by=%d opengl_takes=%d", image.shape[1], image.shape[0], step, takes)
     if step > 1:
-        image = np.asarray(Image.fromarray(image).reduce(step))
+        size = -(-image.shape[1] // step), -(-image.shape[0] // step)
+        image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
+    if software and mipmaps and (channels := (*image.shape, 1)[2]) < 4:
+        # In software, OpenGL compiles what makes mipmaps for each format, which takes longer than everything else here.
+        image = np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGBA if channels == 1 else cv2.COLOR_RGB2RGBA), np.uint8)
     flipped = np.ascontiguousarray(image[::-1])
     h, w, components = (*flipped.shape, 1)[:3]
     texture = ctx.texture((w, h), components, flipped.tobytes(), alignment=1)

@@ -17,6 +17,7 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from vistel.whole_file import whole_file
+from vistel.wire.certificates.errors import CertificateError
 from vistel.wire.zenoh.common_names import AUTHORITY, REVOKED, add_revoked, common_name, revoked_names
 from vistel.wire.zenoh.config import TlsFiles
 
@@ -26,10 +27,6 @@ AUTHORITY_VALID = timedelta(days=3650)
 """How long an authority is."""
 SLOW_CLOCK = timedelta(hours=1)
 """How far the clock of whoever sees a certificate may be behind the clock of whoever signed it."""
-
-
-class CertificateError(ValueError):
-    """A certificate or key that is missing, broken or not good now; the text says which, and what to do."""
 
 
 @dataclass(frozen=True)

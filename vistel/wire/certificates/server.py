@@ -13,7 +13,8 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import ExtendedKeyUsageOID, NameOID
 
 from vistel.whole_file import whole_file
-from vistel.wire.certificates.authority import CertificateError, builder_of, general_name, read_certificate
+from vistel.wire.certificates.authority import builder_of, general_name, read_certificate
+from vistel.wire.certificates.errors import CertificateError
 
 OWN_VALID = timedelta(days=397)
 """How long a server's own certificate is good: browsers take no longer ones."""

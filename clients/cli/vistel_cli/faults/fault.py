@@ -1,4 +1,4 @@
-"""`vistel fault`: strikes a running conference with a fault, to see whether it stands it."""
+"""`vistel fault`: breaks a part of a running conference, to see whether it stands it."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def fault(
     async def struck(bus: Bus) -> FaultReply | None:
         return await bus.query(BY_NAME["fault"], request, timeout_s=ANSWER_S)
 
-    reply = on_bus(conference, HUB_PLACE, router, struck)
+    reply = on_bus(conference, HUB_PLACE, router, struck, f"`vistel up` at {router}")
     if reply is None:
         fail(f"no `vistel up` answers at {router}; only a conference of `vistel up` can be broken")
     if reply.refused:

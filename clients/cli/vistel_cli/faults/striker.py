@@ -43,7 +43,7 @@ class Striker:
             kind, seconds, amount = _checked(asked)
             target = self._target(kind, asked.target)
             if (kind.name, target) in self.active:
-                raise RefusedError(f"{_said(kind, target)}: is struck already; wait until it is over")
+                raise RefusedError(f"{_said(kind, target)}: goes on already; wait until it is over")
             lasting = broken(self._struck, kind, target, amount)
         except DecodeError:
             return FaultReply(refused="no request for a fault")
@@ -87,8 +87,9 @@ class Striker:
         if kind.name == "router-failure" and self._struck.router is None:
             raise RefusedError(f"{kind.name}: the router of this conference is not that of `vistel up`; stop it where it runs")
         if target not in (there or ("",)):
-            raise RefusedError(f"{kind.name}: strikes {kind.target.value or 'the conference, and no part of it'}, not {target!r}"
-                               + (f"; there are {', '.join(there)}" if there else ""))  # fmt: skip
+            got = f", got {target!r}" if target else ""
+            known = f"; there are {', '.join(there)}" if there else ""
+            raise RefusedError(f"{kind.name}: expected {kind.target.value or 'no target'}{got}{known}")
         return target
 
     def _leading_world(self) -> str:

@@ -13,13 +13,14 @@ from pydantic import BaseModel
 
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.files import ConferenceError
-from vistel.conference.model import Conference, Site
+from vistel.conference.model import Conference, Participant, Site
 from vistel.toml import file as toml
 from vistel.toml.faults import Fault
 from vistel.toml.places import Place, written
 from vistel.wire.zenoh.endpoints import host_and_port
 from vistel_cli import kind_of_file as kinds
 from vistel_cli.inputs import Takes
+from vistel_cli.run.prepared import is_prepared
 
 _MEASURED = Takes(kinds.CALIBRATION, kinds.JSON)
 _KINDS = {
@@ -45,7 +46,7 @@ def faults_of(conference: Conference, source: Path, site: str | None = None) -> 
     here = [(i, s) for i, s in enumerate(conference.sites) if site in (None, s.name)]
     faults: list[Fault] = [
         *(f for f in _file_faults(conference) if site is None or f.place[:2] in [("sites", i) for i, _ in here]),
-        *_people_faults(here),
+        *_people_faults(here, made=is_prepared(conference, draws=True)),
         *_motion_faults(conference, here),
         *_port_faults(conference, here, whole=site is None),
     ]
@@ -87,23 +88,14 @@ def _missing(path: Path) -> str | None:
     return None if path.exists() else Takes().fault(path)
 
 
-def _people_faults(sites: Sites) -> Iterator[Fault]:
-    """Avatars, cameras' films and microphones' recordings, which the file gives as text."""
-    from vistel.conference.avatar_files import avatar_file
-    from vistel.figure.people.builtin import described
-
+def _people_faults(sites: Sites, *, made: bool) -> Iterator[Fault]:
+    """Avatars, cameras' films and microphones' recordings, which the file gives as text. made: the built-in people were made from
+    what the file says, so it is right; to read it takes as long as to load the body model."""
     for s, site in sites:
         for p, person in enumerate(site.participants):
             place = ("sites", s, "participants", p)
-            path = avatar_file(person)
-            try:
-                if path is None:
-                    described(person.avatar, person.name, person.height)
-                elif fault := Takes(kinds.USD).fault(path):
-                    beside = "; put it beside the conference file" if not path.exists() else ""
-                    yield _of_file((*place, "avatar"), person.avatar, fault.removeprefix(str(path)) + beside)
-            except ValueError as e:
-                yield Fault((*place, "avatar"), str(e).removeprefix("avatar "))
+            if not (made and person.avatar.startswith("builtin")):
+                yield from _avatar_faults((*place, "avatar"), person)
             for key, camera in (("face", person.face), ("eye", person.eye)):
                 if (
                     camera
@@ -117,6 +109,21 @@ def _people_faults(sites: Sites) -> Iterator[Fault]:
         for key, sound in sounds.items():
             if sound.lower().endswith(".wav") and (fault := Takes(kinds.SOUND).fault(Path(sound))):
                 yield _of_file(("sites", s, "audio", *key), sound, fault)
+
+
+def _avatar_faults(place: Place, person: Participant) -> Iterator[Fault]:
+    from vistel.conference.avatar_files import avatar_file
+    from vistel.figure.people.builtin import described
+
+    path = avatar_file(person)
+    try:
+        if path is None:
+            described(person.avatar, person.name, person.height)
+        elif fault := Takes(kinds.USD).fault(path):
+            beside = "; put it beside the conference file" if not path.exists() else ""
+            yield _of_file(place, person.avatar, fault.removeprefix(str(path)) + beside)
+    except ValueError as e:
+        yield Fault(place, str(e).removeprefix("avatar "))
 
 
 def _motion_faults(conference: Conference, sites: Sites) -> Iterator[Fault]:

@@ -73,10 +73,12 @@ async def start(supervisor: Supervisor, stop: asyncio.Event) -> None:
 async def _unless(stop: asyncio.Event, waited_for: asyncio.Future[Any]) -> None:
     """Wait for a future; it is cancelled when `stop` is set before it is done."""
     stopped = background.start(stop.wait(), "stop")
-    await asyncio.wait([waited_for, stopped], return_when=asyncio.FIRST_COMPLETED)
-    for each in (waited_for, stopped):
-        each.cancel()
-    await asyncio.gather(waited_for, stopped, return_exceptions=True)
+    try:
+        await asyncio.wait([waited_for, stopped], return_when=asyncio.FIRST_COMPLETED)
+    finally:
+        for each in (waited_for, stopped):
+            each.cancel()
+        await asyncio.gather(waited_for, stopped, return_exceptions=True)
 
 
 def _server(plan: ProcessPlan) -> str:

@@ -98,7 +98,7 @@ class LiveTable:
 
     def __enter__(self) -> LiveTable:
         self._events.everybody_is_there()
-        if not self._silent:
+        if not self._silent and self._console.is_terminal:
             self._live.start()
         return self
 

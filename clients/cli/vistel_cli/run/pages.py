@@ -17,7 +17,8 @@ def pages_of(sites: Iterable[Site], now: datetime) -> dict[str, str]:
 def _certificate(site: Site, now: datetime) -> str:
     if not site.display.stream_https:
         return ""
-    from vistel.wire.certificates.authority import CertificateError, read_certificate
+    from vistel.wire.certificates.authority import read_certificate
+    from vistel.wire.certificates.errors import CertificateError
     from vistel.wire.certificates.server import fingerprint
     from vistel_services.renderer.out.stream_address import stream_address, with_certificate
 

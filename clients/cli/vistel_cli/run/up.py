@@ -24,6 +24,7 @@ from vistel.conference.files import DEMO_FILE
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.running import Running, announced, running_conferences
+from vistel.wire import background
 from vistel.wire.background import as_service
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import serve_clock
@@ -42,10 +43,12 @@ from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.pages import pages_of
 from vistel_cli.run.prepared import prepare
+from vistel_cli.run.steps import Steps
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
+from vistel_cli.waiting import waiting
 from vistel_services.process import logs
 from vistel_services.process.plan import HUB, hub_processes, site_processes
-from vistel_services.process.supervisor import Supervisor
+from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 if TYPE_CHECKING:
     from vistel_cli.faults.links import Links
@@ -86,6 +89,8 @@ def up(
       vistel up conference.toml --plan
     """
     source = file or DEMO_FILE
+    steps = Steps(out, silent=as_json or plan)
+    steps.begin(f"{source.stem}: checking the conference")
     conference = load_conference(source)
     faults = faults_of(conference, source)
     if motion is not None:
@@ -103,7 +108,7 @@ def up(
     keep_existing(*earlier, force=force)
     for old in earlier:
         old.unlink()
-    running = _Run(conference, source, folder, seconds, as_json, begin, links)
+    running = _Run(conference, source, folder, seconds, as_json, begin, links, steps)
     raise typer.Exit(asyncio.run(as_service("supervisor", running.run())))
 
 
@@ -165,11 +170,19 @@ class _Run:
     """One run of `vistel up`, from the first process to the report."""
 
     def __init__(
-        self, conference: Conference, source: Path, output: Path, seconds: float, as_json: bool, earlier: Path | None, links: bool
+        self,
+        conference: Conference,
+        source: Path,
+        output: Path,
+        seconds: float,
+        as_json: bool,
+        earlier: Path | None,
+        links: bool,
+        steps: Steps,
     ) -> None:
         self.conference, self.source, self.out, self.seconds, self.as_json = conference, source, output, seconds, as_json
         self.earlier, self.kept, self.simulate_links = earlier, dict[str, str](), links
-        self.stop = asyncio.Event()
+        self.stop, self.steps = asyncio.Event(), steps
 
     async def run(self) -> int:
         loop = asyncio.get_running_loop()
@@ -203,26 +216,27 @@ class _Run:
     async def _run_processes(
         self, paths: RunPaths, file: Path, logs_folder: Path, router: Router | None, endpoint: str, links: Links
     ) -> int:
+        conference, clock = self.conference, SystemClock()
+        first = hub_processes(conference)
+        plans = first + [p for site in conference.sites for p in site_processes(conference, site.name)]
+        simulators = bool(simulated_names(conference))
+        # They load while this process does the rest.
+        servers = open_fork_servers(conference, plans, file, logs_folder, simulators=simulators)
         from vistel_cli.faults.effects import Struck  # loads simulated links
         from vistel_cli.faults.links import endpoint_of
         from vistel_cli.faults.striker import Striker
         from vistel_services.process.monitoring import monitored  # loads an HTTP server
 
-        conference, clock = self.conference, SystemClock()
         bus = await connect(conference, HUB, clock, endpoint)
         serve_clock(bus, clock)
         observer = Observer(conference, bus, clock)
         events = Events(observer, LoggedErrors(logs_folder))
-        plans = hub_processes(conference)
-        specs = [host_spec(p, file, endpoint, paths) for p in plans]
-        simulators = bool(simulated_names(conference))
+        specs = list[ProcessSpec]()
+        for plan in plans:
+            link = links.get(plan.place or plan.site)
+            specs.append(host_spec(plan, file, endpoint_of(link) if link else endpoint, paths, measure_uplink=bool(link)))
         if simulators:
-            specs.append(sim_spec(file, paths))
-        for site in conference.sites:
-            there = endpoint_of(links[site.name]) if links else endpoint
-            specs += [host_spec(p, file, there, paths, measure_uplink=bool(links)) for p in site_processes(conference, site.name)]
-            plans += site_processes(conference, site.name)
-        servers = open_fork_servers(conference, plans, file, logs_folder, simulators=simulators)
+            specs.insert(len(first), sim_spec(file, paths))
         supervisor = Supervisor(specs, logs_folder, servers)
         tell = print_warning if self.as_json else events.add
         supervisor.on_exit = lambda name, code: tell(ended(name, code, supervisor.log_file(name)))
@@ -240,13 +254,13 @@ class _Run:
                 ready_s = await self._until_ready(observer, events, supervisor, started)
                 cpu.begin()
                 if ready_s is not None:
+                    self.steps.begin(f"everybody sees everybody after {ready_s:.1f} s")
                     await self._until_done(observer, events)
                 cpu.end()
         finally:
             if not self.as_json:
                 out.print("stopping …")
-            with _progress(self.as_json) as bar:
-                bar.add_task("films and log are ended", total=None)
+            with waiting("ending films and log", silent_s=1.0):
                 await striker.mend()
                 codes = await supervisor.stop()
                 await bus.close()
@@ -271,24 +285,30 @@ class _Run:
 
     async def _until_ready(self, observer: Observer, events: Events, supervisor: Supervisor, started: float) -> float | None:
         """Start everything. Returns the seconds until all sites saw all participants; None when stopped before."""
+        starting = background.start(start(supervisor, self.stop), "start")
         with _progress(self.as_json) as bar:
             everything, simulated = len(observer.missing()), simulated_names(self.conference)
             task = bar.add_task("loading", total=everything)
-            await start(supervisor, self.stop)
+            self.steps.begin("loading")
             while not self.stop.is_set():
                 observer.poll()
                 for event in events.troubles(simulated):
                     bar.console.print(event, soft_wrap=True) if not self.as_json else None
                 missing = observer.missing()
-                shown = ", ".join(missing[:2]) + (f" and {len(missing) - 2} more" if len(missing) > 2 else "")
-                bar.update(task, completed=everything - len(missing), description=f"waiting for {shown}" if missing else "ready")
+                shown = "loading" if not starting.done() else f"waiting for {_some(missing)}" if missing else "ready"
+                bar.update(task, completed=everything - len(missing), description=shown)
+                if starting.done():
+                    await starting
                 if not missing:
                     return time.monotonic() - started
+                self.steps.show(f"{shown}; {everything - len(missing)} of {everything} are there")
                 if time.monotonic() - started > START_LIMIT_S:
                     what = f"not ready after {START_LIMIT_S:.0f} s: {', '.join(missing)}"
                     print_error(f"{what}; see {self.out / 'logs'}")
-                    return None
+                    break
                 await _wait(self.stop, 0.1)
+        starting.cancel()
+        await asyncio.gather(starting, return_exceptions=True)
         return None
 
     async def _until_done(self, observer: Observer, events: Events) -> None:
@@ -384,9 +404,13 @@ def _show_report(report: dict[str, Any], folder: Path) -> None:
     out.print(f"  {folder / 'report.json'}", soft_wrap=True)
 
 
+def _some(missing: list[str]) -> str:
+    return ", ".join(missing[:2]) + (f" and {len(missing) - 2} more" if len(missing) > 2 else "")
+
+
 def _progress(silent: bool) -> Progress:
     columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(bar_width=20), TimeElapsedColumn())
-    return Progress(*columns, console=out, transient=True, disable=silent)
+    return Progress(*columns, console=out, transient=True, disable=silent or not out.is_terminal)
 
 
 async def _wait(event: asyncio.Event, seconds: float) -> None:

@@ -115,7 +115,8 @@ def renew(
 
 
 def _ask_to_renew(conference: Conference, names: list[str] | None, hub: str | None) -> None:
-    from vistel.wire.certificates.authority import CertificateError, files_of
+    from vistel.wire.certificates.authority import files_of
+    from vistel.wire.certificates.errors import CertificateError
     from vistel.wire.certificates.renewal import renew
     from vistel_cli.renewing import asking_at, now
 
@@ -222,7 +223,8 @@ def folder_of(conference: Conference) -> Path:
 
 def authority_of(conference: Conference) -> Authority:
     """Ends the command where there is none."""
-    from vistel.wire.certificates.authority import Authority, CertificateError
+    from vistel.wire.certificates.authority import Authority
+    from vistel.wire.certificates.errors import CertificateError
 
     try:
         return Authority(folder_of(conference))

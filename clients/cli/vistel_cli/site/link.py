@@ -64,7 +64,7 @@ def _greet(conference: Conference, place: str, endpoint: str) -> bool:
     async def asked(bus: Bus) -> Offset | None:
         return await set_clock(bus, clock)
 
-    offset = on_bus(conference, place, endpoint, asked)
+    offset = on_bus(conference, place, endpoint, asked, f"the clock at {endpoint}")
     if offset is None:
         return False
     if offset.objection:

@@ -101,7 +101,8 @@ def run_router(conference: Conference, file: Path, listen: str | None, seconds: 
 
 def fault_now(files: TlsFiles) -> str:
     """Why these certificates are not good now; empty where they are."""
-    from vistel.wire.certificates.authority import CertificateError, fault
+    from vistel.wire.certificates.authority import fault
+    from vistel.wire.certificates.errors import CertificateError
     from vistel.wire.certificates.renewal import complete
 
     try:

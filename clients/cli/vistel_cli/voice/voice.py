@@ -125,7 +125,7 @@ def equipment(
                 return
         fail(f"{name}: not done after {_PATIENCE_S:.0f} s; see vistel voice watch", FAILED)
 
-    on_bus(conference, site, endpoint_of(conference, hub), asked)
+    on_bus(conference, site, endpoint_of(conference, hub), asked, f"{name} at {site}")
 
 
 @app.command()
@@ -193,7 +193,7 @@ def _set(
 ) -> None:
     conference, endpoint = chosen(file, hub)
     participant, site = _person(conference, who)
-    on_bus(conference, site, endpoint, lambda bus: _agreed(bus, participant, wish, done))
+    on_bus(conference, site, endpoint, lambda bus: _agreed(bus, participant, wish, done), f"the sound of {site}")
 
 
 async def _agreed(bus: Bus, participant: str, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]) -> None:

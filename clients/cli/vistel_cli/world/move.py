@@ -1,6 +1,7 @@
 """`vistel world where|move`: shows which world leads a room, and moves the room to another world."""
 
 import asyncio
+import contextlib
 import json
 import re
 from typing import Annotated
@@ -8,16 +9,20 @@ from typing import Annotated
 import typer
 from rich.text import Text
 
-from vistel.conference.model import HUB_PLACE
 from vistel.v1.world_pb2 import WorldMoveReply, WorldMoveRequest
 from vistel.wire.bus import Bus
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.presence import WorldAt, worlds_of
-from vistel_cli.conference_choice import Hub, RunningFile, chosen, on_bus
+from vistel.wire.zenoh.access import HUB_NAME
+from vistel_cli.conference_choice import Hub, RunningFile, chosen, joined, on_bus
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 
 LOOK_S = 0.5
-"""Time to collect the presence of worlds."""
+"""Time to collect the presence of worlds [s]."""
+LEADER_S = 3.0
+"""Longest time until one that leads is seen, on a machine that is busy [s]."""
+SETTLE_S = 0.05
+"""The others are told together with it [s]."""
 MOVE_S = 20.0
 """Longest wait until a room has moved."""
 
@@ -33,8 +38,8 @@ def where(
 
       vistel world where
     """
-    conference, endpoint = chosen(file, hub)
-    worlds = on_bus(conference, conference.sites[0].name, endpoint, gathered)
+    conference, site, endpoint = joined(file, hub)
+    worlds = on_bus(conference, site, endpoint, gathered, f"the worlds of {conference.name} at {endpoint}")
     if as_json:
         print(json.dumps({"worlds": [{"place": w.place, "leads": w.leads, "term": w.term} for w in worlds]}))
     elif worlds:
@@ -108,6 +113,7 @@ class _Watch:
 
     def __init__(self, bus: Bus) -> None:
         self._tokens: set[str] = set()
+        self.leader = asyncio.Event()
         bus.watch_presence(self._seen)
 
     def worlds(self) -> list[WorldAt]:
@@ -115,12 +121,16 @@ class _Watch:
         return worlds_of(self._tokens)
 
     def _seen(self, site: str, token: str, alive: bool) -> None:
-        if site == HUB_PLACE:
+        if site == HUB_NAME:
             (self._tokens.add if alive else self._tokens.discard)(token)
+            if any(world.leads for world in self.worlds()):
+                self.leader.set()
 
 
 async def gathered(bus: Bus) -> list[WorldAt]:
     """The worlds of a conference, the leader first."""
     watch = _Watch(bus)
-    await asyncio.sleep(LOOK_S)
+    with contextlib.suppress(TimeoutError):
+        await asyncio.wait_for(watch.leader.wait(), LEADER_S)
+        await asyncio.sleep(SETTLE_S)
     return watch.worlds()

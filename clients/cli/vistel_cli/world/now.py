@@ -26,7 +26,8 @@ def running(conference: Conference, hub: str) -> tuple[Interior, str]:
     """The room of a running conference, asked over its router, and a text with its step."""
     from vistel.space.world import World  # loads the mathematics
 
-    answer = on_bus(conference, conference.sites[0].name, hub, lambda bus: bus.query(BY_NAME["world_save"]))
+    site, world = conference.sites[0].name, f"the world of {conference.name} at {hub}"
+    answer = on_bus(conference, site, hub, lambda bus: bus.query(BY_NAME["world_save"]), world)
     if answer is None:
         fail(f"no world answers at {hub}; is the conference {conference.name} running?", FAILED)
     world = World.restore(answer.private_state)

@@ -64,7 +64,7 @@ def spread(
 
 
 def _room(conference: Conference, endpoint: str) -> PlacedRoom:
-    worlds = on_bus(conference, conference.sites[0].name, endpoint, gathered)
+    worlds = on_bus(conference, conference.sites[0].name, endpoint, gathered, f"the worlds of {conference.name}")
     people = sum(len(site.participants) for site in conference.sites)
     at = next((w.place for w in worlds if w.leads), "")
     return PlacedRoom(conference.name, people, at, frozenset(w.place for w in worlds))

@@ -15,7 +15,7 @@ from prometheus_client import Counter
 from vistel.arrays import U8
 from vistel.render.film.video import VideoWriter
 from vistel.wire import background
-from vistel.wire.certificates.authority import CertificateError
+from vistel.wire.certificates.errors import CertificateError
 from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import PictureWriter
 from vistel_services.process.clocks import ReplayClock

@@ -20,8 +20,6 @@ from prometheus_client import Counter, Gauge
 
 from vistel.arrays import U8
 from vistel.wire import background
-from vistel.wire.certificates.authority import read_certificate
-from vistel.wire.certificates.server import fingerprint, names_of, server_tls
 from vistel.wire.clock import Clock
 from vistel_services.renderer.out.stream_address import StreamAddress, with_certificate
 from vistel_services.renderer.out.stream_encoder import SOUND, StreamEncoder, message
@@ -78,6 +76,9 @@ class Stream:
         address = with_certificate(self.address, self._site, now)
         tls, names, shown = None, frozenset[str](), ""
         if address.certificate is not None:
+            from vistel.wire.certificates.authority import read_certificate
+            from vistel.wire.certificates.server import fingerprint, names_of, server_tls
+
             tls, certificate = server_tls(address.certificate), read_certificate(address.certificate.certificate)
             names, shown = names_of(certificate), fingerprint(certificate)
         pages = self._pages = StreamPages(address, names, self._clock)

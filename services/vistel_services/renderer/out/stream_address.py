@@ -7,12 +7,15 @@ import socket
 from dataclasses import dataclass, field, replace
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
 from vistel.conference.display import Display
 from vistel.figure.avatar.cache_folder import default_state
-from vistel.wire.certificates.authority import CertificateError
-from vistel.wire.certificates.server import ServerFiles, own_certificate
+from vistel.wire.certificates.errors import CertificateError
+
+if TYPE_CHECKING:
+    from vistel.wire.certificates.server import ServerFiles
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,8 @@ def stream_address(shown: Display) -> StreamAddress | None:
     """Of a site's stream, with the certificate that the conference file names; None where there is no stream."""
     if not shown.stream_at:
         return None
+    from vistel.wire.certificates.server import ServerFiles
+
     named = shown.stream_tls and ServerFiles(shown.stream_tls.certificate, shown.stream_tls.key)
     return StreamAddress(*shown.stream_at, shown.stream_token, named, shown.stream_insecure)
 
@@ -58,6 +63,8 @@ def with_certificate(address: StreamAddress, site: str, now: datetime, folder: P
     state folder by default. Raises CertificateError where none can be kept."""
     if not address.needs_certificate:
         return address
+    from vistel.wire.certificates.server import own_certificate
+
     kept = default_state() / "streams" if folder is None else folder
     hosts = sorted({h for h in (*own_names(), address.host) if h.isascii() and not _is_any(h)})
     try:

@@ -49,6 +49,15 @@ def test_each_number_of_a_look_changes_the_body() -> None:
         assert np.abs(model.points(Look(details={name: 1.0})) - model.points(Look(details={name: -1.0}))).max() > 0.002
 
 
+def test_the_middle_level_keeps_most_vertices_round_the_eyes() -> None:
+    model = body_model()
+    shape = model.shape(Look())
+    own = np.flatnonzero(np.isin(np.arange(model.body), model.levels[0].vertex))
+    away = np.linalg.norm(shape.points[own, None] - shape.eyes, axis=2).min(axis=1)
+    kept = np.isin(own, model.levels[1].vertex)
+    assert kept[away < 0.02].mean() > 0.5 > kept.mean()
+
+
 def test_weights_sum_to_one_and_levels_are_parts_of_the_finest() -> None:
     model = body_model()
     assert np.allclose(model.weight.sum(axis=1), 1.0, atol=1e-5)

@@ -10,8 +10,9 @@ from pathlib import Path
 import numpy as np
 from avatar_fixture import closed_person
 
+from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.posture.posture import standing
-from vistel.render.figures.cache import cached_figure
+from vistel.render.figures.cache import cached_figure, figure_of_file
 from vistel.render.figures.figures import AvatarFigure, Corners
 
 SHOW = """
@@ -20,7 +21,8 @@ from pathlib import Path
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.by_joint import with_joints
 from vistel.figure.posture.posture import standing
-from vistel.render.figures.cache import cached_figure
+from vistel.figure.avatar.avatar import Avatar
+from vistel.render.figures.cache import cached_figure, figure_of_file
 person = cached_figure(builtin_avatar("builtin:person=aiko", name="ann", height=1.7), Path(sys.argv[1]))
 touching = person.ghosts(person.pose(standing()).posed, None)
 h = hashlib.sha256()
@@ -68,3 +70,22 @@ def test_one_file_is_kept_of_an_avatar_made_read_or_shown_before(tmp_path: Path)
     assert len(list(tmp_path.glob("*.figure"))) == 1
     cached_figure(replace(read, skeleton=replace(read.skeleton, rest=read.skeleton.rest * 1.001)), tmp_path)
     assert len(list(tmp_path.glob("*.figure"))) == 2
+
+
+def test_the_file_of_an_avatar_is_read_only_where_no_figure_of_it_is_kept(tmp_path: Path) -> None:
+    file, reads = tmp_path / "ann.npz", list[bool]()
+
+    def read() -> Avatar:
+        reads.append(file.exists())
+        if not file.exists():
+            file.write_bytes(b"as made")
+        return replace(closed_person(), name="ann")
+
+    for _ in range(2):
+        figure_of_file(file, "ann", read, tmp_path)
+    assert reads == [False]
+    file.write_bytes(b"as changed")
+    figure_of_file(file, "ann", read, tmp_path)
+    assert reads == [False, True]
+    figure_of_file(tmp_path / "nowhere" / "ann.npz", "ann", read, tmp_path)
+    assert len(reads) == 3

@@ -14,7 +14,8 @@ from google.protobuf.descriptor_pb2 import FieldDescriptorProto, FileDescriptorP
 from google.protobuf.descriptor_pool import DescriptorPool
 from talking import Talk, done, refused
 
-from vistel.messages.commands import action_of, write_action
+from vistel.messages.commands import write_action
+from vistel.messages.commands_read import action_of
 from vistel.space.actions import THIS, Refused, Which
 from vistel.space.command_description import COMMANDS, Action, Quantity, command, phrase, spoken, typed
 from vistel.space.commands.context import PERFORMERS, Answer, Context, performs

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from test_commands import ANYTHING
 
-from vistel.messages.commands import action_of, message_of
+from vistel.messages.commands import message_of
+from vistel.messages.commands_read import action_of
 from vistel.space import actions as ask
 from vistel.space.actions import Action, Along, Shown, Towards, Where, Which
 from vistel.space.command_description import COMMANDS

@@ -1,0 +1,45 @@
+"""Says what a command waits for, and how long, once that is noticed."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from rich.text import Text
+
+from vistel_cli.terminal import err
+
+SILENT_S = 2.0
+"""Nothing is said before so much time has passed [s]."""
+EVERY_S = 1.9
+"""Where there is no terminal, a line is printed so often [s]."""
+
+
+@contextmanager
+def waiting(what: str, silent_s: float = SILENT_S) -> Iterator[None]:
+    """Within the block, `what` is said on standard error with the seconds that have passed: "waiting for the world … 4 s". In a
+    thread, for the command may be loading, or wait in native code."""
+    ended = threading.Event()
+    thread = threading.Thread(target=_tell, args=(what, silent_s, ended), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+def _tell(what: str, silent_s: float, ended: threading.Event) -> None:
+    began = time.monotonic()
+    if ended.wait(silent_s):
+        return
+    with err.status("") as status:  # shown on a terminal only
+        while True:
+            said = f"{what} … {time.monotonic() - began:.0f} s"
+            status.update(Text(said))
+            if not err.is_terminal:
+                err.print(said, soft_wrap=True)
+            if ended.wait(1.0 if err.is_terminal else EVERY_S):
+                return
