@@ -185,11 +185,14 @@ class Painter:
         target.use()
         target.color_mask = (True, True, True, True)
         target.viewport = self._whole
-        target.clear(0.0, 0.0, 0.0, 1.0)
+        behind = _DARK if self._shell else _OPEN
+        alone = len(views) == 1 and views[0][0].box is None and all(views[0][0].colours)
+        target.clear(*(behind if alone else (0.0, 0.0, 0.0, 1.0)))
         for sight, clip, seen in views:
             target.viewport = sight.box or self._whole
             target.color_mask = (*sight.colours, True)
-            target.clear(*(_DARK if self._shell else _OPEN), viewport=sight.box or self._whole)
+            if not alone:
+                target.clear(*behind, viewport=sight.box or self._whole)
             self._paint(frame, sight, clip, seen, things)
         target.color_mask = (True, True, True, True)
         target.use()  # only now does the mask hold

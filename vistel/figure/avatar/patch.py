@@ -55,6 +55,16 @@ class Patch:
         return not self.metallic and (self.normal is not None or self.roughness >= MATT)
 
     @property
+    def sheet(self) -> bool:
+        """Whether it has holes or two sides: what has it need not be the outside of something solid."""
+        return self.opacity is not None or self.both_sides
+
+    @property
+    def matt(self) -> bool:
+        """Whether it neither mirrors nor shines: from far its light differs little from pixel to pixel."""
+        return self.roughness >= MATT and not self.metallic and self.finish is None and not any(self.glow) and not self.blend
+
+    @property
     def key(self) -> tuple[Any, ...]:
         """A key that is equal for patches that look the same, wherever they are."""
         shown: dict[str, object] = dict(self.pictures)

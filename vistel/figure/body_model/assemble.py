@@ -25,8 +25,11 @@ _CORNEA = 0.07, 0.42
 """How far the cornea stands out of an eyeball, and how wide it is, as shares of the radius."""
 
 
-def assemble(model: BodyModel, shape: Shape, *, name: str, albedo: U8, patches: tuple[Patch, ...] = ()) -> Avatar:
-    """The avatar. albedo, patches: its texture, in the model's coordinates."""
+_UNPAINTED = np.full((1, 1, 3), 128, np.uint8)
+
+
+def assemble(model: BodyModel, shape: Shape, *, name: str) -> Avatar:
+    """The avatar, in one grey."""
     p, rest, fit, floor = _jointed(model, shape)
     skull = fit.body.names.index("skull")
     limb = np.full(len(p), fit.body.names.index("face"), np.int32)
@@ -35,9 +38,15 @@ def assemble(model: BodyModel, shape: Shape, *, name: str, albedo: U8, patches: 
     size = float(np.linalg.norm(shape.eyes[0] - shape.eyes[1])) / model.eyes_apart
     eyes = tuple(_eyeball(middle + floor, shape.eye_radius, model.boxes["eye"], skull) for middle in shape.eyes)
     levels = [
-        Avatar(name, rest, fit.body, _mesh(model, level, p.astype(np.float32), limb, size), eyes, albedo, patches=patches)
+        Avatar(name, rest, fit.body, _mesh(model, level, p.astype(np.float32), limb, size), eyes, _UNPAINTED)
         for level in model.levels
     ]
+    return replace(levels[0], coarser=tuple(levels[1:]))
+
+
+def painted(body: Avatar, albedo: U8, patches: tuple[Patch, ...]) -> Avatar:
+    """The avatar with a texture (H, W, 3) in the model's coordinates, and its patches, on every level of detail."""
+    levels = [replace(level, albedo=albedo, patches=patches, coarser=()) for level in (body, *body.coarser)]
     return replace(levels[0], coarser=tuple(levels[1:]))
 
 

@@ -2,13 +2,14 @@
 
 import warnings
 from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body import Body
-from vistel.figure.body_model.assemble import assemble, limbs
+from vistel.figure.body_model.assemble import assemble, limbs, painted
 from vistel.figure.body_model.fit import ADULT, Fitted, fitted, statistics
 from vistel.figure.body_model.hair.beard import BEARDS, beard
 from vistel.figure.body_model.hair.hair import hair
@@ -113,20 +114,20 @@ def fit(told: Person) -> Fitted:
 
 def make(told: Person, name: str = "person") -> Avatar:
     """The avatar of a person. Warns and raises as `fit` does."""
-    found = fit(told)
-    person = checked(told)
+    person, model = checked(told), body_model()
     rng = np.random.default_rng(person.face_seed + 2)
     usual, back = usual_style(person.sex, person.age, rng), receding(person.sex, person.age, rng)
     style = person.hair or usual
     colours = replace(colours_of(person), scalp=0.7 if style == "shaved" else max(0.0, 0.85 - 5.0 * back))
     if person.dressed:
         colours = replace(colours, top=None, shorts=None)
-    albedo, patches = paint(body_model(), colours)
-    body = assemble(body_model(), found.shape, name=name, albedo=albedo, patches=patches)
-    of_chin = person.beard or usual_beard(person.sex, person.age, rng)
-    grown = hair(body, style, colours.hair, rng, receding=back), beard(body_model(), body, of_chin, colours.hair, rng)
-    worn = outfit(body, person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)) if person.dressed else ()
-    return joined(body, [part for part in (*grown, *worn) if part is not None])
+    with ThreadPoolExecutor(1) as beside:  # the skin's picture takes as long as all the rest, and neither needs the other
+        skin = beside.submit(paint, model, colours)
+        body = assemble(model, fit(told).shape, name=name)
+        of_chin = person.beard or usual_beard(person.sex, person.age, rng)
+        grown = hair(body, style, colours.hair, rng, receding=back), beard(model, body, of_chin, colours.hair, rng)
+        worn = outfit(body, person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)) if person.dressed else ()
+    return joined(painted(body, *skin.result()), [part for part in (*grown, *worn) if part is not None])
 
 
 def limbs_of(told: Person) -> tuple[Skeleton, Body]:

@@ -23,7 +23,7 @@ def relief(model: BodyModel, rng: np.random.Generator, folded: float, stubbly: f
     lips, oil, scalp, folds = (mask(model, name) for name in ("lips", "oil", "scalp", "folds"))
     fine, middling = noise(rng, size, (2, 2)), noise(rng, size, (5, 5))
     across_lips = noise(rng, size, (3, 40))
-    v, u = np.mgrid[1.0 : 0.0 : 1j * size[0], 0.0 : 1.0 : 1j * size[1]].astype(np.float32)
+    v, u = np.linspace(1.0, 0.0, size[0], dtype=np.float32)[:, None], np.linspace(0.0, 1.0, size[1], dtype=np.float32)
     # Away from the face texels are longer than wide: pores would become lines.
     small = 1.0 - 0.8 * smooth((np.hypot(2.0 * (u - _FACE[0]), v - _FACE[1]) - 0.20) / 0.15)
     height = small * (0.020 * fine + 0.030 * middling) * (1.0 - 0.8 * lips) * (1.0 + 0.8 * folded)
@@ -43,9 +43,9 @@ def relief(model: BodyModel, rng: np.random.Generator, folded: float, stubbly: f
             slice(round(u0 * size[1]), round(u1 * size[1])),
         )
         rough[rows, columns], open_share[rows, columns], height[rows, columns] = smoothness, reached, 0.0
+    open_share, rough = open_share[::2, ::2], rough[::2, ::2]
     finish = np.stack([open_share, np.clip(rough, 0.05, 1.0), np.zeros_like(rough)], axis=-1)
     down, right = np.gradient(height, _TEXEL)
     up = 1.0 / np.sqrt(1.0 + right**2 + down**2)
     normal = np.stack([-right * up, down * up, up], axis=-1)
-    finish_picture = np.ascontiguousarray(np.round(255.0 * finish[::2, ::2]).astype(np.uint8))
-    return Patch(WHOLE, finish=finish_picture, normal=np.round(127.0 * normal + 128.0).astype(np.uint8))
+    return Patch(WHOLE, finish=np.round(255.0 * finish).astype(np.uint8), normal=np.round(127.0 * normal + 128.0).astype(np.uint8))

@@ -35,8 +35,8 @@ class Creases:
 class FigureModel:
     """What of a figure stays: uv (n, 2), material (n,) 0 cloth, 1 skin, 2 eye; triangles (m, 3) and those without the
     head (drawn for one's own body, seen through its eyes); texture (h, w, 3) sRGB, first row at the top. casting: fewer
-    triangles, which throw its shadow where that must cost little; None: all. patches: what parts of the texture are like where
-    its file says so."""
+    triangles, which throw its shadow where that must cost little, in place of all that are no sheets; None: all. patches: what
+    parts of the texture are like where its file says so. small: it is for pictures in which the figure is small."""
 
     uv: F32
     material: F32
@@ -46,6 +46,7 @@ class FigureModel:
     creases: Creases | None = None
     casting: I32 | None = None
     patches: tuple[Patch, ...] = ()
+    small: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -225,7 +226,7 @@ class DrawnFigures:
             for patch, those in self._split(model, triangles):
                 by = self._creased if creased else self._plain
                 if patch is not None:
-                    by = self._patches.program(patch, _WRINKLED if creased else ())
+                    by = self._patches.program(patch, _WRINKLED if creased else (), small=model.small)
                 made.append(DrawBatch(vertex_array(ctx, by, layout, index(those), skip_errors=patch is not None), patch))
             return tuple(made)
 
@@ -242,7 +243,9 @@ class DrawnFigures:
                 parts(t[c], more, creased=True) + parts(t[~c], layout) for t, c in ((t, can[t].any(axis=1)) for t in every)
             )
             creased = whole, headless
-        casting = model.triangles if self._fine or model.casting is None else model.casting
+        casting = self._split(model, model.triangles)
+        if model.casting is not None and not self._fine:
+            casting = [(None, model.casting), *((patch, those) for patch, those in casting if patch is not None and patch.sheet)]
         casters = tuple(
             self._shadow.figure(
                 dynamic,
@@ -251,7 +254,7 @@ class DrawnFigures:
                 None if patch is None else self._patches.holes(patch),
                 patch is not None and patch.both_sides,
             )
-            for patch, those in self._split(model, casting)
+            for patch, those in casting
         )
         figure.levels[model] = _FigureBuffers(dynamic, (plain[0], plain[1]), creased, casters, buffers)
         return figure.levels[model]

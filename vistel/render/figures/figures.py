@@ -12,6 +12,8 @@ from scipy.spatial import KDTree  # pyright: ignore[reportMissingTypeStubs]
 
 from vistel.arrays import F32, F64, I32, U8
 from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.detail import coarser, of_triangles
+from vistel.figure.avatar.patch import patch_of
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.body import Body, PosedBody, pose_body, standard_body
 from vistel.figure.face.countenance import Countenance
@@ -45,6 +47,8 @@ CASTER = 0.82
 COARSER_BELOW = (800.0, 260.0)
 """Pixels per metre below which each coarser level of the built-in people looks the same: it strays from the finest by
 0.4 and 1.6 mm at half of the places, hence by less than half a pixel."""
+_CASTING = 3000
+"""Triangles of a small figure that throw its shadow in fast light: the shadow map's texels are 3.4 mm wide."""
 _PHALANX = ("metacarpal", "proximal", "intermediate", "distal")
 _HEAD = ("neck", "skull", "face")
 _HEAD_JOINT = JOINT_INDEX["head"]
@@ -95,10 +99,16 @@ class DrawableFigure(Protocol):
 
 
 def avatar_model(
-    avatar: Avatar, wrinkles: LevelWrinkles | None = None, picture: Callable[[], U8] | None = None, coarsest: Avatar | None = None
+    avatar: Avatar,
+    wrinkles: LevelWrinkles | None = None,
+    picture: Callable[[], U8] | None = None,
+    coarsest: Avatar | None = None,
+    *,
+    small: bool = False,
 ) -> FigureModel:
     """Texture coordinates, materials and triangles of an avatar; eyeballs follow the skin's drawn vertices. picture: of the
-    wrinkles' light. coarsest: its coarsest level, which throws its shadow where few triangles are wanted."""
+    wrinkles' light. coarsest: its coarsest level, which throws its shadow where few triangles are wanted. small: as `FigureModel`
+    has it."""
     mesh = avatar.mesh
     names = avatar.body.names
     skin = np.where(bare_skin(avatar), SKIN, CLOTH).astype(np.float32)
@@ -111,8 +121,11 @@ def avatar_model(
         triangles.append(ball.corner_triangles + start)
         start += len(ball.uv)
     of_head = head[mesh.limb[mesh.triangles]].any(axis=1)
-    # Which patch a triangle is on, and where that has holes, its own texture coordinates tell.
-    casting = mesh.corner_triangles if coarsest is None or avatar.patches else triangles_of(coarsest.mesh, mesh)
+    casting = None
+    if coarsest is not None and not avatar.patches:
+        casting = _triangles_of(coarsest.mesh, mesh)
+    elif small:
+        casting = _solid(avatar)
     creases = None
     if wrinkles is not None and picture is not None:
         eyes = np.zeros((start - len(mesh.uv), wrinkles.sets.shape[1]), np.uint8)
@@ -126,16 +139,31 @@ def avatar_model(
         creases,
         casting,
         avatar.patches,
+        small,
     )
 
 
-def triangles_of(coarse: Mesh, mesh: Mesh) -> I32:
+def _triangles_of(coarse: Mesh, mesh: Mesh) -> I32:
     """(F, 3) the triangles of a coarser level as drawn vertices of a finer one, of whose vertices it has a part."""
     tree: Any = KDTree(mesh.vertices)
-    nearest = np.asarray(tree.query(coarse.vertices)[1], np.int64)
+    return _drawn_vertex(mesh)[np.asarray(tree.query(coarse.vertices)[1], np.int64)[coarse.triangles]]
+
+
+def _solid(avatar: Avatar) -> I32:
+    """(F, 3) as drawn vertices: about `_CASTING` triangles of the shape of all that is no sheet."""
+    mesh = avatar.mesh
+    solid = patch_of(tuple(p for p in avatar.patches if p.sheet), mesh.uv, mesh.corner_triangles) < 0
+    tri, place = mesh.triangles[solid].astype(np.int64), np.arange(len(mesh.vertices), dtype=np.int32)
+    flat = Mesh(mesh.vertices, mesh.triangles, place, np.zeros((len(place), 2), np.float32), mesh.triangles, place)
+    few = coarser(of_triangles(flat, tri, tri), _CASTING)
+    return _drawn_vertex(mesh)[few.limb[few.triangles]]
+
+
+def _drawn_vertex(mesh: Mesh) -> I32:
+    """(V,) one of the drawn vertices of each vertex."""
     drawn = np.zeros(len(mesh.vertices), np.int32)
     drawn[mesh.corner_vertex] = np.arange(len(mesh.corner_vertex), dtype=np.int32)
-    return drawn[nearest[coarse.triangles]]
+    return drawn
 
 
 class StandIn:
@@ -202,8 +230,8 @@ class AvatarFigure:
         picture = None if self.wearing is None else self.wearing.whole.picture
         levels = (avatar, *avatar.coarser)
         self._finest = _Level(avatar, None, worn[0], picture, levels[-1])
-        coarser = zip(avatar.coarser, worn[1:], strict=True)
-        self._levels = [self._finest, *(_Level(a, self._finest.figure, w, picture, levels[-1]) for a, w in coarser)]
+        others = zip(avatar.coarser, worn[1:], strict=True)
+        self._levels = [self._finest, *(_Level(a, self._finest.figure, w, picture, levels[-1]) for a, w in others)]
         self._countenance: Countenance | None = None
         self._face_of(avatar)
         if layers:
@@ -274,7 +302,7 @@ class _Level:
         self._offsets: F32 | None = None
         # Coarser levels are for pictures in which they are small.
         patches = tuple(p for p in avatar.patches if finest is None or not p.relief)
-        self.model = avatar_model(replace(avatar, patches=patches), wrinkles, picture, coarsest)
+        self.model = avatar_model(replace(avatar, patches=patches), wrinkles, picture, coarsest, small=finest is not None)
         self.figure = Figure(avatar, same_body=finest)
         self._planner: tuple[FigurePlanner, SkinShape] | None = None
         self._corners = [mesh.corner_vertex for mesh in (avatar.mesh, *avatar.eyeballs)]

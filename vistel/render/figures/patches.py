@@ -37,19 +37,22 @@ class Patches:
         self, ctx: moderngl.Context, light: tuple[str, ...], paint: Callable[[U8], moderngl.Texture], sampled: bool
     ) -> None:
         self._ctx, self._paint, self._sampled = ctx, paint, sampled
-        kept = tuple(d for d in light if d != "LIGHT_PER_VERTEX")
-        self._light = (*kept, f"SMOOTHEST {SMOOTHEST}", *(("SAMPLED",) if sampled else ()))
+        words = f"SMOOTHEST {SMOOTHEST}", *(("SAMPLED",) if sampled else ())
+        self._light = (*(d for d in light if d != "LIGHT_PER_VERTEX"), *words)
+        self._by_vertex = (*light, "ROUGH", *words) if "LIGHT_PER_VERTEX" in light else None
         self._programs: dict[tuple[str, ...], moderngl.Program] = {}
         self._textures: dict[int, tuple[U8, moderngl.Texture]] = {}
 
-    def program(self, patch: Patch, more: tuple[str, ...] = ()) -> moderngl.Program:
-        """The one that draws such patches; more: defines."""
-        defines = [*self._light, *more, *(_DEFINES[name] for name in patch.pictures)]
+    def program(self, patch: Patch, more: tuple[str, ...] = (), *, small: bool = False) -> moderngl.Program:
+        """The one that draws such patches; more: defines; small: where they are small in the picture."""
         said = {"GLOW": any(patch.glow), "BLEND": patch.blend, "BOTH_SIDES": patch.both_sides}
-        defines += [word for word, there in said.items() if there]
-        key = tuple(defines)
+        words = (*(_DEFINES[name] for name in patch.pictures), *(word for word, there in said.items() if there))
+        shader, light = "patch", self._light
+        if small and patch.matt and self._by_vertex is not None:
+            shader, light = "figure", self._by_vertex
+        key = (*light, *more, *words)
         if key not in self._programs:
-            self._programs[key] = program(self._ctx, "figure", "patch", key)
+            self._programs[key] = program(self._ctx, "figure", shader, key)
         return self._programs[key]
 
     def share(self, **shared: object) -> None:

@@ -18,6 +18,10 @@ in vec3 p_room;
 in vec3 n_room;
 #endif
 in vec2 at;
+#ifdef HOLES
+#include "holes.glsl"
+uniform vec4 box;  // of the texture that the opacity spans: lowest u and v, one over width and height
+#endif
 #ifdef WRINKLED
 uniform sampler2D wrinkle_light;
 in vec2 fold_at;
@@ -34,6 +38,11 @@ Surface surface_of(vec3 base, float kind) {
 #endif
 
 void main() {
+    float alpha = 1.0;
+#ifdef HOLES
+    alpha = solid_at((at - box.xy) * box.zw);
+    if (alpha <= 0.0) discard;
+#endif
     vec3 base = texture(albedo, at).rgb;
     base *= base;
 #ifdef WRINKLED
@@ -46,7 +55,7 @@ void main() {
     float visible = lit_at(shadow_at);
     vec3 light = key * visible + rest;
     light.r += redder * (sqrt(visible) - visible);
-    colour = vec4(display(base * light + (gloss * visible) * KEY + added), 1.0);
+    colour = vec4(display(base * light + (gloss * visible) * KEY + added), alpha);
 #else
     float skin = skin_of(kind);
     vec3 n = normalize(n_room);

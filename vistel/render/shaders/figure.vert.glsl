@@ -1,8 +1,12 @@
 #version 330
-// LIGHT_PER_VERTEX: for software GL, where vertices are fewer than pixels and both cost the same.
+// LIGHT_PER_VERTEX: for software GL, where vertices are fewer than pixels and both cost the same. ROUGH: a patch of that roughness.
 #ifdef LIGHT_PER_VERTEX
 #include "common.glsl"
 #include "figure_light.glsl"
+#ifdef ROUGH
+#include "plain_light.glsl"
+uniform float rough;
+#endif
 out vec3 shadow_at;
 out vec3 key;      // times the albedo, where the roof light is seen
 out vec3 rest;     // times the albedo, always
@@ -39,12 +43,26 @@ void main() {
 #endif
     gl_Position = clip_from_room * vec4(position, 1.0);
 #ifdef LIGHT_PER_VERTEX
-    Light l = light_of(normal, normalize(eye - position), material);
+    vec3 to_eye = normalize(eye - position);
     float skin = skin_of(material);
+#ifdef ROUGH
+    vec3 n = normal;
+#ifdef BOTH_SIDES
+    n = faceforward(n, -to_eye, n);
+#endif
+    PlainLight l = plain_light_at(rough, n, to_eye, skin);
+    vec3 shown = mirrored(vec3(0.04), rough, l);
+    key = l.key;
+    rest = l.rest;
+    added = shown * l.seen;
+    gloss = shown.x * l.spot;
+#else
+    Light l = light_of(normal, to_eye, material);
     key = l.key;
     rest = l.rest + (SHEEN_BASE * (1.0 - skin)) * l.rim;
     added = l.rim * mix(SHEEN_CLOTH, SHEEN_SKIN, skin);
     gloss = l.gloss;
+#endif
     redder = FLESH * skin * l.key.r;
     shadow_at = shadow_place(position, normal, 0.025);
 #else

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.arrays import F64
+from vistel.arrays import F64, Bool
 from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model.hair.cap import cap, ground
@@ -22,6 +22,8 @@ _NET = (48, 10), (40, 7), (26, 5)
 _CLEAR = 0.0012
 """Least distance of hair from the skin [m]."""
 _ROUGHNESS = 0.62
+_COVERED = 0.35
+"""So far inside the hairline no skin is seen through the cap, as a share of the head's size."""
 
 
 def hair(
@@ -49,7 +51,14 @@ def hair(
     levels = tuple(_level(scalp, made, locks, k, seed, limb) for k in range(1 + len(body.coarser)))
     drawn = strands(made.kind)
     patch = Patch(roughness=_ROUGHNESS, normal=drawn.normal, opacity=drawn.opacity, cutoff=0.35, both_sides=True)
-    return Part(f"{style} hair", levels, painted(made.kind, colour, grey, rng), (patch,))
+    hides = tuple(_covered(scalp, level.mesh) for level in (body, *body.coarser))
+    return Part(f"{style} hair", levels, painted(made.kind, colour, grey, rng), (patch,), hides)
+
+
+def _covered(scalp: Scalp, mesh: Mesh) -> Bool:
+    """(F,) triangles of the body that lie under the cap where it is opaque."""
+    under = scalp.within(mesh) > _COVERED * scalp.size
+    return np.asarray(under[mesh.triangles].all(axis=1))
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +100,8 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, lim
         parts.append(_bun(scalp, level, np.random.default_rng(seed)))
     rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" else 2
     room = (MOST[level] - sum(len(part.p) for part in parts)) // (rows * across)
-    on = np.argsort(locks.order, kind="stable")[: max(0, min(style.counts[level], room))]
+    first = np.argsort(locks.order, kind="stable")[: max(0, min(style.counts[level], room))]
+    on = np.sort(first)[::-1]
     if len(on):
         # Heads are round: more places near the root.
         at = np.linspace(0.0, 1.0, rows) ** (1.35 if style.hanging else 1.0)
@@ -100,8 +110,8 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, lim
         wide = wider * locks.width[on, None] * np.interp(at, (0.0, 0.25, 1.0), (0.4, 1.0, 0.85))
         arch = 0.14 if style.hanging else 0.06
         parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), at, wide, locks.box[on], across, arch))
-    # Cards are wide and flat, bodies are round.
-    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, _CLEAR)) for part in parts], limb)
+    # Cards are wide and flat, bodies are round. What lies outside is drawn first and hides the rest before it is lit.
+    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, _CLEAR)) for part in reversed(parts)], limb)
 
 
 def _caps(scalp: Scalp, style: Style, level: int) -> list[Strips]:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import KDTree  # pyright: ignore[reportMissingTypeStubs]
 
 from vistel.arrays import F64, I32
-from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.avatar import Avatar, Mesh
 from vistel.figure.figure import vertex_normals
 from vistel.figure.skeleton import JOINT_INDEX
 
@@ -100,8 +100,11 @@ class Scalp:
 
     @cached_property
     def _far(self) -> F64:
-        """(V,) how far the body's vertices are inside the hairline [m]; far outside where there is no head."""
-        p = self.body.mesh.vertices.astype(np.float64)
+        return self.within(self.body.mesh)
+
+    def within(self, mesh: Mesh) -> F64:
+        """(V,) how far vertices of a level of the body are inside the hairline [m]; far outside where there is no head."""
+        p = mesh.vertices.astype(np.float64)
         head = p[:, 1] > self.middle[1] - 1.4 * self.size
         out = np.full(len(p), -self.size)
         out[head] = self.inside(p[head])

@@ -204,7 +204,7 @@ STYLES: dict[str, Style | None] = {
         shells=(Cap(0.0036, 0.001), Cap(0.0050, 0.0025), Cap(0.0064, 0.004)), round=True,
     ),
     "short": Style(
-        "tufts", Cap(0.0030, 0.006), 0.016, (150, 110, 24), (5, 4, 3), _short,
+        "tufts", Cap(0.0030, 0.006), 0.016, (150, 66, 24), (5, 4, 3), _short,
         shells=(Cap(0.0050, 0.009, 0.001), Cap(0.0070, 0.012, 0.002)),
     ),
     "side_parting": Style(
