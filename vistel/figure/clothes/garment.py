@@ -18,6 +18,8 @@ from vistel.geometry.smoothstep import smooth
 _GIVES = 0.005
 _BEFORE = 0.015
 """How far cloth gives way under other cloth, and how far before its border it begins to [m]."""
+_HIDDEN = 0.006
+"""How much farther where it is covered: nobody sees whether skin comes through it there [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +51,7 @@ class Worn:
         def left(piece: Cloth) -> Cloth:
             deep = np.max([other.covers(piece.points) for other in others], axis=0)
             # What is left gives way: coarse meshes of both would cross.
-            sunk = _GIVES * smooth((deep + _BEFORE) / _BEFORE)
+            sunk = _GIVES * smooth((deep + _BEFORE) / _BEFORE) + _HIDDEN * smooth(deep / _BEFORE)
             whole = replace(piece, points=piece.points - sunk[:, None] * piece.normals())
             return whole.without((deep > margin)[piece.triangles].all(axis=1))
 

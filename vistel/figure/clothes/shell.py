@@ -23,7 +23,7 @@ _ROUNDS = 8
 _BACK = 1.04
 _WEIGHT_ROUNDS = 6
 _CHUNK = 256
-_SINKS = (0.002, 0.005, 0.01)
+_SINKS = (0.0035, 0.005, 0.01)
 _GIVEN = 0.022
 _MARGINS = (1.0, 0.8, 0.3)
 """Of each level, as shares: larger triangles reach farther under a border anyhow."""

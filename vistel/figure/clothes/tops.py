@@ -165,7 +165,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
     return Worn(
         name,
         cloth,
-        whole.hides(build, 0.028),
+        whole.hides(build, 0.016),
         whole.sinks(build),
         whole.inside,
         painter(weave, seed),
