@@ -100,7 +100,7 @@ def _palms(p: F64, normal: F64, joints: dict[str, F64]) -> F64:
         names = ("hand", "index_proximal", "little_proximal", "middle_proximal")
         wrist, index, little, middle = (joints[f"{side}_{name}"] for name in names)
         along = (middle - wrist) / np.linalg.norm(middle - wrist)
-        inside = sign * np.cross(index - little, along)
+        inside = sign * np.cross(along, index - little)
         inside /= np.linalg.norm(inside)
         on = smooth(((p - wrist) @ along - 0.005) / 0.02) * (np.linalg.norm(p - middle, axis=1) < 0.16)
         out = np.maximum(out, on * smooth((normal @ inside + 0.1) / 0.6))

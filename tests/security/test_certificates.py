@@ -57,14 +57,15 @@ def test_certificates_that_are_not_good_now_do_not_connect(tmp_path: Path, days:
 def test_the_certificate_of_a_site_is_no_router(tmp_path: Path) -> None:
     async def body(s: Secured) -> None:
         paris = s.issue("paris")
-        router = Router.open(f"tls/127.0.0.1:{s.port + 1}", tls=paris)
+        port = free_port()
+        router = Router.open(f"tls/127.0.0.1:{port}", tls=paris)
         try:
             with pytest.raises(BusError, match="certificates do not match"):
                 await ZenohBus.open(
                     conference="demo",
                     site="tokyo",
                     clock=SystemClock(),
-                    endpoints=[f"tls/localhost:{s.port + 1}"],
+                    endpoints=[f"tls/localhost:{port}"],
                     tls=s.issue("tokyo"),
                     connect_s=0.5,
                 )

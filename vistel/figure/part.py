@@ -56,10 +56,10 @@ def _placed(mesh: Mesh, box: F64) -> Mesh:
 
 
 def _sunken(mesh: Mesh, depths: Sequence[F32]) -> Mesh:
-    """The mesh with its vertices moved in by the greatest of the depths (V,) [m]."""
+    """The mesh with its vertices moved in by all these depths (V,) [m]: under two layers it gives way to both."""
     if not depths:
         return mesh
-    return replace(mesh, vertices=mesh.vertices - np.max(depths, axis=0)[:, None] * vertex_normals(mesh))
+    return replace(mesh, vertices=mesh.vertices - np.sum(depths, axis=0)[:, None] * vertex_normals(mesh))
 
 
 def together(meshes: Sequence[Mesh]) -> Mesh:

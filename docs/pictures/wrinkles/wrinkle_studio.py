@@ -35,9 +35,9 @@ async def main() -> None:
             hosts.add(f"127.0.0.1:{runner.addresses[0][1]}")
             async with page(Path(folder), *SOFTWARE) as tab:
                 await tab.open(f"http://{next(iter(hosts))}/", 1440, 900)
-                await tab.until(READY, 300.0)
+                await tab.until(READY)
                 await tab.value("void window.studio.state.select({ wrinkle: 1, branch: 2, point: 1 })")
-                await tab.until(READY, 60.0)
+                await tab.until(READY)
                 await asyncio.sleep(1.0)
                 cv2.imwrite(str(OUT), cv2.cvtColor(await tab.picture(), cv2.COLOR_RGB2BGR))
         finally:
