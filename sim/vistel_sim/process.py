@@ -8,7 +8,7 @@ import asyncio
 import logging
 import signal
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from vistel.conference.device_list import devices_of, simulated_names
@@ -16,12 +16,15 @@ from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.devices import kind
+from vistel.figure.avatar.proportions import Proportions
 from vistel.wire import alive, background, event_loop
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim.device import Simulator, run_devices
 from vistel_sim.faults import Fault, fault_from_text
+from vistel_sim.limbs import own_limbs
 from vistel_sim.microphone import run_microphones
 from vistel_sim.motion import MotionError, open_motion
+from vistel_sim.motion.source import AVERAGE
 from vistel_sim.simulation import BodyMotion, Simulation
 from vistel_sim.sound import simulated_equipment, simulated_microphones
 
@@ -37,14 +40,15 @@ def simulators(
     *,
     site: str | None = None,
     faults: Iterable[Fault] = (),
+    limbs: Mapping[str, Proportions] = AVERAGE,
 ) -> list[Simulator]:
-    """The devices whose port is "sim", of one site or of all. The motion and the times of `faults` begin at `start_ns`. Raises
-    ValueError for a fault of an unknown device."""
+    """The devices whose port is "sim", of one site or of all. The motion and the times of `faults` begin at `start_ns`. limbs: of
+    participants who are no average person of their height. Raises ValueError for a fault of an unknown device."""
     faults, names = tuple(faults), simulated_names(conference, site)
     for fault in faults:
         if fault.device not in names:
             raise ValueError(f"fault: no simulated device {fault.device!r}; there are {', '.join(sorted(names))}")
-    simulation = Simulation(conference, motion, paths, clock, start_ns, faults)
+    simulation = Simulation(conference, motion, paths, clock, start_ns, faults, limbs)
     return [kind.load(d.kind.simulator)(d, simulation) for d in devices_of(conference, site) if d.simulated]
 
 
@@ -58,9 +62,10 @@ async def run_simulators(
     start_ns: int | None = None,
 ) -> None:
     """Run all simulators until cancelled. The motion and the times of `faults` begin at `start_ns`, by default now."""
-    motion = open_motion(conference)
+    limbs = await asyncio.to_thread(own_limbs, conference)
+    motion = open_motion(conference, limbs)
     faults, start_ns = tuple(faults), clock.now_ns() if start_ns is None else start_ns
-    devices = simulators(conference, motion, paths, clock, start_ns, site=site, faults=faults)
+    devices = simulators(conference, motion, paths, clock, start_ns, site=site, faults=faults, limbs=limbs)
     microphones = simulated_microphones(conference, motion, paths, site=site, faults=faults)
     units = simulated_equipment(conference, paths, clock, start_ns, site=site, faults=faults)
     log.info("simulated devices=%s", ",".join(d.name for d in (*devices, *microphones, *units)))

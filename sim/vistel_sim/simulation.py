@@ -1,17 +1,20 @@
 """What the simulators of a conference share: motion, clock, faults, paths of ports."""
 
 import zlib
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Protocol
 
 from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture
 from vistel.wire.clock import Clock
 from vistel_sim.device import Instrument, SimulatedDevice
 from vistel_sim.faults import Fault
+from vistel_sim.motion.source import AVERAGE
 
 RESTART_S = 0.3
 """How long simulated units take to restart [s]. Real ones take longer (a FASTRAK 10 s, a CyberGlove 1.75 s); the protocol is the
@@ -44,7 +47,8 @@ class BodyMotion(Protocol):
 
 @dataclass(frozen=True)
 class Simulation:
-    """start_ns: conference time at which the motion and the times of `faults` begin."""
+    """start_ns: conference time at which the motion and the times of `faults` begin; limbs: of participants who are no average
+    person of their height."""
 
     conference: Conference
     motion: BodyMotion
@@ -52,6 +56,7 @@ class Simulation:
     clock: Clock
     start_ns: int
     faults: tuple[Fault, ...] = ()
+    limbs: Mapping[str, Proportions] = field(default_factory=lambda: AVERAGE)
 
     def seed(self, name: str) -> int:
         """Seed for the noise of a device."""

@@ -48,7 +48,7 @@ def vrpn(device: Device, simulation: Simulation) -> SimulatedVrpn:
 def vmc(device: Device, simulation: Simulation) -> SimulatedSender:
     """A suite that sends the participant's body."""
     assert device.participant is not None
-    person = simulated_people(simulation.conference)[device.participant.name]
+    person = simulated_people(simulation.conference, simulation.limbs)[device.participant.name]
 
     def packet(frame: int, t_s: float) -> bytes:
         return suite.packet(pose_joints(person.skeleton, simulation.motion.posture(person.name, t_s)), person.transmitter)

@@ -32,6 +32,8 @@ ROOM_RADIUS = 4.0
 
 BATON = "baton"
 """Id of the thing that is handed over; it starts on a rest high enough for fingers to close round it."""
+BATON_RADIUS = 0.012
+"""[m]."""
 
 
 @dataclass(frozen=True)
@@ -233,7 +235,7 @@ def _loose_things(spread: float) -> tuple[Thing, ...]:
 
 def _baton_on_rest(centre: F64, height: float) -> tuple[Thing, Thing]:
     """The baton's axis lies `height` above the table, so that fingers close under it clear of the table."""
-    half, radius, tip = 0.088, 0.012, 0.005
+    half, radius, tip = 0.088, BATON_RADIUS, 0.005
     # Posts in two pairs form notches: each tip stands `radius + tip` from the baton's axis, 50 degrees aside.
     aside = math.radians(50.0)
     beside, below = (radius + tip) * math.sin(aside), (radius + tip) * math.cos(aside)

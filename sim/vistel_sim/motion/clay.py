@@ -10,7 +10,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.posture.hands import FLAT, OPEN, POINT, PRESSED, hand_rotation
 from vistel.figure.posture.posture import Posture, pose_joints
-from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton
+from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 from vistel.space.room import Extra
 from vistel.space.things.things import identity
 from vistel_sim.motion.layout import Layout
@@ -73,9 +73,8 @@ def write_clay(sitters: Mapping[str, Sitter], layout: Layout, thing: Extra) -> S
         hand.rest(13.9)
 
     looks = {name: [(1.0, 13.0, "point:clay")] for name in sitters}
-    scale = {name: s.person.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
     tracks = {key: HandTrack(hand.keys) for key, hand in desk.items()}
-    return Script(tracks, (), (place, identity()), scale, {"clay": top}, looks)
+    return Script(tracks, (), (place, identity()), {}, {"clay": top}, looks)
 
 
 def fingertip(skeleton: Skeleton) -> F64:

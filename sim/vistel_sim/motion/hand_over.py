@@ -12,12 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.body import standard_body
 from vistel.figure.grip import closed_on
 from vistel.figure.posture.hands import OPEN, RELAXED
-from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y, slerp
-from vistel.space.room import BATON, meeting_room, table_radius
+from vistel.space.people import PALM_CENTRE
+from vistel.space.room import BATON_RADIUS, table_radius
 from vistel_sim.motion.played import RATE_HZ, Joints, Played, PlayedFile, joints_at
 from vistel_sim.motion.recording import SIDES, Recording, resampled
 from vistel_sim.motion.six_dof import ROLES, HandOver
@@ -35,8 +34,6 @@ GRIP = 0.060
 """From the room's baton's middle to where each hand holds it: two fists side by side [m]."""
 SLANT = math.radians(45.0)
 """Of the baton in the hand, from straight across the palm towards the fingers' tips."""
-PALM = np.array([0.088, -0.0135, 0.0])
-"""Where a bar touches the palm, in the left hand's frame of a person of REFERENCE_HEIGHT."""
 LEAD_S = 0.6
 """How long a hand is guided to the thing before it takes it [s]."""
 CLOSE_S = 0.25
@@ -117,7 +114,7 @@ def follow_thing(take: HandOver, recorded: Mapping[str, Recording]) -> Line:
 def _palm(r: Recording, side: str) -> F64:
     """(n, 3) of the palm's middle."""
     p, q = r.joint(f"{side}_hand")
-    return p + q @ (PALM * (1.0 if side == "left" else -1.0, 1.0, 1.0))
+    return p + q @ (PALM_CENTRE * (1.0 if side == "left" else -1.0, 1.0, 1.0))
 
 
 def _longest(holds: NDArray[np.bool_]) -> tuple[int, int]:
@@ -158,12 +155,10 @@ class _Hand:
         sign = 1.0 if self._name == "left" else -1.0
         self.toward = 1.0 if role == "giver" else -1.0
         self._first, self._last = line.held[role]
-        baton = meeting_room().thing(BATON).axes[0]
-        scale = person.skeleton.height / REFERENCE_HEIGHT
-        self._point = PALM * (sign, 1.0, 1.0) * scale - (0.0, baton.radius, 0.0)
+        build = person.build
+        self._point = build.palm[SIDES.index(self._name)] - (0.0, BATON_RADIUS, 0.0)
         self._slant = np.array([sign * math.sin(SLANT), 0.0, math.cos(SLANT)])
-        body = standard_body(person.skeleton)
-        self._closed = closed_on(person.skeleton, body, self._name, self._point, self._slant, baton.radius)
+        self._closed = closed_on(build.skeleton, build.body, self._name, self._point, self._slant, BATON_RADIUS)
 
     def led(self, joints: Joints, k: int) -> Joints:
         """Frame `k` with this hand moved to its grip on the baton, while it holds."""

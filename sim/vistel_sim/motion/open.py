@@ -1,7 +1,7 @@
 """The motion of a conference's participants."""
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from vistel.conference.model import Conference
 from vistel.conference.room_things import extras_of
+from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture
 from vistel.figure.posture.sensors import Placement
 from vistel.space.room import BATON
@@ -22,7 +23,7 @@ from vistel_sim.motion.layout import layout_of
 from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.played import PlayedFile, play_alone
 from vistel_sim.motion.six_dof import ROLES, is_hand_over, load_hand_over
-from vistel_sim.motion.source import Clapper, MotionError, MotionSource, SimulatedPerson, simulated_people
+from vistel_sim.motion.source import AVERAGE, Clapper, MotionError, MotionSource, SimulatedPerson, simulated_people
 
 log = logging.getLogger("vistel.motion")
 
@@ -38,13 +39,14 @@ CALIBRATION = "calibration"
 """The moves that `vistel calibrate tracker` and `vistel calibrate body` ask for, once."""
 
 
-def open_motion(conference: Conference) -> MotionSource:
+def open_motion(conference: Conference, limbs: Mapping[str, Proportions] = AVERAGE) -> MotionSource:
     """The motion of every participant. Raises MotionError (one line) for a file that cannot be played.
 
     `motion` of a participant: "meeting" (or nothing), "clay", "clap", "calibration", a .bvh file, or the folder of a two-person
-    hand-over, whose giver and taker are its first two participants; further ones watch them from their seats.
+    hand-over, whose giver and taker are its first two participants; further ones watch them from their seats. limbs: of those
+    who are no average person of their height.
     """
-    everyone = simulated_people(conference)
+    everyone = simulated_people(conference, limbs)
     wanted: dict[str, list[SimulatedPerson]] = {}
     for site in conference.sites:
         for person in site.participants:

@@ -10,13 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.body import standard_body
 from vistel.figure.grip import closed_round
 from vistel.figure.posture.hands import FLAT, OPEN, PRESSED, RELAXED, hand_rotation
 from vistel.figure.posture.sensors import Placement
 from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
-from vistel.space.room import BATON
+from vistel.space.room import BATON, BATON_RADIUS
 from vistel.space.things.things import identity
 from vistel_sim.motion.layout import Layout
 from vistel_sim.motion.sitter import Sitter
@@ -26,8 +25,6 @@ CYCLE_S = 20.0
 UP = np.array([0.0, 1.0, 0.0])
 SIDES = {"left": 1.0, "right": -1.0}
 
-GRIP = np.array([0.088, -0.0255, 0.0])
-"""Where a held bar crosses the palm: left hand's frame, a person of REFERENCE_HEIGHT; mirrored for the right."""
 GIVER_BELOW = 0.032
 """How far below the baton's middle the giver holds it [m]."""
 TAKER_ABOVE = 0.046
@@ -46,7 +43,8 @@ class Script:
     baton: tuple[tuple[float, str | None, str, float], ...]
     """Who holds the baton: (from time [s], participant or None, side, position of its middle along the hand's Z [m])."""
     baton_rest: Placement
-    scale: dict[str, float]
+    grip: dict[tuple[str, str], F64]
+    """Where the axis of a held bar crosses the palm: (3,) in the hand's frame [m]."""
     points: dict[str, F64] = field(default_factory=dict)
     looks: dict[str, list[tuple[float, float, str]]] = field(default_factory=dict)
 
@@ -63,7 +61,7 @@ class Script:
             return {BATON: self.baton_rest}
         hand = self.hand(who, side, t)
         rotation = matrix_from_quaternion(hand.rotation)
-        middle = hand.position + rotation @ (_grip(side, self.scale[who]) + np.array([0.0, 0.0, along]))
+        middle = hand.position + rotation @ (self.grip[who, side] + np.array([0.0, 0.0, along]))
         # The baton's own axis is X; the hand's Z runs along it.
         axes = np.column_stack((rotation[:, 2], rotation[:, 1], -rotation[:, 0]))
         return {BATON: (middle, quaternion_from_matrix(axes))}
@@ -92,10 +90,10 @@ def write_script(sitters: Mapping[str, Sitter], layout: Layout) -> Script:
         points["palms"] = _palm_to_palm(desk, second, last)
         looks[second.person.name] += [(14.4, 16.4, "point:palms")]
         looks[last.person.name] += [(14.3, 16.4, "point:palms")]
-    scale = {name: s.person.skeleton.height / REFERENCE_HEIGHT for name, s in sitters.items()}
+    grip = {key: hand.grip for key, hand in desk.items()}
     tracks = {key: HandTrack(hand.keys) for key, hand in desk.items()}
     rest = (baton.position, baton.rotation) if baton is not None else (np.zeros(3), identity())
-    return Script(tracks, tuple(holds), rest, scale, points, looks)
+    return Script(tracks, tuple(holds), rest, grip, points, looks)
 
 
 def _reach(layout: Layout, a: Sitter, b: Sitter) -> bool:
@@ -109,6 +107,7 @@ class Hand:
         self.sitter, self.side, self.sign, self.layout = sitter, side, SIDES[side], layout
         person = sitter.person
         self.scale = person.skeleton.height / REFERENCE_HEIGHT
+        self.grip = person.build.palm[list(SIDES).index(side)] - np.array([0.0, BATON_RADIUS, 0.0])
         position = sitter.out_of_seat(np.array([self.sign * 0.175, 0.0, 0.385]))
         position[1] += layout.table(position) + 0.062
         fingers = sitter.direction_in_room(np.array([-self.sign * 0.42, 0.05, 0.9]))
@@ -139,16 +138,12 @@ class Hand:
 
     def wrist_for(self, grip_point: F64, rotation: F64) -> F64:
         """(3,) position of the wrist for a grip at `grip_point`."""
-        return grip_point - rotation @ _grip(self.side, self.scale)
+        return grip_point - rotation @ self.grip
 
     def closed(self, radius: float) -> F64:
         """(20,) fingers closed round a bar of `radius`."""
-        skeleton = self.sitter.person.skeleton
-        return closed_round(skeleton, standard_body(skeleton), self.side, _grip(self.side, self.scale), radius)
-
-
-def _grip(side: str, scale: float) -> F64:
-    return GRIP * (SIDES[side], 1.0, 1.0) * scale
+        build = self.sitter.person.build
+        return closed_round(build.skeleton, build.body, self.side, self.grip, radius)
 
 
 def _level(d: F64) -> F64:
@@ -164,8 +159,7 @@ def _between(a: Sitter, b: Sitter, towards_centre: float) -> F64:
 def _hand_over(desk: dict[tuple[str, str], Hand], a: Sitter, b: Sitter, baton: F64) -> list[tuple[float, str | None, str, float]]:
     """`a` takes the baton with the right hand and gives it to `b`'s left; `b` gives it back; `a` puts it down."""
     giver, taker = desk[a.person.name, "right"], desk[b.person.name, "left"]
-    radius = 0.012
-    fist_a, fist_b = giver.closed(radius), taker.closed(radius)
+    fist_a, fist_b = giver.closed(BATON_RADIUS), taker.closed(BATON_RADIUS)
 
     # Palm down over the baton, fingers ahead, the thumb's side towards the free end.
     down = hand_rotation(-1.0, a.direction_in_room(np.array([0.0, 0.0, 1.0])), -UP)

@@ -1,6 +1,8 @@
 """Motion sources, and the bodies, seats and transmitters of the people they move."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Protocol, runtime_checkable
 
 import numpy as np
@@ -9,10 +11,12 @@ from vistel.arrays import F64
 from vistel.conference.devices import PropTracker, TrackerConfig
 from vistel.conference.model import Conference, Site
 from vistel.conference.seats import seat_place
+from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.posture.sensors import Mount, Placement, into_frame, receiver_mounts, receiver_poses, transmitter_in_room
-from vistel.figure.skeleton import Skeleton, standard_skeleton
+from vistel.figure.skeleton import Skeleton
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
+from vistel.space.people import Build, build_like, build_of
 
 
 class MotionError(ValueError):
@@ -62,19 +66,29 @@ class Clapper(Protocol):
 
 @dataclass(frozen=True)
 class SimulatedPerson:
-    """A participant's body, seat and transmitter. Seat: position (3,) in the room [m], heading about +Y [rad]."""
+    """A participant's body, as the world takes it, seat and transmitter. Seat: position (3,) in the room [m], heading about +Y
+    [rad]."""
 
     name: str
     seat: int
-    skeleton: Skeleton
+    build: Build
     seat_position: F64
     seat_heading: float
     transmitter: Placement
     mounts: dict[str, Mount]
 
+    @property
+    def skeleton(self) -> Skeleton:
+        """The joint chain."""
+        return self.build.skeleton
 
-def simulated_people(conference: Conference) -> dict[str, SimulatedPerson]:
-    """Every participant of the conference at their seat."""
+
+AVERAGE: Mapping[str, Proportions] = MappingProxyType({})
+"""Limbs of nobody: everybody is an average person of their height."""
+
+
+def simulated_people(conference: Conference, limbs: Mapping[str, Proportions] = AVERAGE) -> dict[str, SimulatedPerson]:
+    """Every participant of the conference at their seat. limbs: of those who are no average person of their height."""
     out: dict[str, SimulatedPerson] = {}
     for site in conference.sites:
         for person in site.participants:
@@ -82,9 +96,10 @@ def simulated_people(conference: Conference) -> dict[str, SimulatedPerson]:
             position, heading = seat_place(conference.room, seat)
             tracker = person.tracker or TrackerConfig()
             transmitter = transmitter_in_room(position, heading, tracker.transmitter_position, tracker.transmitter_heading)
-            skeleton = standard_skeleton(person.height)
-            mounts = receiver_mounts(skeleton)
-            out[person.name] = SimulatedPerson(person.name, seat, skeleton, position, heading, transmitter, mounts)
+            own = limbs.get(person.name)
+            build = build_of(person.height, 1.0) if own is None else build_like(own)
+            mounts = receiver_mounts(build.skeleton)
+            out[person.name] = SimulatedPerson(person.name, seat, build, position, heading, transmitter, mounts)
     return out
 
 

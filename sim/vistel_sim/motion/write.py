@@ -13,7 +13,7 @@ from vistel.figure.posture.hands import FLAT
 from vistel.figure.posture.posture import ELBOW, SHOULDER, JointPose, Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import quaternion_from_matrix, rotation_y, rotation_z, rotvec_from_matrix
-from vistel_sim.motion.hand_over import PALM
+from vistel.space.people import PALM_CENTRE
 from vistel_sim.motion.six_dof import BODY_NAMES, RATE_HZ, ROLES, UP
 from vistel_sim.motion.tracks import minimum_jerk
 
@@ -117,7 +117,7 @@ def write_hand_over(folder: Path) -> None:
             at = JOINT_INDEX["spine_8" if ours == "chest" else ours]
             _write_table(folder / f"{role}_{body}_pose_saved.csv", [(p.position[at], p.rotation[at]) for p in taken])
     hand, half = JOINT_INDEX["right_hand"], frames // 2
-    palm = {role: taken[half].position[hand] + taken[half].rotation[hand] @ (-PALM) for role, taken in poses.items()}
+    palm = {role: taken[half].position[hand] + taken[half].rotation[hand] @ (-PALM_CENTRE) for role, taken in poses.items()}
     middle = 0.5 * (palm["giver"] + palm["taker"])
     baton: list[tuple[F64, F64]] = []
     for k in range(frames):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -54,7 +55,7 @@ def solved(body: MeasuredPerson | None, distortion: Distortion | None, error: np
     )
     capture = BodyCapture(person)
     worst = {"left_hand": 0.0, "right_hand": 0.0}
-    wearing = type(place)(**{**vars(place), "skeleton": own, "mounts": mounts})
+    wearing = replace(place, build=replace(place.build, skeleton=own), mounts=mounts)
     for k in range(60):
         posture = motion.posture("ann", 0.1)
         t_ns = 1_000_000_000 + k * 16_666_667

@@ -15,10 +15,11 @@ from vistel.figure.posture.sensors import RECEIVERS, out_of_frame, receiver_pose
 from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_quaternion
+from vistel.space.people import PALM_CENTRE
 from vistel.space.room import BATON, table_radius
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.bvh import load_bvh, parse_bvh
-from vistel_sim.motion.hand_over import GRIP, PALM, SLANT
+from vistel_sim.motion.hand_over import GRIP, SLANT
 from vistel_sim.motion.open import things_of
 from vistel_sim.motion.played import play_alone
 from vistel_sim.motion.recording import INDEX, resampled
@@ -242,7 +243,7 @@ def test_a_hand_that_holds_the_recorded_baton_has_it_across_its_palm(shared_data
             pose = pose_joints(person.skeleton, posture)
             j = JOINT_INDEX["right_hand"]
             held = pose.rotation[j].T @ (position + along * axis - pose.position[j])
-            palm = np.array([-PALM[0], PALM[1], PALM[2]]) * person.skeleton.height / 1.75
+            palm = np.array([-PALM_CENTRE[0], PALM_CENTRE[1], PALM_CENTRE[2]]) * person.skeleton.height / 1.75
             assert np.linalg.norm(held - palm) < 0.02
             assert abs(pose.rotation[j][:, 2] @ axis) == pytest.approx(math.cos(SLANT), abs=0.05)
             # The fingers are closed on it.

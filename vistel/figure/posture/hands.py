@@ -41,7 +41,7 @@ RELAXED = finger_posture((15, 5, 12, 15), (16, 22, 12), 2.0, 4.0)
 FLAT = finger_posture((5, 10, 5, 5), (2, 3, 2), 1.0)
 PRESSED = finger_posture((-12, 25, 0, 0), (0, 2, 1), 2.0)
 """Flat, the thumb out of the palm's way."""
-OPEN = finger_posture((35, 28, 5, 8), (12, 16, 8), 5.0, 2.0)
+OPEN = finger_posture((-12, 25, 0, 0), (12, 16, 8), 5.0, 2.0)
 """Ready to take something."""
 POINT = finger_posture((40, -10, 35, 30), (55, 65, 40), 0.0)
 POINT[4:8] = np.radians((6.0, 2.0, 6.0, 4.0))

@@ -91,7 +91,7 @@ def worn(seed: int) -> tuple[SimulatedPerson, np.ndarray, float]:
     }
     position, heading = np.array([0.1, 0.3, 0.2]) + 0.2 * rng.standard_normal(3), 0.4 * rng.standard_normal()
     transmitter = transmitter_in_room(person.seat_position, person.seat_heading, position, heading)
-    return replace(person, skeleton=body, mounts=mounts, transmitter=transmitter), position, heading
+    return replace(person, build=replace(person.build, skeleton=body), mounts=mounts, transmitter=transmitter), position, heading
 
 
 @cache

@@ -108,7 +108,8 @@ def test_of_two_who_take_a_thing_in_one_step_the_nearer_leads_and_the_other_gets
         for k in range(25):
             play.step(
                 {
-                    near: reaching(START + np.array([-0.05, -0.0005, 0.0]), k / 20),
+                    # Fingers come round it from below: a hand that is higher touches sooner.
+                    near: reaching(START + np.array([-0.05, 0.002, 0.0]), k / 20),
                     off: reaching(START + np.array([0.05, 0.0, 0.0]), k / 20, np.pi),
                 }
             )

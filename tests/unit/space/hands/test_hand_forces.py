@@ -147,7 +147,7 @@ def test_limbs_that_go_through_each_other_push_less_and_less_and_never_jump() ->
     assert size[180] < 1e-9  # in the middle there is no side to push to
 
 
-@pytest.mark.parametrize("height", [0.03, 0.02, 0.01])
+@pytest.mark.parametrize("height", [0.02, 0.015, 0.01])
 def test_a_hand_laid_on_the_table_is_pushed_up(height: float) -> None:
     from test_world_steps import Play, reaching  # the same person
 
