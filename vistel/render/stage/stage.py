@@ -9,6 +9,7 @@ from types import MappingProxyType
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
+from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.captions import Caption, Captions
 from vistel.render.stage.hand_correction import ShownPerson
 from vistel.render.stage.held import HeldThings
@@ -19,12 +20,14 @@ from vistel.space.things.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.motion.proportions import from_message
 from vistel.wire.parcels import is_digest
-from vistel.wire.world.decoder import RoomState, Touch
+from vistel.wire.world.decoder import STEP_NS, RoomState, Touch
 
 log = logging.getLogger("vistel.renderer")
 
 MOST_WAIT_S = 0.6
 """A picture waits no longer for its voice."""
+TOGETHER_NS = 25_000_000
+"""Whose delay is that of the room within this is shown at one moment with it, so that hands are where things feel them."""
 GONE_NS = 20_000_000_000
 """A participant from whom nothing is received for so long is no longer drawn."""
 
@@ -71,24 +74,25 @@ class Instant:
 
 
 class _Person:
-    def __init__(self, about: ParticipantInfo, delay_ns: int, site: str = "") -> None:
+    def __init__(self, about: ParticipantInfo, delay: int | AdaptiveDelay, site: str = "") -> None:
         self.about, self.site = about, site
         self.reader, self.thin_reader = MotionReader(), MotionReader()
-        self.playout: Playout[ReceivedPosture | InterpolatedPosture] = Playout(InterpolatedPosture, delay_ns)
+        self.playout: Playout[ReceivedPosture | InterpolatedPosture] = Playout(InterpolatedPosture, delay)
 
 
 class Stage:
     """Receives messages and gives the instants that are shown."""
 
-    def __init__(self, delay_ns: int) -> None:
-        self._delay_ns = delay_ns
+    def __init__(self, delay: int | AdaptiveDelay) -> None:
+        """delay: from capture to what is shown, fixed [ns] or following the network."""
+        self._delay = delay
         self._people: dict[str, _Person] = {}
         self._things: Mapping[str, Thing] = MappingProxyType({})
         self._described: Mapping[str, world_pb2.Thing] = MappingProxyType({})
         self._looks: frozenset[str] = frozenset()
         self._touches: tuple[Touch, ...] = ()
         self._ghosts: tuple[ActingGhost, ...] = ()
-        self._world: Playout[PlayoutWorld] = Playout(between, delay_ns)
+        self._world: Playout[PlayoutWorld] = Playout(between, delay)
         self._arrived: set[str] = set()
         self._held = HeldThings()
         self._talking: frozenset[str] = frozenset()
@@ -109,7 +113,7 @@ class Stage:
         )
         person = self._people.get(about.name)
         if person is None:
-            self._people[about.name] = _Person(about, self._delay_ns, message.site)
+            self._people[about.name] = _Person(about, self._delay, message.site)
         else:
             person.about, person.site = about, message.site
 
@@ -141,7 +145,7 @@ class Stage:
         shown under the name in the bus key."""
         person = self._people.get(name)
         if person is None:
-            person = self._people[name] = _Person(ParticipantInfo(name, name), self._delay_ns)
+            person = self._people[name] = _Person(ParticipantInfo(name, name), self._delay)
         for t_ns, received in (person.thin_reader if thin else person.reader).read(message):
             person.playout.push(t_ns, received, received_ns)
 
@@ -168,8 +172,9 @@ class Stage:
         """What is shown at `now_ns`."""
         people: list[PersonNow] = []
         coming: list[ParticipantInfo] = []
+        room_ns, common_ns = self._common_delay()
         for name, person in list(self._people.items()):
-            shown = person.playout.sample(now_ns)
+            shown = person.playout.sample(now_ns, _shared(person.playout.wanted_ns, room_ns, common_ns))
             timing = person.playout.timing
             if shown is None or timing is None:
                 coming.append(person.about)
@@ -179,10 +184,20 @@ class Stage:
                 del self._people[name]
                 continue
             people.append(PersonNow(person.about, shown.posture, timing))
-        world = self._world.sample(now_ns) or PlayoutWorld()
+        world = self._world.sample(now_ns, common_ns) or PlayoutWorld()
         captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
         shown = self._in_hands(now_ns, people, world)
         return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness)
+
+    def _common_delay(self) -> tuple[float | None, int | None]:
+        """The delay that the room needs, and the one that it has in common with everybody who needs nearly the same; None: each
+        stream has its own."""
+        room_ns = self._world.wanted_ns
+        if room_ns is None or not isinstance(self._delay, AdaptiveDelay):
+            return None, None
+        room_ns += STEP_NS  # the first step of a message is there only with the second
+        needed = [person.playout.wanted_ns for person in self._people.values()]
+        return room_ns, round(max([room_ns, *(n for n in needed if n is not None and abs(n - room_ns) <= TOGETHER_NS)]))
 
     def _in_hands(self, now_ns: int, people: list[PersonNow], world: PlayoutWorld) -> tuple[tuple[PersonNow, ...], PlayoutWorld]:
         """People with their fingers on what they hold, and the world with it in their hands."""
@@ -206,6 +221,12 @@ class Stage:
         if things != dict(self._things):
             self._things = MappingProxyType(things)
             self._looks = frozenset(k.model for t in things.values() for k in t.looks)
+
+
+def _shared(wanted_ns: float | None, room_ns: float | None, common_ns: int | None) -> int | None:
+    """The common delay, for a stream that needs nearly what the room does."""
+    near = wanted_ns is not None and room_ns is not None and abs(wanted_ns - room_ns) <= TOGETHER_NS
+    return common_ns if near else None
 
 
 def _shown(person: PersonNow) -> ShownPerson:
