@@ -66,6 +66,7 @@ class Playout(Generic[T]):
         self._times: list[int] = []
         self._values: list[T] = []
         self._transits: list[int] = []
+        self._intervals: list[int] = []
         self._jitter_ns = 0.0
         self._behind_ns: float | None = None
         self._young = TRANSIT_WINDOW
@@ -91,7 +92,10 @@ class Playout(Generic[T]):
                 return False
             self._restart()
         if self._arrivals is not None:
-            self._arrivals.observe(self._times[-1] if self._times else None, received_ns)
+            self._arrivals.came(received_ns)
+        if self._times:
+            self._intervals.append(t_ns - self._times[-1])
+            del self._intervals[:-TRANSIT_WINDOW]
         self._young = max(0, self._young - 1)
         transit = received_ns - t_ns
         if self._transits:
@@ -107,9 +111,11 @@ class Playout(Generic[T]):
         self._times.clear()
         self._values.clear()
         self._transits.clear()
+        self._intervals.clear()
         self._point_ns = self._behind_ns = None
         self._young = TRANSIT_WINDOW
-        self._arrivals = self._arrivals.anew() if self._arrivals is not None else None
+        if self._arrivals is not None:
+            self._arrivals = Arrivals(self._arrivals.rule)
         self._begin_return(BLEND_NS)
 
     def sample(self, now_ns: int, together_ns: int | None = None) -> T | None:
@@ -121,6 +127,8 @@ class Playout(Generic[T]):
         towards = wanted if together_ns is None else float(together_ns)
         point = self._advance(now_ns, towards)
         newest = self._times[-1]
+        if self._arrivals is not None:
+            self._arrivals.shown(now_ns, newest)
         target = self._at(point)
         if self._starved_at_ns is not None and self._starved_at_ns != newest:
             self._begin_return(point - self._starved_at_ns)
@@ -174,7 +182,7 @@ class Playout(Generic[T]):
             return None
         fastest = min(self._transits)
         if self._arrivals is not None:
-            return max(self._arrivals.delay_ns(fastest), min(fastest, 0) + self._waits_ns)
+            return max(self._arrivals.delay_ns(fastest, min(self._intervals, default=0)), min(fastest, 0) + self._waits_ns)
         margin = max(MIN_MARGIN_NS, 3.0 * self._jitter_ns)
         return min(fastest, 0) + max(self._fixed_ns, fastest + margin, self._waits_ns)
 

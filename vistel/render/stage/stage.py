@@ -20,7 +20,7 @@ from vistel.space.things.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.motion.proportions import from_message
 from vistel.wire.parcels import is_digest
-from vistel.wire.world.decoder import STEP_NS, RoomState, Touch
+from vistel.wire.world.decoder import RoomState, Touch
 
 log = logging.getLogger("vistel.renderer")
 
@@ -195,7 +195,6 @@ class Stage:
         room_ns = self._world.wanted_ns
         if room_ns is None or not isinstance(self._delay, AdaptiveDelay):
             return None, None
-        room_ns += STEP_NS  # the first step of a message is there only with the second
         needed = [person.playout.wanted_ns for person in self._people.values()]
         return room_ns, round(max([room_ns, *(n for n in needed if n is not None and abs(n - room_ns) <= TOGETHER_NS)]))
 
