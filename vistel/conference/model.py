@@ -231,7 +231,7 @@ class WorldPlaces(Checked):
 
 
 FILM_DELAY_S = 0.1
-"""How far a film's pictures are behind the motions in its log, unless a delay is fixed: long enough for nearly every network [s]."""
+"""How far a film's pictures are behind the motions in its log, unless a delay is fixed: long enough for nearly any link [s]."""
 
 
 class PlayoutConfig(Checked):
