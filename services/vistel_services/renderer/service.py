@@ -184,6 +184,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     furniture = RoomDeliveries(bus, clock, models)
     deliveries = Deliveries(bus, stage)
     inputs = _Inputs(bus, stage, clock, config.site, config.people, config.crowd)
+    newest = _Newest(stage, clock)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
     load = partial(load_apart, files=drawn.avatars, parcel=deliveries.parcel)
@@ -205,15 +206,15 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
                 furniture.want(stage.looks)
             for sound in inputs.sounds():
                 outputs.put_sound(sound.header.t_ns, sound.opus)
-            instant = stage.instant(clock.now_ns())
-            inputs.choose(instant)
             if wire is not None and mouse is not None:
                 wire.take()
                 mouse.look()
                 drawing.deflection = mouse.deflection
-                drawing.status = wire.status.now(instant.now_ns, outputs.film)
+                drawing.status = wire.status.now(clock.now_ns(), outputs.film)
             furnished = drawing.furnished
-            picture = await drawing.draw(instant)
+            picture = await drawing.draw(newest)
+            instant = newest.instant
+            inputs.choose(instant)
             if drawing.furnished and not furnished and not first.logged:
                 first.done("setting_up")
             if wire is not None:
@@ -256,6 +257,18 @@ async def _wind_up(drawing: DrawingThread, outputs: Outputs, thread: ThreadPoolE
     await drawing.close()
     await outputs.close()
     thread.shutdown(wait=False)
+
+
+class _Newest:
+    """What is shown at the moment of the call."""
+
+    def __init__(self, stage: Stage, clock: Clock) -> None:
+        self._stage, self._clock = stage, clock
+        self.instant = Instant(0)
+
+    def __call__(self) -> Instant:
+        self.instant = self._stage.instant(self._clock.now_ns())
+        return self.instant
 
 
 class _Inputs:

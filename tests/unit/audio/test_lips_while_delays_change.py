@@ -1,4 +1,4 @@
-"""Voices stay with the lips while the delay of a picture follows the network: simulated arrivals, reports as the services send them."""
+"""Voices stay with the lips while a picture's delay follows the network: simulated arrivals, reports as services send them."""
 
 from __future__ import annotations
 

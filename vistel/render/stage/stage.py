@@ -1,4 +1,8 @@
-"""Who and what is in the room, buffered until it is shown. Lives on the event loop; knows no graphics and no clock."""
+"""Who and what is in the room, buffered until it is shown. Knows no graphics and no clock.
+
+Messages are received on the event loop. `instant` may be called on another thread while the loop receives none; avatars may arrive
+or be refused meanwhile.
+"""
 
 import logging
 import math
@@ -125,13 +129,13 @@ class Stage:
     def avatar_arrived(self, digest: str) -> None:
         """An avatar is here."""
         self._arrived.add(digest)
-        for person in self._people.values():
+        for person in list(self._people.values()):
             if person.about.parcel == digest:
                 person.about = replace(person.about, here=True)
 
     def avatar_refused(self, site: str, digest: str) -> None:
         """What `site` sent as an avatar is none: its people need not wait for it."""
-        for person in self._people.values():
+        for person in list(self._people.values()):
             if person.about.parcel == digest and person.site == site:
                 person.about = replace(person.about, here=True)
 

@@ -35,7 +35,7 @@ class Picture:
 def play(
     arrivals: list[tuple[int, int]], rate: float = 60.0, rule: AdaptiveDelay = RULE, jitter: Callable[[], float] = lambda: 0.0
 ) -> list[Picture]:
-    """What is shown of frames (captured, received), in the order of capture: values are capture times. jitter: of the pictures [s]."""
+    """What is shown of frames (captured, received), by capture: values are capture times. jitter: of the pictures [s]."""
     playout: Playout[float] = Playout(lambda a, b, u: a + u * (b - a), rule)
     waiting, shown = sorted(arrivals, key=lambda a: a[1]), list[Picture]()
     now, end = 0.0, max(r for _, r in arrivals)
