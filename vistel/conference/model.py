@@ -249,10 +249,10 @@ class PlayoutConfig(Checked):
     @model_validator(mode="after")
     def _bounds(self) -> PlayoutConfig:
         if self.least > self.most:
-            raise ValueError(f"playout: least is {self.least:g}, more than most, which is {self.most:g}")
+            raise ValueError(f"least is {self.least:g}, more than most, which is {self.most:g}")
         for name in ("least", "most", "in_time"):
             if self.delay != "auto" and getattr(self, name) != type(self).model_fields[name].default:
-                raise ValueError(f'playout: {name} is for delay = "auto", but delay is {self.delay:g}; leave one of them out')
+                raise ValueError(f'{name} is for delay = "auto", but delay is {self.delay:g}; leave one of them out')
         return self
 
     @property

@@ -1,6 +1,6 @@
-"""A conference whose first person turns a hand at known times; everybody else sits still. Its simulated devices, at their ports.
+"""A conference whose first person moves a hand at known times; everybody else sits still. Its simulated devices, at their ports.
 
-python -m benchmarks.conferences.turned_hand CONFERENCE.toml RUN
+python -m benchmarks.conferences.moved_hand CONFERENCE.toml RUN
 """
 
 import asyncio
@@ -20,6 +20,7 @@ from vistel.figure.posture.posture import Posture
 from vistel.figure.posture.sensors import Placement
 from vistel.figure.skeleton import REFERENCE_HEIGHT
 from vistel.geometry.rotation import quaternion_from_matrix
+from vistel.geometry.smoothstep import ease
 from vistel.wire import event_loop
 from vistel.wire.clock import SystemClock
 from vistel_sim.device import run_devices
@@ -29,19 +30,21 @@ from vistel_sim.motion.tracks import HandState
 from vistel_sim.process import simulators
 
 EVERY_NS = 1_237_000_000
-"""From one turn to the next: no multiple of the period of devices, pictures or messages."""
-TURN_NS = 50_000_000
-"""How long a turn takes: a quick wrist."""
+"""From one move to the next: no multiple of the period of devices, pictures or messages."""
+MOVE_NS = 140_000_000
+"""How long a move takes."""
+HEIGHTS = 1.05, 1.2
+"""Of the wrist before and after a move, of somebody of average height [m]: 2 m/s at most."""
 
 
-def turned(t_ns: int) -> float:
-    """How far the hand is turned at a conference time, 0 to 1: it begins to turn at each multiple of EVERY_NS, to and fro."""
-    number, since_ns = divmod(t_ns, EVERY_NS)
-    u = min(1.0, since_ns / TURN_NS)
+def moved(t_ns: int) -> float:
+    """How far the hand is at a conference time, 0 to 1: to and fro, half-way at each multiple of EVERY_NS."""
+    number, since_ns = divmod(t_ns + MOVE_NS // 2, EVERY_NS)
+    u = ease(min(1.0, since_ns / MOVE_NS))
     return u if number % 2 else 1.0 - u
 
 
-class TurnedHand:
+class MovedHand:
     """Motion source. start_ns: conference time of its beginning."""
 
     def __init__(self, people: Sequence[SimulatedPerson], start_ns: int) -> None:
@@ -56,12 +59,12 @@ class TurnedHand:
         """As `MotionSource`."""
         sitter = self._sitters[participant]
         scale = sitter.person.skeleton.height / REFERENCE_HEIGHT
-        u = turned(self._start_ns + round(t_s * 1e9)) if participant == self.participants[0] else 0.0
+        u = moved(self._start_ns + round(t_s * 1e9)) if participant == self.participants[0] else 0.0
         hands: list[HandState] = []
         for side in (1.0, -1.0):
-            angle = 0.5 * np.pi * (u if side > 0 else 0.0)
-            fingers, palm = np.array([0.0, np.cos(angle), np.sin(angle)]), np.array([0.0, -np.sin(angle), np.cos(angle)])
-            wrist = np.array([side * 0.25, 1.15 * scale, 0.3])
+            fingers, palm = np.array([0.0, 0.75, 0.66]), np.array([-side, 0.0, 0.0])
+            height = HEIGHTS[0] + (HEIGHTS[1] - HEIGHTS[0]) * (u if side > 0 else 0.0)
+            wrist = np.array([side * 0.2, height * scale, 0.34])
             rotation = hand_rotation(side, sitter.direction_in_room(fingers), sitter.direction_in_room(palm))
             hands.append(HandState(sitter.out_of_seat(wrist), quaternion_from_matrix(rotation), FLAT, 0.0))
         return sitter.posture(hands[0], hands[1], np.array([0.0, 1.1, 0.0]), np.zeros(3), np.zeros(2))
@@ -89,7 +92,7 @@ async def _run(file: Path, run: Path) -> None:
     assert task is not None
     asyncio.get_running_loop().add_signal_handler(signal.SIGTERM, task.cancel)
     start_ns = clock.now_ns()
-    motion = TurnedHand(list(simulated_people(conference).values()), start_ns)
+    motion = MovedHand(list(simulated_people(conference).values()), start_ns)
     with contextlib.suppress(asyncio.CancelledError):
         await run_devices(simulators(conference, motion, paths, clock, start_ns))
 
