@@ -176,15 +176,21 @@ class Playout(Generic[T]):
         return self._interpolate(self._values[i - 1], self._values[i], (point - t0) / (t1 - t0))
 
     @property
-    def wanted_ns(self) -> float | None:
-        """The delay that this stream needs by itself; None until the first frame has arrived."""
+    def needed_ns(self) -> float | None:
+        """The delay that the arrivals of this stream need; None until the first frame has arrived."""
         if not self._times:
             return None
         fastest = min(self._transits)
         if self._arrivals is not None:
-            return max(self._arrivals.delay_ns(fastest, min(self._intervals, default=0)), min(fastest, 0) + self._waits_ns)
+            return self._arrivals.delay_ns(fastest, min(self._intervals, default=0))
         margin = max(MIN_MARGIN_NS, 3.0 * self._jitter_ns)
-        return min(fastest, 0) + max(self._fixed_ns, fastest + margin, self._waits_ns)
+        return min(fastest, 0) + max(self._fixed_ns, fastest + margin)
+
+    @property
+    def wanted_ns(self) -> float | None:
+        """The same, and no less than what it waits for."""
+        needed = self.needed_ns
+        return None if needed is None else max(needed, min(*self._transits, 0) + self._waits_ns)
 
     @property
     def _growth(self) -> float:

@@ -176,9 +176,9 @@ class Stage:
         """What is shown at `now_ns`."""
         people: list[PersonNow] = []
         coming: list[ParticipantInfo] = []
-        room_ns, common_ns = self._common_delay()
+        common, common_ns = self._together()
         for name, person in list(self._people.items()):
-            shown = person.playout.sample(now_ns, _shared(person.playout.wanted_ns, room_ns, common_ns))
+            shown = person.playout.sample(now_ns, common_ns if name in common else None)
             timing = person.playout.timing
             if shown is None or timing is None:
                 coming.append(person.about)
@@ -193,14 +193,14 @@ class Stage:
         shown = self._in_hands(now_ns, people, world)
         return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness)
 
-    def _common_delay(self) -> tuple[float | None, int | None]:
-        """The delay that the room needs, and the one that it has in common with everybody who needs nearly the same; None: each
-        stream has its own."""
-        room_ns = self._world.wanted_ns
-        if room_ns is None or not isinstance(self._delay, AdaptiveDelay):
-            return None, None
-        needed = [person.playout.wanted_ns for person in self._people.values()]
-        return room_ns, round(max([room_ns, *(n for n in needed if n is not None and abs(n - room_ns) <= TOGETHER_NS)]))
+    def _together(self) -> tuple[frozenset[str], int | None]:
+        """Who needs nearly the delay of the room, and the one that they have in common with it: what the latest of them wants."""
+        room = self._world
+        if room.needed_ns is None or room.wanted_ns is None or not isinstance(self._delay, AdaptiveDelay):
+            return frozenset(), None
+        needed = {name: person.playout.needed_ns for name, person in self._people.items()}
+        near = frozenset(name for name, n in needed.items() if n is not None and abs(n - room.needed_ns) <= TOGETHER_NS)
+        return near, round(max([room.wanted_ns, *(self._people[name].playout.wanted_ns or 0.0 for name in near)]))
 
     def _in_hands(self, now_ns: int, people: list[PersonNow], world: PlayoutWorld) -> tuple[tuple[PersonNow, ...], PlayoutWorld]:
         """People with their fingers on what they hold, and the world with it in their hands."""
@@ -224,12 +224,6 @@ class Stage:
         if things != dict(self._things):
             self._things = MappingProxyType(things)
             self._looks = frozenset(k.model for t in things.values() for k in t.looks)
-
-
-def _shared(wanted_ns: float | None, room_ns: float | None, common_ns: int | None) -> int | None:
-    """The common delay, for a stream that needs nearly what the room does."""
-    near = wanted_ns is not None and room_ns is not None and abs(wanted_ns - room_ns) <= TOGETHER_NS
-    return common_ns if near else None
 
 
 def _shown(person: PersonNow) -> ShownPerson:
