@@ -1,6 +1,6 @@
 """An event loop whose time jumps from one timer to the next: services compute as fast as the machine can, and twice the same.
 
-Whatever is ready runs first; when nothing is, the loop's time moves to the next timer. Work for threads is done at once, on the loop,
+Whatever is ready runs first; when nothing is, the time moves to the next timer. Work for threads is done at once, on the loop,
 so that no result depends on how threads were scheduled. Nothing may wait for other processes or for the network.
 """
 

@@ -14,18 +14,26 @@ from pathlib import Path
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire import background, simulated_loop
-from vistel.wire.log import LogReader
+from vistel.wire.inbox import Inbox
+from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.simulated_loop import LoopClock
+from vistel.wire.topics import TOPICS, Delivery
 from vistel_cli.log.feed import Feeder
-from vistel_services import posture, recorder, world
+from vistel_services import posture, world
 from vistel_services.world.room import STEP_NS
 from vistel_services.world.service import seed
 
 BEFORE_NS = 2_500_000_000
 """A replay from the middle begins so long before: what stands for long is told at least so often [ns]."""
-SETTLE_NS = 200_000_000
-"""After the log's end it goes on for so long: the last messages are computed and written down [ns]."""
+SETTLE_NS = 100_000_000
+"""It goes on for so long after the end: the world steps with the last motions [ns]."""
+WRITE_NS = 100_000_000
+"""How often what was said is written down: below a second's messages, which a subscription holds [ns]."""
+DECODED = ("tracker", "glove")
+"""Not written down: the devices' bytes hold the same."""
+RECORDED = tuple(t for t in TOPICS if t.recorded and t.delivery is not Delivery.QUERY and t.name not in DECODED)
+"""Topics that are written down."""
 LOOK_S = 0.1
 """How often the progress is told [s of the log]."""
 
@@ -41,12 +49,12 @@ def replay_fast(
 ) -> int:
     """Compute from `begin_ns` to `end_ns` [conference time] into the log `output`, which holds what was used and what was made.
 
-    source: "devices" or "motion", what is taken from the log. progress: called with the time that was reached [ns]. Returns how many
-    messages were used. Raises OSError where `output` cannot be written.
+    source: what is taken from the log, "devices" or "motion". progress: called with the time that was reached [ns]. Returns
+    how many messages were used. Raises OSError where `output` cannot be written.
     """
-    with tempfile.TemporaryDirectory(prefix="vistel-") as folder, _quietly():
+    with tempfile.TemporaryDirectory(prefix="vistel-") as folder, LogWriter(output, reader.conference_toml) as writer, _quietly():
         paths = RunPaths(Path(folder), Path(folder))
-        return simulated_loop.run(_replay(reader, conference, source, begin_ns, end_ns, output, paths, progress))
+        return simulated_loop.run(_replay(reader, conference, source, begin_ns, end_ns, writer, paths, progress))
 
 
 async def _replay(
@@ -55,7 +63,7 @@ async def _replay(
     source: str,
     begin_ns: int,
     end_ns: int,
-    output: Path,
+    writer: LogWriter,
     paths: RunPaths,
     progress: Callable[[int], object],
 ) -> int:
@@ -74,8 +82,8 @@ async def _replay(
         await clock.sleep_until_ns(state.header.t_ns - STEP_NS if state is not None else start_ns)
         await world.run(leading, network.bus(conference.name, "hub", clock, None), clock)
 
-    running = [background.start(_written(output, conference, network, clock), "recorder")]
-    await asyncio.sleep(0)  # the recorder subscribes before anything is said
+    recorded = [bus.subscribe(topic, queue_all=True, polled=True) for topic in RECORDED]
+    running = [background.start(_record(writer, recorded, clock), "record")]
     if source == "devices":
         for site in conference.sites:
             own = network.bus(conference.name, site.name, clock, None)
@@ -98,12 +106,20 @@ async def _replay(
     return feeder.fed
 
 
-async def _written(output: Path, conference: Conference, network: MemoryNetwork, clock: LoopClock) -> None:
-    """Record everything on the bus into `output`."""
-    paths = RunPaths(output.parent, output.parent)
-    found = recorder.configure(conference, None, paths)
-    bus = network.bus(conference.name, "hub", clock, None)
-    await recorder.run(recorder.Config(output, found.conference), bus, clock)
+async def _record(writer: LogWriter, subscriptions: list[Inbox], clock: LoopClock) -> None:
+    """Write down everything that is said, in the order of its arrival, until cancelled."""
+
+    def take() -> None:
+        samples = [sample for subscription in subscriptions for sample in subscription.take()]
+        for s in sorted(samples, key=lambda s: s.received_ns):
+            writer.write(s.topic, s.key, s.message, s.received_ns)
+
+    try:
+        while True:
+            await clock.sleep_until_ns(clock.now_ns() + WRITE_NS)
+            take()
+    finally:
+        take()
 
 
 @contextlib.contextmanager
