@@ -28,6 +28,10 @@ if TYPE_CHECKING:
 __all__ = ["Log", "LogError", "Recorded", "open"]
 
 
+WHOLE_S = 12.0
+"""The whole room stands in a log at least so often, even of a busy machine [s]."""
+
+
 class Recorded(NamedTuple):
     """A message of a log. t: seconds since the log's first message. topic: a name of docs/reference/topics.md. names: what the
     key says, such as site and participant. message: a protobuf message of the topic's type."""
@@ -102,17 +106,19 @@ class Log:
             raise ValueError(f"{self.path}: no participant is called {participant!r}; there are {', '.join(self.participants)}")
         decoder = MotionDecoder()
         # A frame may need a full one before it, which comes at least every 0.4 s.
-        for recorded_ in self.messages("motion", begin=max(0.0, begin - 1.0), end=end):
-            if recorded_.names["participant"] == participant:
-                sample = decoder.decode(recorded_.message)
-                if sample is not None and recorded_.t >= begin:
+        until, from_ns = None if end is None else self._ns(end), self._ns(begin)
+        for record in self._reader.records(("motion",), self._ns(max(0.0, begin - 1.0)), until, participant=participant):
+            frame = decoder.open(record.message)
+            if frame is not None and record.log_ns >= from_ns:
+                sample = frame.sample()
+                if frame.intact:
                     yield self._seconds(sample.t_ns), posture_of(sample)
 
     def rooms(self, begin: float = 0.0, end: float | None = None) -> Iterator[tuple[float, RoomView]]:
         """The room at every step of the world, as far as the log tells it."""
         world = recorded.RecordedWorld()
         until = None if end is None else self._ns(end)
-        for record in self._reader.records(recorded.TOPICS, None, until):
+        for record in self._reader.records(recorded.TOPICS, self._ns(max(0.0, begin - WHOLE_S)), until):
             for now in world.take(record):
                 t = self._seconds(now.t_ns)
                 if t >= begin:
