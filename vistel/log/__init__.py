@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 from vistel.figure.posture.posture import Posture
 from vistel.messages.postures import posture_of
 from vistel.session.room_view import RoomView, view_of
-from vistel.wire.log import LogError, LogReader
+from vistel.wire.log import LogError, LogReader, LogRecord
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world import recorded
@@ -86,16 +86,21 @@ class Log:
         """A line for every fault found so far."""
         return list(self._reader.damage)
 
-    def messages(self, *topics: str, begin: float = 0.0, end: float | None = None) -> Iterator[Recorded]:
+    def messages(self, *topics: str, begin: float = 0.0, end: float | None = None, **names: str) -> Iterator[Recorded]:
         """Messages in the order they arrived, from `begin` (included) to `end` (excluded) [s]. topics: their names; none: all.
+        names: what their keys must say, such as participant="ben".
 
         Starts at once from any time. Raises ValueError for a topic that does not exist.
         """
+        for record in self.records(*topics, begin=begin, end=end, **names):
+            yield Recorded(self._seconds(record.log_ns), record.topic.name, record.names, record.message)
+
+    def records(self, *topics: str, begin: float = 0.0, end: float | None = None, **names: str) -> Iterator[LogRecord]:
+        """As `messages`, with key, size and times as in the file."""
         unknown = [name for name in topics if name not in BY_NAME]
         if unknown:
             raise ValueError(f"no topic is called {unknown[0]!r}; there are {', '.join(BY_NAME)}")
-        for record in self._reader.records(topics or None, self._ns(begin), None if end is None else self._ns(end)):
-            yield Recorded(self._seconds(record.log_ns), record.topic.name, record.names, record.message)
+        yield from self._reader.records(topics or None, self._ns(begin), None if end is None else self._ns(end), **names)
 
     def postures(self, participant: str, begin: float = 0.0, end: float | None = None) -> Iterator[tuple[float, Posture]]:
         """Everything a participant did: times of capture and postures.

@@ -15,9 +15,9 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import Posture, interpolate, pose_joints
-from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton, standard_skeleton
+from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton
 from vistel.log.intervals import Intervals, seconds
-from vistel.messages.world.decode import person
+from vistel.log.numbers import skeleton_of
 from vistel.v1.command_pb2 import CommandResult
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def compare(first: Log, second: Log, begin: float = 0.0, end: float | None = Non
 def _postures(
     first: Log, second: Log, name: str, begin: float, end: float, ahead: float
 ) -> tuple[PosturesCompared, list[JointDifference]]:
-    skeleton = _skeleton(first, name) or _skeleton(second, name) or standard_skeleton()
+    skeleton = skeleton_of(first if name in first.participants else second, name)
     one, other = _of(first, name, begin, end), _of(second, name, begin - ahead, end - ahead)
     pairs = list(_same_moments(one, [(t + ahead, posture) for t, posture in other]))
     count = PosturesCompared(name, len(pairs), len(one) - len(pairs), max(0, len(other) - len(pairs)))
@@ -188,14 +188,6 @@ def _posed(skeleton: Skeleton, postures: Sequence[Posture]) -> tuple[F64, F64]:
     local = rotation.copy()
     local[:, 1:] = np.swapaxes(rotation[:, PARENTS[1:]], 2, 3) @ rotation[:, 1:]
     return local, position
-
-
-def _skeleton(log: Log, name: str) -> Skeleton | None:
-    for about in log.messages("participant"):
-        if about.names["participant"] == name:
-            body = person(name, about.message)
-            return body.proportions.skeleton if body.proportions is not None else standard_skeleton(body.height)
-    return None
 
 
 def _spans(first: Log, second: Log, begin: float, end: float, ahead: float) -> tuple[list[SpanDifference], list[SpanDifference]]:

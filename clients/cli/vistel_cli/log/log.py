@@ -10,6 +10,7 @@ from vistel.wire.log import LogError, LogReader, LogWriter
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
 from vistel_cli.log.piece import piece_of
+from vistel_cli.log.study import diff, grep, stats
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import err, fail, out, print_warning
 
@@ -81,6 +82,11 @@ def cut(
     whole = end is None
     begin, end = piece_of(reader, begin, end)
     _copy(reader, log, output, reader.begin_ns + int(begin * 1e9), None if whole else reader.begin_ns + int(end * 1e9))
+
+
+app.command()(diff)
+app.command()(stats)
+app.command()(grep)
 
 
 @app.command()
