@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class ChannelStatistics:
     """One key of a log. jitter_ms: standard deviation of the time between messages; gap_s: the longest, from gap_at_s on, and
-    gap99_s what all but a hundredth keep to; delay_ms, delay99_ms: from what the sender says to arrival, the median and as above."""
+    gap99_s what all but a hundredth keep to; delay_ms, delay99_ms: from the sender's time to arrival, the median and as above."""
 
     key: str
     messages: int

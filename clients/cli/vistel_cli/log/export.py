@@ -1,6 +1,7 @@
 """`vistel log export`: a log, or something of it, for other programs."""
 
 import csv
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -33,7 +34,7 @@ def export(
     ] = None,
     numbers: Annotated[
         list[str] | None,
-        typer.Option("--csv", metavar="NAME", help="A table of this number (see `vistel log grep`), or of a whole joint."),
+        typer.Option("--csv", metavar="NAME", help="A table of a number, named as in `vistel log grep`, or of a joint."),
     ] = None,
     bvh: Annotated[str | None, typer.Option(metavar="PARTICIPANT", help="The skeleton of this person, for animation.")] = None,
     wav: Annotated[str | None, typer.Option(metavar="PARTICIPANT", help="The voice of this person.")] = None,
@@ -99,7 +100,7 @@ def _csv(log: "Log", names: Sequence[str], output: Path, begin: float, end: floa
         writer = csv.writer(file)
         writer.writerow(["t", *found])
         for t, *row in zip(times, *values, strict=True):
-            writer.writerow([f"{t:.6f}", *("" if x != x else f"{x:.6g}" for x in row)])
+            writer.writerow([f"{t:.6f}", *("" if math.isnan(x) else f"{x:.6g}" for x in row)])
     return f"{len(times)} rows of {len(found)} numbers written to {output}"
 
 
