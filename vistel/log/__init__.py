@@ -81,6 +81,11 @@ class Log:
         sites = self.conference.get("sites", [])
         return [str(p["name"]) for site in sites for p in site.get("participants", [])]
 
+    def check_participant(self, name: str) -> None:
+        """Raises ValueError, one line, for a participant whom the conference file does not know."""
+        if self.participants and name not in self.participants:
+            raise ValueError(f"{self.path}: no participant is called {name!r}; there are {', '.join(self.participants)}")
+
     @property
     def damage(self) -> list[str]:
         """A line for every fault found so far."""
@@ -107,8 +112,7 @@ class Log:
 
         Raises ValueError for a participant whom the conference file does not know.
         """
-        if self.participants and participant not in self.participants:
-            raise ValueError(f"{self.path}: no participant is called {participant!r}; there are {', '.join(self.participants)}")
+        self.check_participant(participant)
         decoder = MotionDecoder()
         # A frame may need a full one before it, which comes at least every 0.4 s.
         until, from_ns = None if end is None else self._ns(end), self._ns(begin)

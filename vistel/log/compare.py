@@ -166,7 +166,8 @@ def _postures(
 
 def _of(log: Log, name: str, begin: float, end: float) -> list[tuple[float, Posture]]:
     """The postures of a participant; none where the log does not know them."""
-    return [] if log.participants and name not in log.participants else list(log.postures(name, begin, end))
+    known = not log.participants or name in log.participants
+    return sorted(log.postures(name, begin, end), key=lambda timed: timed[0]) if known else []
 
 
 def _same_moments(one: Timed, other: Timed) -> Iterator[tuple[Posture, Posture]]:

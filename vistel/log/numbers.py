@@ -72,7 +72,13 @@ def tracks(log: Log, names: Sequence[str], begin: float = 0.0, end: float | None
     for name in names:
         if name not in out:
             out[name] = _field_track(log, name, begin, end)
-    return {name: out[name] for name in names}
+    return {name: _ascending(out[name]) for name in names}
+
+
+def _ascending(track: Track) -> Track:
+    """In the order of time, which may have gone back where a sender's clock was set."""
+    order = np.argsort(track.t, kind="stable")
+    return Track(track.t[order], track.value[order])
 
 
 def together(found: Iterable[Track]) -> tuple[F64, list[F64]]:

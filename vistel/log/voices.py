@@ -22,6 +22,7 @@ MOST_SILENCE_S = 3600.0
 def write_wav(log: Log, participant: str, path: Path, begin: float = 0.0, end: float | None = None) -> float:
     """Write a participant's voice from `begin` to `end` [s], 16 bits, mono, 48 kHz; silence where nothing was said. Returns its
     length [s]. Raises ValueError, one line, where there is no voice."""
+    log.check_participant(participant)
     frames = voice(log, participant, begin, end)
     first = next(frames, None)
     if first is None:

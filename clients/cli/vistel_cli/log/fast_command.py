@@ -32,6 +32,9 @@ class FastReplay:
     def run(self, folder: Path | None, force: bool, against: Path | None, limits: tuple[float, float, float], as_json: bool) -> int:
         """Compute into a log in `folder`, compare it with `against` where that is given, print both. limits: degrees, mm and
         seconds, as `Limits`. Returns the exit code."""
+        topic, mend = ("device_raw", "--source motion") if self.source == "devices" else ("motion", "--source devices")
+        if next(self.reader.records((topic,)), None) is None:
+            fail(f"{self.reader.path}: holds no {topic} messages to compute from; try {mend}")
         before = _opened(against) if against is not None else None
         if folder is not None:
             keep_existing(folder / FILE, force=force)
