@@ -64,11 +64,13 @@ def stats(log: Annotated[Path, Takes(LOG), A_LOG], as_json: AsJson = False) -> N
     from vistel.log.statistics import statistics
     from vistel_cli.log.stats_table import print_statistics
 
-    found = statistics(log_ := opened(log))
-    for line in log_.damage:
+    read = opened(log)
+    told = len(read.damage)
+    found = statistics(read)
+    for line in read.damage[told:]:
         print_warning(f"{log}: {line}")
     if as_json:
-        out.print_json(data=asdict(found) | {"damage": log_.damage})
+        out.print_json(data=asdict(found) | {"damage": read.damage})
     else:
         print_statistics(found)
 
@@ -118,6 +120,8 @@ def opened(path: Path) -> "Log":
         log = vistel.log.open(path)
     except LogError as e:
         fail(str(e))
+    if log.damage and not log.begin_ns:
+        fail(f"{path}: {log.damage[0]}")
     for line in log.damage:
         print_warning(f"{path}: {line}")
     return log
