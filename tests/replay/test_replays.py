@@ -17,6 +17,7 @@ from scripts.replays import LOGS, accept, checked, main, recomputed
 from vistel.figure.posture.posture import ELBOW
 from vistel.figure.posture.solve import PostureSolver, Solved
 from vistel.log.compare import Limits
+from vistel.wire.log import LogReader, LogWriter
 from vistel_cli.main import app
 
 HERE = Path(__file__).parent
@@ -111,3 +112,31 @@ def test_options_that_do_not_go_together_get_one_line(arguments: list[str], said
     assert result.exit_code == 2
     assert said in result.stderr
     assert result.stderr.strip().count("\n") == 0
+
+
+@pytest.mark.parametrize("damage", ["cut off", "flipped"])
+def test_a_damaged_log_is_computed_as_far_as_it_goes_and_the_damage_is_told(damage: str, tmp_path: Path) -> None:
+    data = bytearray(MEETING.read_bytes())
+    log = tmp_path / "damaged.mcap"
+    data[90_000] ^= 0x40
+    log.write_bytes(MEETING.read_bytes()[:120_000] if damage == "cut off" else data)
+    command = ["replay", str(log), "--source", "devices", "--fast", "--out", str(tmp_path / "out"), "--against", str(MEETING)]
+    result = CliRunner().invoke(app, command, env={"COLUMNS": "200"})
+    assert result.exit_code == (0 if damage == "cut off" else 1), result.output
+    assert "is broken" in result.stderr or "cut off" in result.stderr
+    assert "Traceback" not in result.output
+
+
+def test_a_log_without_bytes_of_devices_says_what_else_it_can_be_computed_from(tmp_path: Path) -> None:
+    log, reader = tmp_path / "motions.mcap", LogReader(MEETING)
+    with LogWriter(log, reader.conference_toml) as writer:
+        for r in reader.records(("participant", "motion")):
+            writer.write(r.topic, r.key, r.message, r.log_ns)
+    result = CliRunner().invoke(app, ["replay", str(log), "--source", "devices", "--fast", "--out", str(tmp_path)])
+    assert result.exit_code == 1
+    assert "--source motion" in result.stderr
+    result = CliRunner().invoke(app, ["replay", str(log), "--fast", "--out", str(tmp_path), "--json"])
+    assert result.exit_code == 0, result.output
+    own = CliRunner().invoke(app, ["replay", str(tmp_path / "replay.mcap"), "--fast", "--force", "--out", str(tmp_path)])
+    assert own.exit_code == 2
+    assert "the log itself" in own.stderr

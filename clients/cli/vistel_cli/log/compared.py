@@ -26,9 +26,8 @@ def print_comparison(found: Comparison, limits: Limits) -> None:
     _print_joints(found, limits)
     _print_spans(found, limits)
     for answer in found.answers:
-        out.print(
-            f"command {answer.command} of {answer.participant}: {answer.first or 'no answer'}, then {answer.second or 'none'}"
-        )
+        said = f"{answer.first or 'no answer'}; then {answer.second or 'no answer'}"
+        out.print(f"command {answer.command} of {answer.participant}: {said}", soft_wrap=True)
     worst = max(found.joints, key=lambda j: j.degrees, default=None)
     far = max(found.joints, key=lambda j: j.mm, default=None)
     most = f"joints differ by up to {worst.degrees:.2f}°, {far.mm:.1f} mm; " if worst and far else ""
@@ -51,13 +50,12 @@ def _print_joints(found: Comparison, limits: Limits) -> None:
         if len(turned) > SHOWN:
             notes.append(f"{who}: {len(turned) - SHOWN} more joints turn otherwise, by {turned[SHOWN].degrees:.2f}° and less")
         if carried:
-            notes.append(
-                f"{who}: {len(carried)} joints are elsewhere but turn alike, up to {carried[0].mm:.1f} mm ({carried[0].joint})"
-            )
+            most = f"{carried[0].mm:.1f} mm ({carried[0].joint})"
+            notes.append(f"{who}: {len(carried)} joints turn alike but are elsewhere, by up to {most}")
     if table.row_count:
         out.print(table)
     for note in notes:
-        out.print(note)
+        out.print(note, soft_wrap=True)
 
 
 def _figures(j: JointDifference) -> tuple[str, ...]:

@@ -24,8 +24,8 @@ from vistel_services import posture, world
 from vistel_services.world.room import STEP_NS
 from vistel_services.world.service import seed
 
-BEFORE_NS = 2_500_000_000
-"""A replay from the middle begins so long before: what stands for long is told at least so often [ns]."""
+BEFORE_NS = 10_000_000_000
+"""A replay from the middle begins so long before: solver and filters have forgotten by then where they began [ns]."""
 SETTLE_NS = 100_000_000
 """It goes on for so long after the end: the world steps with the last motions [ns]."""
 WRITE_NS = 100_000_000

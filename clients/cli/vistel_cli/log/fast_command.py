@@ -12,7 +12,7 @@ from vistel_cli.log.compared import comparison_json, print_comparison
 from vistel_cli.log.fast import replay_fast
 from vistel_cli.overwriting import keep_existing
 from vistel_cli.run.folders import run_folder
-from vistel_cli.terminal import FAILED, fail, out, print_warning
+from vistel_cli.terminal import FAILED, USAGE, fail, out, print_warning
 from vistel_services import posture, world
 
 FILE = "replay.mcap"
@@ -39,6 +39,9 @@ class FastReplay:
         if folder is not None:
             keep_existing(folder / FILE, force=force)
         path = run_folder(folder, f"{self.conference.name}-replay", latest=False) / FILE
+        if path.resolve() in (self.reader.path.resolve(), against and against.resolve()):
+            fail(f"--out {folder}: its {FILE} is the log itself; name another folder", USAGE)
+        told_damage = {*self.reader.damage, *(before.damage if before is not None else ())}
         used, took_s = self._computed(path)
         length = self.end - self.begin
         told = {"log": str(path), "seconds": round(length, 3), "took_s": round(took_s, 3), "messages": used}
@@ -51,6 +54,9 @@ class FastReplay:
             told |= comparison_json(found, at_most)
             if not as_json:
                 print_comparison(found, at_most)
+        for line in dict.fromkeys([*self.reader.damage, *(before.damage if before is not None else ())]):
+            if line not in told_damage:  # found while reading
+                print_warning(line)
         if as_json:
             out.print_json(data=told)
         return FAILED if over else 0
