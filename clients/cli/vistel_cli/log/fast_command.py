@@ -21,13 +21,15 @@ FILE = "replay.mcap"
 
 @dataclass(frozen=True)
 class FastReplay:
-    """A piece of a log to compute. source: "devices" or "motion"; begin, end: seconds after the log's beginning."""
+    """A piece of a log to compute. source: "devices" or "motion"; begin, end: seconds after the log's beginning; told: what of its
+    damage the user knows already."""
 
     reader: LogReader
     conference: Conference
     source: str
     begin: float
     end: float
+    told: tuple[str, ...] = ()
 
     def run(self, folder: Path | None, force: bool, against: Path | None, limits: tuple[float, float, float], as_json: bool) -> int:
         """Compute into a log in `folder`, compare it with `against` where that is given, print both. limits: degrees, mm and
@@ -41,7 +43,7 @@ class FastReplay:
         path = run_folder(folder, f"{self.conference.name}-replay", latest=False) / FILE
         if path.resolve() in (self.reader.path.resolve(), against and against.resolve()):
             fail(f"--out {folder}: its {FILE} is the log itself; name another folder", USAGE)
-        told_damage = {*self.reader.damage, *(before.damage if before is not None else ())}
+        told_damage = {*self.told, *(before.damage if before is not None else ())}
         used, took_s = self._computed(path)
         length = self.end - self.begin
         told = {"log": str(path), "seconds": round(length, 3), "took_s": round(took_s, 3), "messages": used}

@@ -129,7 +129,8 @@ def replay(
         reader = LogReader(log)
     except LogError as e:
         fail(str(e))
-    for line in reader.damage:
+    damage = tuple(reader.damage)
+    for line in damage:
         print_warning(f"{log}: {line}")
     if verify:
         raise typer.Exit(verify_log(reader, as_json))
@@ -143,7 +144,8 @@ def replay(
         from vistel_cli.log.fast_command import FastReplay  # loads the mathematics
 
         limits = (most_degrees, most_mm, most_apart)
-        raise typer.Exit(FastReplay(reader, conference, source.value, begin, end).run(output, force, against, limits, as_json))
+        replayed = FastReplay(reader, conference, source.value, begin, end, damage)
+        raise typer.Exit(replayed.run(output, force, against, limits, as_json))
     looks = FilmSettings(size_of(size), fps, supersample, png, view.value if view else None, light.value, speed)
     sites = [s.name for s in conference.sites if not site or s.name in site]
     folder = run_folder(output, f"{conference.name}-replay", latest=False)
