@@ -68,17 +68,8 @@ RECORDINGS = {"meeting": (MEETING, 5.0), "others": (OTHERS, 4.0)}
 """Conferences, and how many seconds of each."""
 
 
-class _Clock(LoopClock):
-    """The loop's time as conference time of our days."""
-
-    def now_ns(self) -> int:
-        return BEGIN_NS + super().now_ns()
-
-    steady_ns = now_ns
-
-
 async def _record(conference: Conference, seconds: float, file: Path) -> None:
-    clock, network = _Clock(), MemoryNetwork()
+    clock, network = LoopClock(BEGIN_NS), MemoryNetwork()
     begin_ns = clock.now_ns()
     with tempfile.TemporaryDirectory(prefix="vistel-") as folder:
         paths = RunPaths(Path(folder), Path(folder))
