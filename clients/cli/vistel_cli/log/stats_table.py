@@ -1,15 +1,17 @@
 """Prints the statistics of a log."""
 
 import os
-
-from rich.table import Column, Table
+from collections.abc import Sequence
 
 from vistel.log.statistics import LogStatistics
-from vistel_cli.log.info import wrap_at_slashes
 from vistel_cli.terminal import out
 
 HEADINGS = ("messages", "per s", "jitter", "kB", "99 % gap", "longest", "at", "delay", "99 %")
 UNITS = ("", "", "ms", "", "s", "s", "s", "ms", "ms")
+
+
+NARROWEST = 6
+"""Columns that are left to the keys in a narrow terminal, where they stand on lines of their own."""
 
 
 def print_statistics(found: LogStatistics) -> None:
@@ -36,16 +38,11 @@ def print_statistics(found: LogStatistics) -> None:
         for c in found.channels
     ]
     widths = [max(len(row[n]) for row in (HEADINGS, UNITS, *rows)) for n in range(len(HEADINGS))]
-    left = max(20, out.width - sum(w + 2 for w in widths))
-    table = Table(
-        Column(), *(Column(justify="right", no_wrap=True) for _ in HEADINGS), box=None, show_header=False, padding=(0, 2, 0, 0)
-    )
-    table.pad_edge = False
-    table.add_row("", *HEADINGS, style="bold")
-    table.add_row(f"under {common}" if common else "", *UNITS, style="bold")
+    left = max(NARROWEST, out.width - sum(w + 2 for w in widths))
+    _print_row("", HEADINGS, widths, left, "bold")
+    _print_row(f"under {common}" if common else "", UNITS, widths, left, "bold")
     for c, row in sorted(zip(found.channels, rows, strict=True), key=lambda pair: -pair[0].bytes):
-        table.add_row(wrap_at_slashes(c.key.removeprefix(common), left), *row)
-    out.print(table)
+        _print_row(c.key.removeprefix(common), row, widths, left)
     for c in found.channels:
         if c.backwards:
             out.print(f"{c.key}: its sender's time went back {c.backwards} times", style="yellow")
@@ -54,3 +51,11 @@ def print_statistics(found: LogStatistics) -> None:
             f"clock of {clock.node}: {clock.least_ms:.2f} to {clock.most_ms:.2f} ms off, measured {clock.measured} times "
             f"within {clock.uncertainty_ms:.2f} ms"
         )
+
+
+def _print_row(key: str, figures: Sequence[str], widths: Sequence[int], left: int, style: str = "") -> None:
+    """Figures in their columns after the key, or below one that is too long."""
+    if len(key) > left:
+        out.print(key, style=style, soft_wrap=True)
+        key = ""
+    out.print(f"{key:{left}}" + "".join(f"  {f:>{w}}" for f, w in zip(figures, widths, strict=True)), style=style, soft_wrap=True)
