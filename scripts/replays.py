@@ -19,8 +19,8 @@ from vistel_cli.log.compared import print_comparison
 from vistel_cli.log.fast import replay_fast
 from vistel_cli.terminal import out
 
-LOGS = Path("tests/replay")
-"""The logs, from the folder of the repository."""
+LOGS = Path(__file__).resolve().parents[1] / "tests/replay"
+"""The logs."""
 KEPT = ("device_raw", "command", "participant", "motion", "world_state", "world_key", "command_result")
 """Topics of an accepted log: its inputs, and what is compared. The rest would make it three times as large."""
 LIMITS = Limits()
@@ -59,11 +59,11 @@ def main(arguments: list[str]) -> int:
         for log in asked.logs or sorted(LOGS.glob("*.mcap")):
             computed = Path(folder) / log.name
             found = checked(log, computed)
-            out.print(f"\n{log}", style="bold")
+            out.print(f"\n{log.name}", style="bold")
             print_comparison(found, LIMITS)
             if asked.accept:
                 accept(computed, log)
-                out.print(f"accepted: {log} has what this version makes")
+                out.print(f"accepted: {log.name} has what this version makes")
             elif found.over(LIMITS):
                 failed = True
     if failed:

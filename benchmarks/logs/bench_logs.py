@@ -20,7 +20,7 @@ from vistel.wire.topics import BY_NAME
 from vistel_cli.log.fast import replay_fast
 from vistel_services import posture, world
 
-MEETING = Path("tests/replay/meeting.mcap")
+MEETING = Path(__file__).resolve().parents[2] / "tests/replay/meeting.mcap"
 """Two people with a FASTRAK and two CyberGloves each."""
 PEER = f"mcap {version('mcap')}"
 RUNS = 5

@@ -39,7 +39,7 @@ def print_comparison(found: Comparison, limits: Limits) -> None:
 
 def _print_joints(found: Comparison, limits: Limits) -> None:
     """Joints that turn otherwise, the most first; of others, carried along by them, how many are elsewhere."""
-    table = _table("joint", "degrees", "most", "mm", "most")
+    table = _table("joint", "degrees", "at most", "mm", "at most")
     notes: list[str] = []
     for who in dict.fromkeys(j.participant for j in found.joints):
         own = [j for j in found.joints if j.participant == who]
