@@ -1,5 +1,7 @@
 """Pictures in the model's texture coordinates: mixing, noise, edges."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
@@ -63,7 +65,8 @@ def between(uv: F32, values: F64, size: tuple[int, ...]) -> tuple[tuple[slice, s
     low, high = np.maximum(np.floor(at.min(axis=0)).astype(int), 0), np.ceil(at.max(axis=0)).astype(int) + 1
     box = slice(low[1], min(high[1], size[0])), slice(low[0], min(high[0], size[1]))
     y, x = np.mgrid[box]
-    return box, np.asarray(LinearNDInterpolator(at, values, fill_value=1.0)(x, y))
+    found: Any = LinearNDInterpolator(at, values, fill_value=1.0)
+    return box, np.asarray(found(x, y))
 
 
 def put(picture: U8, box: F64, part: Floats) -> None:

@@ -59,13 +59,13 @@ def strands(kind: str) -> Strands:
         last = first + CAP_ROWS - 2.0
         for _ in range(count):
             # From the hairline, at the part's lowest row, upwards; there hairs are fine and lean either way.
-            low = rng.random() < 0.5
+            low = rng.random() < (0.30 if first else 0.5)
             end = last - (rng.gamma(1.6, 12.5) if low else rng.uniform(12.0, CAP_ROWS))
             start = max(first + 1.0, end - (rng.uniform(30.0, 80.0) if kind == "curly" else rng.uniform(10.0, 40.0)))
             sways, bends = (7.0, 2.2) if kind == "curly" else (4.0, 0.35) if low else (1.4, 0.8)
             wave = sways * rng.uniform(0.3, 1.0), bends * rng.uniform(0.6, 1.4), rng.uniform(0.0, 6.28)
             half = rng.uniform(0.28, 0.55) if low else rng.uniform(0.4, 0.75)
-            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), half, rng.normal(0.94, 0.09), wave, (0.25, 0.35))
+            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), half, rng.normal(0.94, 0.15), wave, (0.25, 0.35))
     # Farther in no skin is seen; where that begins differs from place to place.
     noise = np.convolve(rng.normal(0.0, 1.0, SIZE + 4), np.ones(5) / np.sqrt(5.0), "valid")
     begins = CAP_ROWS - 37.0 - 8.0 * np.clip(noise, -1.5, 1.0)
@@ -75,7 +75,7 @@ def strands(kind: str) -> Strands:
     sway = {"straight": 2.2, "tufts": 3.0, "wavy": 5.0, "curly": 4.0}[kind]
     for column in range(COLUMNS):
         group = next(k for k, those in enumerate((INNER, MIDDLE, OUTER, WISPS)) if column in those)
-        count, light = ((110, 0.88), (95, 0.95), (70, 1.01), (24, 0.97))[group]
+        count, light = ((110, 0.74), (95, 0.92), (70, 1.06), (24, 0.97))[group]
         clump = rng.uniform(0.1, 0.35)
         for _ in range(count):
             x = 0.5 * wide + (0.42 * wide - sway) * np.clip(rng.normal(0.0, 0.52), -1.0, 1.0)
@@ -88,7 +88,7 @@ def strands(kind: str) -> Strands:
                 rng.uniform(0.0, 6.28),
             )
             canvas.strand(rng, column * wide + x, (top + first, SIZE - 2.0 - last), rng.uniform(0.5, 1.0),
-                          light * rng.normal(1.0, 0.10), wave, (0.12, 0.30),
+                          light * rng.normal(1.0, 0.17), wave, (0.12, 0.30),
                           towards=((column + 0.5 + rng.normal(0.0, 0.06)) * wide, clump))  # fmt: skip
     canvas.darken_roots(top)
     return canvas.done()
@@ -138,7 +138,7 @@ class _Canvas:
     def darken_roots(self, top: int) -> None:
         """Little light comes to the roots of locks, which others cover; tips are bleached."""
         s = np.linspace(0.0, 1.0, len(self.shade) - top)[:, None]
-        self.shade[top:] *= 0.82 + 0.18 * smooth(s / 0.4) + 0.10 * s
+        self.shade[top:] *= 0.66 + 0.34 * smooth(s / 0.35) + 0.12 * s
 
     def darken_cap(self) -> None:
         """Deep inside, the cap lies under other hair."""

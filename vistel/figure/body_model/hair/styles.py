@@ -27,8 +27,8 @@ class Layer:
 
 
 _LAYERS = (
-    Layer(0.30, 0.15, INNER, 1.2, 0.08), Layer(0.34, 0.55, MIDDLE, 1.0, 0.07), Layer(0.20, 0.8, OUTER, 0.9, 0.08),
-    Layer(0.16, 0.35, WISPS, 0.8, 0.04, 0.14),
+    Layer(0.30, 0.15, INNER, 1.2, 0.14), Layer(0.34, 0.55, MIDDLE, 1.0, 0.12), Layer(0.20, 0.8, OUTER, 0.9, 0.12),
+    Layer(0.16, 0.35, WISPS, 0.8, 0.05, 0.16),
 )  # fmt: skip
 """Within, between, outside, and fine hair along the hairline."""
 
