@@ -98,7 +98,7 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, lim
     parts = _caps(scalp, style, level)
     if style.tied:
         parts.append(_bun(scalp, level, np.random.default_rng(seed)))
-    rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" else 2
+    rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" and not style.hanging else 2
     room = (MOST[level] - sum(len(part.p) for part in parts)) // (rows * across)
     first = np.argsort(locks.order, kind="stable")[: max(0, min(style.counts[level], room))]
     on = np.sort(first)[::-1]

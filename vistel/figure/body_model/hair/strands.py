@@ -82,6 +82,9 @@ def strands(kind: str) -> Strands:
             first, last = rng.gamma(1.3, (5.0, 16.0, 22.0, 10.0)[group]), rng.gamma(1.4, (20.0, 30.0, 38.0, 60.0)[group])
             if kind == "tufts":
                 first, last = first + rng.uniform(0.0, 95.0), last + rng.uniform(0.0, 110.0)
+            else:
+                # Roots of a lock do not lie in a line, nor do its tips.
+                first, last = first + rng.uniform(0.0, 24.0), last + rng.uniform(0.0, 40.0)
             wave = (
                 sway * rng.uniform(0.2, 0.6),
                 (2.0 if kind == "straight" else 5.0) * rng.uniform(0.3, 0.8),
@@ -90,7 +93,7 @@ def strands(kind: str) -> Strands:
             canvas.strand(rng, column * wide + x, (top + first, SIZE - 2.0 - last), rng.uniform(0.5, 1.0),
                           light * rng.normal(1.0, 0.17), wave, (0.12, 0.30),
                           towards=((column + 0.5 + rng.normal(0.0, 0.06)) * wide, clump))  # fmt: skip
-    canvas.darken_roots(top)
+    canvas.darken_roots(top, 0.66 if kind in ("tufts", "curly") else 0.88)
     return canvas.done()
 
 
@@ -135,10 +138,10 @@ class _Canvas:
         self.turn[r, c] += k * (0.5 * round_ - self.turn[r, c])
         self.opacity[r, c] = np.maximum(self.opacity[r, c], k)
 
-    def darken_roots(self, top: int) -> None:
-        """Little light comes to the roots of locks, which others cover; tips are bleached."""
+    def darken_roots(self, top: int, least: float) -> None:
+        """Little light comes to the roots of locks, which others cover; tips are bleached. least: how light roots are."""
         s = np.linspace(0.0, 1.0, len(self.shade) - top)[:, None]
-        self.shade[top:] *= 0.66 + 0.34 * smooth(s / 0.35) + 0.12 * s
+        self.shade[top:] *= least + (1.0 - least) * smooth(s / 0.35) + 0.12 * s
 
     def darken_cap(self) -> None:
         """Deep inside, the cap lies under other hair."""
