@@ -72,10 +72,12 @@ def strands(kind: str) -> Strands:
     canvas.opacity[:CAP_ROWS] = np.maximum(canvas.opacity[:CAP_ROWS], np.arange(CAP_ROWS)[:, None] < begins)
     canvas.darken_cap()
     top, wide = LOCK_TOP, SIZE // COLUMNS
+    # In short hair one looks between locks; long ones lie side by side, and a dark one among them is a stain.
+    inner, root = (0.74, 0.66) if kind in ("tufts", "curly") else (0.88, 0.93)
     sway = {"straight": 2.2, "tufts": 3.0, "wavy": 5.0, "curly": 4.0}[kind]
     for column in range(COLUMNS):
         group = next(k for k, those in enumerate((INNER, MIDDLE, OUTER, WISPS)) if column in those)
-        count, light = ((110, 0.74), (95, 0.92), (70, 1.06), (24, 0.97))[group]
+        count, light = ((110, inner), (95, 0.93), (70, 1.04), (24, 0.97))[group]
         clump = rng.uniform(0.1, 0.35)
         for _ in range(count):
             x = 0.5 * wide + (0.42 * wide - sway) * np.clip(rng.normal(0.0, 0.52), -1.0, 1.0)
@@ -93,7 +95,7 @@ def strands(kind: str) -> Strands:
             canvas.strand(rng, column * wide + x, (top + first, SIZE - 2.0 - last), rng.uniform(0.5, 1.0),
                           light * rng.normal(1.0, 0.17), wave, (0.12, 0.30),
                           towards=((column + 0.5 + rng.normal(0.0, 0.06)) * wide, clump))  # fmt: skip
-    canvas.darken_roots(top, 0.66 if kind in ("tufts", "curly") else 0.88)
+    canvas.darken_roots(top, root)
     return canvas.done()
 
 
