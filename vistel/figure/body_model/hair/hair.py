@@ -40,9 +40,9 @@ def hair(
     over: float = 0.0,
 ) -> Part | None:
     """Hair for a body in the T-pose as `vistel.figure.body_model.assemble` makes it, with all its levels; None if it is shaved,
-    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour;
-    receding: 0 to 1, how far the hairline is drawn back at the temples; over: how thick is what shoulders wear [m]. Raises ValueError, one line, for a style that is
-    not known."""
+    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour; receding: 0
+    to 1, how far the hairline is drawn back at the temples; over: how thick is what shoulders wear [m]. Raises ValueError, one
+    line, for a style that is not known."""
     if style not in STYLES:
         raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {style!r}")
     made = STYLES[style]
