@@ -20,7 +20,7 @@ def _certificate(site: Site, now: datetime) -> str:
     from vistel.wire.certificates.authority import read_certificate
     from vistel.wire.certificates.errors import CertificateError
     from vistel.wire.certificates.server import fingerprint
-    from vistel_services.renderer.out.stream_address import stream_address, with_certificate
+    from vistel_services.serving.address import stream_address, with_certificate
 
     try:
         address = stream_address(site.display)
