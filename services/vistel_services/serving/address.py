@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
+from vistel.conference.console import Console
 from vistel.conference.display import Display
+from vistel.conference.page_address import page_at
 from vistel.figure.avatar.cache_folder import default_state
 from vistel.wire.certificates.errors import CertificateError
 
@@ -56,6 +58,14 @@ def stream_address(shown: Display) -> PageAddress | None:
 
     named = shown.stream_tls and ServerFiles(shown.stream_tls.certificate, shown.stream_tls.key)
     return PageAddress(*shown.stream_at, shown.stream_token, named, shown.stream_insecure)
+
+
+def console_address(shown: Console) -> PageAddress:
+    """Of the console, with the certificate that the conference file names."""
+    from vistel.wire.certificates.server import ServerFiles
+
+    named = shown.tls and ServerFiles(shown.tls.certificate, shown.tls.key)
+    return PageAddress(*(page_at(shown.at) or ("127.0.0.1", 0)), shown.token, named, shown.insecure)
 
 
 def with_certificate(address: PageAddress, site: str, now: datetime, folder: Path | None = None) -> PageAddress:

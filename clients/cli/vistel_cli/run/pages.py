@@ -2,16 +2,39 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterable
 from datetime import datetime
 
-from vistel.conference.model import Site
+from vistel.conference.console import Console
+from vistel.conference.model import Conference, Site
 
 
 def pages_of(sites: Iterable[Site], now: datetime) -> dict[str, str]:
     """The page of each site that has one, by its name; with the certificate's fingerprint where no authority has signed that, for
     viewers to compare."""
     return {s.name: s.display.stream_page + _certificate(s, now) for s in sites if s.draws and s.display.stream_page}
+
+
+CONSOLE_PORT = 8440
+"""Of the console of `vistel up`, where it is free: an address that people can remember."""
+
+
+def with_console(conference: Conference) -> Conference:
+    """The conference with a console on this machine alone, where its file does not say where."""
+    if conference.console.at:
+        return conference
+    return conference.model_copy(update={"console": Console(at=f"127.0.0.1:{_free_port(CONSOLE_PORT)}")})
+
+
+def _free_port(wanted: int) -> int:
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind(("127.0.0.1", wanted))
+        except OSError:
+            tried.bind(("127.0.0.1", 0))
+        return int(tried.getsockname()[1])
 
 
 def _certificate(site: Site, now: datetime) -> str:
