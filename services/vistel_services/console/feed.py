@@ -62,7 +62,7 @@ class Feed:
         self._loudness: dict[str, float] = {}
         self.received = Counter[str]()
         """Motions of each participant since the beginning."""
-        self._table, self._stale = 0, True
+        self._table, self._stale, self._newcomers = 0, True, True
         self._listed: tuple[tuple[ParticipantInfo, ...], Mapping[str, Thing]] = ((), {})
         self._shown: tuple[str, ...] = ()
         self._whole_ns = self._chosen_ns = 0
@@ -79,7 +79,7 @@ class Feed:
 
     def tell_all(self) -> None:
         """Tell everything again with the next frame: somebody has come."""
-        self._stale, self._held, self._whole_ns = True, "", 0
+        self._stale, self._newcomers, self._held, self._whole_ns = True, True, "", 0
 
     def file(self, digest: str) -> bytes | None:
         """A GLB file of the room."""
@@ -119,6 +119,9 @@ class Feed:
 
     def _told(self, now: Instant) -> Iterator[tuple[str, str]]:
         people = tuple(p.about for p in now.people)
+        if self._newcomers:
+            self._newcomers = False
+            yield "joints", joints_told()
         if self._stale or people != self._listed[0] or now.things is not self._listed[1]:
             self._stale, self._listed = False, (people, now.things)
             self._table += 1
