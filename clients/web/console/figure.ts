@@ -27,12 +27,17 @@ interface Pose {
   hips: Vector3;
 }
 
+interface Face {
+  influences: number[];
+  at: number[]; // which of them each shape of a frame is; -1: none
+}
+
 export class Figure {
   readonly root = new Group();
   talks = false;
   own = false; // it is the figure of its own file
   private bones: Bone[];
-  private faces: { influences: number[]; at: number[] }[] = [];
+  private readonly faces: Face[] = [];
   private readonly from: Pose;
   private readonly to: Pose;
   private arrived = 0;
@@ -63,9 +68,8 @@ export class Figure {
     for (const mesh of meshes) {
       mesh.frustumCulled = false;
       mesh.castShadow = mesh.receiveShadow = true;
-      const names = mesh.morphTargetDictionary;
-      if (names && mesh.morphTargetInfluences)
-        this.faces.push({ influences: mesh.morphTargetInfluences, at: this.joints.face.map((name) => names[name] ?? -1) });
+      const face = this.movedBy(mesh);
+      if (face) this.faces.push(face);
     }
     this.root.remove(this.shown);
     dispose(this.shown);
@@ -76,7 +80,7 @@ export class Figure {
     this.root.add(scene);
   }
 
-  /** A frame that has just come; from where the figure is now it moves there within `overMs`. */
+  /** A frame that has just come; from where the figure is now it moves there. */
   receive(frame: PersonFrame, now: number): void {
     for (let j = 0; j < this.bones.length; j++) {
       this.from.rotation[j]!.copy(this.bones[j]!.quaternion);
@@ -96,10 +100,10 @@ export class Figure {
     this.root.visible = true;
   }
 
-  /** Where it is between two frames; overMs: from one to the next. */
+  /** Where it is between two frames; overMs: from one to the next, 0 to be there at once. */
   step(now: number, overMs: number): void {
     if (!this.moved) return;
-    const share = Math.min(1, (now - this.arrived) / overMs);
+    const share = overMs > 0 ? Math.min(1, Math.max(0, (now - this.arrived) / overMs)) : 1;
     this.bones.forEach((bone, j) => bone.quaternion.slerpQuaternions(this.from.rotation[j]!, this.to.rotation[j]!, share));
     this.joints.shifted.forEach((j, k) => this.bones[j]!.position.lerpVectors(this.from.shift[k]!, this.to.shift[k]!, share));
     this.bones[0]!.position.lerpVectors(this.from.hips, this.to.hips, share);
@@ -123,6 +127,17 @@ export class Figure {
   remove(): void {
     this.root.removeFromParent();
     dispose(this.shown);
+  }
+
+  /** How the shapes of frames move a mesh; it keeps only morph targets that do, since each costs time at every vertex. */
+  private movedBy(mesh: SkinnedMesh): Face | null {
+    const names = mesh.morphTargetDictionary;
+    const targets = mesh.geometry.morphAttributes.position;
+    if (!names || !targets) return null;
+    const kept = this.joints.face.filter((name) => name in names && targets[names[name]!]!.array.some((x) => x !== 0));
+    mesh.geometry.morphAttributes = kept.length ? { position: kept.map((name) => targets[names[name]!]!) } : {};
+    const influences = (mesh.morphTargetInfluences = kept.map(() => 0));
+    return kept.length ? { influences, at: this.joints.face.map((name) => kept.indexOf(name)) } : null;
   }
 
   private noPose(): Pose {

@@ -9,7 +9,7 @@ const LATE_MS = 300; // delay of a picture after what it shows
 const OLD_MS = 250; // age of the newest motion
 const OFF_MS = 5; // how well a clock is known
 const SILENT_S = 3;
-const WIDE = 72;
+const WIDE = 56;
 const HIGH = 18;
 
 export function Goes({ numbers, history }: { numbers: Numbers; history: History }) {

@@ -3,12 +3,12 @@ import { type PerspectiveCamera, Quaternion, Spherical, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import type { Room } from "./room";
 
-const ROUND = { from: new Vector3(1.9, 1.75, 2.5), to: new Vector3(0, 0.85, 0) };
+const ROUND = { from: new Vector3(0.62, 1.66, 2.3), to: new Vector3(0, 0.82, 0.05) }; // as the renderers' overview
 const TABLE = { from: new Vector3(0.01, 2.75, 0.75), to: new Vector3(0, 0.72, 0) };
 const WALL_M = 3.9; // the walls are at 4.05
 const CEILING_M = 2.85;
 const TURN = Math.PI / 24; // with one press of a key
-const NARROW = 0.9; // a picture narrower than this is looked at from farther away
+const NARROW = 1.2; // a picture narrower than this is looked at from farther away
 const OUT_OF_HEAD_M = 0.09; // before the eyes, so that no lashes and hair are in the way
 const HALF_TURN = new Quaternion(0, 1, 0, 0); // cameras look along -Z, heads along +Z
 

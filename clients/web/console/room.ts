@@ -24,6 +24,8 @@ const FRAME_MS = 1000 / 30;
 const SHADOW = 0.5; // share of the light on floor and table that the key light gives
 const NEAR_M = 0.14; // from a ray to a joint: the person is meant
 const SLOW_MS = 45; // pictures that take longer get coarser
+const COARSE = 0.7; // sharpness below which shadows are coarse, and drawn anew only
+const SELDOM = 3; // at every third picture
 const QUICK_MS = 14; // and finer again below
 
 export class Room {
@@ -41,6 +43,7 @@ export class Room {
   private shell: string | null = null;
   private took = FRAME_MS;
   private last = 0;
+  private drawn = 0;
   private sharpness = 1;
 
   /** Raises where there is no WebGL. */
@@ -97,7 +100,10 @@ export class Room {
 
   /** Draw; now: of `performance` [ms]. */
   draw(now: number): void {
-    for (const figure of this.figures.values()) figure.step(now, FRAME_MS);
+    // Where pictures are slower than frames, the newest frame is shown as it is.
+    for (const figure of this.figures.values()) figure.step(now, this.took < FRAME_MS ? FRAME_MS : 0);
+    this.drawn++;
+    this.renderer.shadowMap.autoUpdate = this.sharpness > COARSE || this.drawn % SELDOM === 0;
     this.renderer.render(this.scene, this.camera);
     this.adapt(now);
   }
@@ -182,7 +188,7 @@ export class Room {
     else if (this.took < QUICK_MS && this.sharpness < 1) this.sharpness = Math.min(1, this.sharpness * 1.25);
     if (this.sharpness === before) return;
     this.took = FRAME_MS;
-    const side = this.sharpness < 0.7 ? 512 : 2048;
+    const side = this.sharpness < COARSE ? 512 : 2048;
     if (this.key.shadow.mapSize.x !== side) {
       this.key.shadow.mapSize.set(side, side);
       this.key.shadow.map?.dispose();

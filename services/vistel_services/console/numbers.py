@@ -18,6 +18,8 @@ SILENT_S = 3.0
 """Who publishes once a second and has not for so long is silent."""
 OLD_S = 1.0
 """Motion that is older has stopped."""
+FEW_PICTURES = 10.0
+"""A second; fewer are no motion any more."""
 _TOPICS = ("image_delay", "device_status", "heartbeat", "clock_offset", "sound_status")
 
 
@@ -123,6 +125,11 @@ def troubles(rows: dict[str, list[dict[str, Any]]], devices: list[dict[str, Any]
     for site in rows["sites"]:
         if site["draws"] and site.get("silent_s", 0.0) > SILENT_S:
             out.append(f"{site['name']} draws no pictures; see its renderer's log")
+        elif site["draws"] and site.get("pictures_per_s", FEW_PICTURES) < FEW_PICTURES:
+            rate = site["pictures_per_s"]
+            out.append(
+                f"{site['name']} draws {rate:.1f} pictures a second: its machine is busy, or its display larger than it can draw"
+            )
     for device in devices:
         if device["state"] != "streaming":
             why = f": {device['detail']}" if device["detail"] else ""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import logging
 from datetime import UTC, datetime
-from importlib import resources
 
 from vistel.conference.model import Conference
 from vistel.wire.bus import Bus
 from vistel.wire.certificates.errors import CertificateError
 from vistel.wire.clock import Clock
+from vistel_services.console import bundle
 from vistel_services.console.gateway import Gateway
 from vistel_services.serving.address import console_address
 from vistel_services.serving.pages import PageFiles
@@ -17,16 +17,8 @@ from vistel_services.serving.server import open_server
 
 log = logging.getLogger("vistel.console")
 
-BUNDLE = "console.js"
-"""Made at set-up from clients/web/console; everything else works without it."""
-_FOLDER = resources.files("vistel_services.console") / "page"
-_SERVED = {"/": "index.html", "/console.css": "console.css", "/missing.js": "missing.js", f"/{BUNDLE}": BUNDLE}
+_SERVED = {"/": "index.html", "/console.css": "console.css", "/missing.js": "missing.js", f"/{bundle.BUNDLE}": bundle.BUNDLE}
 _POLICY = "connect-src 'self' blob:; img-src 'self' data: blob:"
-
-
-def bundle_missing() -> bool:
-    """Whether the page's script has not been made."""
-    return not (_FOLDER / BUNDLE).is_file()
 
 
 async def run(conference: Conference, bus: Bus, clock: Clock) -> None:
@@ -34,7 +26,7 @@ async def run(conference: Conference, bus: Bus, clock: Clock) -> None:
     address = console_address(conference.console)
     gateway = Gateway(conference, bus, clock)
     more = {"/live": gateway.watch, "/asset/{digest}.glb": gateway.asset}
-    files = PageFiles("console", _FOLDER, _SERVED, _POLICY)
+    files = PageFiles("console", bundle.FOLDER, _SERVED, _POLICY)
     try:
         server = await open_server(f"{conference.name}-console", files, address, more, clock, datetime.now(UTC))
     except CertificateError as e:
@@ -43,8 +35,8 @@ async def run(conference: Conference, bus: Bus, clock: Clock) -> None:
     except OSError as e:
         log.error("event=no_console address=%s reason=%r mend='another port'", address, e.strerror or str(e))
         return
-    if bundle_missing():
-        log.warning("event=console_page_missing file=%s mend='make web'", BUNDLE)
+    if bundle.bundle_missing():
+        log.warning("event=console_page_missing file=%s mend='make web'", bundle.BUNDLE)
     try:
         await gateway.run()
     finally:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 import math
 import shutil
@@ -108,8 +109,9 @@ _DECODE = """
 import { readFileSync } from "node:fs";
 import { decode } from "./wire.mjs";
 const { told, frames } = JSON.parse(readFileSync(0, "utf-8"));
-const bytes = (text) => { const b = Buffer.from(text, "base64"); return b.buffer.slice(b.byteOffset, b.byteOffset + b.length); };
-const plain = (f) => f && { ...f, people: f.people.map((p) => ({ ...p, rotations: [...p.rotations], shifts: [...p.shifts], face: [...p.face] })) };
+const bytes = (text) => new Uint8Array(Buffer.from(text, "base64")).buffer;
+const listed = (p) => ({ ...p, rotations: [...p.rotations], shifts: [...p.shifts], face: [...p.face] });
+const plain = (f) => f && { ...f, people: f.people.map(listed) };
 console.log(JSON.stringify(frames.map((f) => plain(decode(bytes(f), told)))));
 """
 
@@ -120,14 +122,15 @@ def page_decodes(tmp_path: Path) -> Any:
     node = shutil.which("node")
     if node is None or not (WEB / "node_modules/esbuild").is_dir():
         pytest.skip("node or clients/web/node_modules is not there (make web)")
-    build = "import { build } from 'esbuild'; await build({ entryPoints: ['console/wire.ts'], format: 'esm', outfile: process.argv[1] });"
+    build = (
+        "import { build } from 'esbuild';"
+        "await build({ entryPoints: ['console/wire.ts'], format: 'esm', outfile: process.argv[1] });"
+    )
     command = [node, "--input-type=module", "-e", build, str(tmp_path / "wire.mjs")]
     subprocess.run(command, cwd=WEB, check=True, capture_output=True)
     (tmp_path / "decode.mjs").write_text(_DECODE)
 
     def decoded(frames: list[bytes]) -> list[Any]:
-        import base64
-
         given = json.dumps({"told": json.loads(joints_told()), "frames": [base64.b64encode(f).decode() for f in frames]})
         ran = subprocess.run([node, "decode.mjs"], cwd=tmp_path, input=given, capture_output=True, text=True, check=False)
         assert ran.returncode == 0, ran.stderr

@@ -27,6 +27,15 @@ def with_console(conference: Conference) -> Conference:
     return conference.model_copy(update={"console": Console(at=f"127.0.0.1:{_free_port(CONSOLE_PORT)}")})
 
 
+def console_line(console: Console) -> dict[str, str]:
+    """What is said of it at the start."""
+    if not console.page:
+        return {}
+    from vistel_services.console.bundle import bundle_missing
+
+    return {"console": console.page + ("  its page is not made yet: make web" if bundle_missing() else "")}
+
+
 def _free_port(wanted: int) -> int:
     with socket.socket() as tried:
         tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

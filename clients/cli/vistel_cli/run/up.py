@@ -42,7 +42,7 @@ from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
-from vistel_cli.run.pages import pages_of, with_console
+from vistel_cli.run.pages import console_line, pages_of, with_console
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.steps import Steps
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
@@ -276,7 +276,7 @@ class _Run:
         lines = {
             "bus": running.hub,
             **pages_of(self.conference.sites, datetime.now(UTC)),
-            **({"console": self.conference.console.page} if self.conference.console.page else {}),
+            **console_line(self.conference.console),
             **self.kept,
             "metrics": str(self.out / "metrics"),
             "logs": str(self.out / "logs"),
