@@ -1,4 +1,4 @@
-// What the gateway sends (services/vistel_services/console/frames.py says how): words as JSON, frames as bytes.
+// What the gateway sends (vistel/render/frames.py says how): words as JSON, frames as bytes.
 
 export interface Joints {
   kind: "joints";

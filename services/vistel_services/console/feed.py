@@ -14,6 +14,7 @@ from vistel.figure.face.countenance import Countenance
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton, standard_skeleton
 from vistel.geometry.pose import Pose
+from vistel.render.frames import BODY, FINGERS, SHIFT_M, SHIFTED, header, person_row, thing_rows
 from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.space.files.model import Polymesh
@@ -24,7 +25,6 @@ from vistel.wire.motion.interest import MotionSubscriptions, nearest
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel_services.console.assets import Assets
-from vistel_services.console.frames import BODY, FINGERS, SHIFT_M, SHIFTED, header, person_row, thing_rows
 from vistel_services.deliveries.avatars import Deliveries
 from vistel_services.deliveries.models import RoomDeliveries
 

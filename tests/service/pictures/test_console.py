@@ -21,12 +21,12 @@ from vistel.conference.model import Conference
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import JOINTS
+from vistel.render.frames import HEADER, PERSON
 from vistel.session.session import AsyncSession
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel_services.console import bundle, service
 from vistel_services.console import gateway as gateways
-from vistel_services.console.frames import HEADER, PERSON
 from vistel_services.console.gateway import Gateway
 
 TOKEN = "0123456789abcdef"

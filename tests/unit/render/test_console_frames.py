@@ -18,8 +18,7 @@ from vistel.figure.face.arkit import SHAPES
 from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton, standard_skeleton
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel_services.console.feed import joints_told
-from vistel_services.console.frames import (
+from vistel.render.frames import (
     BODY,
     FINGERS,
     FORMAT,
@@ -33,6 +32,7 @@ from vistel_services.console.frames import (
     quaternions,
     thing_rows,
 )
+from vistel_services.console.feed import joints_told
 
 WEB = Path(__file__).resolve().parents[3] / "clients/web"
 FRAMES_PER_S = 30
