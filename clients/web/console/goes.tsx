@@ -1,4 +1,4 @@
-// How it goes: what is wrong on top, then sites, people, devices and services.
+// How it goes: what is wrong, which stands on top, and sites, people, devices and services.
 import type { ComponentChildren } from "preact";
 import type { History } from "./history";
 import type { Device, Numbers } from "./wire";
@@ -16,7 +16,6 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
   const down = numbers.devices.filter((d) => d.state !== "streaming");
   return (
     <>
-      <Troubles lines={numbers.troubles} />
       <Rows title="Sites" heads={["site", "pictures/s", "", "delay", "devices"]}>
         {numbers.sites.map((s) => (
           <tr key={s.name}>
@@ -61,7 +60,7 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
   );
 }
 
-function Troubles({ lines }: { lines: string[] }) {
+export function Troubles({ lines }: { lines: string[] }) {
   if (lines.length === 0) return <p class="well">Everything runs.</p>;
   return (
     <ul class="troubles" role="alert">

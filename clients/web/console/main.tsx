@@ -1,6 +1,6 @@
 // The console: the room live, and how the conference goes.
 import { render } from "preact";
-import { Goes } from "./goes";
+import { Goes, Troubles } from "./goes";
 import { History } from "./history";
 import { Labels } from "./labels";
 import { Link } from "./link";
@@ -11,8 +11,9 @@ import { type Chosen, Who } from "./who";
 
 declare global {
   interface Window {
-    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; rate: pictures a second. */
-    vistel?: { joints(name: string): [number, number, number][]; rate(): number; ready(): number };
+    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; rate: pictures a second; ready: how many
+     * have their own figures; sharp: see Room. */
+    vistel?: { joints(name: string): [number, number, number][]; rate(): number; ready(): number; sharp(): void };
   }
 }
 
@@ -48,6 +49,7 @@ function showPanel(): void {
   };
   render(
     <>
+      {numbers && <Troubles lines={numbers.troubles} />}
       {table && <Who people={table.people} things={table.things} {...{ held, numbers, talks, chosen, choose }} />}
       {numbers && <Goes numbers={numbers} history={history} />}
     </>,
@@ -127,6 +129,7 @@ if (room) {
   window.vistel = {
     joints: (name) => drawn.figures.get(name)?.places() ?? [],
     rate: () => drawn.picturesPerS,
+    sharp: () => drawn.sharp(),
     ready: () => [...drawn.figures.values()].filter((f) => f.own).length,
   };
 }

@@ -44,6 +44,7 @@ export class Room {
   private took = FRAME_MS;
   private last = 0;
   private drawn = 0;
+  private fixed = false;
   private sharpness = 1;
 
   /** Raises where there is no WebGL. */
@@ -106,6 +107,12 @@ export class Room {
     this.renderer.shadowMap.autoUpdate = this.sharpness > COARSE || this.drawn % SELDOM === 0;
     this.renderer.render(this.scene, this.camera);
     this.adapt(now);
+  }
+
+  /** From now on full sharpness, however long pictures take: for stills. */
+  sharp(): void {
+    this.fixed = true;
+    this.sharpen(1);
   }
 
   /** Who or what is at a place of the canvas (-1 to 1, up), with its name. */
@@ -183,10 +190,13 @@ export class Room {
     this.last = now;
     this.took += (took - this.took) / 12;
     this.picturesPerS = 1000 / this.took;
-    const before = this.sharpness;
-    if (this.took > SLOW_MS && this.sharpness > 0.5) this.sharpness = Math.max(0.5, this.sharpness * 0.8);
-    else if (this.took < QUICK_MS && this.sharpness < 1) this.sharpness = Math.min(1, this.sharpness * 1.25);
-    if (this.sharpness === before) return;
+    if (this.fixed) return;
+    if (this.took > SLOW_MS && this.sharpness > 0.5) this.sharpen(Math.max(0.5, this.sharpness * 0.8));
+    else if (this.took < QUICK_MS && this.sharpness < 1) this.sharpen(Math.min(1, this.sharpness * 1.25));
+  }
+
+  private sharpen(sharpness: number): void {
+    this.sharpness = sharpness;
     this.took = FRAME_MS;
     const side = this.sharpness < COARSE ? 512 : 2048;
     if (this.key.shadow.mapSize.x !== side) {

@@ -118,22 +118,21 @@ class Numbers:
 
 def troubles(rows: dict[str, list[dict[str, Any]]], devices: list[dict[str, Any]]) -> list[str]:
     """What is wrong, a line each with what to do."""
-    out: list[str] = []
-    for service in rows["services"]:
-        if service["silent_s"] > SILENT_S:
-            out.append(f"{service['node']} has been silent for {service['silent_s']:.0f} s; its log says why")
-    for site in rows["sites"]:
-        if site["draws"] and site.get("silent_s", 0.0) > SILENT_S:
-            out.append(f"{site['name']} draws no pictures; see its renderer's log")
-        elif site["draws"] and site.get("pictures_per_s", FEW_PICTURES) < FEW_PICTURES:
-            rate = site["pictures_per_s"]
-            out.append(
-                f"{site['name']} draws {rate:.1f} pictures a second: its machine is busy, or its display larger than it can draw"
-            )
+    out = [
+        f"{s['node']} has been silent for {s['silent_s']:.0f} s; its log says why"
+        for s in rows["services"]
+        if s["silent_s"] > SILENT_S
+    ]
+    for site in (s for s in rows["sites"] if s["draws"]):
+        if site.get("silent_s", 0.0) > SILENT_S:
+            out.append(f"{site['name']} draws no pictures; see the log of its renderer")
+        elif site.get("pictures_per_s", FEW_PICTURES) < FEW_PICTURES:
+            out.append(f"{site['name']} draws {site['pictures_per_s']:.1f} pictures a second; its machine is busy")
+    down: dict[str, list[str]] = {}
     for device in devices:
         if device["state"] != "streaming":
-            why = f": {device['detail']}" if device["detail"] else ""
-            out.append(f"{device['name']} is {device['state']}{why}; vistel doctor looks at it")
+            down.setdefault(device["detail"] or device["state"], []).append(device["name"])
+    out += [f"{', '.join(names)}: {why}; vistel doctor looks at devices" for why, names in down.items()]
     for person in rows["people"]:
         if person["age_ms"] > OLD_S * 1e3:
             out.append(f"{person['shown']} stands still: no motion for {person['age_ms'] * 1e-3:.0f} s; see the site's devices")
