@@ -101,7 +101,7 @@ def quaternions(matrices: F64) -> F64:
     sx, sy, sz, sw = squares.T
     rows = np.stack([np.stack(row, axis=1) for row in ((sx, a, b, p), (a, sy, c, q), (b, c, sz, r), (p, q, r, sw))], axis=1)
     found = rows[np.arange(len(m)), largest]
-    out: F64 = found / np.linalg.norm(found, axis=1, keepdims=True)
+    out: F64 = found / np.sqrt(np.einsum("ij,ij->i", found, found))[:, None]
     return out
 
 

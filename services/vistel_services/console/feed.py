@@ -167,8 +167,9 @@ class Feed:
     def _person(self, number: int, person: PersonNow, now_ns: int) -> bytes:
         name = person.about.name
         talks = any(name in talking for talking in self._talking.values())
-        face = self._faces.setdefault(name, Countenance())
-        state = face.step(person.posture, now_ns - person.timing.delay_ns, self._loudness.get(name) if talks else None)
+        if name not in self._faces:
+            self._faces[name] = Countenance()
+        state = self._faces[name].step(person.posture, now_ns - person.timing.delay_ns, self._loudness.get(name) if talks else None)
         joints = pose_joints(self._skeleton(person.about), person.posture)
         return person_row(number, joints, coefficients(state.expression), talks=talks).tobytes()
 
