@@ -24,6 +24,7 @@ const FRAME_MS = 1000 / 30;
 const SHADOW = 0.5; // share of the light on floor and table that the key light gives
 const NEAR_M = 0.14; // from a ray to a joint: the person is meant
 const SLOW_MS = 45; // pictures that take longer get coarser
+const COARSEST = 0.5;
 const COARSE = 0.7; // sharpness below which shadows are coarse, and drawn anew only
 const SELDOM = 3; // at every third picture
 const QUICK_MS = 14; // and finer again below
@@ -49,9 +50,11 @@ export class Room {
 
   /** Raises where there is no WebGL. */
   constructor(readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+    const software = drawnBySoftware();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !software, powerPreference: "high-performance" });
     this.scene.background = new Color(0x23272b);
     this.key = lit(this.scene, this.renderer);
+    if (software) this.sharpen(COARSEST);
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
   }
@@ -191,7 +194,7 @@ export class Room {
     this.took += (took - this.took) / 12;
     this.picturesPerS = 1000 / this.took;
     if (this.fixed) return;
-    if (this.took > SLOW_MS && this.sharpness > 0.5) this.sharpen(Math.max(0.5, this.sharpness * 0.8));
+    if (this.took > SLOW_MS && this.sharpness > COARSEST) this.sharpen(Math.max(COARSEST, this.sharpness * 0.8));
     else if (this.took < QUICK_MS && this.sharpness < 1) this.sharpen(Math.min(1, this.sharpness * 1.25));
   }
 
@@ -219,4 +222,12 @@ export class Room {
     node.removeFromParent();
     dispose(node);
   }
+}
+
+/** Whether the processor draws: edges are then left rough, since each pixel costs. */
+function drawnBySoftware(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const name = String(context?.getParameter(context.RENDERER) ?? "");
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
 }
