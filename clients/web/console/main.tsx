@@ -17,6 +17,7 @@ declare global {
   }
 }
 
+const PANEL_MS = 250;
 const CLICK_PX = 5; // a press that moves farther turns the view
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 const canvas = element<HTMLCanvasElement>("room");
@@ -31,6 +32,7 @@ const page: { table: Table | null; held: Held; numbers: Numbers | null; chosen: 
 const history = new History();
 let joints: Joints | null = null;
 let view = "round";
+let later = 0;
 let room: Room | null = null;
 try {
   room = new Room(canvas);
@@ -41,7 +43,14 @@ try {
 const looking = room && new Looking(room, (now) => showViews((view = now)));
 const labels = room && new Labels(room, element("labels"));
 
+/** Soon: what changes with every frame is laid out a few times a second. */
+function showSoon(): void {
+  later ||= window.setTimeout(showPanel, PANEL_MS);
+}
+
 function showPanel(): void {
+  clearTimeout(later);
+  later = 0;
   const { table, held, numbers, chosen, talks } = page;
   const choose = (next: Chosen) => {
     page.chosen = next;
@@ -91,7 +100,7 @@ function hear(words: Words): void {
     const pictures = room ? `${room.picturesPerS.toFixed(0)} pictures/s here` : "tables only";
     element("state").textContent = `${pictures}, ${words.viewers} ${words.viewers === 1 ? "viewer" : "viewers"}`;
   }
-  showPanel();
+  showSoon();
 }
 
 function see(data: ArrayBuffer): void {
@@ -101,7 +110,7 @@ function see(data: ArrayBuffer): void {
   const talks = new Set(frame.people.flatMap((p) => (p.talks ? [page.table?.people[p.who]?.name ?? ""] : [])));
   if (talks.size !== page.talks.size || [...talks].some((name) => !page.talks.has(name))) {
     page.talks = talks;
-    showPanel();
+    showSoon();
   }
 }
 
