@@ -33,6 +33,7 @@ const history = new History();
 let joints: Joints | null = null;
 let view = "round";
 let later = 0;
+let shownAt = 0;
 let room: Room | null = null;
 try {
   room = new Room(canvas);
@@ -45,12 +46,13 @@ const labels = room && new Labels(room, element("labels"));
 
 /** Soon: what changes with every frame is laid out a few times a second. */
 function showSoon(): void {
-  later ||= window.setTimeout(showPanel, PANEL_MS);
+  later ||= window.setTimeout(showPanel, Math.max(0, shownAt + PANEL_MS - performance.now()));
 }
 
 function showPanel(): void {
   clearTimeout(later);
   later = 0;
+  shownAt = performance.now();
   const { table, held, numbers, chosen, talks } = page;
   const choose = (next: Chosen) => {
     page.chosen = next;
