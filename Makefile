@@ -64,7 +64,7 @@ proto:  ## generate Python from proto/, after a check for breaking changes
 	$(PY) -m grpc_tools.protoc -Iproto --python_out=. --pyi_out=. proto/vistel/v1/*.proto
 
 web:  ## check and bundle the pages of clients/web
-	@cd clients/web && npm install --no-package-lock --no-audit --no-fund --silent && npm run --silent check && npm run --silent build
+	@cd clients/web && npm ci --no-audit --no-fund --silent && npm run --silent check && npm run --silent build
 
 replays: setup  ## compute the logs of tests/replay anew and compare; ACCEPT=1 takes what differs, after it is shown
 	@$(PY) -m scripts.replays $(if $(ACCEPT),--accept)

@@ -39,7 +39,8 @@ fi
   .venv/bin/python -m pip install --disable-pip-version-check -q kubernetes-validate==1.37.0 ||
   echo "setup: kubernetes-validate cannot be installed; its tests are skipped" >&2
 
-if command -v npm >/dev/null && [ ! -d clients/web/node_modules ]; then
-  (cd clients/web && npm install --no-package-lock --no-audit --no-fund --silent) ||
+if command -v npm >/dev/null && [ ! -d clients/web/node_modules/typescript ]; then
+  (cd clients/web && npm ci --no-audit --no-fund --silent) ||
     echo "setup: npm cannot install the packages of clients/web; its tests are skipped" >&2
 fi
+./scripts/console_page.sh
