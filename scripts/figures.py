@@ -18,6 +18,7 @@ PAGE = ROOT / "docs/performance.md"
 SUBJECTS = {
     "first": ("The first hour", "a-conference-on-one-machine"),
     "demo": ("A conference on one machine", "a-conference-on-one-machine"),
+    "latency": ("From a hand to the eyes of the others", "a-conference-on-one-machine"),
     "render": ("Pictures", "a-conference-on-one-machine"),
     "world": ("The shared world", "a-conference-on-one-machine"),
     "interest": ("Who hears what of a room", "the-wire"),

@@ -24,6 +24,7 @@ from vistel.audio.delay_policy import Policy
 from vistel.audio.opus import RATE
 from vistel.conference.model import Conference
 from vistel.render.scene_renderer import SceneRenderer, View
+from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.playout import Timing
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.v1.motion_pb2 import Participant
@@ -223,7 +224,7 @@ async def _move(bus: MemoryBus, clock: SimulatedClock, source: Clapping, sending
 
 async def _draw(bus: MemoryBus, clock: SimulatedClock, studio: SceneRenderer, seen: _Seen, rng: np.random.Generator) -> None:
     """The renderer of the other site; its own participant sits still."""
-    stage = Stage(100_000_000)
+    stage = Stage(AdaptiveDelay())
     stage.receive_participant(PEOPLE[1])
     watcher = Clapping([p for p in simulated_people(TWO).values() if p.name == "ben"]).posture("ben", FIRST_S + SWING_S)
     stance = np.append(watcher.stance.position, watcher.stance.heading)

@@ -42,18 +42,35 @@ def read_policy(text: str) -> Policy:
     return Policy(float(found[1]))
 
 
+@dataclass(frozen=True)
+class Way:
+    """How the delay of a picture changes: it is `from_s` and goes to `to_s`, by `rate` in a second."""
+
+    from_s: float = 0.0
+    to_s: float = 0.0
+    rate: float = 0.0
+
+    def after_s(self, seconds: float) -> float:
+        """The delay so much later [s]."""
+        most = max(0.0, self.rate * seconds)
+        return self.from_s + min(most, max(-most, self.to_s - self.from_s))
+
+
 class TargetDelay:
     """The wanted delay of one voice: that of its picture, or what the network needs if that is more."""
 
     def __init__(self, policy: Policy) -> None:
         self._policy = policy
         self._reports: deque[tuple[int, float]] = deque(maxlen=_REPORTS)
+        self._way = Way()
         self._image_s: float | None = None
         self._value_s: float | None = None
         self._at_ns = 0
 
-    def receive_image_delay(self, t_ns: int, delay_s: float) -> None:
-        """A report of the renderer: delay from capture to picture [s]."""
+    def receive_image_delay(self, t_ns: int, delay_s: float, way: Way = Way()) -> None:
+        """A report of the renderer: delay from capture to picture [s], without the part of it whose change is known beforehand,
+        and that."""
+        self._way = way
         self._reports.append((t_ns, delay_s))
         delays = sorted(d for _, d in self._reports)
         middle = delays[len(delays) // 2]
@@ -64,7 +81,7 @@ class TargetDelay:
         """Delay from capture to picture [s]; None: unknown."""
         if not self._reports or now_ns - self._reports[-1][0] > _FORGET_NS:
             return None
-        return self._image_s
+        return None if self._image_s is None else self._image_s + self._way.after_s((now_ns - self._reports[-1][0]) * 1e-9)
 
     def wanted_s(self, now_ns: int, needed_s: float, *, speaking: bool) -> float:
         """The wanted delay now [s]. It changes smoothly while somebody speaks, else at once."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from vistel.arrays import F32
 from vistel.audio.binaural import BinauralMixer
-from vistel.audio.delay_policy import MARGIN_S, Policy, TargetDelay
+from vistel.audio.delay_policy import MARGIN_S, Policy, TargetDelay, Way
 from vistel.audio.levels import SILENT_DB
 from vistel.audio.mixer import Mixer, PanningMixer
 from vistel.audio.opus import FRAME, FRAME_NS
@@ -84,7 +84,11 @@ class ReceivedVoices:
         for stream in message.streams:
             talker = self._talkers.get(stream.participant)
             if talker is not None:
-                talker.target.receive_image_delay(message.header.t_ns, stream.delay_s)
+                t_ns, drawing_s = message.header.t_ns, message.frame_time_s
+                if stream.playout_s or stream.towards_s:
+                    talker.target.receive_image_delay(t_ns, drawing_s, Way(stream.playout_s, stream.towards_s, stream.rate))
+                else:  # of a release that does not tell
+                    talker.target.receive_image_delay(t_ns, stream.delay_s)
 
     def mix(self, now_ns: int, heard_ns: float, output_s: float) -> F32 | None:
         """(FRAME, 2) to be heard from `heard_ns` on, `output_s` after it is put out; None: silence."""

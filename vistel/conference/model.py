@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
@@ -231,11 +231,40 @@ class WorldPlaces(Checked):
         return [self.on, *self.waiting]
 
 
+FILM_DELAY_S = 0.1
+"""How far a film's pictures are behind the motions in its log, unless a delay is fixed: long enough for nearly any link [s]."""
+
+
 class PlayoutConfig(Checked):
     """When a renderer shows a motion."""
 
-    delay: float = Field(default=0.1, ge=0.0, le=2.0)
-    """Seconds behind capture; must cover jitter."""
+    delay: Literal["auto"] | Annotated[float, Field(ge=0.0, le=2.0)] = "auto"
+    """Seconds behind capture; "auto": for each person as few as their motion's arrival allows."""
+    least: float = Field(default=0.0, ge=0.0, le=2.0)
+    """auto: never less [s]."""
+    most: float = Field(default=0.5, ge=0.05, le=2.0)
+    """auto: what comes later than this is not waited for [s]."""
+    in_time: float = Field(default=0.99, ge=0.5, le=1.0)
+    """auto: the share of frames that are to be there in time."""
+
+    @model_validator(mode="after")
+    def _bounds(self) -> PlayoutConfig:
+        if self.least > self.most:
+            raise ValueError(f"least is {self.least:g}, more than most, which is {self.most:g}")
+        for name in ("least", "most", "in_time"):
+            if self.delay != "auto" and getattr(self, name) != type(self).model_fields[name].default:
+                raise ValueError(f'{name} is for delay = "auto", but delay is {self.delay:g}; leave one of them out')
+        return self
+
+    @property
+    def recorded_s(self) -> float:
+        """The delay in films, where nobody waits for it [s]."""
+        return FILM_DELAY_S if self.delay == "auto" else self.delay
+
+    @property
+    def longest_s(self) -> float:
+        """No picture is later by playout than this [s]."""
+        return self.most if self.delay == "auto" else self.delay
 
 
 class MotionStream(Checked):

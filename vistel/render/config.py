@@ -9,20 +9,27 @@ from vistel.conference.model import Conference, Site
 from vistel.conference.model import RoomConfig as RoomKeys
 from vistel.conference.seats import seat_place
 from vistel.render.figures.people import files_of
+from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.view.screens import RoomScreen, Stereo, picture_size
 from vistel.render.view.view import View
 
 
 @dataclass(frozen=True)
 class RenderConfig:
-    """view: what the picture is of; seats: of the room; delay_s: playout behind capture; avatars: files of participants; room:
-    what the conference file says of the room, where files hold some of it."""
+    """view: what the picture is of; seats: of the room; delay_s: playout behind capture, in live pictures only where `adaptive`
+    is None; avatars: files of participants; room: what the conference file says of the room, where files hold some of it."""
 
     view: View
     seats: int
     delay_s: float
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
     room: RoomKeys | None = None
+    adaptive: AdaptiveDelay | None = None
+
+    @property
+    def live_delay(self) -> int | AdaptiveDelay:
+        """The delay of live pictures, fixed [ns] or following the network."""
+        return self.adaptive or round(self.delay_s * 1e9)
 
 
 def render_config(conference: Conference, site: Site) -> RenderConfig:
@@ -47,4 +54,6 @@ def render_config(conference: Conference, site: Site) -> RenderConfig:
         display.gauges,
     )
     room = conference.room if conference.room.from_files else None
-    return RenderConfig(view, conference.room.seats, conference.playout.delay, files_of(conference), room)
+    p = conference.playout
+    adaptive = AdaptiveDelay(p.in_time, round(p.least * 1e9), round(p.most * 1e9)) if p.delay == "auto" else None
+    return RenderConfig(view, conference.room.seats, p.recorded_s, files_of(conference), room, adaptive)

@@ -10,18 +10,24 @@ DESCRIPTOR: _descriptor.FileDescriptor
 class ImageDelay(_message.Message):
     __slots__ = ("header", "site", "streams", "frames_per_s", "frame_time_s", "frames", "stand_ins")
     class Stream(_message.Message):
-        __slots__ = ("participant", "delay_s", "age_s", "jitter_s", "shown_ns")
+        __slots__ = ("participant", "delay_s", "age_s", "jitter_s", "shown_ns", "playout_s", "towards_s", "rate")
         PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
         DELAY_S_FIELD_NUMBER: _ClassVar[int]
         AGE_S_FIELD_NUMBER: _ClassVar[int]
         JITTER_S_FIELD_NUMBER: _ClassVar[int]
         SHOWN_NS_FIELD_NUMBER: _ClassVar[int]
+        PLAYOUT_S_FIELD_NUMBER: _ClassVar[int]
+        TOWARDS_S_FIELD_NUMBER: _ClassVar[int]
+        RATE_FIELD_NUMBER: _ClassVar[int]
         participant: str
         delay_s: float
         age_s: float
         jitter_s: float
         shown_ns: int
-        def __init__(self, participant: _Optional[str] = ..., delay_s: _Optional[float] = ..., age_s: _Optional[float] = ..., jitter_s: _Optional[float] = ..., shown_ns: _Optional[int] = ...) -> None: ...
+        playout_s: float
+        towards_s: float
+        rate: float
+        def __init__(self, participant: _Optional[str] = ..., delay_s: _Optional[float] = ..., age_s: _Optional[float] = ..., jitter_s: _Optional[float] = ..., shown_ns: _Optional[int] = ..., playout_s: _Optional[float] = ..., towards_s: _Optional[float] = ..., rate: _Optional[float] = ...) -> None: ...
     HEADER_FIELD_NUMBER: _ClassVar[int]
     SITE_FIELD_NUMBER: _ClassVar[int]
     STREAMS_FIELD_NUMBER: _ClassVar[int]

@@ -65,7 +65,7 @@ class DrawingThread:
         self._load, self._thread, self._models, self._panes = load, thread, models, panes
         self._resolution = None if whole else Resolution(rate, view.height)
         self._renderer: SceneRenderer | None = None
-        self._retry_ns = 0
+        self._retry_ns = self._now_ns = 0
         self._requests: list[Request] = []
         self._set: WindowInteraction | None = None
         self.deflection = Deflection()
@@ -78,18 +78,17 @@ class DrawingThread:
         out, self._requests = self._requests, []
         return out
 
-    async def draw(self, instant: Instant) -> NDArray[np.uint8] | None:
-        """The picture, or None when there is none this time: after a failure, until the time of the next attempt."""
-        if instant.now_ns < self._retry_ns:
-            return None
+    async def draw(self, sampled: Callable[[], Instant]) -> NDArray[np.uint8] | None:
+        """The picture, or None when there is none this time: after a failure, until the time of the next attempt. sampled: gives
+        the newest instant; it is called on the drawing thread, when nothing is left to wait for."""
         try:
-            return await self._call(self._draw, instant)
+            return await self._call(self._draw, sampled)
         except NoOpenGlError as e:
             log.error("event=no_picture reason=%r retry_s=%.0f", str(e), NO_GL_RETRY_NS * 1e-9)
-            self._retry_ns = instant.now_ns + NO_GL_RETRY_NS
+            self._retry_ns = self._now_ns + NO_GL_RETRY_NS
         except Exception:
             log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", RETRY_NS * 1e-9)
-            self._retry_ns = instant.now_ns + RETRY_NS
+            self._retry_ns = self._now_ns + RETRY_NS
             await self._call(self._give_up)
         return None
 
@@ -135,7 +134,11 @@ class DrawingThread:
             log.error("event=room_file_not_used reason=%r shown=built-in", str(e))
             return None
 
-    def _draw(self, instant: Instant) -> NDArray[np.uint8] | None:
+    def _draw(self, sampled: Callable[[], Instant]) -> NDArray[np.uint8] | None:
+        instant = sampled()
+        self._now_ns = instant.now_ns
+        if self._now_ns < self._retry_ns:
+            return None
         if self._renderer is None:
             # Setting up takes a while: the instant is old when it is done, the next one is drawn.
             began = time.perf_counter()

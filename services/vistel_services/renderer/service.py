@@ -53,6 +53,10 @@ _RATE = Gauge("vistel_renderer_rate_hertz", "Pictures per second since the last 
 _AGE = Gauge("vistel_renderer_motion_age_seconds", "Age of the newest motion when drawn", ["site", "participant"])
 
 _REPORT_NS = 500_000_000
+_TURN_REPORT_NS = 100_000_000
+"""From one report to the next while delays change: voices know the way of a picture's delay only until it turns."""
+_TURN_NS = 4_000_000
+"""A delay that will become longer or shorter by more than this than was reported has turned."""
 _CHOOSE_NS = 500_000_000
 
 
@@ -110,8 +114,8 @@ def _panes(site: Site, view: View) -> tuple[Pane, ...]:
 
 
 class Reporter:
-    """Publishes how late this site's pictures are: twice a second, and at once, in the log as well, when the first one
-    is there, somebody more or less is in it, or somebody is no stand-in any more."""
+    """Publishes how late this site's pictures are: twice a second, sooner when a delay turns, and at once, in the log as well,
+    when the first one is there, somebody more or less is in it, or somebody is no stand-in any more."""
 
     def __init__(self, site: str, publication: Publication) -> None:
         self._site, self._publication = site, publication
@@ -120,6 +124,7 @@ class Reporter:
         self._since_frames = 0
         self._spent_ns = 0
         self._shown: tuple[int, int] | None = None
+        self._towards: dict[str, int] = {}
 
     def drawn(self, instant: Instant, done_ns: int, stand_ins: int) -> None:
         """A picture of `instant` was ready at `done_ns`; `stand_ins` figures in it were not their own yet."""
@@ -130,8 +135,11 @@ class Reporter:
         _FRAME_TIME.labels(self._site).observe(took * 1e-9)
         since_ns = done_ns if self._since_ns is None else self._since_ns
         shown = len(instant.people), stand_ins
-        if shown == self._shown and done_ns - since_ns < _REPORT_NS:
+        towards = {p.about.name: p.timing.towards_ns for p in instant.people}
+        turned = any(abs(ns - self._towards.get(name, ns)) > _TURN_NS for name, ns in towards.items())
+        if shown == self._shown and done_ns - since_ns < (_TURN_REPORT_NS if turned else _REPORT_NS):
             return
+        self._towards = towards
         if shown != self._shown:
             log.info("event=picture people=%d stand_ins=%d took_ms=%.0f", *shown, took * 1e-6)
         self._shown = shown
@@ -155,6 +163,9 @@ class Reporter:
                 age_s=t.age_ns * 1e-9,
                 jitter_s=t.jitter_ns * 1e-9,
                 shown_ns=max(0, instant.now_ns - t.delay_ns),
+                playout_s=t.playout_ns * 1e-9,
+                towards_s=t.towards_ns * 1e-9,
+                rate=t.rate,
             )
             _AGE.labels(self._site, person.about.name).set(t.age_ns * 1e-9)
         self._publication.put(message)
@@ -168,11 +179,12 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     await asyncio.to_thread(motion.warm_up)
     drawn, view = config.drawn, config.drawn.view
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
-    stage = Stage(round(drawn.delay_s * 1e9))
+    stage = Stage(drawn.live_delay)
     models: dict[str, Polymesh] = {}
     furniture = RoomDeliveries(bus, clock, models)
     deliveries = Deliveries(bus, stage)
     inputs = _Inputs(bus, stage, clock, config.site, config.people, config.crowd)
+    newest = _Newest(stage, clock)
     reporter = Reporter(config.site, bus.publish(BY_NAME["image_delay"], site=config.site))
     outputs = Outputs(config.site, config.out)
     load = partial(load_apart, files=drawn.avatars, parcel=deliveries.parcel)
@@ -194,15 +206,15 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
                 furniture.want(stage.looks)
             for sound in inputs.sounds():
                 outputs.put_sound(sound.header.t_ns, sound.opus)
-            instant = stage.instant(clock.now_ns())
-            inputs.choose(instant)
             if wire is not None and mouse is not None:
                 wire.take()
                 mouse.look()
                 drawing.deflection = mouse.deflection
-                drawing.status = wire.status.now(instant.now_ns, outputs.film)
+                drawing.status = wire.status.now(clock.now_ns(), outputs.film)
             furnished = drawing.furnished
-            picture = await drawing.draw(instant)
+            picture = await drawing.draw(newest)
+            instant = newest.instant
+            inputs.choose(instant)
             if drawing.furnished and not furnished and not first.logged:
                 first.done("setting_up")
             if wire is not None:
@@ -245,6 +257,18 @@ async def _wind_up(drawing: DrawingThread, outputs: Outputs, thread: ThreadPoolE
     await drawing.close()
     await outputs.close()
     thread.shutdown(wait=False)
+
+
+class _Newest:
+    """What is shown at the moment of the call."""
+
+    def __init__(self, stage: Stage, clock: Clock) -> None:
+        self._stage, self._clock = stage, clock
+        self.instant = Instant(0)
+
+    def __call__(self) -> Instant:
+        self.instant = self._stage.instant(self._clock.now_ns())
+        return self.instant
 
 
 class _Inputs:

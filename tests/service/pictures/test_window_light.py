@@ -7,6 +7,7 @@ import logging
 from collections.abc import Awaitable, Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ def played(play: Callable[[DrawingThread], Awaitable[None]]) -> None:
             "tokyo", View(160, 100, "room", "", light="fast"), 30.0, 3, None, True, shapes, thread, {}, [Pane("w", 160, 100)]
         )
         try:
-            await drawing.draw(instant(1))
+            await drawing.draw(partial(instant, 1))
             assert drawing._renderer is not None
             drawing._renderer._smoothing.result()
             await play(drawing)
@@ -70,7 +71,7 @@ def played(play: Callable[[DrawingThread], Awaitable[None]]) -> None:
 async def picture(drawing: DrawingThread, n: int, **how: Any) -> np.ndarray:
     """The third of three, when shadows are there."""
     for k in range(3):
-        drawn = await drawing.draw(instant(n + k, **how))
+        drawn = await drawing.draw(partial(instant, n + k, **how))
     assert drawn is not None
     return drawn[..., :3].astype(float)
 
@@ -79,7 +80,7 @@ async def lit(drawing: DrawingThread, light: str, n: int) -> None:
     """Somebody chooses a light in the panel."""
     interaction = drawing._renderer.interaction
     interaction._chosen(replace(interaction.choices, light=light))
-    await drawing.draw(instant(n))
+    await drawing.draw(partial(instant, n))
 
 
 def windows(hands: Hands) -> list[int]:
@@ -125,7 +126,7 @@ def test_who_and_what_goes_while_another_light_is_on_is_gone_in_this_one_too(han
         interaction = drawing._renderer.interaction
         interaction._chosen(replace(interaction.choices, light="fast"))
         for k in range(60, 64):
-            drawn = await drawing.draw(instant(k, people=False, without="ball"))
+            drawn = await drawing.draw(partial(instant, k, people=False, without="ball"))
         assert np.abs(drawn[..., :3] - empty).mean() < 0.5
         assert not drawing._renderer.painter._figures._figures
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Awaitable, Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -45,7 +46,7 @@ class Pictures:
             things = {name: t for name, t in LOOSE.items() if name != without}
             world = PlayoutWorld(self.n, {name: Pose(self.places.get(name, t.position), t.rotation) for name, t in things.items()})
             people = tuple(PersonNow(ParticipantInfo(name, name), p, Timing(0, 0, 0, False)) for name, p in self.people.items())
-            drawn = await self.drawing.draw(Instant(self.n * 33_000_000, people, world, things))
+            drawn = await self.drawing.draw(partial(Instant, self.n * 33_000_000, people, world, things))
         return drawn
 
     async def until(self, holds: Callable[[], bool], what: str) -> None:

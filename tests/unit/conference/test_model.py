@@ -55,6 +55,10 @@ def test_automatic_seats_leave_out_the_seats_that_are_named(tmp_path: Path) -> N
         (("[room]", '[bus]\nendpoints = ["tcp/here"]\n[room]'), ["bus.endpoints[0]: is 'tcp/here', expected tcp/HOST:PORT"]),
         (('name = "aiko"', 'name = "Aiko!"'), ["sites[0].participants[0].name", "lower-case letters"]),
         (("[room]", "[room"), ["not valid TOML"]),
+        (("[room]", '[playout]\ndelay = "soon"\n[room]'), ["playout.delay"]),
+        (("[room]", "[playout]\nleast = 0.6\n[room]"), ["playout", "least is 0.6, more than most, which is 0.5"]),
+        (("[room]", "[playout]\ndelay = 0.1\nmost = 0.2\n[room]"), ["playout", 'most is for delay = "auto"']),
+        (("[room]", "[playout]\nin_time = 1.5\n[room]"), ["playout.in_time"]),
         (('[[sites.participants]]\nname = "aiko"', ""), ["sites[0].participants"]),
     ],
 )
@@ -66,6 +70,14 @@ def test_a_faulty_file_names_file_key_and_expectation(tmp_path: Path, change: tu
     assert "c.toml" in text
     for part in expected:
         assert part in text
+
+
+@pytest.mark.parametrize("said", ["", "[playout]\ndelay = 0.1", '[playout]\ndelay = "auto"\nleast = 0.05\nin_time = 0.95'])
+def test_a_delay_of_playout_comes_back_from_a_log_as_it_was(tmp_path: Path, said: str) -> None:
+    conference = _load(tmp_path, f"{GOOD}{said}")
+    again = Conference.model_validate(conference.model_dump(mode="json", exclude_none=True))
+    assert again.playout == conference.playout
+    assert again.playout.recorded_s == 0.1
 
 
 WITH_PROP = GOOD.replace('name = "ben"', 'name = "ben"\n[[sites.props]]\nthing = "baton"\ntracker = { station = 2 }')

@@ -33,7 +33,7 @@ def test_a_context_that_is_lost_in_the_middle_is_made_again_and_pictures_go_on(
     async def picture() -> float:
         for _ in range(10):
             whole = one._renderer is not None and one._renderer.complete
-            drawn = await one.draw(Instant(next(now_ns)))
+            drawn = await one.draw(lambda: Instant(next(now_ns)))
             if drawn is not None and whole:
                 return float(drawn[..., :3].std())
             if one._renderer is not None:

@@ -56,3 +56,20 @@ def test_while_nothing_changes_the_log_is_silent_and_the_bus_hears_twice_a_secon
     lines, sent = reported(*[(1, 0)] * 41, caplog=caplog)
     assert len(lines) == 1
     assert len(sent) == 1 + 4
+
+
+def test_a_delay_that_turns_is_reported_within_a_tenth_of_a_second() -> None:
+    sent: list[float] = []
+
+    async def main() -> None:
+        network, clock = MemoryNetwork(), SimulatedClock(START_NS)
+        reporter = Reporter("osaka", network.bus("c", "osaka", clock).publish(BY_NAME["image_delay"], site="osaka"))
+        heard = network.bus("c", "hub", clock).subscribe(BY_NAME["image_delay"], queue_all=True, polled=True)
+        for frame in range(6):
+            now_ns, towards_ns = START_NS + frame * PICTURE_NS, 30_000_000 if frame < 2 else 90_000_000
+            timing = Timing(40_000_000, 10_000_000, 0, False, 30_000_000, towards_ns, 0.08)
+            reporter.drawn(Instant(now_ns, (PersonNow(ParticipantInfo("p", "P"), standing(), timing),)), now_ns, 0)
+        sent.extend(s.message.streams[0].towards_s for s in heard.take())
+
+    asyncio.run(main())
+    assert sent == [pytest.approx(0.03), pytest.approx(0.09)]

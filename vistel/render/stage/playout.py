@@ -1,4 +1,5 @@
-"""When a renderer shows what: frames are buffered on the sender's clock and shown a fixed time behind.
+"""When a renderer shows what: frames are buffered on the sender's clock and shown some time behind, a fixed one or, as the
+network allows, a short one.
 
 Nothing here reads a clock: arrival and drawing times are arguments, so a simulated conference plays out the same.
 """
@@ -8,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
+from vistel.render.stage.arrivals import AdaptiveDelay, Arrivals
+
 T = TypeVar("T")
 
 BLEND_NS = 200_000_000
@@ -16,8 +19,12 @@ LEAST_BLEND_NS = 10_000_000
 """The same after a very short hold."""
 KEPT_NS = 2_000_000_000
 """A frame older than the newest by this much is no stray: the sender began again with another clock."""
-MAX_SKEW_RATE = 0.05
-"""How fast the playout point may move against the clock to meet a sender whose clock is off [s/s]."""
+DECAY = 0.05
+"""How fast a delay may shrink: motion that is 5 % faster is not seen [s/s]."""
+GROWTH = 0.08
+"""How fast a delay that follows the network may grow: frames are missing meanwhile, and a voice can follow so far [s/s]."""
+START_NS = 100_000_000
+"""The least that a delay which follows the network begins with, before anything is known of that."""
 NEEDLESS_NS = 250_000_000
 """Who shows a stream later than it needs by more than this, because the first frames came late, catches up at once."""
 TRANSIT_WINDOW = 128
@@ -31,13 +38,17 @@ class Timing:
     """How late a stream is, all in nanoseconds.
 
     delay: drawing time minus capture time of what is shown. age: drawing time minus capture time of the newest frame
-    that has arrived. jitter: smoothed change of the transit time (RFC 3550 §6.4.1).
+    that has arrived. jitter: smoothed change of the transit time (RFC 3550 §6.4.1). playout: how far the point of playout is
+    behind, also while frames are missing and the delay is longer; towards: what it is on its way to, at `rate` [s/s].
     """
 
     delay_ns: int
     age_ns: int
     jitter_ns: int
     holding: bool
+    playout_ns: int = 0
+    towards_ns: int = 0
+    rate: float = 0.0
 
 
 class Playout(Generic[T]):
@@ -47,14 +58,18 @@ class Playout(Generic[T]):
     is held; when they return the picture blends back within BLEND_NS. The point shown never moves backwards.
     """
 
-    def __init__(self, interpolate: Callable[[T, T, float], T], delay_ns: int) -> None:
+    def __init__(self, interpolate: Callable[[T, T, float], T], delay: int | AdaptiveDelay) -> None:
+        """delay: fixed [ns], or how it follows the network."""
         self._interpolate = interpolate
-        self._delay_ns = delay_ns
+        self._fixed_ns = delay if isinstance(delay, int) else 0
+        self._arrivals = Arrivals(delay) if isinstance(delay, AdaptiveDelay) else None
         self._times: list[int] = []
         self._values: list[T] = []
         self._transits: list[int] = []
+        self._intervals: list[int] = []
         self._jitter_ns = 0.0
-        self._skew_ns: float | None = None
+        self._behind_ns: float | None = None
+        self._young = TRANSIT_WINDOW
         self._point_ns: int | None = None
         self._sampled_ns: int | None = None
         self._shown: T | None = None
@@ -76,6 +91,12 @@ class Playout(Generic[T]):
             if t_ns > self._times[-1] - KEPT_NS:
                 return False
             self._restart()
+        if self._arrivals is not None:
+            self._arrivals.came(received_ns)
+        if self._times:
+            self._intervals.append(t_ns - self._times[-1])
+            del self._intervals[:-TRANSIT_WINDOW]
+        self._young = max(0, self._young - 1)
         transit = received_ns - t_ns
         if self._transits:
             self._jitter_ns += (abs(transit - self._transits[-1]) - self._jitter_ns) / 16.0
@@ -90,22 +111,34 @@ class Playout(Generic[T]):
         self._times.clear()
         self._values.clear()
         self._transits.clear()
-        self._point_ns = self._skew_ns = None
+        self._intervals.clear()
+        self._point_ns = self._behind_ns = None
+        self._young = TRANSIT_WINDOW
+        if self._arrivals is not None:
+            self._arrivals = Arrivals(self._arrivals.rule)
         self._begin_return(BLEND_NS)
 
-    def sample(self, now_ns: int) -> T | None:
-        """What to show at `now_ns`; None until the first frame has arrived."""
-        if not self._times:
+    def sample(self, now_ns: int, together_ns: int | None = None) -> T | None:
+        """What to show at `now_ns`; None until the first frame has arrived. together_ns: a delay, no shorter than `wanted_ns`, that
+        it has in common with other streams."""
+        wanted = self.wanted_ns
+        if wanted is None:
             return None
-        point = self._advance(now_ns)
+        towards = wanted if together_ns is None else float(together_ns)
+        point = self._advance(now_ns, towards)
         newest = self._times[-1]
+        if self._arrivals is not None:
+            self._arrivals.shown(now_ns, newest)
         target = self._at(point)
         if self._starved_at_ns is not None and self._starved_at_ns != newest:
             self._begin_return(point - self._starved_at_ns)
         self._starved_at_ns = newest if point > newest else None
         self._shown = self._returning(target, now_ns)
         self._sampled_ns = now_ns
-        self._timing = Timing(now_ns - min(point, newest), now_ns - newest, int(self._jitter_ns), point > newest)
+        playout = now_ns - point
+        rate = (self._growth if towards > playout else DECAY) if round(towards) != playout else 0.0
+        timing = now_ns - min(point, newest), now_ns - newest, int(self._jitter_ns), point > newest
+        self._timing = Timing(*timing, playout, round(towards), rate)
         self._forget(point)
         return self._shown
 
@@ -142,17 +175,38 @@ class Playout(Generic[T]):
         t0, t1 = self._times[i - 1], self._times[i]
         return self._interpolate(self._values[i - 1], self._values[i], (point - t0) / (t1 - t0))
 
-    def _advance(self, now_ns: int) -> int:
-        """The point to show: behind by the delay, moved gently for a sender whose clock is off, never backwards."""
+    @property
+    def needed_ns(self) -> float | None:
+        """The delay that the arrivals of this stream need; None until the first frame has arrived."""
+        if not self._times:
+            return None
         fastest = min(self._transits)
+        if self._arrivals is not None:
+            return self._arrivals.delay_ns(fastest, min(self._intervals, default=0))
         margin = max(MIN_MARGIN_NS, 3.0 * self._jitter_ns)
-        wanted = -min(fastest, 0) - max(0.0, fastest + margin - self._delay_ns, self._waits_ns - self._delay_ns)
-        if self._skew_ns is None or self._sampled_ns is None or wanted - self._skew_ns > NEEDLESS_NS:
-            self._skew_ns = wanted
+        return min(fastest, 0) + max(self._fixed_ns, fastest + margin)
+
+    @property
+    def wanted_ns(self) -> float | None:
+        """The same, and no less than what it waits for."""
+        needed = self.needed_ns
+        return None if needed is None else max(needed, min(*self._transits, 0) + self._waits_ns)
+
+    @property
+    def _growth(self) -> float:
+        return DECAY if self._arrivals is None else GROWTH
+
+    def _advance(self, now_ns: int, towards: float) -> int:
+        """The point to show: behind by a delay that moves gently towards the wanted one, and never backwards."""
+        if self._behind_ns is None or self._sampled_ns is None:
+            start = min(self._transits[-1], 0) + START_NS if self._arrivals is not None else towards
+            self._behind_ns = max(towards, start)
+        elif self._behind_ns - towards > NEEDLESS_NS and (self._young or self._arrivals is None):
+            self._behind_ns = towards
         else:
-            limit = MAX_SKEW_RATE * max(0, now_ns - self._sampled_ns)
-            self._skew_ns += min(limit, max(-limit, wanted - self._skew_ns))
-        point = now_ns - self._delay_ns + int(self._skew_ns)
+            passed = max(0, now_ns - self._sampled_ns)
+            self._behind_ns += min(self._growth * passed, max(-DECAY * passed, towards - self._behind_ns))
+        point = now_ns - round(self._behind_ns)
         if self._point_ns is not None:
             point = max(point, self._point_ns)
         self._point_ns = point

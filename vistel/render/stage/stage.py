@@ -1,4 +1,8 @@
-"""Who and what is in the room, buffered until it is shown. Lives on the event loop; knows no graphics and no clock."""
+"""Who and what is in the room, buffered until it is shown. Knows no graphics and no clock.
+
+Messages are received on the event loop. `instant` may be called on another thread while the loop receives none; avatars may arrive
+or be refused meanwhile.
+"""
 
 import logging
 import math
@@ -9,6 +13,7 @@ from types import MappingProxyType
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
+from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.captions import Caption, Captions
 from vistel.render.stage.hand_correction import ShownPerson
 from vistel.render.stage.held import HeldThings
@@ -25,6 +30,8 @@ log = logging.getLogger("vistel.renderer")
 
 MOST_WAIT_S = 0.6
 """A picture waits no longer for its voice."""
+TOGETHER_NS = 25_000_000
+"""Whose delay is that of the room within this is shown at one moment with it, so that hands are where things feel them."""
 GONE_NS = 20_000_000_000
 """A participant from whom nothing is received for so long is no longer drawn."""
 
@@ -71,24 +78,25 @@ class Instant:
 
 
 class _Person:
-    def __init__(self, about: ParticipantInfo, delay_ns: int, site: str = "") -> None:
+    def __init__(self, about: ParticipantInfo, delay: int | AdaptiveDelay, site: str = "") -> None:
         self.about, self.site = about, site
         self.reader, self.thin_reader = MotionReader(), MotionReader()
-        self.playout: Playout[ReceivedPosture | InterpolatedPosture] = Playout(InterpolatedPosture, delay_ns)
+        self.playout: Playout[ReceivedPosture | InterpolatedPosture] = Playout(InterpolatedPosture, delay)
 
 
 class Stage:
     """Receives messages and gives the instants that are shown."""
 
-    def __init__(self, delay_ns: int) -> None:
-        self._delay_ns = delay_ns
+    def __init__(self, delay: int | AdaptiveDelay) -> None:
+        """delay: from capture to what is shown, fixed [ns] or following the network."""
+        self._delay = delay
         self._people: dict[str, _Person] = {}
         self._things: Mapping[str, Thing] = MappingProxyType({})
         self._described: Mapping[str, world_pb2.Thing] = MappingProxyType({})
         self._looks: frozenset[str] = frozenset()
         self._touches: tuple[Touch, ...] = ()
         self._ghosts: tuple[ActingGhost, ...] = ()
-        self._world: Playout[PlayoutWorld] = Playout(between, delay_ns)
+        self._world: Playout[PlayoutWorld] = Playout(between, delay)
         self._arrived: set[str] = set()
         self._held = HeldThings()
         self._talking: frozenset[str] = frozenset()
@@ -109,7 +117,7 @@ class Stage:
         )
         person = self._people.get(about.name)
         if person is None:
-            self._people[about.name] = _Person(about, self._delay_ns, message.site)
+            self._people[about.name] = _Person(about, self._delay, message.site)
         else:
             person.about, person.site = about, message.site
 
@@ -121,13 +129,13 @@ class Stage:
     def avatar_arrived(self, digest: str) -> None:
         """An avatar is here."""
         self._arrived.add(digest)
-        for person in self._people.values():
+        for person in list(self._people.values()):
             if person.about.parcel == digest:
                 person.about = replace(person.about, here=True)
 
     def avatar_refused(self, site: str, digest: str) -> None:
         """What `site` sent as an avatar is none: its people need not wait for it."""
-        for person in self._people.values():
+        for person in list(self._people.values()):
             if person.about.parcel == digest and person.site == site:
                 person.about = replace(person.about, here=True)
 
@@ -141,7 +149,7 @@ class Stage:
         shown under the name in the bus key."""
         person = self._people.get(name)
         if person is None:
-            person = self._people[name] = _Person(ParticipantInfo(name, name), self._delay_ns)
+            person = self._people[name] = _Person(ParticipantInfo(name, name), self._delay)
         for t_ns, received in (person.thin_reader if thin else person.reader).read(message):
             person.playout.push(t_ns, received, received_ns)
 
@@ -168,8 +176,9 @@ class Stage:
         """What is shown at `now_ns`."""
         people: list[PersonNow] = []
         coming: list[ParticipantInfo] = []
+        common, common_ns = self._together()
         for name, person in list(self._people.items()):
-            shown = person.playout.sample(now_ns)
+            shown = person.playout.sample(now_ns, common_ns if name in common else None)
             timing = person.playout.timing
             if shown is None or timing is None:
                 coming.append(person.about)
@@ -179,10 +188,19 @@ class Stage:
                 del self._people[name]
                 continue
             people.append(PersonNow(person.about, shown.posture, timing))
-        world = self._world.sample(now_ns) or PlayoutWorld()
+        world = self._world.sample(now_ns, common_ns) or PlayoutWorld()
         captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
         shown = self._in_hands(now_ns, people, world)
         return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness)
+
+    def _together(self) -> tuple[frozenset[str], int | None]:
+        """Who needs nearly the delay of the room, and the one that they have in common with it: what the latest of them wants."""
+        room = self._world
+        if room.needed_ns is None or room.wanted_ns is None or not isinstance(self._delay, AdaptiveDelay):
+            return frozenset(), None
+        needed = {name: person.playout.needed_ns for name, person in self._people.items()}
+        near = frozenset(name for name, n in needed.items() if n is not None and abs(n - room.needed_ns) <= TOGETHER_NS)
+        return near, round(max([room.wanted_ns, *(self._people[name].playout.wanted_ns or 0.0 for name in near)]))
 
     def _in_hands(self, now_ns: int, people: list[PersonNow], world: PlayoutWorld) -> tuple[tuple[PersonNow, ...], PlayoutWorld]:
         """People with their fingers on what they hold, and the world with it in their hands."""

@@ -240,7 +240,7 @@ async def _play(
                     feeding.cancel()
                 await asyncio.gather(feeding, return_exceptions=True)
                 stopping.cancel()
-            await clock.sleep_until_ns(min(clock.now_ns(), end_ns) + int(conference.playout.delay * 1e9))
+            await clock.sleep_until_ns(min(clock.now_ns(), end_ns) + int(conference.playout.longest_s * 1e9))
         finally:
             codes = await supervisor.stop()
         if leading is not None:

@@ -51,7 +51,7 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
 
 
 def _shown(reader: LogReader, conference: Conference, begin_ns: int, end_ns: int, rate: float) -> Iterator[Instant]:
-    shown = instants(conference.playout.delay, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, rate)
+    shown = instants(conference.playout.recorded_s, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, rate)
     return iter(track(shown, "reading the log", total=count_of(begin_ns, end_ns, rate), console=err, transient=True))
 
 

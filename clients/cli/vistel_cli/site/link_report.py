@@ -135,15 +135,16 @@ def _carries(what: str, bit_s: float | None, needed_bit_s: float, least_bit_s: f
 
 
 def _lateness(conference: Conference, found: LinkQuality) -> str:
-    waits_s = conference.playout.delay
+    waits_s, auto = conference.playout.longest_s, conference.playout.delay == "auto"
     half_s = found.round_trip_s / 2
     most_s = half_s + found.jitter_s
     if most_s <= waits_s:
-        return f"Motion arrives after {_ms(half_s)} to {_ms(most_s)}, in time: figures are shown {_ms(waits_s)} after people move."
+        shown = f"about {_ms(most_s)}" if auto else _ms(waits_s)
+        return f"Motion arrives after {_ms(half_s)} to {_ms(most_s)}, in time: figures are shown {shown} after people move."
     return (
-        f"Motion arrives after {_ms(half_s)} to {_ms(most_s)}, but figures are shown {_ms(waits_s)} after people move. Until it"
+        f"Motion arrives after {_ms(half_s)} to {_ms(most_s)}, but is waited for {_ms(waits_s)} at most. Until it"
         " arrives it is predicted, and fast moves look wrong for a moment. Where that disturbs:"
-        f" delay = {most_s:.2f} under [playout]."
+        f" {'most' if auto else 'delay'} = {most_s:.2f} under [playout]."
     )
 
 

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from vistel.geometry.pose import Pose
+from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.stage import GONE_NS, Stage
 from vistel.render.stage.world_view import PlayoutWorld, between, view_of
-from vistel.v1 import motion_pb2, world_pb2
+from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
 from vistel.wire.world.decoder import WorldDecoder
 
@@ -66,6 +67,39 @@ def test_a_posture_is_shown_the_delay_behind() -> None:
     stage_with_motion(stage, "ada", range(60))
     knee = stage.instant(50 * STEP).people[0].posture.dofs[1]
     assert knee == pytest.approx(0.01 * (50 - 6), abs=2e-3)
+
+
+def live(transit_ms: dict[str, int], room_ms: int, voice_s: float = 0.0) -> dict[str, int]:
+    """Delays [ns] of people, and of the room to the next step, whose messages take so long, after 14 s of sixty pictures each.
+    voice_s: how late the first one's voice comes."""
+    stage, decoder = Stage(AdaptiveDelay()), WorldDecoder()
+    encoders, shown = {name: MotionEncoder() for name in transit_ms}, dict[str, int]()
+    status = audio_pb2.SoundStatus(policy="match")
+    status.streams.add(participant=next(iter(transit_ms)), needed_s=voice_s)
+    for picture in range(60 * 14):
+        now_ns = picture * STEP + 10 * MS
+        for name, encoder in encoders.items():
+            k = picture - transit_ms[name] * MS // STEP
+            if k >= 0:
+                sample = MotionSample(k + 1, k * STEP, np.zeros(25), np.zeros((2, 20)), np.zeros(4))
+                stage.receive_motion(name, encoder.encode(sample), k * STEP + transit_ms[name] * MS)
+        k = picture - room_ms * MS // STEP
+        for now in decoder.read(state(k, k == 1, ball=1.0)) if k > 0 else ():
+            stage.receive_world(now, k * STEP + room_ms * MS)
+        stage.receive_sound_status(status)
+        instant = stage.instant(now_ns)
+        shown = {p.about.name: p.timing.delay_ns for p in instant.people} | {"room": now_ns - instant.world.step * STEP}
+    return shown
+
+
+def test_whoever_needs_nearly_the_delay_of_the_room_is_shown_at_one_moment_with_it_and_others_as_soon_as_they_can() -> None:
+    delays = live({"ada": 1, "ben": 8, "far": 120}, 20)
+    assert delays["ada"] == delays["ben"] == pytest.approx(delays["room"], abs=STEP)
+    assert 26 * MS < delays["ada"] < 50 * MS
+    assert delays["far"] > 120 * MS
+    talking = live({"ada": 1, "ben": 8}, 20, voice_s=0.09)
+    assert talking["ada"] == talking["ben"] == pytest.approx(90 * MS, abs=MS)
+    assert talking["room"] == pytest.approx(90 * MS, abs=STEP)
 
 
 def test_somebody_silent_for_long_is_dropped_and_may_come_back() -> None:
