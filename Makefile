@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz chaos soak first bench figures speech-model body-model proto web looks lock docs clean
+.PHONY: help setup demo test check house warm docs-commands fuzz chaos soak first bench figures replays speech-model body-model proto web looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -64,7 +64,10 @@ proto:  ## generate Python from proto/, after a check for breaking changes
 	$(PY) -m grpc_tools.protoc -Iproto --python_out=. --pyi_out=. proto/vistel/v1/*.proto
 
 web:  ## check and bundle the pages of clients/web
-	@cd clients/web && npm install --no-package-lock --no-audit --no-fund --silent && npm run --silent check && npm run --silent build
+	@cd clients/web && npm ci --no-audit --no-fund --silent && npm run --silent check && npm run --silent build
+
+replays: setup  ## compute the logs of tests/replay anew and compare; ACCEPT=1 takes what differs, after it is shown
+	@$(PY) -m scripts.replays $(if $(ACCEPT),--accept)
 
 looks: setup  ## compare scenes with pictures that were looked at; VISTEL_ACCEPT_LOOKS=1 takes them anew
 	@$(PY) -m pytest tests/looks

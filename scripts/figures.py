@@ -29,6 +29,7 @@ SUBJECTS = {
     "rooms": ("Many rooms", "the-wire"),
     "wire": ("The wire", "the-wire"),
     "motion": ("Motion", "motion"),
+    "logs": ("Logs", "logs"),
     "posture": ("Posture", "posture"),
     "face": ("Faces and eyes", "faces-and-eyes"),
     "grasp": ("Taking hold", "taking-hold"),

@@ -33,9 +33,12 @@ if [ "${#missing[@]}" -gt 0 ]; then
   fi
 fi
 
+# The console's page is made beside all else, when nothing else needs the processor; nobody waits for it.
+make_page() { nice -n 19 ./scripts/console_page.sh </dev/null >/dev/null 2>/dev/null & disown; }
+
 stamp=.venv/.installed
 wanted=$(cat requirements.lock pyproject.toml "$0" | sha256sum)
-if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
+if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then make_page; exit 0; fi
 
 # What is said is kept for when something fails; meanwhile one line tells how far it is, without a terminal one every two seconds.
 log=$(mktemp) first=$(mktemp)
@@ -62,4 +65,5 @@ step "installing" "${pip[@]}" --no-compile --require-hashes -r requirements.lock
 step "installing" "${pip[@]}" --no-deps --no-build-isolation -e .
 printf "$end"
 echo "$wanted" > "$stamp"
+make_page
 echo "setup: ready after $SECONDS s"

@@ -39,7 +39,9 @@ fi
   .venv/bin/python -m pip install --disable-pip-version-check -q kubernetes-validate==1.37.0 ||
   echo "setup: kubernetes-validate cannot be installed; its tests are skipped" >&2
 
-if command -v npm >/dev/null && [ ! -d clients/web/node_modules ]; then
-  (cd clients/web && npm install --no-package-lock --no-audit --no-fund --silent) ||
+if command -v npm >/dev/null && [ ! -d clients/web/node_modules/typescript ]; then
+  # Not while set-up makes the console's page from the same packages.
+  (flock 9 && cd clients/web && npm ci --no-audit --no-fund --silent) 9<scripts/console_page.sh ||
     echo "setup: npm cannot install the packages of clients/web; its tests are skipped" >&2
 fi
+./scripts/console_page.sh

@@ -16,11 +16,14 @@ import struct
 import termios
 import time
 import tty
-from collections.abc import Callable, Coroutine
+from collections.abc import Coroutine
 from typing import Any, TypeVar
 from unittest.mock import patch
 
+from vistel.wire.simulated_loop import LoopClock
 from vistel_sim.pty_port import PtyPort
+
+__all__ = ["LoopClock", "VirtualTimeLoop", "run"]
 
 T = TypeVar("T")
 
@@ -71,21 +74,6 @@ class VirtualTimeLoop(asyncio.SelectorEventLoop):
 
     def time(self) -> float:
         return self._virtual.now_s
-
-
-class LoopClock:
-    """Conference time that is the running loop's."""
-
-    def now_ns(self) -> int:
-        return round(asyncio.get_running_loop().time() * 1e9)
-
-    steady_ns = now_ns
-
-    async def sleep_until_ns(self, t_ns: int) -> None:
-        await asyncio.sleep(max(0.0, (t_ns - self.now_ns()) * 1e-9))
-
-    def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
-        return asyncio.get_running_loop().call_later(seconds, callback).cancel
 
 
 def run(main: Coroutine[Any, Any, T]) -> T:

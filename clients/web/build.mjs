@@ -1,13 +1,16 @@
 // Bundles each page's script into the Python package that serves it, below the folder that is said (default: the repository).
 import { build } from "esbuild";
 
-const root = process.argv[2] ?? "../../";
+const root = process.argv.slice(2).find((said) => !said.startsWith("--")) ?? "../../";
 const pages = {
   "watch/main.ts": "services/vistel_services/renderer/out/page/watch.js",
   "studio/main.ts": "clients/cli/vistel_cli/wrinkle/studio/page/studio.js",
 };
+// Holds code of others, so it is made at set-up and not committed; only this one with --console.
+const made = { "console/main.tsx": "services/vistel_services/console/page/console.js" };
+const onlyConsole = process.argv.includes("--console");
 
-for (const [from, to] of Object.entries(pages)) {
+for (const [from, to] of Object.entries(onlyConsole ? made : { ...pages, ...made })) {
   await build({
     entryPoints: [from],
     outfile: root + to,
@@ -16,6 +19,9 @@ for (const [from, to] of Object.entries(pages)) {
     target: "es2022",
     charset: "utf8",
     legalComments: "inline",
+    jsx: "automatic",
+    jsxImportSource: "preact",
+    minify: from in made,
     logLevel: "warning",
   });
   console.log(to);

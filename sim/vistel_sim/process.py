@@ -60,9 +60,10 @@ async def run_simulators(
     *,
     site: str | None = None,
     start_ns: int | None = None,
+    limbs: Mapping[str, Proportions] = AVERAGE,
 ) -> None:
-    """Run all simulators until cancelled. The motion and the times of `faults` begin at `start_ns`, by default now."""
-    limbs = await asyncio.to_thread(own_limbs, conference)
+    """Run all simulators until cancelled. The motion and the times of `faults` begin at `start_ns`, by default now. limbs: of
+    participants who are no average person of their height."""
     motion = open_motion(conference, limbs)
     faults, start_ns = tuple(faults), clock.now_ns() if start_ns is None else start_ns
     devices = simulators(conference, motion, paths, clock, start_ns, site=site, faults=faults, limbs=limbs)
@@ -75,6 +76,7 @@ async def run_simulators(
 
 
 async def _main(conference: Conference, paths: RunPaths, site: str | None, faults: list[Fault], alive_file: Path | None) -> None:
+    limbs = own_limbs(conference)
     work = asyncio.current_task()
     assert work is not None
     for signum in (signal.SIGTERM, signal.SIGINT):
@@ -83,7 +85,7 @@ async def _main(conference: Conference, paths: RunPaths, site: str | None, fault
         async with background.service("simulators") as beside:
             if alive_file is not None:
                 beside.start(alive.report(alive_file), "sign of life")
-            await run_simulators(conference, paths, SystemClock(), faults, site=site)
+            await run_simulators(conference, paths, SystemClock(), faults, site=site, limbs=limbs)
     except asyncio.CancelledError:
         log.info("simulated devices stopped")
 

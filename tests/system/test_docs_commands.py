@@ -38,6 +38,9 @@ NOT_RUN = {
     r"--show$": "needs a display",
     r"voice equipment": "needs an amplifier",
     r"vistel bench": "make bench runs it",
+    r"make replays": "make test runs tests/replay",
+    r"log (grep|diff) |--against ": "its exit code says what it found",
+    r"--wav ": "needs somebody who speaks",
 }
 """Commands that no test can run, as regular expressions, and why."""
 INSTEAD = {"make demo": "vistel up --seconds 20"}

@@ -1,14 +1,12 @@
 """What a site sees: the section `[sites.display]` of a conference file."""
 
 import math
-import re
-from pathlib import Path
 from typing import Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from vistel.conference.devices import Checked, Name
-from vistel.wire.zenoh.endpoints import is_local
+from vistel.conference.page_address import TOKEN, StreamTls, checked_page, page_at, page_is_local, page_url
 
 Place = tuple[float, float, float]
 
@@ -55,13 +53,6 @@ class Screen(Checked):
         return self
 
 
-class StreamTls(Checked):
-    """What a stream shows over HTTPS (PEM): a certificate, with those up to its authority, and its key without a password."""
-
-    certificate: Path
-    key: Path
-
-
 class Display(Checked):
     """What a site sees."""
 
@@ -81,7 +72,7 @@ class Display(Checked):
     """Write an MP4 of what is shown into the output folder."""
     stream: str = ""
     """Where browsers see it, "HOST:PORT", or a port of this machine only; "": nowhere."""
-    stream_token: str = Field(default="", pattern=r"^$|^[A-Za-z0-9_\-]{16,64}$")
+    stream_token: str = Field(default="", pattern=TOKEN)
     """What browsers show to see it; needed where other machines reach it: 16 to 64 letters, digits, _ and -."""
     stream_tls: StreamTls | None = None
     """Its certificate; without one, it makes its own where other machines reach it."""
@@ -108,10 +99,7 @@ class Display(Checked):
     @property
     def stream_at(self) -> tuple[str, int] | None:
         """Host and port of the stream."""
-        if not self.stream:
-            return None
-        host, _, port = self.stream.rpartition(":")
-        return host.removeprefix("[").removesuffix("]") or "127.0.0.1", int(port)
+        return page_at(self.stream)
 
     @property
     def stream_https(self) -> bool:
@@ -120,23 +108,17 @@ class Display(Checked):
 
     @property
     def _stream_is_local(self) -> bool:
-        host, port = self.stream_at or ("127.0.0.1", 0)
-        return is_local(f"tcp/[{host}]:{port}")
+        return page_is_local(self.stream)
 
     @property
     def stream_page(self) -> str:
         """What a browser of the renderer's machine opens; empty for no stream, or for one at any free port."""
-        host, port = self.stream_at or ("", 0)
-        here = "127.0.0.1" if host == "0.0.0.0" else f"[{host}]" if ":" in host else host
-        return f"{'https' if self.stream_https else 'http'}://{here}:{port}/" if port else ""
+        return page_url(self.stream, https=self.stream_https)
 
     @field_validator("stream")
     @classmethod
     def _is_address(cls, stream: str) -> str:
-        address = r"((\[[0-9a-fA-F:.]+\]|[\w.-]+):)?(?P<port>\d{1,5})"
-        if stream and not ((found := re.fullmatch(address, stream)) and int(found["port"]) < 65536):
-            raise ValueError(f'expected an address and a port, such as "127.0.0.1:8090", or a port, got "{stream}"')
-        return stream
+        return checked_page(stream)
 
     @model_validator(mode="after")
     def _token_beyond_this_machine(self) -> "Display":

@@ -6,8 +6,8 @@ from typing import Any
 from pydantic import ValidationError
 
 from vistel.conference.devices import CameraConfig
-from vistel.conference.display import Display
 from vistel.conference.model import Conference, Participant, RoomConfig, Tls
+from vistel.conference.page_address import StreamTls
 from vistel.conference.speech import Speech
 from vistel.toml import file as toml
 from vistel.toml.faults import faults_of
@@ -76,13 +76,15 @@ def _with_files(conference: Conference, folder: Path) -> Conference:
             update={
                 "participants": [_person_with_files(p, folder) for p in s.participants],
                 "speech": s.speech and _speech_with_files(s.speech, folder),
-                "display": _display_with_files(s.display, folder),
+                "display": s.display.model_copy(update={"stream_tls": _stream_tls(s.display.stream_tls, folder)}),
             }
         )
         for s in conference.sites
     ]
     bus = conference.bus.model_copy(update={"tls": conference.bus.tls and _tls_with_files(conference.bus.tls, folder)})
-    return conference.model_copy(update={"bus": bus, "sites": sites, "room": _room_with_files(conference.room, folder)})
+    console = conference.console.model_copy(update={"tls": _stream_tls(conference.console.tls, folder)})
+    room = _room_with_files(conference.room, folder)
+    return conference.model_copy(update={"bus": bus, "sites": sites, "room": room, "console": console})
 
 
 def _tls_with_files(tls: Tls, folder: Path) -> Tls:
@@ -91,11 +93,8 @@ def _tls_with_files(tls: Tls, folder: Path) -> Tls:
     return Tls(ca=_beside(tls.ca, folder), certificate=_beside(tls.certificate, folder), key=_beside(tls.key, folder))
 
 
-def _display_with_files(display: Display, folder: Path) -> Display:
-    if display.stream_tls is None:
-        return display
-    found = {key: _beside(path, folder) for key, path in display.stream_tls}
-    return display.model_copy(update={"stream_tls": display.stream_tls.model_copy(update=found)})
+def _stream_tls(tls: StreamTls | None, folder: Path) -> StreamTls | None:
+    return tls and tls.model_copy(update={key: _beside(path, folder) for key, path in tls})
 
 
 def _room_with_files(room: RoomConfig, folder: Path) -> RoomConfig:

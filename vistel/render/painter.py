@@ -79,7 +79,7 @@ class Painter:
         self.fine = not self.software if fine is None else fine
         self.saves_shadows = self.software and not self.fine
         light = ("FINE",) if self.fine else ("LIGHT_PER_VERTEX", "ONE_TAP") if self.software else ()
-        texels = 1300 if self.software else 8192
+        texels = 2600 if self.software else 8192
 
         def painted(picture: U8) -> moderngl.Texture:
             return texture_of(ctx, picture, self.software, texels)

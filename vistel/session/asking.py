@@ -6,15 +6,19 @@ import secrets
 from dataclasses import dataclass
 
 from vistel.messages.commands import message_of
-from vistel.space.actions import Action
+from vistel.space.actions import Action, absent
 from vistel.space.commands.phrase import read
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
 
-ANSWER_NS = 3_000_000_000
-"""How long `ask` waits for the world's answer."""
+ANSWER_NS = 10_000_000_000
+"""How long `ask` waits for the world's answer: a world that starts on a busy machine takes as long."""
+AGAIN_NS = 1_000_000_000
+"""How often a command without an answer is given again; the world does it once."""
+ENTER_NS = 5_000_000_000
+"""How long `ask` waits for its participant to be in the room: just after a conference has started they are on their way."""
 POLL_NS = 20_000_000
 """How often `ask` looks for an answer: a little more often than the world steps."""
 
@@ -48,14 +52,26 @@ class Asker:
         Raises PhraseError for a line that is no command.
         """
         action = read(command) if isinstance(command, str) else command
+        begin_ns = self._clock.now_ns()
+        while True:
+            answer = await self._answer(action)
+            if answer.reason != absent(self.participant) or self._clock.now_ns() > begin_ns + ENTER_NS:
+                return answer
+            await self._clock.sleep_until_ns(self._clock.now_ns() + ENTER_NS // 10)
+
+    async def _answer(self, action: Action) -> Answer:
         message = message_of(action, secrets.token_hex(8), self.participant)
-        message.header.t_ns = self._clock.now_ns()
-        self._commands.put(message)
-        until = self._clock.now_ns() + ANSWER_NS
-        while self._clock.now_ns() < until:
+        now_ns = again_ns = self._clock.now_ns()
+        until_ns = now_ns + ANSWER_NS
+        while now_ns < until_ns:
+            if now_ns >= again_ns:
+                message.header.t_ns = now_ns
+                self._commands.put(message)
+                again_ns = now_ns + AGAIN_NS
             self._answers |= {sample.message.id: sample.message for sample in self._results.take()}
             result = self._answers.pop(message.id, None)
             if result is not None:
                 return Answer(result.outcome == CommandResult.OUTCOME_DONE, tuple(result.things), result.reason)
-            await self._clock.sleep_until_ns(self._clock.now_ns() + POLL_NS)
-        return Answer(False, (), "the world did not answer; if the conference has just started, wait and ask again")
+            await self._clock.sleep_until_ns(now_ns + POLL_NS)
+            now_ns = self._clock.now_ns()
+        return Answer(False, (), "the world did not answer; `vistel world where` says whether there is one")

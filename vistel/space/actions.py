@@ -35,6 +35,11 @@ class Refused(Exception):  # noqa: N818 - said to a person, no error
         self.thing = thing
 
 
+def absent(participant: str) -> str:
+    """Why a command of somebody who is not in the room is refused."""
+    return f"{participant or 'nobody'} is not in the room"
+
+
 class Shown(Enum):
     """How somebody shows which thing they mean."""
 

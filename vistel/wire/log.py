@@ -10,7 +10,7 @@ import heapq
 import os
 import tomllib
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -185,49 +185,59 @@ class LogReader:
         self.clock_offsets: dict[str, str] = index.metadata.get(OFFSETS, {})
 
     def records(
-        self, topics: tuple[str, ...] | None = None, begin_ns: int | None = None, end_ns: int | None = None
+        self, topics: tuple[str, ...] | None = None, begin_ns: int | None = None, end_ns: int | None = None, **names: str
     ) -> Iterator[LogRecord]:
         """Messages in the order they arrived, from `begin_ns` (included) to `end_ns` (excluded).
 
-        topics: names of the topics table; None gives all. Starts at once from any time, by the chunks' index.
+        topics: names of the topics table; None gives all. names: what keys must say, such as participant="ben". Starts at once from
+        any time, by the chunks' index; what is not asked for is not decoded.
         """
         wanted = {BY_NAME[name].name for name in topics} if topics is not None else None
         known: dict[int, tuple[Topic, str, dict[str, str]] | None] = {}
         begin = self.begin_ns if begin_ns is None else begin_ns
         end = self.end_ns + 1 if end_ns is None else end_ns
-        for channel, message in self._messages(begin, end):
+
+        def wants(channel: Channel) -> bool:
             if channel.id not in known:
-                known[channel.id] = self._topic_of(channel.topic)
+                found = self._topic_of(channel.topic)
+                asked = found and (wanted is None or found[0].name in wanted) and names.items() <= found[2].items()
+                known[channel.id] = found if asked else None
+            return known[channel.id] is not None
+
+        for channel, message in self._messages(begin, end, wants):
             found = known[channel.id]
-            if found is None or (wanted is not None and found[0].name not in wanted):
-                continue
+            assert found is not None
             parsed = self._decode(found[0], channel.topic, message)
             if parsed is not None:
                 yield LogRecord(found[0], channel.topic, found[2], parsed, message.log_time, len(message.data))
 
-    def _messages(self, begin_ns: int, end_ns: int) -> Iterator[tuple[Channel, McapMessage]]:
+    def _messages(self, begin_ns: int, end_ns: int, wants: Callable[[Channel], bool]) -> Iterator[tuple[Channel, McapMessage]]:
         """Merge the chunks by time; they overlap only a little, so few are open at once."""
         chunks = [c for c in self._index.chunks if c.end_ns >= begin_ns and c.begin_ns < end_ns]
         chunks.sort(key=lambda c: (c.begin_ns, c.offset), reverse=True)
         channels = dict(self._index.channels)
         heap: list[tuple[int, int, int, McapMessage]] = []
+
+        def wanted(channel: int) -> bool:
+            return channel not in channels or wants(channels[channel])
+
         with self.path.open("rb") as file:
             while heap or chunks:
                 while chunks and (not heap or chunks[-1].begin_ns <= heap[0][0]):
                     place = chunks.pop()
-                    for n, record in enumerate(self._open_chunk(file, place)):
+                    for n, record in enumerate(self._open_chunk(file, place, wanted)):
                         if isinstance(record, Channel):
                             channels[record.id] = record
-                        elif isinstance(record, McapMessage) and begin_ns <= record.log_time < end_ns:
+                        elif begin_ns <= record.log_time < end_ns:
                             heapq.heappush(heap, (record.log_time, place.offset, n, record))
                 while heap and not (chunks and chunks[-1].begin_ns <= heap[0][0]):
                     message = heapq.heappop(heap)[3]
-                    if message.channel_id in channels:
+                    if message.channel_id in channels and wanted(message.channel_id):
                         yield channels[message.channel_id], message
 
-    def _open_chunk(self, file: BinaryIO, place: ChunkPlace) -> list[Any]:
+    def _open_chunk(self, file: BinaryIO, place: ChunkPlace, wants: Callable[[int], bool]) -> list[Channel | McapMessage]:
         try:
-            return open_chunk(file, place)
+            return open_chunk(file, place, wants)
         except BrokenLogError as e:
             at, until = ((t - self.begin_ns) * 1e-9 for t in (place.begin_ns, place.end_ns))
             self._tell(f"a chunk at byte {place.offset} is broken ({e}): messages from {at:.3f} s to {until:.3f} s are missing")

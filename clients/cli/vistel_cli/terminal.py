@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import typer
 from rich.console import Console
@@ -14,8 +16,16 @@ if TYPE_CHECKING:
 
 _PLAIN: dict[str, Any] = {"highlight": False, "markup": False, "emoji": False}
 """What is printed is plain text: no square bracket or colon of a path is markup. Colours come with `style` and `Text`."""
-out = Console(**_PLAIN)
-err = Console(stderr=True, **_PLAIN)
+_UNBROKEN = 1000
+"""Columns where output goes into a file or to another program: no line is broken there."""
+
+
+def _columns(stream: TextIO) -> int | None:
+    return None if stream.isatty() or "COLUMNS" in os.environ else _UNBROKEN
+
+
+out = Console(width=_columns(sys.stdout), **_PLAIN)
+err = Console(stderr=True, width=_columns(sys.stderr), **_PLAIN)
 
 FAILED = 1
 """Exit code of a command that could not do what was asked."""

@@ -37,7 +37,7 @@ from vistel_services.process.plan import ProcessPlan, find
 log = logging.getLogger("vistel.host")
 
 DRAWING_PRIORITY = 10
-"""Niceness of a process that draws."""
+"""Niceness of a process that draws, or feeds pages that do."""
 SENDERS = frozenset({"posture", "audio"})
 """Services that send less where the uplink is thin."""
 GIVE_WAY_AFTER_S = 6.0
@@ -115,7 +115,7 @@ async def _main(args: argparse.Namespace) -> int:
             port = metrics.serve(plan.node, plan.services, time.time(), args.metrics_port)
             process.start(run_process(conference, plan, paths, bus, clock), "services")
             process.start(_heartbeat(plan, port, bus, clock), "heartbeat")
-            if "renderer" in plan.services and os.getpgrp() == os.getpid():
+            if {"renderer", "console"} & set(plan.services) and os.getpgrp() == os.getpid():
                 process.start(_give_way(GIVE_WAY_AFTER_S), "priority")
             if isinstance(clock, SystemClock):
                 process.start(follow_hub(bus, clock, plan.label, measured=metrics.export_offset), "clock")

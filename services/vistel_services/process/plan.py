@@ -51,10 +51,12 @@ def _groups(site: Site) -> list[list[str]]:
 
 
 def hub_processes(conference: Conference) -> list[ProcessPlan]:
-    """World, unless it runs at sites, and recorder when the conference is recorded."""
+    """World, unless it runs at sites, recorder when the conference is recorded, and console where it has an address."""
     plans = [ProcessPlan(HUB, "world", ("world",))] if HUB in conference.world.all else []
     if conference.record:
         plans.append(ProcessPlan(HUB, "recorder", ("recorder",)))
+    if conference.console.at:
+        plans.append(ProcessPlan(HUB, "console", ("console",)))
     return plans
 
 

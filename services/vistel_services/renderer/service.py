@@ -28,17 +28,17 @@ from vistel.wire.motion.interest import MotionSubscriptions, nearest
 from vistel.wire.shared_pictures import shared_path
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
+from vistel_services.deliveries.avatars import Deliveries
+from vistel_services.deliveries.models import RoomDeliveries
 from vistel_services.process.clocks import begin_ns_of
-from vistel_services.renderer.deliveries import Deliveries
 from vistel_services.renderer.drawing_thread import DrawingThread
 from vistel_services.renderer.figure_maker import load_apart
 from vistel_services.renderer.first_picture import FirstPicture
 from vistel_services.renderer.out.outputs import Out, Outputs
-from vistel_services.renderer.out.stream_address import stream_address
-from vistel_services.renderer.room_deliveries import RoomDeliveries
 from vistel_services.renderer.window.space_mouse import SpaceMouse
 from vistel_services.renderer.window.window import Pane
 from vistel_services.renderer.window.wire import WindowWire
+from vistel_services.serving.address import stream_address
 
 log = logging.getLogger("vistel.renderer")
 

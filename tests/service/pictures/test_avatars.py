@@ -32,8 +32,8 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_services import posture
+from vistel_services.deliveries.avatars import Deliveries
 from vistel_services.posture.own_avatar import own_avatar
-from vistel_services.renderer.deliveries import Deliveries
 
 FILE = """
 [[sites]]

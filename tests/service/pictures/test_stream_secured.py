@@ -26,22 +26,22 @@ from vistel.wire.clock import SystemClock
 from vistel_cli.run.pages import pages_of
 from vistel_services.renderer.out.outputs import Out, Outputs
 from vistel_services.renderer.out.stream import Stream
-from vistel_services.renderer.out.stream_address import StreamAddress, stream_address, with_certificate
+from vistel_services.serving.address import PageAddress, stream_address, with_certificate
 
 TOKEN = "0123456789abcdef"
 NOW = datetime.now(UTC)
-REACHED = StreamAddress("0.0.0.0", 0, TOKEN)
+REACHED = PageAddress("0.0.0.0", 0, TOKEN)
 """By other machines."""
 
 
 @pytest.fixture(autouse=True)
 def _state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Certificates of its own lie in a folder of the test."""
-    monkeypatch.setattr("vistel_services.renderer.out.stream_address.default_state", lambda: tmp_path / "state")
+    monkeypatch.setattr("vistel_services.serving.address.default_state", lambda: tmp_path / "state")
 
 
 @contextlib.asynccontextmanager
-async def streaming(address: StreamAddress) -> AsyncIterator[Stream]:
+async def streaming(address: PageAddress) -> AsyncIterator[Stream]:
     stream = Stream("tokyo", address, (WIDTH, HEIGHT), RATE, False, SystemClock())
     try:
         await stream.open(NOW)
@@ -65,7 +65,7 @@ def pinned(stream: Stream) -> aiohttp.Fingerprint:
 def test_a_stream_with_a_token_is_read_by_those_who_show_it_and_by_nobody_else() -> None:
     async def watch() -> None:
         jar = aiohttp.CookieJar(unsafe=True)  # also for addresses
-        async with streaming(StreamAddress("127.0.0.1", 0, TOKEN)) as stream, aiohttp.ClientSession() as stranger:
+        async with streaming(PageAddress("127.0.0.1", 0, TOKEN)) as stream, aiohttp.ClientSession() as stranger:
             where = here(stream)
             assert TOKEN not in repr(stream.address)
             for path in ("", "watch.js", "stream", f"?token={TOKEN}", f"stream?token={TOKEN}", "stream?token=%00%ff"):
@@ -106,13 +106,13 @@ def test_a_stream_with_a_token_is_read_by_those_who_show_it_and_by_nobody_else()
 def test_a_cookie_is_good_after_a_new_start_and_for_no_other_token() -> None:
     async def watch() -> None:
         cookies: dict[str, str] = {}
-        async with streaming(StreamAddress("127.0.0.1", 0, TOKEN)) as stream, aiohttp.ClientSession() as browser:
+        async with streaming(PageAddress("127.0.0.1", 0, TOKEN)) as stream, aiohttp.ClientSession() as browser:
             async with browser.post(here(stream), data={"token": f" {TOKEN}\n"}, allow_redirects=False) as answer:
                 cookies = {name: cookie.value for name, cookie in answer.cookies.items()}
             port = stream.address.port
         for token, status in ((TOKEN, 200), (TOKEN[::-1], 403)):
             async with (
-                streaming(StreamAddress("127.0.0.1", port, token)) as stream,
+                streaming(PageAddress("127.0.0.1", port, token)) as stream,
                 aiohttp.ClientSession(cookies=cookies) as browser,
                 browser.get(here(stream)) as answer,
             ):
@@ -123,7 +123,7 @@ def test_a_cookie_is_good_after_a_new_start_and_for_no_other_token() -> None:
 
 def test_guesses_are_a_line_a_minute_in_the_log_and_no_line_holds_a_token(caplog: pytest.LogCaptureFixture) -> None:
     async def guess() -> None:
-        async with streaming(StreamAddress("127.0.0.1", 0, TOKEN)) as stream, aiohttp.ClientSession() as stranger:
+        async with streaming(PageAddress("127.0.0.1", 0, TOKEN)) as stream, aiohttp.ClientSession() as stranger:
             for k in range(30):
                 await (await stranger.post(here(stream), data={"token": f"guess-{k:012}"})).read()
             async with stranger.post(here(stream), data={"token": TOKEN}, allow_redirects=False) as answer:
@@ -204,7 +204,7 @@ def test_plain_http_beyond_this_machine_has_to_be_meant(caplog: pytest.LogCaptur
             assert answer.url.scheme == "http" and answer.status == 403
 
     asyncio.run(watch())
-    assert "event=stream_insecure" in caplog.text
+    assert "event=plain_http" in caplog.text
 
 
 def test_without_a_certificate_that_can_be_kept_nothing_is_served_and_one_line_says_why(
@@ -213,7 +213,7 @@ def test_without_a_certificate_that_can_be_kept_nothing_is_served_and_one_line_s
     (tmp_path / "state").touch()  # no folder
     named = ServerFiles(tmp_path / "none.pem", tmp_path / "none.key")
 
-    async def try_it(address: StreamAddress) -> None:
+    async def try_it(address: PageAddress) -> None:
         with pytest.raises(CertificateError):
             async with streaming(address):
                 pass
@@ -221,7 +221,7 @@ def test_without_a_certificate_that_can_be_kept_nothing_is_served_and_one_line_s
         await outputs.open((WIDTH, HEIGHT), RATE, SystemClock())
         await outputs.close()
 
-    for address, why in ((REACHED, "stream_insecure = true"), (StreamAddress("0.0.0.0", 0, TOKEN, named), "No such file")):
+    for address, why in ((REACHED, "stream_insecure = true"), (PageAddress("0.0.0.0", 0, TOKEN, named), "No such file")):
         caplog.clear()
         asyncio.run(try_it(address))
         (line,) = [r.getMessage() for r in caplog.records if r.levelno >= logging.WARNING]
@@ -251,7 +251,7 @@ def test_the_fingerprint_is_printed_with_the_address_that_shows_it() -> None:
         for name, display in (("tokyo", Display(stream="192.168.1.7:8090", stream_token=TOKEN)), ("paris", Display(stream="8090")))
     )
     printed = pages_of([own, plain], NOW)
-    certificate = with_certificate(StreamAddress("192.168.1.7", 8090, TOKEN), "tokyo", NOW).certificate
+    certificate = with_certificate(PageAddress("192.168.1.7", 8090, TOKEN), "tokyo", NOW).certificate
     assert certificate is not None
     shown = fingerprint(read_certificate(certificate.certificate))
     assert printed == {"tokyo": f"https://192.168.1.7:8090/  certificate SHA-256 {shown}", "paris": "http://127.0.0.1:8090/"}

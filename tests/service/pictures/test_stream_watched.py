@@ -18,10 +18,10 @@ from browser import page
 
 from vistel.wire.clock import SystemClock
 from vistel_services.renderer.out.stream import MOST_READERS, Stream
-from vistel_services.renderer.out.stream_address import StreamAddress
+from vistel_services.serving.address import PageAddress
 
 WIDTH, HEIGHT, RATE = 640, 360, 25.0
-LOCAL = StreamAddress("127.0.0.1", 0)
+LOCAL = PageAddress("127.0.0.1", 0)
 
 
 def drawn(k: int) -> np.ndarray:
@@ -38,7 +38,7 @@ def noise(seed: int) -> np.ndarray:
 
 
 @contextlib.asynccontextmanager
-async def streaming(address: StreamAddress = LOCAL, sound: bool = False) -> AsyncIterator[Stream]:
+async def streaming(address: PageAddress = LOCAL, sound: bool = False) -> AsyncIterator[Stream]:
     stream = Stream("tokyo", address, (WIDTH, HEIGHT), RATE, sound, SystemClock())
     await stream.open(datetime.now(UTC))
     try:
@@ -97,7 +97,7 @@ def test_a_browser_shows_what_is_drawn_says_how_it_goes_and_comes_back(tmp_path:
     asyncio.run(watch())
 
 
-async def deaf(address: StreamAddress) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
+async def deaf(address: PageAddress) -> tuple[asyncio.StreamReader, asyncio.StreamWriter]:
     """A WebSocket that is opened and never read."""
     connection = socket.create_connection((address.host, address.port))
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 16)

@@ -42,7 +42,7 @@ from vistel.wire.world.listener import WorldListener
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.run.room_elsewhere import with_room
 from vistel_services import world
-from vistel_services.renderer.room_deliveries import RoomDeliveries
+from vistel_services.deliveries.models import RoomDeliveries
 
 DEN = Path(__file__).parents[3] / "examples/rooms/den.usdz"
 FILE = """

@@ -15,9 +15,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.conference.display import Display, StreamTls
-from vistel_services.renderer.out.stream_address import StreamAddress, answered
 from vistel_services.renderer.out.stream_encoder import KEY_PICTURE, StreamEncoder
 from vistel_services.renderer.out.stream_reader import MOST_PICTURES, MOST_SOUNDS, MOST_WORDS, Reader, StreamPicture
+from vistel_services.serving.address import PageAddress, answered
 
 
 def received(reader: Reader, count: int) -> list[str | bytes]:
@@ -175,7 +175,7 @@ def test_no_header_can_break_the_door(host: str, origin: str | None) -> None:
 )
 def test_a_port_alone_is_of_this_machine(said: str, at: tuple[str, int], local: bool) -> None:
     assert Display(stream=said, stream_token="" if local else "0123456789abcdef").stream_at == at
-    assert StreamAddress(*at).local is local
+    assert PageAddress(*at).local is local
     if not local:
         with pytest.raises(ValueError, match="expected stream_token"):
             Display(stream=said)

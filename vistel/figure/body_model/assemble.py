@@ -83,7 +83,8 @@ def _mesh(model: BodyModel, level: Level, points: F32, limb: I32, size: float) -
 
 def _eyeball(middle: F64, radius: float, box: F64, limb: int) -> Mesh:
     """A sphere with a cornea, its pole to the front, on which its picture lies as it is seen from there."""
-    polar = np.linspace(0.0, np.pi, _RINGS + 1)
+    # Rings are close on the cornea, whose lights show how round it is, and far apart where no one sees them.
+    polar = np.pi * np.linspace(0.0, 1.0, _RINGS + 1) ** 1.4
     around = np.arange(_SECTORS) * (2.0 * np.pi / _SECTORS)
     ring = np.stack([np.cos(around), np.sin(around)], axis=-1)
     unit = np.concatenate([np.column_stack([np.sin(t) * ring, np.full(_SECTORS, np.cos(t))]) for t in polar[1:-1]])

@@ -10,7 +10,8 @@ IRIS_ANGLE = np.radians(25.5)
 """Half the angle that an iris takes at the middle of its eyeball."""
 _PUPIL = 0.36
 """Radius of the pupil, as a share of the iris's."""
-_WHITE = (212.0, 201.0, 193.0)
+_WHITE = (204.0, 192.0, 184.0)
+_CORNER = (196.0, 132.0, 122.0)
 _VEINS = 26
 
 
@@ -23,6 +24,9 @@ def eye(rng: np.random.Generator, colour: F64, size: tuple[int, int], age: float
     old = smooth((age - 40.0) / 40.0)
     sclera = np.array(_WHITE) - old * np.array((8.0, 14.0, 26.0)) - np.clip(r - 1.25, 0.0, 2.5)[..., None] * (14.0, 25.0, 25.0)
     sclera = sclera - _veins(rng, r, around)[..., None] * (8.0, 34.0, 32.0)
+    # Towards the corners the white is red and in the shade of the lids.
+    corner = smooth((r * np.abs(np.cos(around)) - 1.15) / 0.95)[..., None]
+    sclera = sclera + 0.45 * corner * (np.array(_CORNER) - sclera)
     fibres = np.zeros_like(r)
     for n in range(9, 60, 5):
         fibres += rng.uniform(0.02, 0.06) * np.cos(n * around + rng.uniform(0.0, 6.28) + 2.0 * r)

@@ -8,18 +8,17 @@ from vistel.arrays import F64, U8
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model import hairs
 from vistel.figure.body_model.eye_paint import eye
+from vistel.figure.body_model.lid_rims import lid_rims
 from vistel.figure.body_model.model import BodyModel
+from vistel.figure.body_model.mouth_paint import in_mouth, inside
 from vistel.figure.body_model.relief import relief
 from vistel.figure.body_model.texels import Colour, Floats, between_lips, mask, noise, over, put, soft, spread, texels
 from vistel.geometry.smoothstep import smooth
 
 TONES: tuple[Colour, ...] = ((223, 181, 160), (213, 163, 135), (194, 143, 110), (163, 112, 80), (117, 77, 55), (73, 50, 41))
 """sRGB of skin, evenly from the lightest (0) to the darkest (1)."""
-_TEETH = (232.0, 226.0, 212.0)
-_TONGUE = (122.0, 58.0, 58.0)
-_INSIDE = (84.0, 32.0, 32.0)
-_GAPS = 14
-"""Teeth in a row."""
+_RIM = (214.0, 146.0, 134.0)
+_DUCT = (206.0, 118.0, 108.0)
 
 
 @dataclass(frozen=True)
@@ -67,7 +66,7 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     over(out, 0.5 * hair + 0.5 * skin, 0.45 * smooth((brow - 0.35) / 0.5))
     grey = 0.5 * colours.grey * np.array((150.0, 147.0, 144.0), np.float32) + (1.0 - 0.5 * colours.grey) * 0.72 * hair
     over(out, grey, 0.92 * hairs.brows(brow, rng, colours.brows))
-    over(out, np.array(_INSIDE, np.float32), mask(model, "inside"))
+    inside(model, out)
     weave = 1.0 + 0.05 * noise(rng, size, (3, 3))[..., None] + 0.03 * noise(rng, size, (96, 96))[..., None]
     for cloth, colour in (("top", colours.top), ("shorts", colours.shorts)):
         if colour is not None:
@@ -97,6 +96,9 @@ def _skin(model: BodyModel, colours: Colours, rng: np.random.Generator, old: flo
     out += palms * ((0.35 + 0.35 * dark) * (np.array((226.0, 168.0, 146.0), np.float32) - out))
     lids = mask(model, "lids")[..., None]
     out *= 1.0 - lids * (np.array((0.13, 0.19, 0.16), np.float32) * (1.0 + 0.5 * old))
+    rims = lid_rims(model)
+    over(out, 0.55 * np.array(_RIM, np.float32) + 0.45 * skin, 0.75 * rims.rim)
+    over(out, np.array(_DUCT, np.float32) * (0.55 + 0.45 * light), 0.9 * rims.duct)
     sun = mask(model, "sun")
     known = model.masks["skin"] > 0
     if colours.freckles:
@@ -123,14 +125,4 @@ def _parts(model: BodyModel, picture: U8, colours: Colours, rng: np.random.Gener
     size = picture.shape[:2]
     box = model.boxes["eye"]
     put(picture, box, eye(rng, np.array(colours.iris, np.float64), texels(box, size), colours.age))
-    for name, colour in (("upper_teeth", _TEETH), ("lower_teeth", _TEETH), ("tongue", _TONGUE)):
-        box = model.boxes[name]
-        high, wide = texels(box, size)
-        part = np.broadcast_to(np.array(colour), (high, wide, 3))
-        if name != "tongue":
-            gap = np.abs(np.sin(np.linspace(0.0, np.pi * _GAPS, wide)))[None, :, None]
-            aside = np.abs(np.linspace(-1.0, 1.0, wide))[None, :, None]
-            # Little light comes to the back teeth: lips that are not quite closed would show a white seam else.
-            part = part * (1.0 - 0.30 * (gap < 0.16))
-            part = part + smooth((aside - 0.20) / 0.34) * (np.array(_INSIDE) - part)
-        put(picture, box, part)
+    in_mouth(model, picture, rng)

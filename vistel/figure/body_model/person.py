@@ -39,8 +39,12 @@ _MIDDLE = {"mouth-angles": 0.25}
 _OLD = {"head-age": 1.0, "eye-bag": 0.9, "mouth-laugh-lines": 0.8, "mouth-upperlip-volume": -0.8, "mouth-lowerlip-volume": -0.6,
         "ear-scale-vert": 0.5, "ear-lobe": 0.7, "nose-scale-vert": 0.2, "cheek-volume": -0.5, "eye-eyefold": 0.4}  # fmt: skip
 """What differs in people of 80 years."""
+_OLD_WOMAN = 0.55
+"""Share of it in women: MakeHuman's old faces, folds and thin lips are men's."""
 _WOMAN = {"chin-width": -0.3, "nose-volume": -0.25, "eye-scale": 0.15, "mouth-upperlip-volume": 0.2, "chin-bones": -0.2}
 """What differs in women, besides what MakeHuman makes of the sexes."""
+_OF_CLOTHES = 0.016
+"""How far hair lies off dressed shoulders [m]."""
 _BITE = ("mouth-lowerlip", "mouth-upperlip", "mouth-trans", "mouth-scale-depth", "chin-prognathism", "chin-jaw-drop")
 """Beginnings of names of details with which lips soon do not meet."""
 _IRIS = ((60, 40, 28), (92, 62, 38), (116, 88, 52), (98, 106, 78), (92, 116, 138))
@@ -125,7 +129,10 @@ def make(told: Person, name: str = "person") -> Avatar:
         skin = beside.submit(paint, model, colours)
         body = assemble(model, fit(told).shape, name=name)
         of_chin = person.beard or usual_beard(person.sex, person.age, rng)
-        grown = hair(body, style, colours.hair, rng, receding=back), beard(model, body, of_chin, colours.hair, rng)
+        grown = (
+            hair(body, style, colours.hair, rng, receding=back, over=_OF_CLOTHES * person.dressed),
+            beard(model, body, of_chin, colours.hair, rng),
+        )
         worn = outfit(body, person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)) if person.dressed else ()
     return joined(painted(body, *skin.result()), [part for part in (*grown, *worn) if part is not None])
 
@@ -153,7 +160,8 @@ def face_of(model: BodyModel, rng: np.random.Generator, age: float = 30.0) -> di
 def _of_age(sex: str, age: float) -> dict[str, float]:
     """Details that go with sex and age; and what clothes press flat."""
     old = float(np.clip((age - 50.0) / 30.0, 0.0, 1.0))
-    out = {name: old * share for name, share in _OLD.items()} | {"nipple-point": -0.7}
+    share_of_old = old * (_OLD_WOMAN if sex == "female" else 1.0)
+    out = {name: share_of_old * share for name, share in _OLD.items()} | {"nipple-point": -0.7}
     if sex == "female":
         out["breast-point"] = -0.5
         out |= {name: out.get(name, 0.0) + share * (age >= ADULT) for name, share in _WOMAN.items()}

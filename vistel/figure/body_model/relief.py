@@ -3,6 +3,7 @@
 import numpy as np
 
 from vistel.figure.avatar.patch import WHOLE, Patch
+from vistel.figure.body_model.lid_rims import lid_rims
 from vistel.figure.body_model.model import BodyModel
 from vistel.figure.body_model.texels import between_lips, mask, noise
 from vistel.geometry.smoothstep import smooth
@@ -13,7 +14,7 @@ _TEXEL = 0.7
 """Of a texel's sides on a face [mm]."""
 _FOLD = 0.55
 """Depth of the deepest fold of an old face [mm]."""
-_WET = {"eye": (0.08, 0.75), "tongue": (0.65, 0.1), "upper_teeth": (0.40, 0.7), "lower_teeth": (0.5, 0.2)}
+_WET = {"eye": (0.08, 0.70), "tongue": (0.50, 0.45), "upper_teeth": (0.30, 0.75), "lower_teeth": (0.35, 0.55)}
 """Roughness of what is smooth, and how much of the light from everywhere comes there."""
 
 
@@ -29,12 +30,15 @@ def relief(model: BodyModel, rng: np.random.Generator, folded: float, stubbly: f
     height = small * (0.020 * fine + 0.030 * middling) * (1.0 - 0.8 * lips) * (1.0 + 0.8 * folded)
     height += 0.030 * across_lips * lips - _FOLD * folded * folds
     height += 0.05 * stubbly * mask(model, "beard") * fine
-    rough = 0.62 - 0.09 * oil - 0.22 * lips + 0.20 * scalp + 0.03 * middling + 0.03 * folded
-    rough = np.where(mask(model, "inside") > 0.5, 0.30, rough - 0.25 * mask(model, "nails"))
+    rough = 0.62 - 0.09 * oil - 0.15 * lips + 0.20 * scalp + 0.03 * middling + 0.03 * folded
+    rough = np.where(mask(model, "inside") > 0.5, 0.55, rough - 0.25 * mask(model, "nails"))
+    rims = lid_rims(model)
+    rough = rough + (0.42 - rough) * rims.rim
+    rough = rough + (0.14 - rough) * np.maximum(rims.wet, rims.duct)
     # Between lips there is little to mirror.
     wet = between_lips(model, 22.0)
     rough += 0.30 * wet
-    open_share = (1.0 - 0.5 * folded * folds) * (1.0 - 0.9 * wet) * (1.0 - 0.9 * mask(model, "inside"))
+    open_share = (1.0 - 0.5 * folded * folds) * (1.0 - 0.9 * wet) * (1.0 - 0.65 * mask(model, "inside"))
     rough += (0.85 - rough) * np.maximum(mask(model, "top"), mask(model, "shorts"))
     for name, (smoothness, reached) in _WET.items():
         u0, v0, u1, v1 = model.boxes[name]

@@ -1,8 +1,11 @@
 """Pictures in the model's texture coordinates: mixing, noise, edges."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
+from scipy import interpolate  # pyright: ignore[reportMissingTypeStubs]
 from scipy.ndimage import distance_transform_edt
 
 from vistel.arrays import F32, F64, U8, Bool
@@ -53,6 +56,17 @@ def spread(picture: U8, known: Bool) -> U8:
 def texels(box: F64, size: tuple[int, ...]) -> tuple[int, int]:
     """Height and width of a box in texels."""
     return round((box[3] - box[1]) * size[0]), round((box[2] - box[0]) * size[1])
+
+
+def between(uv: F32, values: F64, size: tuple[int, ...]) -> tuple[tuple[slice, slice], F64]:
+    """Rows and columns of a picture of `size` (H, W) that hold texture coordinates uv (N, 2), and there (h, w, K) what lies between
+    values (N, K) at them; far away where there is none."""
+    at = uv * (size[1], -size[0]) + (-0.5, size[0] - 0.5)
+    low, high = np.maximum(np.floor(at.min(axis=0)).astype(int), 0), np.ceil(at.max(axis=0)).astype(int) + 1
+    box = slice(low[1], min(high[1], size[0])), slice(low[0], min(high[0], size[1]))
+    y, x = np.mgrid[box]
+    linear: Any = interpolate
+    return box, np.asarray(linear.griddata(at, values, (x, y), fill_value=1.0))
 
 
 def put(picture: U8, box: F64, part: Floats) -> None:

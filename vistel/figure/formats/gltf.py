@@ -33,9 +33,14 @@ def save_gltf(avatar: Avatar, path: Path, *, author: str = "") -> None:
     ending = path.suffix.lower()
     if ending not in GLTF_ENDINGS:
         raise ValueError(f"{path}: expected a name that ends in {', '.join(GLTF_ENDINGS)}")
-    data = _Writer().whole(avatar, author or avatar.name or "unknown", vrm=ending == ".vrm")
+    data = gltf_bytes(avatar, author=author, vrm=ending == ".vrm")
     with whole_file(path) as stream:
         stream.write(data)
+
+
+def gltf_bytes(avatar: Avatar, *, author: str = "", vrm: bool = False) -> bytes:
+    """What `save_gltf` writes."""
+    return _Writer().whole(avatar, author or avatar.name or "unknown", vrm=vrm)
 
 
 class _Writer(Binary):

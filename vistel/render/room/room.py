@@ -109,7 +109,7 @@ def _texture(colour: F32, light: F64 | F32) -> U8:
     return (np.sqrt(np.clip(rgba, 0.0, 1.0)) * 255.0 + 0.5).astype(np.uint8)
 
 
-def _finished(texture: U8, facing: float) -> U8:
+def finished(texture: U8, facing: float) -> U8:
     """A panel's texture as it is seen: lit, with the display's curve. facing: cosine of its normal to the key light.
 
     The same numbers as in shaders/room.frag.glsl and common.glsl.
@@ -130,13 +130,13 @@ def _plane(h: int, w: int, origin: F64, right: F64, up: F64) -> F64:
     return origin + u[None, :, None] * right + v[:, None, None] * up
 
 
-def _quad(origin: F64, right: F64, up: F64, finished: U8) -> ShellPanel:
+def _quad(origin: F64, right: F64, up: F64, seen: U8) -> ShellPanel:
     normal = np.cross(right, up)
     normal /= np.linalg.norm(normal)
     positions = np.array((origin, origin + right, origin + right + up, origin + up), np.float32)
     uv = np.array(((0, 0), (1, 0), (1, 1), (0, 1)), np.float32)
     triangles = np.array(((0, 1, 2), (0, 2, 3)), np.int32)
-    return ShellPanel(positions, np.tile(normal.astype(np.float32), (4, 1)), uv, triangles, finished, FINISHED, 0.0)
+    return ShellPanel(positions, np.tile(normal.astype(np.float32), (4, 1)), uv, triangles, seen, FINISHED, 0.0)
 
 
 def _baked(size: tuple[int, int], origin: F64, right: F64, up: F64, discs: F64) -> F32:
@@ -170,10 +170,10 @@ def _floor(discs: F64) -> list[ShellPanel]:
     }
     middle = np.array(cells.pop((1, 1)), np.int32)
     rest = np.array([t for pair in cells.values() for t in pair], np.int32)
-    finished = _finished(texture, float(KEY_DIRECTION[1]))
+    seen = finished(texture, float(KEY_DIRECTION[1]))
     return [
         ShellPanel(positions, normals, uv.astype(np.float32), triangles, image, key, 0.0)
-        for triangles, image, key in ((middle, texture, KEY_SHADOWED), (rest, finished, FINISHED))
+        for triangles, image, key in ((middle, texture, KEY_SHADOWED), (rest, seen, FINISHED))
     ]
 
 
@@ -187,7 +187,7 @@ def _ceiling() -> ShellPanel:
     colour[inside < bake.ROOF_LIGHT + 0.06] = 0.35
     lamp = inside < bake.ROOF_LIGHT
     colour[lamp], light[lamp] = (0.94, 0.97, 1.0), 1.6
-    return _quad(origin, right, up, _finished(_texture(colour, light), 0.0))
+    return _quad(origin, right, up, finished(_texture(colour, light), 0.0))
 
 
 def _walls() -> list[ShellPanel]:
@@ -220,7 +220,7 @@ def _walls() -> list[ShellPanel]:
         up = _v(0, H, 0)
         light = _baked((h, w), origin, right, up, np.zeros((0, 4)))
         light = np.where(wall.glow > 0, wall.glow, light)
-        out.append(_quad(origin, right, up, _finished(_texture(wall.colour, light), 0.0)))
+        out.append(_quad(origin, right, up, finished(_texture(wall.colour, light), 0.0)))
     return out
 
 

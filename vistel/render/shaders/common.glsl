@@ -20,6 +20,18 @@ vec3 ambient(vec3 n) {
     return mix(GROUND, SKY, 0.5 + 0.5 * n.y);
 }
 
+// Light that comes from within skin, as a camera set for faces has it: the lightest is held down as a whole, so that it keeps its
+// colour where the filmic curve would make it white. Dark skin stays as it is, and what is mirrored does not count.
+const float HELD_DOWN = 0.75;
+vec3 from_within(vec3 c, float skin) {
+    return c / (1.0 + HELD_DOWN * skin * c.g);
+}
+
+// The lamps of the room in an eye, times KEY: they are above the viewer and towards the roof light, wherever one looks from.
+float catchlight(vec3 n, vec3 v) {
+    return 0.45 * smoothstep(0.9962, 0.9988, dot(n, normalize(v + 0.36 * KEY_DIRECTION)));
+}
+
 // Where to look in the shadow map for the surface at p with normal n, lifted off itself by `lift` metres.
 vec3 shadow_place(vec3 p, vec3 n, float lift) {
     return (shadow_from_room * vec4(p + n * lift, 1.0)).xyz;

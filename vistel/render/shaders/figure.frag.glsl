@@ -11,7 +11,7 @@ in vec3 key;
 in vec3 rest;
 in vec3 added;
 in float gloss;
-in float redder;
+in float flesh;
 #else
 in float kind;  // 0 cloth and hair, 1 skin, between them at its edge, 2 eye
 in vec3 p_room;
@@ -54,8 +54,8 @@ void main() {
 #elif defined(LIGHT_PER_VERTEX)
     float visible = lit_at(shadow_at);
     vec3 light = key * visible + rest;
-    light.r += redder * (sqrt(visible) - visible);
-    colour = vec4(display(base * light + (gloss * visible) * KEY + added), alpha);
+    light.r += FLESH * flesh * key.r * (sqrt(visible) - visible);
+    colour = vec4(display(from_within(base * light, flesh) + (gloss * visible) * KEY + added), alpha);
 #else
     float skin = skin_of(kind);
     vec3 n = normalize(n_room);
@@ -63,6 +63,8 @@ void main() {
     float visible = lit_at(shadow_place(p_room, n, 0.025));
     vec3 shade = mix(vec3(visible), vec3(sqrt(visible), visible, visible), FLESH * skin);
     vec3 sheen = l.rim * mix(SHEEN_BASE * base + SHEEN_CLOTH, SHEEN_SKIN, skin);
-    colour = vec4(display(base * (l.key * shade + l.rest) + (l.gloss * visible) * KEY + sheen), 1.0);
+    float spot = kind > 1.5 ? catchlight(n, normalize(eye - p_room)) : 0.0;
+    vec3 within = from_within(base * (l.key * shade + l.rest), skin);
+    colour = vec4(display(within + (l.gloss * visible + spot) * KEY + sheen), 1.0);
 #endif
 }

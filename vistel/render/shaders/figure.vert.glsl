@@ -12,7 +12,7 @@ out vec3 key;      // times the albedo, where the roof light is seen
 out vec3 rest;     // times the albedo, always
 out vec3 added;    // sheen along the surface
 out float gloss;
-out float redder;  // flesh at the edge of a shadow
+out float flesh;
 #else
 out vec3 p_room;
 out vec3 n_room;
@@ -63,7 +63,7 @@ void main() {
     added = l.rim * mix(SHEEN_CLOTH, SHEEN_SKIN, skin);
     gloss = l.gloss;
 #endif
-    redder = FLESH * skin * l.key.r;
+    flesh = skin;
     shadow_at = shadow_place(position, normal, 0.025);
 #else
     kind = material;

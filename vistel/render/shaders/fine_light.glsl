@@ -59,7 +59,7 @@ vec3 fine_light_of(Surface s, vec3 f0, vec3 p, vec3 n, float open_share) {
     vec3 wrap = s.skin * vec3(0.34, 0.22, 0.16);
     vec3 reach = clamp((c + wrap) / ((1.0 + wrap) * (1.0 + wrap)), 0.0, 1.0);
     vec3 seen = mix(vec3(visible), vec3(sqrt(visible), visible, visible), 0.3 * s.skin);
-    vec3 out_diffuse = s.base * (KEY * reach * seen + around(n) * open_share);
+    vec3 out_diffuse = from_within(s.base * (KEY * reach * seen + around(n) * open_share), s.skin);
 
     vec3 bright = nl * fresnel(f0, vh) * mix(lobe(nl, nv, nh, s.rough), lobe(nl, nv, nh, 0.55 * s.rough), 0.15 * s.skin);
     // The key light is a lamp of some size, seen in the mirror of smooth surfaces: KEY is what it lights, times pi its own light.

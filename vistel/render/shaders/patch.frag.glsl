@@ -89,6 +89,7 @@ void main() {
     }
     vec3 shown = plain_light(base, orm.y, orm.z, n, normalize(eye - p_room), visible, orm.x, skin_of(kind) * (1.0 - orm.z));
 #endif
+    if (kind > 1.5) shown += catchlight(flat_n, normalize(eye - p_room)) * KEY;
 #ifdef GLOW
     vec3 own = glow;
 #ifdef GLOW_MAP

@@ -21,6 +21,9 @@ PlainLight plain_light_at(float rough, vec3 n, vec3 v, float skin) {
     float edge = 1.0 - max(dot(n, v), 0.0);
     edge *= edge;
     l.edge = edge * edge * (1.0 - 0.7 * skin);  // skin is too uneven to mirror much of the room along its edges
+#if defined(HOLES) && defined(BOTH_SIDES)
+    l.edge *= 0.15;  // cards stand for hairs, of which few are seen along themselves where the card is
+#endif
     return l;
 }
 
@@ -34,5 +37,5 @@ vec3 plain_light(vec3 own, float rough, float metallic, vec3 n, vec3 v, float vi
     PlainLight l = plain_light_at(rough, n, v, skin);
     vec3 arrives = mix(vec3(visible), vec3(sqrt(visible), visible, visible), 0.3 * skin);
     vec3 shine = mirrored(mix(vec3(0.04), own, metallic), rough, l) * (KEY * (visible * l.spot) + l.seen * open_share);
-    return own * (1.0 - metallic) * (l.key * arrives + l.rest * open_share) + shine;
+    return from_within(own * (1.0 - metallic) * (l.key * arrives + l.rest * open_share), skin) + shine;
 }

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vistel.space.actions import Action, Refused
+from vistel.space.actions import Action, Refused, absent
 from vistel.space.commands import choosing, denting, edges, lining, placing, shaping
 from vistel.space.commands.context import PERFORMERS, Context
 from vistel.space.dynamics.solids import Solids
@@ -53,7 +53,7 @@ def _done(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[S
     if not command.id:
         raise Refused("the command has no id; give each command its own")
     if all(f.name != command.participant for f in state.figures):
-        raise Refused(f"{command.participant or 'nobody'} is not in the room")
+        raise Refused(absent(command.participant))
     if command.action is None:
         raise Refused("the command asks for nothing this world can do")
     for number in _numbers(command.action):

@@ -21,9 +21,14 @@ def save_glb(interior: Interior, path: Path) -> None:
     """Writes a .glb, whole or not at all. Raises OSError, and ValueError for another ending."""
     if path.suffix.lower() != ".glb":
         raise ValueError(f"{path}: expected a name that ends in .glb")
-    data = _Writer().whole(interior)
+    data = glb_bytes(interior)
     with whole_file(path) as stream:
         stream.write(data)
+
+
+def glb_bytes(interior: Interior) -> bytes:
+    """What `save_glb` writes."""
+    return _Writer().whole(interior)
 
 
 class _Writer(Binary):

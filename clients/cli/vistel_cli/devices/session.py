@@ -17,6 +17,7 @@ from vistel.wire import background
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
+from vistel_sim.limbs import own_limbs
 from vistel_sim.motion.open import CALIBRATION
 from vistel_sim.process import run_simulators
 
@@ -87,11 +88,13 @@ async def running(conference: Conference, services: Sequence[ModuleType]) -> Asy
     network = MemoryNetwork()
     with tempfile.TemporaryDirectory(prefix="vistel-") as folder, _quietly():
         paths = RunPaths(Path(folder), Path(folder))
+        limbs = own_limbs(conference)
         begin_ns = clock.now_ns()
         session = DeviceSession(network.bus(conference.name, "here", clock, None), clock, begin_ns, [], {})
         session.listen("device_status", lambda status: session.details.update({status.device: status.detail}))
         if simulated_names(conference):
-            session.tasks.append(background.start(run_simulators(conference, paths, clock, start_ns=begin_ns), "simulators"))
+            moves = run_simulators(conference, paths, clock, start_ns=begin_ns, limbs=limbs)
+            session.tasks.append(background.start(moves, "simulators"))
         for site in conference.sites:
             bus = network.bus(conference.name, site.name, clock, None)
             for service in services:

@@ -19,7 +19,7 @@ from vistel_services.devices.device import Driver
 from vistel_services.devices.service import connect
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
-    "devices": ("device_raw", "face", "command", "voice", "voice_level"),
+    "devices": ("device_raw", "face", "command", "voice", "voice_level", "participant", "motion", "motion_thin"),
     "motion": ("participant", "motion", "motion_thin", "prop", "command", "voice", "voice_level"),
     "recorded": (
         "participant",
@@ -41,6 +41,8 @@ LIVE_SERVICES: dict[str, tuple[str, ...]] = {
 }
 """What runs on what is fed."""
 
+OF_PEOPLE = ("participant", "motion", "motion_thin")
+"""Topics of a participant. With "devices" they are made anew of who has devices, and published of the others: guests, programs."""
 VERBATIM = ("motion", "motion_thin", "world_state", "world_key", "world_detail")
 """Topics whose messages their sender numbers; other messages refer to the numbers."""
 GATHERED_NS = 1_300_000_000
@@ -50,8 +52,13 @@ GATHERED_NS = 1_300_000_000
 class Feeder:
     """Publishes one log on one bus; `fed` counts the published messages."""
 
-    def __init__(self, reader: LogReader, conference: Conference, bus: Bus, clock: Clock, source: str) -> None:
-        self._reader, self._bus, self._clock = reader, bus, clock
+    def __init__(
+        self, reader: LogReader, conference: Conference, bus: Bus, clock: Clock, source: str, *, raw: bool = False
+    ) -> None:
+        """raw: publish the recorded bytes themselves too."""
+        self._reader, self._bus, self._clock, self._raw = reader, bus, clock, raw
+        people = [p for site in conference.sites for p in site.participants] if source == "devices" else []
+        self._solved = {p.name for p in people if not p.program}
         self._devices = {device.name: device for device in devices_of(conference)}
         self._topics = FED_TOPICS[source]
         self._publications: dict[str, Publication] = {}
@@ -67,7 +74,7 @@ class Feeder:
         Messages about participants are published from the log's beginning on.
         """
         for record in self._reader.records(topics=("participant",), end_ns=begin_ns):
-            if record.topic.name in self._topics:
+            if record.topic.name in self._topics and not self._made_anew(record):
                 self._put(record.topic, record.names, record.message)
         await self._clock.sleep_until_ns(published_ns)
         for n, (when_ns, topic, names, message) in enumerate(self._in_time(preroll_ns, end_ns)):
@@ -94,12 +101,16 @@ class Feeder:
             yield when_ns, topic, names, message
 
     def _messages(self, record: LogRecord) -> Iterator[tuple[int, Topic, object]]:
+        if self._made_anew(record):
+            return
         if record.topic.name == "face" and self._has_raw(record.names["device"]):
             return  # its raw bytes hold the same values
         if record.topic.name != "device_raw":
             yield record.log_ns, record.topic, record.message
             return
         raw: RawBytes = record.message
+        if self._raw:
+            yield record.log_ns, record.topic, raw
         if raw.direction != RawBytes.DIRECTION_FROM_DEVICE:
             return
         driver = self._driver(raw.device)
@@ -109,6 +120,9 @@ class Feeder:
             when_ns = min(record.log_ns, max(record.log_ns - GATHERED_NS, t_ns))
             for message in driver.decoder.feed(data, t_ns):
                 yield when_ns, driver.topic, message
+
+    def _made_anew(self, record: LogRecord) -> bool:
+        return record.topic.name in OF_PEOPLE and record.names["participant"] in self._solved
 
     def _has_raw(self, name: str) -> bool:
         """Whether the log holds the raw bytes of this device. Cameras' pictures are recorded only on request."""

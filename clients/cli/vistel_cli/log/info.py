@@ -98,7 +98,8 @@ def _missing(log: LogContents) -> Iterator[str]:
             for person in site.participants:
                 yield from _absent(log, f"motion of {person.name}", log.of("motion", participant=person.name))
         for device in devices_of(log.conference):
-            yield from _absent(log, f"frames of {device.name}", log.of(*_FRAMES, device=device.name))
+            decoded = log.of(*_FRAMES, device=device.name)
+            yield from _absent(log, f"frames of {device.name}", decoded or log.of("device_raw", device=device.name))
     yield from _absent(log, "state of the world", log.of("world_state"))
 
 

@@ -9,7 +9,9 @@ from rich.progress import track
 from vistel.wire.log import LogError, LogReader, LogWriter
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
+from vistel_cli.log.export import export
 from vistel_cli.log.piece import piece_of
+from vistel_cli.log.study import diff, grep, stats
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import err, fail, out, print_warning
 
@@ -83,24 +85,10 @@ def cut(
     _copy(reader, log, output, reader.begin_ns + int(begin * 1e9), None if whole else reader.begin_ns + int(end * 1e9))
 
 
-@app.command()
-def export(
-    log: Annotated[Path, Takes(LOG), typer.Argument(help="An MCAP log.")],
-    output: Annotated[Path, out_file("USD file to write; its parts go into a folder beside it.")],
-    begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
-    end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
-    fps: Annotated[float, typer.Option(min=1.0, max=240.0, help="Samples per second.")] = 30.0,
-    force: Force = False,
-) -> None:
-    """Write people, room and cameras of a conference as USD with time samples, for usdview, Blender and the like.
-
-    [bold]Example[/bold]
-
-      vistel log export out/latest/conference.mcap -o meeting.usda --from 10 --to 20
-    """
-    from vistel_cli.log.usd import export_usd  # loads the mathematics
-
-    export_usd(_open(log), log, output, begin, end, fps)
+app.command()(diff)
+app.command()(stats)
+app.command()(grep)
+app.command()(export)
 
 
 def _copy(reader: LogReader, log: Path, output: Path, begin_ns: int | None, end_ns: int | None) -> None:

@@ -20,6 +20,7 @@ from vistel.wire.zenoh.bus import Router
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
 from vistel_cli.log.avatars import with_recorded_avatars
+from vistel_cli.log.compare_options import APART_S, DEGREES, MM, MostApart, MostDegrees, MostMm
 from vistel_cli.log.feed import LIVE_SERVICES, Feeder
 from vistel_cli.log.piece import piece_of
 from vistel_cli.log.render import FilmSettings, render_log, size_of
@@ -99,6 +100,15 @@ def replay(
     view: Annotated[View | None, typer.Option(help="With --render: viewpoint instead of the site's own.")] = None,
     light: Annotated[PictureLight, typer.Option(help="With --render: soft shadows and mirrors, or as live.")] = PictureLight.FINE,
     png: Annotated[bool, typer.Option("--png", help="With --render: one file for each picture instead of films.")] = False,
+    fast: Annotated[
+        bool, typer.Option("--fast", help="Compute as fast as the machine can, without pictures, into a log: twice the same bytes.")
+    ] = False,
+    against: Annotated[
+        Path | None, Takes(LOG), typer.Option(help="With --fast: a log, such as the same, to compare the result with.")
+    ] = None,
+    most_degrees: MostDegrees = DEGREES,
+    most_mm: MostMm = MM,
+    most_apart: MostApart = APART_S,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
     """Play a recorded conference again through the same services.
@@ -111,18 +121,31 @@ def replay(
 
       vistel replay out/latest/conference.mcap --verify
 
+      vistel replay out/latest/conference.mcap --source devices --fast --against out/latest/conference.mcap
+
       vistel replay out/latest/conference.mcap --render --site tokyo --size 1920x1080 --fps 60 --supersample 2
     """
     try:
         reader = LogReader(log)
     except LogError as e:
         fail(str(e))
-    for line in reader.damage:
+    damage = tuple(reader.damage)
+    for line in damage:
         print_warning(f"{log}: {line}")
     if verify:
         raise typer.Exit(verify_log(reader, as_json))
+    if against is not None and not fast:
+        fail("--against: compares what --fast computes; give both", USAGE)
+    if fast and (render or site or speed != 1.0 or source is PublishedKind.RECORDED):
+        fail("--fast: computes every site without pictures, from --source devices or motion; leave the other options out", USAGE)
     conference = with_recorded_avatars(_conference(reader, log, site), reader)
     begin, end = piece_of(reader, begin, end)
+    if fast:
+        from vistel_cli.log.fast_command import FastReplay  # loads the mathematics
+
+        limits = (most_degrees, most_mm, most_apart)
+        replayed = FastReplay(reader, conference, source.value, begin, end, damage)
+        raise typer.Exit(replayed.run(output, force, against, limits, as_json))
     looks = FilmSettings(size_of(size), fps, supersample, png, view.value if view else None, light.value, speed)
     sites = [s.name for s in conference.sites if not site or s.name in site]
     folder = run_folder(output, f"{conference.name}-replay", latest=False)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import socket
 from collections.abc import Iterable
 from datetime import datetime
 
-from vistel.conference.model import Site
+from vistel.conference.console import Console
+from vistel.conference.model import Conference, Site
 
 
 def pages_of(sites: Iterable[Site], now: datetime) -> dict[str, str]:
@@ -14,13 +16,43 @@ def pages_of(sites: Iterable[Site], now: datetime) -> dict[str, str]:
     return {s.name: s.display.stream_page + _certificate(s, now) for s in sites if s.draws and s.display.stream_page}
 
 
+CONSOLE_PORT = 8440
+"""Of the console of `vistel up`, where it is free: an address that people can remember."""
+
+
+def with_console(conference: Conference) -> Conference:
+    """The conference with a console on this machine alone, where its file does not say where."""
+    if conference.console.at:
+        return conference
+    return conference.model_copy(update={"console": Console(at=f"127.0.0.1:{_free_port(CONSOLE_PORT)}")})
+
+
+def console_line(console: Console) -> dict[str, str]:
+    """What is said of it at the start."""
+    if not console.page:
+        return {}
+    from vistel_services.console.bundle import bundle_missing
+
+    return {"console": console.page + ("  its page is not made yet: make web" if bundle_missing() else "")}
+
+
+def _free_port(wanted: int) -> int:
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind(("127.0.0.1", wanted))
+        except OSError:
+            tried.bind(("127.0.0.1", 0))
+        return int(tried.getsockname()[1])
+
+
 def _certificate(site: Site, now: datetime) -> str:
     if not site.display.stream_https:
         return ""
     from vistel.wire.certificates.authority import read_certificate
     from vistel.wire.certificates.errors import CertificateError
     from vistel.wire.certificates.server import fingerprint
-    from vistel_services.renderer.out.stream_address import stream_address, with_certificate
+    from vistel_services.serving.address import stream_address, with_certificate
 
     try:
         address = stream_address(site.display)

@@ -19,6 +19,7 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 from rich.text import Text
 
 from vistel.conference.connect import connect
+from vistel.conference.console import Console
 from vistel.conference.device_list import simulated_names
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.model import Conference
@@ -41,7 +42,7 @@ from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
-from vistel_cli.run.pages import pages_of
+from vistel_cli.run.pages import console_line, pages_of, with_console
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.steps import Steps
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
@@ -71,6 +72,7 @@ def up(
     links: Annotated[
         bool, typer.Option("--simulate-links", help="Put a link between each site and the router that `vistel fault` can cut.")
     ] = False,
+    console: Annotated[bool, typer.Option(help="Serve a page on which browsers see the room and how the conference goes.")] = True,
     plan: Annotated[bool, typer.Option("--plan", help="Only show which processes would run, and all that would fail.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the report as JSON.")] = False,
 ) -> None:
@@ -93,6 +95,7 @@ def up(
     steps.begin(f"{source.stem}: checking the conference")
     conference = load_conference(source)
     faults = faults_of(conference, source)
+    conference = with_console(conference) if console else conference.model_copy(update={"console": Console()})
     if motion is not None:
         conference = with_motion(conference, motion)
     if links and conference.bus.mode != "embedded":
@@ -273,6 +276,7 @@ class _Run:
         lines = {
             "bus": running.hub,
             **pages_of(self.conference.sites, datetime.now(UTC)),
+            **console_line(self.conference.console),
             **self.kept,
             "metrics": str(self.out / "metrics"),
             "logs": str(self.out / "logs"),

@@ -20,8 +20,8 @@ from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import PictureWriter
 from vistel_services.process.clocks import ReplayClock
 from vistel_services.renderer.out.stream import Stream
-from vistel_services.renderer.out.stream_address import StreamAddress
 from vistel_services.renderer.out.virtual_camera import FileDevice, NoCameraError, VirtualCamera, find_device
+from vistel_services.serving.address import PageAddress
 
 log = logging.getLogger("vistel.renderer")
 
@@ -36,7 +36,7 @@ class Out:
     shared: the memory other programs read; camera: a virtual camera's device or label, or "auto"; "": none."""
 
     video: Path | None = None
-    stream: StreamAddress | None = None
+    stream: PageAddress | None = None
     sound: bool = False
     film: Path | None = None
     shared: Path | None = None

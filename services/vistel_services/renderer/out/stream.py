@@ -10,10 +10,8 @@ import asyncio
 import contextlib
 import json
 import logging
-import socket
-from dataclasses import replace
 from datetime import datetime
-from importlib import import_module
+from importlib import import_module, resources
 from typing import TYPE_CHECKING
 
 from prometheus_client import Counter, Gauge
@@ -21,14 +19,14 @@ from prometheus_client import Counter, Gauge
 from vistel.arrays import U8
 from vistel.wire import background
 from vistel.wire.clock import Clock
-from vistel_services.renderer.out.stream_address import StreamAddress, with_certificate
 from vistel_services.renderer.out.stream_encoder import SOUND, StreamEncoder, message
 from vistel_services.renderer.out.stream_reader import Reader, StreamPicture
+from vistel_services.serving.address import PageAddress
 
 if TYPE_CHECKING:
     from aiohttp import web
 
-    from vistel_services.renderer.out.stream_pages import StreamPages
+    from vistel_services.serving.server import PageServer
 
 log = logging.getLogger("vistel.renderer")
 
@@ -38,65 +36,42 @@ _LEFT_OUT = Counter("vistel_renderer_stream_left_out_total", "Pictures left out 
 
 MOST_READERS = 16
 _STATE_S = 1.0
-_SILENT_S = 15.0
-"""A reader that has not answered for so long is gone."""
 _CLOSING_S = 0.3
 _ENDED = 1001
 """What a page is told when the conference ends (RFC 6455 §7.4.1, "going away"), so that it can tell this from a loss."""
-_SEND_BUFFER = 1 << 18
-"""Of the system, for each reader: what waits there is late."""
-_MOST_FORM_BYTES = 4096
+_MOST_SAID_BYTES = 4096
+_SERVED = {"/": "index.html", "/watch.js": "watch.js", "/watch.css": "watch.css"}
+_POLICY = "connect-src 'self'; img-src 'self' data:"
 
 
 class Stream:
     """Serves on the running event loop. Nobody watching: nothing is encoded."""
 
-    def __init__(self, site: str, address: StreamAddress, size: tuple[int, int], rate: float, sound: bool, clock: Clock) -> None:
+    def __init__(self, site: str, address: PageAddress, size: tuple[int, int], rate: float, sound: bool, clock: Clock) -> None:
         """size: width and height of the pictures; rate: of them per second; sound: whether there will be any."""
         self._site, self.address, self._sound, self._clock = site, address, sound, clock
         self._loop = asyncio.get_running_loop()
         self._encoder = StreamEncoder(*size, rate, self._encoded)
         self._readers: set[Reader] = set()
         self._connections: set[web.WebSocketResponse] = set()
-        self._runner: web.AppRunner | None = None
+        self._server: PageServer | None = None
         self._stating: asyncio.Task[None] | None = None
         self._background = background.current()
-        self._pages: StreamPages | None = None
         self._drawn = self._told_drawn = 0
         self._age_ns = 0
 
     async def open(self, now: datetime) -> None:
         """Serve; now: of this machine, for certificates. Raises OSError where the address cannot be used, CertificateError."""
         # Slow to load: the others are listened to meanwhile.
-        await asyncio.to_thread(import_module, "vistel_services.renderer.out.stream_pages")
-        from aiohttp import web  # few sites stream
+        await asyncio.to_thread(import_module, "vistel_services.serving.server")
+        from vistel_services.serving.pages import PageFiles
+        from vistel_services.serving.server import open_server
 
-        from vistel_services.renderer.out.stream_pages import SERVED, StreamPages
-
-        address = with_certificate(self.address, self._site, now)
-        tls, names, shown = None, frozenset[str](), ""
-        if address.certificate is not None:
-            from vistel.wire.certificates.authority import read_certificate
-            from vistel.wire.certificates.server import fingerprint, names_of, server_tls
-
-            tls, certificate = server_tls(address.certificate), read_certificate(address.certificate.certificate)
-            names, shown = names_of(certificate), fingerprint(certificate)
-        pages = self._pages = StreamPages(address, names, self._clock)
-        app = web.Application(client_max_size=_MOST_FORM_BYTES)
-        for path in SERVED:
-            app.router.add_get(path, pages.page)
-        app.router.add_post("/", pages.enter)
-        app.router.add_get("/stream", self._watch)
-        runner = self._runner = web.AppRunner(app, access_log=None, shutdown_timeout=_CLOSING_S)
-        await runner.setup()
-        await web.TCPSite(runner, address.host, address.port, ssl_context=tls).start()
-        host, port = runner.addresses[0][:2]
-        pages.address = self.address = replace(address, host=str(host), port=int(port))
+        files = PageFiles("stream", resources.files("vistel_services.renderer.out") / "page", _SERVED, _POLICY)
+        more = {"/stream": self._watch}
+        self._server = await open_server(self._site, files, self.address, more, self._clock, now)
+        self.address = self._server.address
         self._stating = background.start(self._state(), "stream state")
-        reach = "this_machine" if self.address.local else "network"
-        log.info("event=streaming address=%s reach=%s sha256=%s", self.address.url, reach, shown)
-        if tls is None and not self.address.local:
-            log.warning("event=stream_insecure address=%s reason='plain HTTP beyond this machine is meant'", self.address.url)
 
     def put(self, t_ns: int, rgba: U8, age_ns: int) -> None:
         """A picture (h, w, 4) RGBA, first row at the bottom, drawn at `t_ns`, of motions then `age_ns` old. It is not changed."""
@@ -119,8 +94,8 @@ class Stream:
         ending = [background.start(c.close(code=_ENDED), "stream end") for c in self._connections]
         if ending:
             await asyncio.wait(ending, timeout=_CLOSING_S)
-        if self._runner is not None:
-            await self._runner.cleanup()
+        if self._server is not None:
+            await self._server.close()
         await asyncio.to_thread(self._encoder.close)
 
     def _encoded(self, form: str, picture: StreamPicture) -> None:
@@ -153,16 +128,11 @@ class Stream:
     async def _watch(self, request: web.Request) -> web.StreamResponse:
         from aiohttp import web
 
-        if self._pages is not None:
-            self._pages.check_place(request)
-            self._pages.check_token(request)
+        from vistel_services.serving.server import prepared_socket
+
         if len(self._readers) >= MOST_READERS:
             raise web.HTTPServiceUnavailable(text=f"{MOST_READERS} are watching already\n")
-        socket_of = request.transport.get_extra_info("socket") if request.transport else None
-        if socket_of is not None:
-            socket_of.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
-        connection = web.WebSocketResponse(heartbeat=_SILENT_S, compress=False, max_msg_size=4096)
-        await connection.prepare(request)
+        connection = await prepared_socket(request, _MOST_SAID_BYTES)
         reader = Reader("jpeg" if request.query.get("form") == "jpeg" else "h264")
         width, height = self._encoder.size
         hello = {"kind": "hello", "site": self._site, "width": width, "height": height, "sound": self._sound}

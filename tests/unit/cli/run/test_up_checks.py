@@ -82,7 +82,8 @@ def test_the_demo_has_no_fault_and_its_plan_names_its_processes(tmp_path: Path, 
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(app, ["up", "--plan"])
     assert (done.exit_code, done.stderr) == (0, "")
-    assert [line.split()[0] for line in done.stdout.splitlines()][:3] == ["hub/world", "hub/recorder", "tokyo/capture"]
+    first = [line.split()[0] for line in done.stdout.splitlines()][:4]
+    assert first == ["hub/world", "hub/recorder", "hub/console", "tokyo/capture"]
     assert faults_of(load(DEMO_FILE), DEMO_FILE) == []
 
 

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.figure.avatar.patch import fault_of
+from vistel.figure.body_model.lid_rims import lid_rims
 from vistel.figure.body_model.model import body_model
 from vistel.figure.body_model.paint import Colours, paint, tone
 from vistel.figure.body_model.texels import mask
@@ -39,3 +40,23 @@ def test_age_shows_in_folds_and_grey_hair_in_brows() -> None:
         float(np.abs(p[0].normal[folds][:, :2].astype(int) - 128).mean()) for p in (of_young, of_old) if p[0].normal is not None
     ]
     assert uneven[1] > 1.5 * uneven[0]
+
+
+def test_tears_stand_on_the_rims_of_both_eyes_and_shine() -> None:
+    model = body_model()
+    rims, (_, patches) = lid_rims(model), paint(model, Colours())
+    half = len(rims.wet) // 2
+    assert all((part > 0.5).sum() > 20 for shape in (rims.rim, rims.wet, rims.duct) for part in (shape[:half], shape[half:]))
+    assert (rims.rim[rims.wet > 0.5] > 0.5).all(), "tears stand where a lid meets the eyeball"
+    finish = patches[0].finish
+    assert finish is not None
+    rough, wet, skin = finish[..., 1], rims.wet[::2, ::2] > 0.9, mask(model, "flush")[::2, ::2] > 0.5
+    assert rough[wet].mean() < 0.5 * rough[skin].mean()
+
+
+def test_a_mouth_is_lighter_in_front_than_in_its_depth() -> None:
+    picture, _ = paint(body_model(), Colours())
+    u0, v0, u1, v1 = body_model().boxes["mouth"]
+    rows = [round((1.0 - (v0 + share * (v1 - v0))) * picture.shape[0]) for share in (0.15, 0.95)]
+    front, deep = (picture[row, round(0.5 * (u0 + u1 + 0.03) * picture.shape[1])].mean() for row in rows)
+    assert front > 1.8 * deep > 20.0

@@ -73,6 +73,9 @@ def cap(scalp: Scalp, skin: Ground, high: Cap, box: F64) -> Strips:
     p = skin.points + (0.0007 + high.height(scalp, skin.points, h))[:, None] * skin.normal
     # The polar angle about the whorl: no seam, as both sides have the same.
     ahead = np.array((0.0, 0.0, 1.0)) - scalp.whorl[2] * scalp.whorl
+    # Strands would be smeared over triangles that the sides' common line crosses: it goes through a vertex of the forehead.
+    ahead = d[np.argmax(d @ ahead)]
+    ahead = ahead - (ahead @ scalp.whorl) * scalp.whorl
     ahead /= np.linalg.norm(ahead)
     angle = np.abs(np.arctan2(d @ np.cross(scalp.whorl, ahead), d @ ahead)) / np.pi
     v = np.clip((h / scalp.size + EDGE) / (DEEP + EDGE), 0.0, 1.0) ** FINER

@@ -75,12 +75,12 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
     radius, turns = growth.curl
     if radius:
         curve = _curled(curve, radius, turns, growth.length, rng)
-        curve[:, 1:] = pushed_out(scalp, curve[:, 1:].reshape(-1, 3), 0.002).reshape(len(curve), -1, 3)
+        curve[:, 1:] = pushed_out(scalp, curve[:, 1:].reshape(-1, 3), np.array(0.002)).reshape(len(curve), -1, 3)
     return curve, _facing(scalp, curve, facing)
 
 
-def pushed_out(scalp: Scalp, p: F64, least: float) -> F64:
-    """Places (N, 3) brought at least that far off the skin [m]."""
+def pushed_out(scalp: Scalp, p: F64, least: F64) -> F64:
+    """Places (N, 3) brought at least that far off the skin, (N,) or () [m]."""
     for vertices in (4, 1, 1):
         near, normal = scalp.skin(p, vertices)
         p = p + np.maximum(0.0, least - near)[:, None] * normal

@@ -14,6 +14,7 @@ from vistel.figure.body_model.hair.scalp import Roots, Scalp
 from vistel.figure.body_model.hair.strands import MIDDLE, OUTER, cap_box, lock_box, painted, strands
 from vistel.figure.body_model.hair.styles import STYLES, Style, bun_of
 from vistel.figure.part import Part
+from vistel.geometry.smoothstep import smooth
 
 MOST = 3500, 1200, 350
 """Vertices of hair by level of detail."""
@@ -21,6 +22,8 @@ _NET = (48, 10), (40, 7), (26, 5)
 """Columns and rows of a cap, by level."""
 _CLEAR = 0.0012
 """Least distance of hair from the skin [m]."""
+_SHOULDERS = 0.05
+"""From the base of the neck down to where hair is as far off as on shoulders [m]."""
 _ROUGHNESS = 0.62
 _COVERED = 0.35
 """So far inside the hairline no skin is seen through the cap, as a share of the head's size."""
@@ -34,11 +37,12 @@ def hair(
     *,
     grey: float = 0.0,
     receding: float = 0.0,
+    over: float = 0.0,
 ) -> Part | None:
     """Hair for a body in the T-pose as `vistel.figure.body_model.assemble` makes it, with all its levels; None if it is shaved,
-    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour;
-    receding: 0 to 1, how far the hairline is drawn back at the temples. Raises ValueError, one line, for a style that is
-    not known."""
+    which is paint on the scalp. style: one of `STYLES`; colour: sRGB 0 to 255; grey: share of strands without colour; receding: 0
+    to 1, how far the hairline is drawn back at the temples; over: how thick is what shoulders wear [m]. Raises ValueError, one
+    line, for a style that is not known."""
     if style not in STYLES:
         raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {style!r}")
     made = STYLES[style]
@@ -48,7 +52,7 @@ def hair(
     locks = _grown(scalp, made, rng)
     seed = int(rng.integers(1 << 31))
     limb = body.body.names.index("skull")
-    levels = tuple(_level(scalp, made, locks, k, seed, limb) for k in range(1 + len(body.coarser)))
+    levels = tuple(_level(scalp, made, locks, k, seed, limb, over) for k in range(1 + len(body.coarser)))
     drawn = strands(made.kind)
     patch = Patch(roughness=_ROUGHNESS, normal=drawn.normal, opacity=drawn.opacity, cutoff=0.35, both_sides=True)
     hides = tuple(_covered(scalp, level.mesh) for level in (body, *body.coarser))
@@ -93,12 +97,12 @@ def _grown(scalp: Scalp, style: Style, rng: np.random.Generator) -> _Locks:
     return _Locks(curve, out, _boxes(column, rng), style.width * wide * (size / 0.095) * rng.uniform(0.8, 1.2, len(of)), order)
 
 
-def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, limb: int) -> Mesh:
+def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, limb: int, over: float) -> Mesh:
     level = min(level, len(MOST) - 1)
     parts = _caps(scalp, style, level)
     if style.tied:
         parts.append(_bun(scalp, level, np.random.default_rng(seed)))
-    rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" else 2
+    rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" and not style.hanging else 2
     room = (MOST[level] - sum(len(part.p) for part in parts)) // (rows * across)
     first = np.argsort(locks.order, kind="stable")[: max(0, min(style.counts[level], room))]
     on = np.sort(first)[::-1]
@@ -111,7 +115,9 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, lim
         arch = 0.14 if style.hanging else 0.06
         parts.append(cards(along(locks.curve[on], s), along(locks.out[on], s), at, wide, locks.box[on], across, arch))
     # Cards are wide and flat, bodies are round. What lies outside is drawn first and hides the rest before it is lit.
-    return mesh_of(scalp, [replace(part, p=pushed_out(scalp, part.p, _CLEAR)) for part in reversed(parts)], limb)
+    clear = [_CLEAR + over * smooth((scalp.neck[1] + 0.02 - part.p[:, 1]) / _SHOULDERS) for part in parts]
+    off = [replace(part, p=pushed_out(scalp, part.p, least)) for part, least in zip(parts, clear, strict=True)]
+    return mesh_of(scalp, off[::-1], limb)
 
 
 def _caps(scalp: Scalp, style: Style, level: int) -> list[Strips]:

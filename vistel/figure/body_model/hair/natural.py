@@ -37,7 +37,7 @@ def usual_style(sex: str, age: float, rng: np.random.Generator) -> str:
     """The name of a style (of `styles.STYLES`) usual for that sex, "female" or "male", and age [years]."""
     usual = dict(_STYLES[sex])
     if sex == "female" and age > 55.0:
-        usual |= {"long": 0.08, "short": 0.24}
+        usual |= {"long": 0.03, "bob": 0.30, "curly": 0.24, "short": 0.12}
     if sex == "male" and age > 45.0:
         usual |= {"shaved": 0.14, "curly": 0.05}
     if age < 13.0:

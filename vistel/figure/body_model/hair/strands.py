@@ -59,38 +59,43 @@ def strands(kind: str) -> Strands:
         last = first + CAP_ROWS - 2.0
         for _ in range(count):
             # From the hairline, at the part's lowest row, upwards; there hairs are fine and lean either way.
-            low = rng.random() < 0.5
+            low = rng.random() < (0.30 if first else 0.5)
             end = last - (rng.gamma(1.6, 12.5) if low else rng.uniform(12.0, CAP_ROWS))
             start = max(first + 1.0, end - (rng.uniform(30.0, 80.0) if kind == "curly" else rng.uniform(10.0, 40.0)))
             sways, bends = (7.0, 2.2) if kind == "curly" else (4.0, 0.35) if low else (1.4, 0.8)
             wave = sways * rng.uniform(0.3, 1.0), bends * rng.uniform(0.6, 1.4), rng.uniform(0.0, 6.28)
             half = rng.uniform(0.28, 0.55) if low else rng.uniform(0.4, 0.75)
-            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), half, rng.normal(0.94, 0.09), wave, (0.25, 0.35))
+            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), half, rng.normal(0.94, 0.15), wave, (0.25, 0.35))
     # Farther in no skin is seen; where that begins differs from place to place.
     noise = np.convolve(rng.normal(0.0, 1.0, SIZE + 4), np.ones(5) / np.sqrt(5.0), "valid")
     begins = CAP_ROWS - 37.0 - 8.0 * np.clip(noise, -1.5, 1.0)
     canvas.opacity[:CAP_ROWS] = np.maximum(canvas.opacity[:CAP_ROWS], np.arange(CAP_ROWS)[:, None] < begins)
     canvas.darken_cap()
     top, wide = LOCK_TOP, SIZE // COLUMNS
+    # In short hair one looks between locks; long ones lie side by side, and a dark one among them is a stain.
+    inner, root = (0.74, 0.66) if kind in ("tufts", "curly") else (0.88, 0.93)
     sway = {"straight": 2.2, "tufts": 3.0, "wavy": 5.0, "curly": 4.0}[kind]
     for column in range(COLUMNS):
         group = next(k for k, those in enumerate((INNER, MIDDLE, OUTER, WISPS)) if column in those)
-        count, light = ((110, 0.88), (95, 0.95), (70, 1.01), (24, 0.97))[group]
+        count, light = ((110, inner), (95, 0.93), (70, 1.04), (24, 0.97))[group]
         clump = rng.uniform(0.1, 0.35)
         for _ in range(count):
             x = 0.5 * wide + (0.42 * wide - sway) * np.clip(rng.normal(0.0, 0.52), -1.0, 1.0)
             first, last = rng.gamma(1.3, (5.0, 16.0, 22.0, 10.0)[group]), rng.gamma(1.4, (20.0, 30.0, 38.0, 60.0)[group])
             if kind == "tufts":
                 first, last = first + rng.uniform(0.0, 95.0), last + rng.uniform(0.0, 110.0)
+            else:
+                # Roots of a lock do not lie in a line, nor do its tips.
+                first, last = first + rng.uniform(0.0, 24.0), last + rng.uniform(0.0, 40.0)
             wave = (
                 sway * rng.uniform(0.2, 0.6),
                 (2.0 if kind == "straight" else 5.0) * rng.uniform(0.3, 0.8),
                 rng.uniform(0.0, 6.28),
             )
             canvas.strand(rng, column * wide + x, (top + first, SIZE - 2.0 - last), rng.uniform(0.5, 1.0),
-                          light * rng.normal(1.0, 0.10), wave, (0.12, 0.30),
+                          light * rng.normal(1.0, 0.17), wave, (0.12, 0.30),
                           towards=((column + 0.5 + rng.normal(0.0, 0.06)) * wide, clump))  # fmt: skip
-    canvas.darken_roots(top)
+    canvas.darken_roots(top, root)
     return canvas.done()
 
 
@@ -135,10 +140,10 @@ class _Canvas:
         self.turn[r, c] += k * (0.5 * round_ - self.turn[r, c])
         self.opacity[r, c] = np.maximum(self.opacity[r, c], k)
 
-    def darken_roots(self, top: int) -> None:
-        """Little light comes to the roots of locks, which others cover; tips are bleached."""
+    def darken_roots(self, top: int, least: float) -> None:
+        """Little light comes to the roots of locks, which others cover; tips are bleached. least: how light roots are."""
         s = np.linspace(0.0, 1.0, len(self.shade) - top)[:, None]
-        self.shade[top:] *= 0.82 + 0.18 * smooth(s / 0.4) + 0.10 * s
+        self.shade[top:] *= least + (1.0 - least) * smooth(s / 0.35) + 0.12 * s
 
     def darken_cap(self) -> None:
         """Deep inside, the cap lies under other hair."""

@@ -27,8 +27,8 @@ class Layer:
 
 
 _LAYERS = (
-    Layer(0.30, 0.15, INNER, 1.2, 0.08), Layer(0.34, 0.55, MIDDLE, 1.0, 0.07), Layer(0.20, 0.8, OUTER, 0.9, 0.08),
-    Layer(0.16, 0.35, WISPS, 0.8, 0.04, 0.14),
+    Layer(0.30, 0.15, INNER, 1.2, 0.14), Layer(0.34, 0.55, MIDDLE, 1.0, 0.12), Layer(0.20, 0.8, OUTER, 0.9, 0.12),
+    Layer(0.16, 0.35, WISPS, 0.8, 0.05, 0.16),
 )  # fmt: skip
 """Within, between, outside, and fine hair along the hairline."""
 
@@ -115,7 +115,7 @@ def _at_parting(at: float) -> Density:
         away = np.hypot(roots.p[:, 0] - _line_of(scalp, at, roots), behind) / scalp.size
         crown = np.linalg.norm(_unit(roots.p - scalp.middle) - scalp.whorl, axis=1)
         spread = np.exp(-np.square(away / 0.22)) + 0.7 * np.exp(-np.square(crown / 0.45))
-        return 1.0 + 3.0 * spread - 0.4 * smooth((away - 0.5) / 0.4)
+        return 1.0 + 5.0 * spread - 0.4 * smooth((away - 0.5) / 0.4)
 
     return dense
 
@@ -215,8 +215,8 @@ STYLES: dict[str, Style | None] = {
         "curly", Cap(0.0080, 0.004, 0.004), 0.014, (122, 62, 14), (9, 6, 4), _curly,
         dense=_on_crown, shells=(Cap(0.0120, 0.006, 0.006),),
     ),
-    "bob": Style("straight", Cap(0.0020, 0.005), 0.028, (110, 90, 26), (9, 5, 4), _bob, _HANGING, _at_parting(0.12), hanging=True),
-    "long": Style("wavy", Cap(0.0020, 0.005), 0.036, (92, 75, 24), (11, 6, 4), _long, _HANGING, _at_parting(0.12), hanging=True),
+    "bob": Style("straight", Cap(0.0020, 0.005), 0.023, (150, 90, 26), (9, 5, 4), _bob, _HANGING, _at_parting(0.12), hanging=True),
+    "long": Style("wavy", Cap(0.0020, 0.005), 0.029, (132, 75, 24), (11, 6, 4), _long, _HANGING, _at_parting(0.12), hanging=True),
     "bun": Style("straight", Cap(0.0020), 0.022, (76, 70, 16), (6, 4, 3), _bun, round=True, tied=True),
 }  # fmt: skip
 """By name, from shaved, which is paint on the scalp, to long and tied."""

@@ -22,6 +22,7 @@ from vistel.figure.figure import Figure
 from vistel.figure.part import Part, joined
 from vistel.figure.posture.by_joint import with_joints
 from vistel.figure.posture.posture import standing
+from vistel.figure.skeleton import JOINT_INDEX
 
 GROWN = tuple(name for name, style in STYLES.items() if style is not None)
 PEOPLE = (Person("male", 8.0), Person("female", 3.0), *(drawn(seed, sex) for seed in range(4) for sex in ("female", "male")))
@@ -78,6 +79,16 @@ def test_each_level_keeps_its_budget_and_can_be_drawn(style: str) -> None:
         ]
         assert max(part.albedo.shape[:2]) <= 512
         check_avatar(joined(body(who), [part]), style)
+
+
+def test_long_hair_lies_on_what_shoulders_wear() -> None:
+    part = hair(body(3), "long", (60, 45, 35), np.random.default_rng(0), over=0.016)
+    assert part is not None
+    p = part.levels[0].vertices.astype(np.float64)
+    low = p[p[:, 1] < body(3).skeleton.rest[JOINT_INDEX["neck"], 1] - 0.04]
+    off = -depth(low, body(3).mesh.vertices.astype(np.float64))
+    assert len(low) > 50
+    assert np.quantile(off, 0.05) > 0.010
 
 
 def test_the_same_seed_grows_the_same_hair_and_another_seed_other_hair() -> None:

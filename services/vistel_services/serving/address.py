@@ -1,4 +1,4 @@
-"""Where a stream is served, and whom its server answers: pages of other sites must not look in."""
+"""Where a page is served, and whom its server answers: pages of other sites must not look in."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
+from vistel.conference.console import Console
 from vistel.conference.display import Display
+from vistel.conference.page_address import page_at
 from vistel.figure.avatar.cache_folder import default_state
 from vistel.wire.certificates.errors import CertificateError
 
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class StreamAddress:
+class PageAddress:
     """host: of this machine, an address or a name; port: 0 takes a free one; token: what readers show, "" for none; certificate:
     of HTTPS, None for plain HTTP; insecure: plain HTTP beyond this machine is meant."""
 
@@ -48,17 +50,25 @@ class StreamAddress:
         return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
 
 
-def stream_address(shown: Display) -> StreamAddress | None:
+def stream_address(shown: Display) -> PageAddress | None:
     """Of a site's stream, with the certificate that the conference file names; None where there is no stream."""
     if not shown.stream_at:
         return None
     from vistel.wire.certificates.server import ServerFiles
 
     named = shown.stream_tls and ServerFiles(shown.stream_tls.certificate, shown.stream_tls.key)
-    return StreamAddress(*shown.stream_at, shown.stream_token, named, shown.stream_insecure)
+    return PageAddress(*shown.stream_at, shown.stream_token, named, shown.stream_insecure)
 
 
-def with_certificate(address: StreamAddress, site: str, now: datetime, folder: Path | None = None) -> StreamAddress:
+def console_address(shown: Console) -> PageAddress:
+    """Of the console, with the certificate that the conference file names."""
+    from vistel.wire.certificates.server import ServerFiles
+
+    named = shown.tls and ServerFiles(shown.tls.certificate, shown.tls.key)
+    return PageAddress(*(page_at(shown.at) or ("127.0.0.1", 0)), shown.token, named, shown.insecure)
+
+
+def with_certificate(address: PageAddress, site: str, now: datetime, folder: Path | None = None) -> PageAddress:
     """The address with a certificate of its own, where it needs one and the file names none. folder: where that lies, in the user's
     state folder by default. Raises CertificateError where none can be kept."""
     if not address.needs_certificate:

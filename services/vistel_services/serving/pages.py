@@ -1,67 +1,102 @@
-"""The pages of a stream, and who may read it: people type its token once, into a form, and are known by a cookie from then on;
-programs send it with each request. It never stands in an address, which browsers and proxies keep."""
+"""Pages, and who may read them: people type the token once, into a form, and are known by a cookie from then on; programs send it
+with each request. It never stands in an address, which browsers and proxies keep."""
 
 from __future__ import annotations
 
+import asyncio
 import hmac
 import logging
+from collections.abc import Mapping
+from dataclasses import dataclass
 from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import PurePath
 
 from aiohttp import web
+from aiohttp.typedefs import Handler
 
 from vistel.wire.clock import Clock
-from vistel_services.renderer.out.stream_address import StreamAddress, answered
+from vistel_services.serving.address import PageAddress, answered
 
-log = logging.getLogger("vistel.renderer")
+log = logging.getLogger("vistel.serving")
 
-_FOLDER = resources.files("vistel_services.renderer.out") / "page"
-SERVED = {"/": ("index.html", "text/html"), "/watch.js": ("watch.js", "text/javascript"), "/watch.css": ("watch.css", "text/css")}
-"""Files and their kinds, by path."""
-_FORM = "token.html"
-_NEEDED_BY_FORM = "/watch.css"
+_FORM = resources.files("vistel_services.serving") / "page"
+_KINDS = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
 _HEADERS = {
-    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' data:; "
-    "form-action 'self'; frame-ancestors 'none'; base-uri 'none'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "same-origin",  # with "no-referrer" browsers do not say of which page a form is
     "Cache-Control": "no-cache",
 }
+STYLE_OF_FORM = "/token.css"
 _SAID_EACH_NS = 60_000_000_000
 _PROGRAM = "Bearer "
+_POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
 
 
-class StreamPages:
+@dataclass(frozen=True)
+class PageFiles:
+    """What a server shows. what: "stream", in refusals and in its log; served: files of `folder` by path, "/" among them; policy:
+    what its pages may load, as a Content-Security-Policy, beside scripts and styles of the server itself."""
+
+    what: str
+    folder: Traversable
+    served: Mapping[str, str]
+    policy: str
+
+
+class Pages:
     """address: with its port, once that is known; names: DNS names of its certificate, at which it is found beside those of the
     machine."""
 
-    def __init__(self, address: StreamAddress, names: frozenset[str], clock: Clock) -> None:
-        self.address, self._names, self._clock = address, names, clock
+    def __init__(self, files: PageFiles, address: PageAddress, names: frozenset[str], clock: Clock) -> None:
+        self._files, self.address, self._names, self._clock = files, address, names, clock
         self._refused, self._said_ns = 0, -_SAID_EACH_NS
         # What the cookie holds: other servers of the machine get to see it, and must not learn the token.
         self._ticket = hmac.digest(address.token.encode(), b"vistel stream, cookie", "sha256").hex()
 
     async def page(self, request: web.Request) -> web.Response:
-        """What is at a path of `SERVED`."""
+        """What is at a path of the served ones. 404 where that file is missing."""
         self.check_place(request)
+        if request.path == STYLE_OF_FORM:
+            return self._answer((_FORM / "token.css").read_text("utf-8"), ".css")
         if request.path == "/" and not self._admits(request):
             return self._form()
-        if request.path != _NEEDED_BY_FORM:
-            self.check_token(request)
-        name, kind = SERVED[request.path]
-        return web.Response(text=(_FOLDER / name).read_text("utf-8"), content_type=kind, charset="utf-8", headers=_HEADERS)
+        self.check_token(request)
+        name = self._files.served[request.path]
+        try:
+            text = await asyncio.to_thread((self._files.folder / name).read_text, "utf-8")
+        except FileNotFoundError as e:
+            raise web.HTTPNotFound(text=f"{name} is not there\n") from e
+        answer = self._answer(text, PurePath(name).suffix)
+        answer.enable_compression()
+        return answer
 
     def check_place(self, request: web.Request) -> None:
         """Answer 403 to what is meant for another server, or comes from a page of one."""
         host, origin = request.headers.get("Host"), request.headers.get("Origin")
         if not answered(host, origin, self._names):
             self._refuse(request, f"host {host!r}, origin {origin!r}")
-            raise web.HTTPForbidden(text="the stream is for its own page only; ask for that by the address of its machine\n")
+            raise web.HTTPForbidden(
+                text=f"the {self._files.what} is for its own page only; ask for that by the address of its machine\n"
+            )
 
     def check_token(self, request: web.Request) -> None:
         """Answer 403 to who shows neither token nor cookie."""
         if not self._admits(request):
             self._refuse(request, "no token")
-            raise web.HTTPForbidden(text="this stream asks for its token: open its page, or send Authorization: Bearer TOKEN\n")
+            raise web.HTTPForbidden(
+                text=f"this {self._files.what} asks for its token: open its page, or send Authorization: Bearer TOKEN\n"
+            )
+
+    def admitting(self, handler: Handler) -> Handler:
+        """The handler, for whom the pages admit."""
+
+        async def checked(request: web.Request) -> web.StreamResponse:
+            self.check_place(request)
+            self.check_token(request)
+            return await handler(request)
+
+        return checked
 
     async def enter(self, request: web.Request) -> web.Response:
         """Take the form: a cookie for the token, and on to the page."""
@@ -84,11 +119,13 @@ class StreamPages:
         )
 
     def _form(self, *, wrong: bool = False) -> web.Response:
-        text = (_FOLDER / _FORM).read_text("utf-8")
-        said = "This is not the token." if wrong else "This picture asks for a token. Whoever runs the conference has it."
-        return web.Response(
-            status=403, text=text.replace("{said}", said), content_type="text/html", charset="utf-8", headers=_HEADERS
-        )
+        text = (_FORM / "token.html").read_text("utf-8")
+        said = "This is not the token." if wrong else "This page asks for a token. Whoever runs the conference has it."
+        return self._answer(text.replace("{said}", said), ".html", 403)
+
+    def _answer(self, text: str, ending: str, status: int = 200) -> web.Response:
+        policy = {"Content-Security-Policy": f"{_POLICY}; {self._files.policy}"}
+        return web.Response(status=status, text=text, content_type=_KINDS[ending], charset="utf-8", headers=_HEADERS | policy)
 
     @property
     def _cookie(self) -> str:
@@ -100,7 +137,7 @@ class StreamPages:
         self._refused += 1
         now_ns = self._clock.steady_ns()
         if now_ns - self._said_ns >= _SAID_EACH_NS:
-            log.warning("event=stream_refused by=%s reason=%r refused=%d", request.remote, why, self._refused)
+            log.warning("event=%s_refused by=%s reason=%r refused=%d", self._files.what, request.remote, why, self._refused)
             self._said_ns, self._refused = now_ns, 0
 
 

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 from vistel.figure.posture.posture import Posture
 from vistel.messages.postures import posture_of
 from vistel.session.room_view import RoomView, view_of
-from vistel.wire.log import LogError, LogReader
+from vistel.wire.log import LogError, LogReader, LogRecord
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world import recorded
@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from vistel.render.still import Picture
 
 __all__ = ["Log", "LogError", "Recorded", "open"]
+
+
+WHOLE_S = 12.0
+"""The whole room stands in a log at least so often, even of a busy machine [s]."""
 
 
 class Recorded(NamedTuple):
@@ -77,42 +81,53 @@ class Log:
         sites = self.conference.get("sites", [])
         return [str(p["name"]) for site in sites for p in site.get("participants", [])]
 
+    def check_participant(self, name: str) -> None:
+        """Raises ValueError, one line, for a participant whom the conference file does not know."""
+        if self.participants and name not in self.participants:
+            raise ValueError(f"{self.path}: no participant is called {name!r}; there are {', '.join(self.participants)}")
+
     @property
     def damage(self) -> list[str]:
         """A line for every fault found so far."""
         return list(self._reader.damage)
 
-    def messages(self, *topics: str, begin: float = 0.0, end: float | None = None) -> Iterator[Recorded]:
+    def messages(self, *topics: str, begin: float = 0.0, end: float | None = None, **names: str) -> Iterator[Recorded]:
         """Messages in the order they arrived, from `begin` (included) to `end` (excluded) [s]. topics: their names; none: all.
+        names: what their keys must say, such as participant="ben".
 
         Starts at once from any time. Raises ValueError for a topic that does not exist.
         """
+        for record in self.records(*topics, begin=begin, end=end, **names):
+            yield Recorded(self._seconds(record.log_ns), record.topic.name, record.names, record.message)
+
+    def records(self, *topics: str, begin: float = 0.0, end: float | None = None, **names: str) -> Iterator[LogRecord]:
+        """As `messages`, with key, size and times as in the file."""
         unknown = [name for name in topics if name not in BY_NAME]
         if unknown:
             raise ValueError(f"no topic is called {unknown[0]!r}; there are {', '.join(BY_NAME)}")
-        for record in self._reader.records(topics or None, self._ns(begin), None if end is None else self._ns(end)):
-            yield Recorded(self._seconds(record.log_ns), record.topic.name, record.names, record.message)
+        yield from self._reader.records(topics or None, self._ns(begin), None if end is None else self._ns(end), **names)
 
     def postures(self, participant: str, begin: float = 0.0, end: float | None = None) -> Iterator[tuple[float, Posture]]:
         """Everything a participant did: times of capture and postures.
 
         Raises ValueError for a participant whom the conference file does not know.
         """
-        if self.participants and participant not in self.participants:
-            raise ValueError(f"{self.path}: no participant is called {participant!r}; there are {', '.join(self.participants)}")
+        self.check_participant(participant)
         decoder = MotionDecoder()
         # A frame may need a full one before it, which comes at least every 0.4 s.
-        for recorded_ in self.messages("motion", begin=max(0.0, begin - 1.0), end=end):
-            if recorded_.names["participant"] == participant:
-                sample = decoder.decode(recorded_.message)
-                if sample is not None and recorded_.t >= begin:
+        until, from_ns = None if end is None else self._ns(end), self._ns(begin)
+        for record in self._reader.records(("motion",), self._ns(max(0.0, begin - 1.0)), until, participant=participant):
+            frame = decoder.open(record.message)
+            if frame is not None and record.log_ns >= from_ns:
+                sample = frame.sample()
+                if frame.intact:
                     yield self._seconds(sample.t_ns), posture_of(sample)
 
     def rooms(self, begin: float = 0.0, end: float | None = None) -> Iterator[tuple[float, RoomView]]:
         """The room at every step of the world, as far as the log tells it."""
         world = recorded.RecordedWorld()
         until = None if end is None else self._ns(end)
-        for record in self._reader.records(recorded.TOPICS, None, until):
+        for record in self._reader.records(recorded.TOPICS, self._ns(max(0.0, begin - WHOLE_S)), until):
             for now in world.take(record):
                 t = self._seconds(now.t_ns)
                 if t >= begin:

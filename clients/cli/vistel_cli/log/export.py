@@ -1,0 +1,122 @@
+"""`vistel log export`: a log, or something of it, for other programs."""
+
+import csv
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from vistel.wire.log import LogError, LogReader
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import LOG
+from vistel_cli.log.study import A_LOG, Begin, End, opened
+from vistel_cli.overwriting import Force, out_file
+from vistel_cli.terminal import USAGE, fail, out, print_warning
+
+if TYPE_CHECKING:
+    from vistel.log import Log
+
+BVH_FPS = 60.0
+"""Frames per second of motion, as it is recorded."""
+USD_FPS = 30.0
+"""Samples per second of a whole conference."""
+
+
+def export(
+    log: Annotated[Path, Takes(LOG), A_LOG],
+    output: Annotated[Path, out_file("File to write; the parts of a USD file go into a folder beside it.")],
+    begin: Begin = 0.0,
+    end: End = None,
+    fps: Annotated[
+        float | None, typer.Option(min=1.0, max=240.0, help="Samples per second; default: 30, with --bvh 60.", show_default=False)
+    ] = None,
+    numbers: Annotated[
+        list[str] | None,
+        typer.Option("--csv", metavar="NAME", help="A table of a number, named as in `vistel log grep`, or of a joint."),
+    ] = None,
+    bvh: Annotated[str | None, typer.Option(metavar="PARTICIPANT", help="The skeleton of this person, for animation.")] = None,
+    wav: Annotated[str | None, typer.Option(metavar="PARTICIPANT", help="The voice of this person.")] = None,
+    force: Force = False,
+) -> None:
+    """Write a log for other programs: by default people, room and cameras as USD with time samples, for usdview and Blender.
+
+    [bold]Examples[/bold]
+
+      vistel log export out/latest/conference.mcap -o meeting.usda --from 10 --to 20
+
+      vistel log export out/latest/conference.mcap -o wrist.csv --csv participant.ben.motion.left_wrist
+
+      vistel log export out/latest/conference.mcap -o ben.bvh --bvh ben
+    """
+    asked = [name for name, value in (("--csv", numbers), ("--bvh", bvh), ("--wav", wav)) if value]
+    if len(asked) > 1:
+        fail(f"{asked[0]} and {asked[1]}: write different files; give one of them", USAGE)
+    if not asked:
+        _usd(log, output, begin, end, fps or USD_FPS)
+        return
+    if not output.parent.is_dir():
+        fail(f"{output}: there is no directory {output.parent}")
+    found = opened(log)
+    if numbers:
+        _writing(output, lambda: _csv(found, numbers, output, begin, end))
+    elif bvh:
+        _writing(output, lambda: _bvh(found, bvh, output, begin, end, fps or BVH_FPS))
+    elif wav:
+        _writing(output, lambda: _wav(found, wav, output, begin, end))
+
+
+def _usd(log: Path, output: Path, begin: float, end: float | None, fps: float) -> None:
+    from vistel_cli.log.usd import export_usd  # loads the mathematics
+
+    try:
+        reader = LogReader(log)
+    except LogError as e:
+        fail(str(e))
+    for line in reader.damage:
+        print_warning(f"{log}: {line}")
+    export_usd(reader, log, output, begin, end, fps)
+
+
+def _writing(output: Path, write: Callable[[], str]) -> None:
+    """Write, and tell what was written; what cannot be gets one line."""
+    try:
+        out.print(write(), soft_wrap=True)
+    except ValueError as e:
+        fail(str(e), USAGE)
+    except OSError as e:
+        fail(f"--out {output}: cannot be written: {e.strerror}")
+
+
+def _csv(log: "Log", names: Sequence[str], output: Path, begin: float, end: float | None) -> str:
+    from vistel.log.numbers import JOINT_FIELDS, together, tracks
+
+    whole = [name for name in names if name.startswith("participant.") and len(name.split(".")) == 4]
+    wanted = [f"{n}.{f}" for name in names for n, f in ([(name, f) for f in JOINT_FIELDS] if name in whole else [("", name)])]
+    found = tracks(log, [name.removeprefix(".") for name in wanted], begin, end)
+    times, values = together(found.values())
+    with output.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["t", *found])
+        for t, *row in zip(times, *values, strict=True):
+            writer.writerow([f"{t:.6f}", *("" if math.isnan(x) else f"{x:.6g}" for x in row)])
+    return f"{len(times)} rows of {len(found)} numbers written to {output}"
+
+
+def _bvh(log: "Log", participant: str, output: Path, begin: float, end: float | None, fps: float) -> str:
+    import io
+
+    from vistel.log.bvh import write_bvh
+
+    text = io.StringIO()  # nothing is written where there is no posture
+    count = write_bvh(log, participant, text, begin, end, fps)
+    output.write_text(text.getvalue(), encoding="utf-8")
+    return f"{count} frames of {participant} written to {output}"
+
+
+def _wav(log: "Log", participant: str, output: Path, begin: float, end: float | None) -> str:
+    from vistel.log.voices import write_wav
+
+    length = write_wav(log, participant, output, begin, end)
+    return f"{length:.1f} s of {participant}'s voice written to {output}"

@@ -1,0 +1,131 @@
+// How it goes: what is wrong, which stands on top, and sites, people, devices and services.
+import type { ComponentChildren } from "preact";
+import type { History } from "./history";
+import type { Device, Numbers } from "./wire";
+
+const FEW_PICTURES = 10; // per second; fewer are marked
+const FEW_MOTIONS = 50;
+const LATE_MS = 300; // delay of a picture after what it shows
+const OLD_MS = 250; // age of the newest motion
+const OFF_MS = 5; // how well a clock is known
+const SILENT_S = 3;
+const WIDE = 56;
+const HIGH = 18;
+
+export function Goes({ numbers, history }: { numbers: Numbers; history: History }) {
+  const down = numbers.devices.filter((d) => d.state !== "streaming");
+  return (
+    <>
+      <Rows title="Sites" heads={["site", "pictures/s", "", "delay", "devices"]}>
+        {numbers.sites.map((s) => (
+          <tr key={s.name}>
+            <th scope="row">{s.name}</th>
+            <Figure value={s.draws ? s.pictures_per_s : undefined} bad={(v) => v < FEW_PICTURES || (s.silent_s ?? 0) > SILENT_S} digits={1} />
+            <Spark of={history.of(`${s.name} pictures`)} />
+            <Figure value={s.delay_ms} bad={(v) => v > LATE_MS} unit="ms" />
+            <td class={s.sending < s.devices ? "bad" : ""}>{`${s.sending} of ${s.devices}`}</td>
+          </tr>
+        ))}
+      </Rows>
+      <Rows title="People" heads={["person", "motions/s", "", "age", "jitter", "shown after"]}>
+        {numbers.people.map((p) => (
+          <tr key={p.name}>
+            <th scope="row">{p.shown}</th>
+            <Figure value={p.motions_per_s} bad={(v) => v < FEW_MOTIONS} />
+            <Spark of={history.of(`${p.name} motions`)} />
+            <Figure value={p.age_ms} bad={(v) => v > OLD_MS} unit="ms" />
+            <Figure value={p.jitter_ms} unit="ms" digits={1} />
+            <Figure value={p.delay_ms} bad={(v) => v > LATE_MS} unit="ms" />
+          </tr>
+        ))}
+      </Rows>
+      <Rows title={`Devices: ${numbers.devices.length - down.length} of ${numbers.devices.length} send`} heads={["device", "frames/s", "state"]}>
+        {[...down, ...numbers.devices.filter((d) => d.state === "streaming")].map((d) => (
+          <DeviceRow key={d.name} device={d} />
+        ))}
+      </Rows>
+      <Rows title="Services" heads={["process", "runs", "up", "clock"]}>
+        {numbers.services.map((s) => (
+          <tr key={s.node} class={s.silent_s > SILENT_S ? "bad" : ""}>
+            <th scope="row">{s.node}</th>
+            <td>{s.services.join(", ")}</td>
+            <td class="number">{s.silent_s > SILENT_S ? `silent ${s.silent_s.toFixed(0)} s` : spell(s.up_s)}</td>
+            <td class={`number ${(s.uncertainty_ms ?? 0) > OFF_MS ? "bad" : ""}`}>
+              {s.clock_ms === undefined ? "–" : `${s.clock_ms.toFixed(1)} ± ${(s.uncertainty_ms ?? 0).toFixed(1)} ms`}
+            </td>
+          </tr>
+        ))}
+      </Rows>
+    </>
+  );
+}
+
+export function Troubles({ lines }: { lines: string[] }) {
+  if (lines.length === 0) return <p class="well">Everything runs.</p>;
+  return (
+    <ul class="troubles" role="alert">
+      {lines.map((line) => (
+        <li key={line}>{line}</li>
+      ))}
+    </ul>
+  );
+}
+
+function Rows({ title, heads, children }: { title: string; heads: string[]; children: ComponentChildren }) {
+  return (
+    <section>
+      <h2>{title}</h2>
+      <div class="scrolls">
+        <table>
+          <thead>
+            <tr>
+              {heads.map((head, n) => (
+                <th key={n} scope="col" class={n > 0 && head ? "number" : ""}>
+                  {head}
+                </th>
+              ))}
+            </tr>
+          </thead>
+          <tbody>{children}</tbody>
+        </table>
+      </div>
+    </section>
+  );
+}
+
+function Figure({ value, unit, digits, bad }: { value: number | undefined; unit?: string; digits?: number; bad?: (v: number) => boolean }) {
+  if (value === undefined) return <td class="number">–</td>;
+  return <td class={`number ${bad?.(value) ? "bad" : ""}`}>{value.toFixed(digits ?? 0) + (unit ? ` ${unit}` : "")}</td>;
+}
+
+function DeviceRow({ device }: { device: Device }) {
+  const well = device.state === "streaming";
+  return (
+    <tr>
+      <th scope="row">{device.name}</th>
+      <Figure value={device.frames_per_s} />
+      <td class={well ? "number" : "number bad"} title={device.detail}>
+        {well ? "sends" : device.state}
+      </td>
+    </tr>
+  );
+}
+
+/** The last ten minutes as a line; how much is in the number beside it. */
+function Spark({ of }: { of: readonly number[] }) {
+  const most = Math.max(1e-9, ...of);
+  const step = WIDE / Math.max(60, of.length - 1);
+  const points = of.map((v, n) => `${(WIDE - (of.length - 1 - n) * step).toFixed(1)},${(HIGH - 1 - (v / most) * (HIGH - 2)).toFixed(1)}`);
+  return (
+    <td class="spark">
+      <svg width={WIDE} height={HIGH} aria-hidden="true">
+        <polyline points={points.join(" ")} />
+      </svg>
+    </td>
+  );
+}
+
+function spell(seconds: number): string {
+  if (seconds < 60) return `${seconds.toFixed(0)} s`;
+  return seconds < 3600 ? `${(seconds / 60).toFixed(0)} min` : `${(seconds / 3600).toFixed(1)} h`;
+}

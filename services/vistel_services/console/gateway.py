@@ -1,0 +1,148 @@
+"""One stream of the room for all who watch. Nobody watching: nothing is received and nothing is made."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import logging
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from aiohttp import web
+from prometheus_client import Counter, Gauge
+
+from vistel.conference.model import Conference
+from vistel.wire import background, motion
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel.wire.parcels import is_digest
+from vistel_services.console.viewer import FRAME, Viewer
+from vistel_services.serving.server import CLOSING_S, prepared_socket
+
+if TYPE_CHECKING:
+    from vistel_services.console.feed import Feed
+
+log = logging.getLogger("vistel.console")
+
+_VIEWERS = Gauge("vistel_console_viewers", "Browsers that watch the console")
+_SENT = Counter("vistel_console_sent_bytes_total", "Bytes sent to viewers of the console")
+_LEFT_OUT = Counter("vistel_console_left_out_total", "Frames left out for viewers of the console that are slow")
+
+MOST_VIEWERS = 100
+RATE_HZ = 30.0
+"""Frames per second."""
+_NUMBERS_NS = 1_000_000_000
+_LINGER_NS = 5_000_000_000
+"""The room is followed so long after the last viewer has left: who loads the page again finds it there."""
+_ENDED = 1001
+"""What a page is told when the conference ends (RFC 6455 §7.4.1, "going away"), so that it can tell this from a loss."""
+_MOST_SAID_BYTES = 256
+_FOR_EVER = "private, max-age=31536000, immutable"
+
+
+class Gateway:
+    """Lives on the event loop."""
+
+    def __init__(self, conference: Conference, bus: Bus, clock: Clock) -> None:
+        self._conference, self._bus, self._clock = conference, bus, clock
+        self._viewers: set[Viewer] = set()
+        self._connections: set[web.WebSocketResponse] = set()
+        self._somebody = asyncio.Event()
+        self._feed: Feed | None = None
+        self._background = background.current()
+
+    async def run(self) -> None:
+        """Make frames while somebody watches, until cancelled."""
+        while True:
+            await self._somebody.wait()
+            await asyncio.to_thread(_load)
+            await self._watched()
+
+    async def _watched(self) -> None:
+        from vistel_services.console.feed import Feed
+        from vistel_services.console.numbers import Numbers
+
+        clock, period_ns = self._clock, round(1e9 / RATE_HZ)
+        feed = self._feed = Feed(self._conference, self._bus, clock)
+        numbers = Numbers(self._conference, self._bus)
+        try:
+            due_ns = told_ns = clock.now_ns()
+            left_ns = due_ns
+            while self._viewers or clock.now_ns() - left_ns < _LINGER_NS:
+                left_ns = clock.now_ns() if self._viewers else left_ns
+                instant, frame, told = feed.step(clock.now_ns())
+                numbers.take()
+                if instant.now_ns - told_ns >= _NUMBERS_NS:
+                    told_ns = instant.now_ns
+                    now = numbers.now(instant, feed.received) | {"kind": "numbers", "viewers": len(self._viewers)}
+                    told.append(("numbers", json.dumps(now)))
+                for viewer in self._viewers:
+                    for kind, words in told:
+                        viewer.put(kind, words)
+                    viewer.put(FRAME, frame)
+                due_ns = max(due_ns + period_ns, clock.now_ns() - period_ns // 4)
+                await clock.sleep_until_ns(due_ns)
+        finally:
+            self._feed = None
+            feed.close()
+            numbers.close()
+
+    async def watch(self, request: web.Request) -> web.StreamResponse:
+        """A viewer's WebSocket."""
+        if len(self._viewers) >= MOST_VIEWERS:
+            raise web.HTTPServiceUnavailable(text=f"{MOST_VIEWERS} are watching already\n")
+        connection = await prepared_socket(request, _MOST_SAID_BYTES)
+        viewer = Viewer()
+        viewer.put("hello", json.dumps({"kind": "hello", "conference": self._conference.name}))
+        self._viewers.add(viewer)
+        self._connections.add(connection)
+        self._somebody.set()
+        if self._feed is not None:
+            self._feed.tell_all()
+        _VIEWERS.set(len(self._viewers))
+        log.info("event=watched by=%s viewers=%d", request.remote, len(self._viewers))
+        sending = self._background.start(_send(connection, viewer), "console viewer")
+        try:
+            async for _ in connection:  # nothing a viewer says means anything yet; how much it may be is limited
+                pass
+        finally:
+            sending.cancel()
+            self._viewers.discard(viewer)
+            self._connections.discard(connection)
+            if not self._viewers:
+                self._somebody.clear()
+            _VIEWERS.set(len(self._viewers))
+            _LEFT_OUT.inc(viewer.left_out)
+            log.info("event=watched_no_more by=%s left_out=%d viewers=%d", request.remote, viewer.left_out, len(self._viewers))
+        return connection
+
+    async def asset(self, request: web.Request) -> web.StreamResponse:
+        """A GLB file by its digest; it never changes."""
+        digest = request.match_info["digest"]
+        data = self._feed.file(digest) if self._feed is not None and is_digest(digest) else None
+        if data is None:
+            raise web.HTTPNotFound(text="no such file\n")
+        headers = {"Cache-Control": _FOR_EVER, "X-Content-Type-Options": "nosniff"}
+        return web.Response(body=data, content_type="model/gltf-binary", headers=headers)
+
+    async def close(self) -> None:
+        """Tell viewers that the conference ends."""
+        ending = [background.start(c.close(code=_ENDED), "console end") for c in self._connections]
+        if ending:
+            await asyncio.wait(ending, timeout=CLOSING_S)
+
+
+def _load() -> None:
+    """What is slow to load, so that who is connected waits and nobody else."""
+    import_module("vistel_services.console.feed")
+    import_module("vistel_services.console.numbers")
+    motion.warm_up()
+
+
+async def _send(connection: web.WebSocketResponse, viewer: Viewer) -> None:
+    with contextlib.suppress(ConnectionError):
+        while True:
+            data = await viewer.next()
+            await (connection.send_str(data) if isinstance(data, str) else connection.send_bytes(data))
+            _SENT.inc(len(data))

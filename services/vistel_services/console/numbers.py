@@ -1,0 +1,139 @@
+"""How the conference goes: sites, people, devices and services, from what they publish about themselves."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+from vistel.conference.device_list import devices_of_site
+from vistel.conference.model import Conference
+from vistel.render.stage.stage import Instant
+from vistel.v1.audio_pb2 import SoundStatus
+from vistel.v1.device_pb2 import DeviceStatus
+from vistel.v1.service_pb2 import ClockOffset, Heartbeat, ImageDelay
+from vistel.wire.bus import Bus, Sample
+from vistel.wire.topics import BY_NAME
+
+SILENT_S = 3.0
+"""Who publishes once a second and has not for so long is silent."""
+OLD_S = 1.0
+"""Motion that is older has stopped."""
+FEW_PICTURES = 10.0
+"""A second; fewer are no motion any more."""
+_TOPICS = ("image_delay", "device_status", "heartbeat", "clock_offset", "sound_status")
+
+
+class Numbers:
+    """Lives on the event loop; call `take` often and `now` once a second."""
+
+    def __init__(self, conference: Conference, bus: Bus) -> None:
+        self._conference = conference
+        self._subscriptions = [bus.subscribe(BY_NAME[topic], polled=True) for topic in _TOPICS]
+        self._newest: dict[str, dict[str, Sample]] = {topic: {} for topic in _TOPICS}
+        self._counted, self._counted_ns = Counter[str](), 0
+
+    def take(self) -> None:
+        """See what has arrived."""
+        for subscription in self._subscriptions:
+            for sample in subscription.take():
+                self._newest[sample.topic.name][sample.key] = sample
+
+    def close(self) -> None:
+        """Receive no more."""
+        for subscription in self._subscriptions:
+            subscription.close()
+
+    def now(self, instant: Instant, received: Counter[str]) -> dict[str, Any]:
+        """The figures at an instant, ready for JSON. received: motions of each participant since the beginning."""
+        t_ns = instant.now_ns
+        out = {"sites": self._sites(t_ns), "people": self._people(instant, received), "services": self._services(t_ns)}
+        return out | {"devices": self._devices(), "troubles": troubles(out, self._devices())}
+
+    def _sites(self, t_ns: int) -> list[dict[str, Any]]:
+        images: dict[str, tuple[ImageDelay, float]] = {
+            s.message.site: (s.message, (t_ns - s.received_ns) * 1e-9) for s in self._newest["image_delay"].values()
+        }
+        sounds: dict[str, SoundStatus] = {s.message.site: s.message for s in self._newest["sound_status"].values()}
+        streaming = {d["name"] for d in self._devices() if d["state"] == "streaming"}
+        rows: list[dict[str, Any]] = []
+        for site in self._conference.sites:
+            devices = [d.name for d in devices_of_site(site)]
+            row: dict[str, Any] = {"name": site.name, "devices": len(devices), "sending": len(streaming & set(devices))}
+            row |= {
+                "draws": site.draws,
+                "voices": [s.participant for s in sounds[site.name].streams] if site.name in sounds else [],
+            }
+            if site.name in images:
+                image, age_s = images[site.name]
+                delay = max((s.delay_s for s in image.streams), default=0.0)
+                row |= {"pictures_per_s": image.frames_per_s, "frame_ms": image.frame_time_s * 1e3, "delay_ms": delay * 1e3}
+                row |= {"stand_ins": image.stand_ins, "silent_s": age_s}
+            rows.append(row)
+        return rows
+
+    def _people(self, instant: Instant, received: Counter[str]) -> list[dict[str, Any]]:
+        seconds = (instant.now_ns - self._counted_ns) * 1e-9
+        since = received - self._counted if self._counted_ns else Counter[str]()
+        self._counted, self._counted_ns = received.copy(), instant.now_ns
+        return [
+            {
+                "name": p.about.name,
+                "shown": p.about.display_name,
+                "motions_per_s": since[p.about.name] / seconds,
+                "age_ms": p.timing.age_ns * 1e-6,
+                "jitter_ms": p.timing.jitter_ns * 1e-6,
+                "delay_ms": p.timing.delay_ns * 1e-6,
+            }
+            for p in instant.people
+        ]
+
+    def _devices(self) -> list[dict[str, Any]]:
+        states: list[DeviceStatus] = [s.message for s in self._newest["device_status"].values()]
+        return [
+            {
+                "name": d.device,
+                "state": DeviceStatus.State.Name(d.state).removeprefix("STATE_").lower(),
+                "frames_per_s": d.rate_hz,
+                "detail": d.detail,
+            }
+            for d in sorted(states, key=lambda d: d.device)
+        ]
+
+    def _services(self, t_ns: int) -> list[dict[str, Any]]:
+        clocks: dict[tuple[str, str], ClockOffset] = {
+            (s.names["site"], s.names["node"]): s.message for s in self._newest["clock_offset"].values()
+        }
+        rows: list[dict[str, Any]] = []
+        for key in sorted(self._newest["heartbeat"]):
+            sample = self._newest["heartbeat"][key]
+            beat: Heartbeat = sample.message
+            row = {"node": beat.node, "services": list(beat.services), "up_s": beat.uptime_ns * 1e-9}
+            row |= {"silent_s": (t_ns - sample.received_ns) * 1e-9}
+            clock = clocks.get((sample.names["site"], sample.names["node"]))
+            if clock is not None:
+                row |= {"clock_ms": clock.offset_ns * 1e-6, "uncertainty_ms": clock.uncertainty_ns * 1e-6}
+            rows.append(row)
+        return rows
+
+
+def troubles(rows: dict[str, list[dict[str, Any]]], devices: list[dict[str, Any]]) -> list[str]:
+    """What is wrong, a line each with what to do."""
+    out = [
+        f"{s['node']} has been silent for {s['silent_s']:.0f} s; its log says why"
+        for s in rows["services"]
+        if s["silent_s"] > SILENT_S
+    ]
+    for site in (s for s in rows["sites"] if s["draws"]):
+        if site.get("silent_s", 0.0) > SILENT_S:
+            out.append(f"{site['name']} draws no pictures; see the log of its renderer")
+        elif site.get("pictures_per_s", FEW_PICTURES) < FEW_PICTURES:
+            out.append(f"{site['name']} draws {site['pictures_per_s']:.1f} pictures a second; its machine is busy")
+    down: dict[str, list[str]] = {}
+    for device in devices:
+        if device["state"] != "streaming":
+            down.setdefault(device["detail"] or device["state"], []).append(device["name"])
+    out += [f"{', '.join(names)}: {why}; vistel doctor looks at devices" for why, names in down.items()]
+    for person in rows["people"]:
+        if person["age_ms"] > OLD_S * 1e3:
+            out.append(f"{person['shown']} stands still: no motion for {person['age_ms'] * 1e-3:.0f} s; see the site's devices")
+    return out

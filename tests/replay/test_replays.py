@@ -1,0 +1,142 @@
+"""Recorded bytes of devices, computed anew: twice the same, as accepted, and a changed solver is told joint by joint."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from typer.testing import CliRunner
+
+import vistel.log
+from scripts.replays import LOGS, accept, checked, main, recomputed
+from vistel.figure.posture.posture import ELBOW
+from vistel.figure.posture.solve import PostureSolver, Solved
+from vistel.log.compare import Limits
+from vistel.wire.log import LogReader, LogWriter
+from vistel_cli.main import app
+
+HERE = Path(__file__).parent
+MEETING = HERE / "meeting.mcap"
+pytestmark = pytest.mark.slow
+
+
+def bend_one_elbow(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A posture solver that bends left elbows by a degree more."""
+    solve = PostureSolver.solve
+
+    def changed(self: PostureSolver, *given: Any, **named: Any) -> Solved:
+        solved = solve(self, *given, **named)
+        dofs = solved.posture.dofs.copy()
+        dofs[ELBOW["left"]] += math.radians(1.0)
+        return replace(solved, posture=replace(solved.posture, dofs=dofs))
+
+    monkeypatch.setattr(PostureSolver, "solve", changed)
+
+
+@pytest.mark.parametrize("log", sorted(HERE.glob("*.mcap")), ids=lambda log: log.stem)
+def test_this_version_makes_of_a_log_what_was_accepted(log: Path, tmp_path: Path) -> None:
+    found = checked(log, tmp_path / "computed.mcap")
+    assert found.over(Limits()) == []
+    assert all(p.compared > 300 for p in found.postures)
+    assert found.commands == 2
+    assert log.stat().st_size < 300_000
+
+
+def test_the_meetings_handover_is_computed_from_the_bytes(tmp_path: Path) -> None:
+    found = checked(MEETING, tmp_path / "computed.mcap")
+    assert {g.what.split(" by ")[1] for g in found.grasps if g.second_s > 0.1} == {"aiko", "ben"}
+
+
+def test_two_runs_write_the_same_bytes(tmp_path: Path) -> None:
+    one, other = (recomputed(MEETING, tmp_path / name).read_bytes() for name in ("one.mcap", "other.mcap"))
+    assert one == other
+
+
+def test_an_elbow_that_bends_by_a_degree_more_is_named_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    bend_one_elbow(monkeypatch)
+    found = checked(MEETING, tmp_path / "computed.mcap")
+    turned = {(j.participant, j.joint): j.degrees for j in found.joints if j.degrees > Limits().degrees}
+    assert turned == {(who, "left_lower_arm"): pytest.approx(1.0, abs=0.1) for who in ("aiko", "ben")}
+    lines = [line for line in found.over(Limits()) if "left_lower_arm" in line]
+    assert len(lines) == 2
+
+
+def test_a_change_is_shown_then_accepted(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    log = Path(shutil.copy(MEETING, tmp_path / "meeting.mcap"))
+    bend_one_elbow(monkeypatch)
+    assert main([str(log)]) == 1
+    assert "aiko left_lower_arm" in capsys.readouterr().out
+    assert main([str(log), "--accept"]) == 0
+    assert "aiko left_lower_arm" in capsys.readouterr().out
+    assert main([str(log)]) == 0
+
+
+def test_what_is_accepted_has_its_inputs_in_it(tmp_path: Path) -> None:
+    accept(recomputed(MEETING, tmp_path / "computed.mcap"), tmp_path / "again.mcap")
+    assert len(list(vistel.log.open(tmp_path / "again.mcap").messages("device_raw"))) == len(
+        list(vistel.log.open(MEETING).messages("device_raw"))
+    )
+    assert sorted(p.name for p in LOGS.glob("*.mcap")) == ["meeting.mcap", "others.mcap"]
+
+
+def test_the_command_says_what_differs_and_fails(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    command = ["replay", str(MEETING), "--source", "devices", "--fast", "--against", str(MEETING), "--json"]
+    result = CliRunner().invoke(app, [*command, "--out", str(tmp_path / "as-it-was")])
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["over"] == []
+    bend_one_elbow(monkeypatch)
+    result = CliRunner().invoke(app, [*command, "--out", str(tmp_path / "changed")])
+    assert result.exit_code == 1
+    assert any("aiko left_lower_arm: 1.0" in line for line in json.loads(result.stdout)["over"])
+    wider = CliRunner().invoke(app, [*command, "--out", str(tmp_path / "wider"), "--most-degrees", "2", "--most-mm", "50"])
+    assert wider.exit_code == 0, wider.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["--against", str(MEETING)], "--fast"),
+        (["--fast", "--site", "tokyo"], "leave the other options out"),
+        (["--fast", "--source", "recorded"], "--source devices or motion"),
+    ],
+)
+def test_options_that_do_not_go_together_get_one_line(arguments: list[str], said: str) -> None:
+    result = CliRunner().invoke(app, ["replay", str(MEETING), *arguments], env={"COLUMNS": "200"})
+    assert result.exit_code == 2
+    assert said in result.stderr
+    assert result.stderr.strip().count("\n") == 0
+
+
+@pytest.mark.parametrize("damage", ["cut off", "flipped"])
+def test_a_damaged_log_is_computed_as_far_as_it_goes_and_the_damage_is_told(damage: str, tmp_path: Path) -> None:
+    data = bytearray(MEETING.read_bytes())
+    log = tmp_path / "damaged.mcap"
+    data[90_000] ^= 0x40
+    log.write_bytes(MEETING.read_bytes()[:120_000] if damage == "cut off" else data)
+    command = ["replay", str(log), "--source", "devices", "--fast", "--out", str(tmp_path / "out"), "--against", str(MEETING)]
+    result = CliRunner().invoke(app, command, env={"COLUMNS": "200"})
+    assert result.exit_code == (0 if damage == "cut off" else 1), result.output
+    assert "is broken" in result.stderr or "cut off" in result.stderr
+    assert "Traceback" not in result.output
+
+
+def test_a_log_without_bytes_of_devices_says_what_else_it_can_be_computed_from(tmp_path: Path) -> None:
+    log, reader = tmp_path / "motions.mcap", LogReader(MEETING)
+    with LogWriter(log, reader.conference_toml) as writer:
+        for r in reader.records(("participant", "motion")):
+            writer.write(r.topic, r.key, r.message, r.log_ns)
+    result = CliRunner().invoke(app, ["replay", str(log), "--source", "devices", "--fast", "--out", str(tmp_path)])
+    assert result.exit_code == 1
+    assert "--source motion" in result.stderr
+    result = CliRunner().invoke(app, ["replay", str(log), "--fast", "--out", str(tmp_path), "--json"])
+    assert result.exit_code == 0, result.output
+    own = CliRunner().invoke(app, ["replay", str(tmp_path / "replay.mcap"), "--fast", "--force", "--out", str(tmp_path)])
+    assert own.exit_code == 2
+    assert "the log itself" in own.stderr

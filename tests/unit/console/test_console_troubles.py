@@ -1,0 +1,32 @@
+"""What the console says is wrong: a line each, with names and what to do."""
+
+from vistel_services.console.numbers import troubles
+
+WELL = {
+    "services": [{"node": "hub/world", "silent_s": 0.4}],
+    "sites": [{"name": "tokyo", "draws": True, "pictures_per_s": 24.0, "silent_s": 0.2}, {"name": "gallery", "draws": False}],
+    "people": [{"shown": "Aiko", "age_ms": 30.0}],
+}
+
+
+def test_where_all_is_well_nothing_is_said() -> None:
+    assert troubles(WELL, [{"name": "glove", "state": "streaming", "detail": ""}]) == []
+
+
+def test_what_is_silent_slow_or_still_is_named() -> None:
+    ill = {
+        "services": [{"node": "hub/world", "silent_s": 7.0}],
+        "sites": [
+            {"name": "tokyo", "draws": True, "pictures_per_s": 3.0, "silent_s": 0.2},
+            {"name": "zurich", "draws": True, "pictures_per_s": 30.0, "silent_s": 9.0},
+        ],
+        "people": [{"shown": "Aiko", "age_ms": 2400.0}],
+    }
+    devices = [{"name": n, "state": "searching", "detail": "no such port"} for n in ("a", "b")]
+    assert troubles(ill, devices) == [
+        "hub/world has been silent for 7 s; its log says why",
+        "tokyo draws 3.0 pictures a second; its machine is busy",
+        "zurich draws no pictures; see the log of its renderer",
+        "a, b: no such port; vistel doctor looks at devices",
+        "Aiko stands still: no motion for 2 s; see the site's devices",
+    ]

@@ -1,0 +1,78 @@
+"""An event loop whose time jumps from one timer to the next: services compute as fast as the machine can, and twice the same.
+
+Whatever is ready runs first; when nothing is, the time moves to the next timer. Work for threads is done at once, on the loop,
+so that no result depends on how threads were scheduled. Nothing may wait for other processes or for the network.
+"""
+
+import asyncio
+import selectors
+from collections.abc import Callable, Coroutine
+from concurrent.futures import Executor
+from typing import Any, TypeVar, TypeVarTuple
+
+T = TypeVar("T")
+Ts = TypeVarTuple("Ts")
+
+
+class _Selector(selectors.DefaultSelector):
+    """Waits in simulated time."""
+
+    now_s = 0.0
+
+    def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
+        """What is ready; else the time moves on by `timeout` [s]. Raises RuntimeError where every task would wait for ever."""
+        found = super().select(0)
+        if not found and timeout is None:
+            raise RuntimeError("simulated time stands still: every task waits for something that never comes")
+        if not found and timeout is not None and timeout > 0.0:
+            self.now_s += timeout
+        return found
+
+
+class SimulatedLoop(asyncio.SelectorEventLoop):
+    """See the module. Its time begins at 0."""
+
+    def __init__(self) -> None:
+        self._waiting = _Selector()
+        super().__init__(self._waiting)
+
+    def time(self) -> float:
+        """Simulated time [s]."""
+        return self._waiting.now_s
+
+    def run_in_executor(self, executor: Executor | None, func: Callable[[*Ts], T], *args: *Ts) -> asyncio.Future[T]:
+        """As asyncio's, but on this thread and done when it returns."""
+        done: asyncio.Future[T] = self.create_future()
+        try:
+            done.set_result(func(*args))
+        except Exception as e:
+            done.set_exception(e)
+        return done
+
+
+class LoopClock:
+    """Conference time that passes with the running loop's; see `vistel.wire.clock.Clock`."""
+
+    def __init__(self, begin_ns: int = 0) -> None:
+        """begin_ns: conference time at which the loop's time is 0."""
+        self._begin_ns = begin_ns
+
+    def now_ns(self) -> int:
+        """As `Clock.now_ns`."""
+        return self._begin_ns + round(asyncio.get_running_loop().time() * 1e9)
+
+    steady_ns = now_ns
+
+    async def sleep_until_ns(self, t_ns: int) -> None:
+        """As `Clock.sleep_until_ns`."""
+        await asyncio.sleep(max(0, t_ns - self.now_ns()) * 1e-9)
+
+    def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
+        """As `Clock.call_after`."""
+        return asyncio.get_running_loop().call_later(seconds, callback).cancel
+
+
+def run(main: Coroutine[Any, Any, T]) -> T:
+    """As `asyncio.run`, in simulated time."""
+    with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
+        return runner.run(main)
