@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from vistel.conference.model import Conference, Site
+from vistel.conference.model import Conference, PlayoutConfig, Site
 from vistel.conference.model import RoomConfig as RoomKeys
 from vistel.conference.seats import seat_place
 from vistel.render.figures.people import files_of
@@ -16,20 +16,24 @@ from vistel.render.view.view import View
 
 @dataclass(frozen=True)
 class RenderConfig:
-    """view: what the picture is of; seats: of the room; delay_s: playout behind capture, in live pictures only where `adaptive`
-    is None; avatars: files of participants; room: what the conference file says of the room, where files hold some of it."""
+    """view: what the picture is of; seats: of the room; delay_s: playout of films behind capture; avatars: files of participants;
+    room: what the conference file says of the room, where files hold some of it; live_delay: playout of live pictures, fixed [ns] or
+    following the network; None: as in films.
+    """
 
     view: View
     seats: int
     delay_s: float
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
     room: RoomKeys | None = None
-    adaptive: AdaptiveDelay | None = None
+    live_delay: int | AdaptiveDelay | None = None
 
-    @property
-    def live_delay(self) -> int | AdaptiveDelay:
-        """The delay of live pictures, fixed [ns] or following the network."""
-        return self.adaptive or round(self.delay_s * 1e9)
+
+def live_delay(playout: PlayoutConfig) -> int | AdaptiveDelay:
+    """How late live pictures show a motion: fixed [ns] or following the network."""
+    if playout.delay != "auto":
+        return round(playout.delay * 1e9)
+    return AdaptiveDelay(playout.in_time, round(playout.least * 1e9), round(playout.most * 1e9))
 
 
 def render_config(conference: Conference, site: Site) -> RenderConfig:
@@ -54,6 +58,5 @@ def render_config(conference: Conference, site: Site) -> RenderConfig:
         display.gauges,
     )
     room = conference.room if conference.room.from_files else None
-    p = conference.playout
-    adaptive = AdaptiveDelay(p.in_time, round(p.least * 1e9), round(p.most * 1e9)) if p.delay == "auto" else None
-    return RenderConfig(view, conference.room.seats, p.recorded_s, files_of(conference), room, adaptive)
+    playout = conference.playout
+    return RenderConfig(view, conference.room.seats, playout.recorded_s, files_of(conference), room, live_delay(playout))

@@ -14,6 +14,7 @@ from vistel.figure.face.countenance import Countenance
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton, standard_skeleton
 from vistel.geometry.pose import Pose
+from vistel.render.config import live_delay
 from vistel.render.frames import BODY, FINGERS, SHIFT_M, SHIFTED, header, person_row, thing_rows
 from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
@@ -47,7 +48,7 @@ class Feed:
     """Lives on the event loop while somebody watches. Call `step` for each frame."""
 
     def __init__(self, conference: Conference, bus: Bus, clock: Clock) -> None:
-        self._stage = Stage(round(conference.playout.delay * 1e9))
+        self._stage = Stage(live_delay(conference.playout))
         self._sites = {p.name: s.name for s in conference.sites for p in s.participants}
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._sound = bus.subscribe(BY_NAME["sound_status"], polled=True)
