@@ -17,8 +17,8 @@ from vistel.render.view.view import View
 @dataclass(frozen=True)
 class RenderConfig:
     """view: what the picture is of; seats: of the room; delay_s: playout of films behind capture; avatars: files of participants;
-    room: what the conference file says of the room, where files hold some of it; live_delay: playout of live pictures, fixed [ns] or
-    following the network; None: as in films.
+    room: what the conference file says of the room, where files hold some of it; live_delay: playout of live pictures, fixed [ns]
+    or following the network; None: as in films.
     """
 
     view: View
