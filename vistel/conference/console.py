@@ -6,7 +6,7 @@ from vistel.conference.devices import Checked
 from vistel.conference.page_address import TOKEN, StreamTls, checked_page, page_is_local, page_url
 
 
-class Console(Checked):
+class ConsoleConfig(Checked):
     """A page on which browsers see the room and how the conference goes."""
 
     at: str = ""
@@ -29,7 +29,7 @@ class Console(Checked):
         return checked_page(at)
 
     @model_validator(mode="after")
-    def _can_be(self) -> "Console":
+    def _can_be(self) -> "ConsoleConfig":
         if not self.token and not page_is_local(self.at):
             raise ValueError("at: other machines reach it: expected a token that nobody guesses, of 16 letters or more")
         if self.tls is not None and self.insecure:

@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
-from vistel.conference.console import Console
+from vistel.conference.console import ConsoleConfig
 from vistel.conference.device_names import prop_tracker_name, tracker_name
 from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PropTracker, TrackerConfig
 from vistel.conference.display import Display
@@ -328,7 +328,7 @@ class Conference(Checked):
     """Keep the devices' bytes in the log, so that a replay can start from them."""
     recording: Recording = Recording()
     monitoring: Monitoring = Monitoring()
-    console: Console = Console()
+    console: ConsoleConfig = ConsoleConfig()
     standby: bool = True
     """Keep one loaded process on each machine from which all others are forked, so that they start, and start again, at once."""
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger("vistel.console")
 
-_VIEWERS = Gauge("vistel_console_viewers", "Browsers that watch the console")
+_VIEWERS = Gauge("vistel_console_viewers_count", "Browsers that watch the console")
 _SENT = Counter("vistel_console_sent_bytes_total", "Bytes sent to viewers of the console")
 _LEFT_OUT = Counter("vistel_console_left_out_total", "Frames left out for viewers of the console that are slow")
 

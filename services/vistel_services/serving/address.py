@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 from urllib.parse import urlsplit
 
-from vistel.conference.console import Console
+from vistel.conference.console import ConsoleConfig
 from vistel.conference.display import Display
 from vistel.conference.page_address import page_at
 from vistel.figure.avatar.cache_folder import default_state
@@ -60,7 +60,7 @@ def stream_address(shown: Display) -> PageAddress | None:
     return PageAddress(*shown.stream_at, shown.stream_token, named, shown.stream_insecure)
 
 
-def console_address(shown: Console) -> PageAddress:
+def console_address(shown: ConsoleConfig) -> PageAddress:
     """Of the console, with the certificate that the conference file names."""
     from vistel.wire.certificates.server import ServerFiles
 

@@ -16,7 +16,7 @@ import pytest
 from browser import page
 from waiting import until
 
-from vistel.conference.console import Console
+from vistel.conference.console import ConsoleConfig
 from vistel.conference.model import Conference
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, pose_joints
@@ -47,7 +47,7 @@ def posture() -> Posture:
 class Room:
     """A conference with one person, who holds still, and its console."""
 
-    def __init__(self, console: Console) -> None:
+    def __init__(self, console: ConsoleConfig) -> None:
         sites = [{"name": "lab", "participants": [{"name": "ben", "avatar": AVATAR, "height": HEIGHT, "program": True}]}]
         self.conference = Conference.model_validate({"name": "c", "sites": sites}).model_copy(update={"console": console})
         self.network, self.clock = MemoryNetwork(), SystemClock()
@@ -87,7 +87,7 @@ class Room:
 
 
 def local() -> Room:
-    return Room(Console(at="127.0.0.1:0"))
+    return Room(ConsoleConfig(at="127.0.0.1:0"))
 
 
 async def heard(connection: aiohttp.ClientWebSocketResponse, kind: str) -> dict[str, Any]:
@@ -164,7 +164,7 @@ def test_pages_of_others_are_refused_and_with_a_token_who_does_not_show_it(monke
         return out
 
     async def watch() -> None:
-        open_to_all, asks = local(), Room(Console(at="127.0.0.1:0", token=TOKEN))
+        open_to_all, asks = local(), Room(ConsoleConfig(at="127.0.0.1:0", token=TOKEN))
         async with open_to_all.watched(monkeypatch), aiohttp.ClientSession() as session:
             assert await statuses(session, open_to_all, Host="evil.example") == [403] * 3
             assert await statuses(session, open_to_all, Origin="http://evil.example") == [403] * 3
@@ -225,7 +225,7 @@ def test_a_browser_shows_the_joints_where_they_are_and_comes_back(monkeypatch: p
                 await tab.click("#views button:nth-child(3)")
                 await tab.until("document.querySelector('#views button[aria-pressed=true]').innerText.includes('eyes')")
             await tab.until("!document.getElementById('trouble').hidden")
-            again = Room(Console(at=room.address))
+            again = Room(ConsoleConfig(at=room.address))
             async with again.watched(monkeypatch):
                 await tab.until("document.getElementById('trouble').hidden")
             assert not [m for m in tab.messages if "Error" in m and "WebSocket" not in m], tab.messages

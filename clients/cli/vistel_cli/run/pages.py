@@ -6,7 +6,7 @@ import socket
 from collections.abc import Iterable
 from datetime import datetime
 
-from vistel.conference.console import Console
+from vistel.conference.console import ConsoleConfig
 from vistel.conference.model import Conference, Site
 
 
@@ -24,10 +24,10 @@ def with_console(conference: Conference) -> Conference:
     """The conference with a console on this machine alone, where its file does not say where."""
     if conference.console.at:
         return conference
-    return conference.model_copy(update={"console": Console(at=f"127.0.0.1:{_free_port(CONSOLE_PORT)}")})
+    return conference.model_copy(update={"console": ConsoleConfig(at=f"127.0.0.1:{_free_port(CONSOLE_PORT)}")})
 
 
-def console_line(console: Console) -> dict[str, str]:
+def console_line(console: ConsoleConfig) -> dict[str, str]:
     """What is said of it at the start."""
     if not console.page:
         return {}

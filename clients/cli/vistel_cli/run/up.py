@@ -19,7 +19,7 @@ from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeEl
 from rich.text import Text
 
 from vistel.conference.connect import connect
-from vistel.conference.console import Console
+from vistel.conference.console import ConsoleConfig
 from vistel.conference.device_list import simulated_names
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.model import Conference
@@ -95,7 +95,7 @@ def up(
     steps.begin(f"{source.stem}: checking the conference")
     conference = load_conference(source)
     faults = faults_of(conference, source)
-    conference = with_console(conference) if console else conference.model_copy(update={"console": Console()})
+    conference = with_console(conference) if console else conference.model_copy(update={"console": ConsoleConfig()})
     if motion is not None:
         conference = with_motion(conference, motion)
     if links and conference.bus.mode != "embedded":
