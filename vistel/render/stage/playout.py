@@ -27,6 +27,8 @@ START_NS = 100_000_000
 """The least that a delay which follows the network begins with, before anything is known of that."""
 NEEDLESS_NS = 250_000_000
 """Who shows a stream later than it needs by more than this, because the first frames came late, catches up at once."""
+YOUNG_NS = 2_000_000_000
+"""Frames count as a stream's first ones until it has been shown for so long, however many came at once."""
 TRANSIT_WINDOW = 128
 """Arrivals over which the fastest transit is taken."""
 MIN_MARGIN_NS = 20_000_000
@@ -69,7 +71,7 @@ class Playout(Generic[T]):
         self._intervals: list[int] = []
         self._jitter_ns = 0.0
         self._behind_ns: float | None = None
-        self._young = TRANSIT_WINDOW
+        self._shown_since_ns: int | None = None
         self._point_ns: int | None = None
         self._sampled_ns: int | None = None
         self._shown: T | None = None
@@ -96,7 +98,6 @@ class Playout(Generic[T]):
         if self._times:
             self._intervals.append(t_ns - self._times[-1])
             del self._intervals[:-TRANSIT_WINDOW]
-        self._young = max(0, self._young - 1)
         transit = received_ns - t_ns
         if self._transits:
             self._jitter_ns += (abs(transit - self._transits[-1]) - self._jitter_ns) / 16.0
@@ -112,8 +113,7 @@ class Playout(Generic[T]):
         self._values.clear()
         self._transits.clear()
         self._intervals.clear()
-        self._point_ns = self._behind_ns = None
-        self._young = TRANSIT_WINDOW
+        self._point_ns = self._behind_ns = self._shown_since_ns = None
         if self._arrivals is not None:
             self._arrivals = Arrivals(self._arrivals.rule)
         self._begin_return(BLEND_NS)
@@ -200,8 +200,8 @@ class Playout(Generic[T]):
         """The point to show: behind by a delay that moves gently towards the wanted one, and never backwards."""
         if self._behind_ns is None or self._sampled_ns is None:
             start = min(self._transits[-1], 0) + START_NS if self._arrivals is not None else towards
-            self._behind_ns = max(towards, start)
-        elif self._behind_ns - towards > NEEDLESS_NS and (self._young or self._arrivals is None):
+            self._behind_ns, self._shown_since_ns = max(towards, start), now_ns
+        elif self._behind_ns - towards > NEEDLESS_NS and (self._arrivals is None or self._is_young(now_ns)):
             self._behind_ns = towards
         else:
             passed = max(0, now_ns - self._sampled_ns)
@@ -211,6 +211,9 @@ class Playout(Generic[T]):
             point = max(point, self._point_ns)
         self._point_ns = point
         return point
+
+    def _is_young(self, now_ns: int) -> bool:
+        return self._shown_since_ns is not None and now_ns - self._shown_since_ns < YOUNG_NS
 
     def _forget(self, point: int) -> None:
         """Drop what lies before the frame that is being shown."""

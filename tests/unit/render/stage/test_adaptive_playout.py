@@ -130,6 +130,13 @@ def test_a_renderer_that_falls_to_three_pictures_a_second_shows_them_no_later() 
     assert max(p.behind for p in steady(slow, 8.0)) < 0.040
 
 
+def test_what_was_sent_at_once_before_a_replay_begins_makes_nothing_late() -> None:
+    before = [(3 * S - (150 - k) * FRAME, 2 * S + (k - 20) * MS // 5) for k in range(150)]
+    pictures = play(before + stream(10.0, lambda t: 5.0, begin=3.0), rate=5.0)
+    assert max(p.behind for p in pictures) > 1.0
+    assert max(p.behind for p in steady(pictures, 3.0)) < 0.25
+
+
 def test_bounds_are_kept() -> None:
     rng = np.random.default_rng(3)
     quick = AdaptiveDelay(least_ns=60 * MS, most_ns=90 * MS)
