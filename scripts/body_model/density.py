@@ -19,10 +19,10 @@ from vistel.figure.skeleton import JOINTS
 
 LONGEST = 0.0095
 """Edges of the head that are longer are halved [m]."""
-TRIANGLES = (18_000, 6_000, 2_600)
+TRIANGLES = (16_000, 6_000, 2_600)
 """Of the levels of detail."""
-OF = {"else": 0.45, "head": 2.0, "jaw": 2.0, "neck": 1.5, "hand": 3.5, "thumb": 3.5, "index": 3.5, "middle": 3.5, "ring": 3.5,
-      "little": 3.5, "foot": 0.22, "toes": 0.22, "ear": 2.2, "mouth": 0.12, "face": 5.0}  # fmt: skip
+OF = {"else": 0.45, "head": 2.0, "jaw": 2.0, "neck": 1.5, "hand": 2.0, "thumb": 2.0, "index": 2.0, "middle": 2.0, "ring": 2.0,
+      "little": 2.0, "foot": 0.22, "toes": 0.22, "ear": 2.2, "mouth": 0.12, "face": 5.0}  # fmt: skip
 """By how much more a distance counts on parts of a body, by what is in the name of their joint."""
 FEATURES = 2.5
 """By how much more yet it counts round eyes and mouth on coarser levels: a face is known by them from across a table."""

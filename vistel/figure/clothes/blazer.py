@@ -38,8 +38,10 @@ def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     cloth, more, hems = made.cloth, list[Cloth](), list[Cloth]()
     neck = next(ring for ring in rings if abs(float(cloth.points[ring, 0].mean())) < 0.05)
     more.append(lapels(cloth, along(cloth, neck, 0.0, 56, lowest=True), scale, "lapel"))
+    # Lapels hide the edge along the neck.
     for ring in rings:
-        hems.append(hem(cloth, ring, cut.thick, 0.035))
+        cuff = abs(float(cloth.points[ring, 0].mean())) > 0.05
+        hems.append(hem(cloth, ring, cut.thick, 0.035, edge=cuff))
     height, at = middle_line(build, made.cloth)
     y = _button(build) - 0.5 * _CLOSED * scale
     place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])) + 0.002))

@@ -9,6 +9,7 @@ from vistel.arrays import F32, F64, I32
 from vistel.figure.clothes.cloth import Cloth
 from vistel.figure.clothes.shell import spread
 from vistel.figure.clothes.strip import frames, laid
+from vistel.figure.making.assembly.piece import closest
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,6 +95,8 @@ def lapels(cloth: Cloth, line: Line, scale: float, panel: str) -> Cloth:
         n = near[:, 3:] / np.linalg.norm(near[:, 3:], axis=1, keepdims=True)
         short = profile[k][0] - ((rows[k] - near[:, :3]) * n).sum(axis=1)
         rows[k] += np.maximum(short, -0.004)[:, None] * n
-    bones = spread(cloth.points, cloth.weight.astype(np.float64), rows.reshape(-1, 3)).astype(np.float32)
-    limb = np.tile(line.limb, (len(rows), 1))
-    return laid(rows, panel, bones.reshape(*rows.shape[:2], -1), limb)
+    on, share, _ = closest(rows.reshape(-1, 3), cloth.points[cloth.triangles])
+    corner = cloth.triangles[on]
+    bones = np.einsum("nk,nkb->nb", share, cloth.weight[corner]).astype(np.float32)
+    limb = cloth.limb[corner[np.arange(len(corner)), share.argmax(axis=1)]]
+    return laid(rows, panel, bones.reshape(*rows.shape[:2], -1), limb.reshape(rows.shape[:2]))

@@ -49,7 +49,9 @@ def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int, *, b
     def soft(p: F64) -> F64:
         return smooth((p[:, 1] - groin + 0.10 * scale) / (0.05 * scale)) * smooth((band_low - p[:, 1]) / (0.05 * scale))
 
-    pattern = Pattern(LOWER, borders, lambda p: np.full(len(p), cut.clear), tables, of_legs(build), rounds=14, soft=soft)
+    pattern = Pattern(
+        LOWER, borders, lambda p: np.full(len(p), cut.clear), tables, of_legs(build), rounds=14, triangles=1000, soft=soft
+    )
     made = shell(build, pattern)
     cloth = made.cloth
     # Legs go on below where they are cut, down to the shoes.

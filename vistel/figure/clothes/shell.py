@@ -44,7 +44,7 @@ class Pattern:
     panels: Panels
     rounds: int = _ROUNDS
     waves: int = 5
-    triangles: int = 1300
+    triangles: int = 1150
     soft: Field | None = None
     hangs: float = 0.0
 

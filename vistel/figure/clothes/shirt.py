@@ -45,10 +45,12 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
             ring = at
             if rim == "neck":
                 line = along(cloth, at, 0.022 * scale, 28)
+                # It hides the rim.
                 more.append(shirt_collar(line, 0.028 * scale, 0.044 * scale, 0.074 * scale, "collar"))
-            elif rim == "cuff":
+                continue
+            if rim == "cuff":
                 tight = beyond_wrist(build, cloth.points[at], 0.009)
-                steps = [(0.0012, 0.0), (-0.5 * tight, 0.02 * deep), (-0.9 * tight, 0.5 * deep), (-tight, deep)]
+                steps = [(0.0012, 0.0), (-0.6 * tight, 0.05 * deep), (-tight, deep)]
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), "cuff")
             hems.append(hem(cloth, ring, cut.thick, 0.03))
     buttons = _buttons(build, cloth)

@@ -36,9 +36,9 @@ class ShoeCut:
 
 def shoes(name: str, build: Build, cut: ShoeCut, colour: Colour, sole: Colour, seed: int) -> Worn:
     """A pair."""
-    cloth = thinned(sewn([piece for side in SIDES for piece in _shoe(build, side, cut)]), 840)[0]
+    cloth = thinned(sewn([piece for side in SIDES for piece in _shoe(build, side, cut)]), 640)[0]
     hides, sinks = _beneath(build, cut)
-    return Worn(name, cloth, hides, sinks, lambda p: np.full(len(p), -1.0), _painter(colour, sole, seed), (640, 260), 0.45)
+    return Worn(name, cloth, hides, sinks, lambda p: np.full(len(p), -1.0), _painter(colour, sole, seed), (540, 260), 0.45)
 
 
 def _opening(build: Build, cut: ShoeCut) -> float:

@@ -18,7 +18,7 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.smoothstep import smooth
 
 DRESS = Cut(0.006, 0.0, 0.0020, 0.35, 0.010, 0.30, 0.006, 0.16, 0.0, (1.45, 0.035))
-_ROWS = 8
+_ROWS = 6
 _BAND = 0.035
 
 
@@ -53,7 +53,7 @@ def skirt(name: str, build: Build, cut: SkirtCut, weave: Weave, seed: int) -> Wo
     return Worn(
         name,
         cloth,
-        whole.hides(build, 0.06),
+        whole.hides(build, 0.03),
         whole.sinks(build),
         whole.inside,
         painter(weave, seed),
@@ -130,7 +130,7 @@ def _hung(build: Build, cloth: Cloth, ring: I32, cut: SkirtCut) -> tuple[Cloth, 
     cloth, edge = with_strip(cloth, ring, stack, "skirt", weight, limb)
     # Not all of a skirt is a border.
     cloth.rim[-stack[..., 0].size : -len(ring)] = False
-    return cloth, hem(cloth, edge, cut.thick, 0.025)
+    return cloth, hem(cloth, edge, cut.thick, 0.025, edge=False)
 
 
 def _following(build: Build, rows: F64, rim: F32) -> tuple[F32, I32]:

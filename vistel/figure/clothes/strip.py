@@ -74,13 +74,14 @@ def with_strip(
     return made, number[-1]
 
 
-def hem(cloth: Cloth, ring: I32, thick: float, deep: float) -> Cloth:
+def hem(cloth: Cloth, ring: I32, thick: float, deep: float, edge: bool = True) -> Cloth:
     """What is folded in at a rim: an edge as thick as the cloth, and a hem inside [m]. It is a piece of its own, or the light on
-    the cloth would turn with its edge."""
+    the cloth would turn with its edge. edge: without it the hem alone, where nobody looks at it from near by."""
     cloth.rim[ring] = True
     out, away = frames(cloth, ring)
     p, count = cloth.points[ring], len(ring)
-    rows = np.array([p, p - 0.7 * thick * out + 0.3 * thick * away, p - 1.7 * thick * out - deep * away])
+    folded = [p - 0.7 * thick * out + 0.3 * thick * away] if edge else []
+    rows = np.array([p, *folded, p - 1.7 * thick * out - deep * away])
     own, flat = _continued(cloth, ring, len(rows) - 1)
     return Cloth(
         rows.reshape(-1, 3),

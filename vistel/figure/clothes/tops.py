@@ -160,7 +160,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
             ring = at
             if steps:
                 cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), f"{rim}_rib")
-            hems.append(hem(cloth, ring, cut.thick, _HEM))
+            hems.append(hem(cloth, ring, cut.thick, _HEM, edge=rim != "hem"))
     whole = replace(pattern, borders=borders | {"hem": above(hem_height(build, cut.hem)), "cuff": cuff})
     return Worn(
         name,

@@ -78,7 +78,7 @@ def _level(model: BodyModel, style: Beard, body: Avatar, mesh: Mesh, level: int)
     tree: Any = KDTree(way / far[:, None])
     angle, which = tree.query(way / far[:, None], k=min(12, len(near)))
     farthest = np.where(np.asarray(angle) < 0.10, far[np.asarray(which, np.int64)], 0.0).max(axis=1)
-    within[near[far < farthest - 0.012]] = -1.0
+    within[near[far < farthest - 0.010]] = -1.0
     chin = smooth((-0.02 - y) / 0.03)
     tri = mesh.triangles[(within[mesh.triangles] > 0.0).any(axis=1) & (within[mesh.triangles] > -0.5).all(axis=1)]
     vertex = np.unique(tri)

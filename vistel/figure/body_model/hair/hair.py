@@ -16,16 +16,16 @@ from vistel.figure.body_model.hair.styles import STYLES, Style, bun_of
 from vistel.figure.part import Part
 from vistel.geometry.smoothstep import smooth
 
-MOST = 3500, 1200, 350
+MOST = 3000, 1200, 350
 """Vertices of hair by level of detail."""
-_NET = (48, 10), (40, 7), (26, 5)
+_NET = (40, 8), (40, 7), (26, 5)
 """Columns and rows of a cap, by level."""
 _CLEAR = 0.0012
 """Least distance of hair from the skin [m]."""
 _SHOULDERS = 0.05
 """From the base of the neck down to where hair is as far off as on shoulders [m]."""
 _ROUGHNESS = 0.62
-_COVERED = 0.35
+_COVERED = 0.28
 """So far inside the hairline no skin is seen through the cap, as a share of the head's size."""
 
 
@@ -102,7 +102,7 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, lim
     parts = _caps(scalp, style, level)
     if style.tied:
         parts.append(_bun(scalp, level, np.random.default_rng(seed)))
-    rows, across = style.rows[level], 3 if level == 0 and style.kind != "curly" and not style.hanging else 2
+    rows, across = style.rows[level], 3 if level == 0 and style.tied else 2
     room = (MOST[level] - sum(len(part.p) for part in parts)) // (rows * across)
     first = np.argsort(locks.order, kind="stable")[: max(0, min(style.counts[level], room))]
     on = np.sort(first)[::-1]
@@ -122,7 +122,7 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, lim
 
 def _caps(scalp: Scalp, style: Style, level: int) -> list[Strips]:
     """The cap, and shells over it."""
-    columns, rows = (64, 12) if style.round and level == 0 else _NET[level]
+    columns, rows = (60, 11) if style.round and level == 0 else _NET[level]
     skin = ground(scalp, columns, rows)
     shells = style.shells if level == 0 else style.shells[-1:] if level == 1 else ()
     return [cap(scalp, skin, high, cap_box(shell=k > 0)) for k, high in enumerate((style.cap, *shells))]

@@ -8,6 +8,9 @@ from functools import cache
 import numpy as np
 
 from vistel.arrays import F32, F64, U8
+from vistel.figure.body_model.hair.strand_kernels import (
+    paint_strands,  # pyright: ignore[reportUnknownVariableType]
+)
 from vistel.geometry.smoothstep import smooth
 
 SIZE = 512
@@ -22,6 +25,8 @@ INNER = (0, 1)
 MIDDLE = (2, 3, 4)
 OUTER = (5, 6)
 WISPS = (7,)
+_SHORTEST = 6
+"""Rows; shorter strands are not painted."""
 KINDS = ("straight", "tufts", "wavy", "curly")
 
 
@@ -69,8 +74,6 @@ def strands(kind: str) -> Strands:
     # Farther in no skin is seen; where that begins differs from place to place.
     noise = np.convolve(rng.normal(0.0, 1.0, SIZE + 4), np.ones(5) / np.sqrt(5.0), "valid")
     begins = CAP_ROWS - 37.0 - 8.0 * np.clip(noise, -1.5, 1.0)
-    canvas.opacity[:CAP_ROWS] = np.maximum(canvas.opacity[:CAP_ROWS], np.arange(CAP_ROWS)[:, None] < begins)
-    canvas.darken_cap()
     top, wide = LOCK_TOP, SIZE // COLUMNS
     # In short hair one looks between locks; long ones lie side by side, and a dark one among them is a stain.
     inner, root = (0.74, 0.66) if kind in ("tufts", "curly") else (0.88, 0.93)
@@ -95,6 +98,9 @@ def strands(kind: str) -> Strands:
             canvas.strand(rng, column * wide + x, (top + first, SIZE - 2.0 - last), rng.uniform(0.5, 1.0),
                           light * rng.normal(1.0, 0.17), wave, (0.12, 0.30),
                           towards=((column + 0.5 + rng.normal(0.0, 0.06)) * wide, clump))  # fmt: skip
+    canvas.paint()
+    canvas.opacity[:CAP_ROWS] = np.maximum(canvas.opacity[:CAP_ROWS], np.arange(CAP_ROWS)[:, None] < begins)
+    canvas.darken_cap()
     canvas.darken_roots(top, root)
     return canvas.done()
 
@@ -104,6 +110,7 @@ class _Canvas:
 
     def __init__(self, height: int, width: int) -> None:
         self.shade, self.warm, self.opacity, self.turn = (np.zeros((height, width), np.float32) for _ in range(4))
+        self._strands: list[tuple[float, ...]] = []
 
     def strand(
         self,
@@ -114,31 +121,16 @@ class _Canvas:
         light: float,
         wave: tuple[float, float, float],
         taper: tuple[float, float],
-        towards: tuple[float, float] | None = None,
+        towards: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         """From row to row; half: of its width; wave: how far it sways [texels], how often, and from where on [rad]; taper: shares
         of its length over which it grows thick and thin; towards: where strands meet at the tip, and how far they do."""
-        first, last = max(0, int(rows[0])), min(len(self.shade) - 1, int(rows[1]))
-        if last - first < 6:
-            return
-        y = np.arange(first, last + 1)
-        s = (y - first) / (last - first)
-        at = x + wave[0] * np.sin(wave[2] + 2.0 * np.pi * wave[1] * s)
-        if towards is not None:
-            at = at + (towards[0] - at) * towards[1] * s * s
-        wide = half * np.minimum(1.0, (s + 0.02) / taper[0]) * np.minimum(1.0, (1.02 - s) / taper[1])
-        column = np.floor(at).astype(int)[:, None] + np.arange(-2, 4)
-        off = column + 0.5 - at[:, None]
-        cover = np.clip(wide[:, None] - np.abs(off) + 0.5, 0.0, 1.0).astype(np.float32)
-        row = np.broadcast_to(y[:, None], column.shape)
-        on = (cover > 0.0) & (column >= 0) & (column < self.shade.shape[1])
-        r, c, k = row[on], column[on], cover[on]
-        round_ = np.clip(off / np.maximum(wide[:, None], 0.4), -1.0, 1.0)[on]
-        tone = light * (1.0 - 0.22 * round_**2)
-        self.shade[r, c] += k * (tone - self.shade[r, c])
-        self.warm[r, c] += k * (rng.normal(0.0, 1.0) - self.warm[r, c])
-        self.turn[r, c] += k * (0.5 * round_ - self.turn[r, c])
-        self.opacity[r, c] = np.maximum(self.opacity[r, c], k)
+        if min(SIZE - 1, int(rows[1])) - max(0, int(rows[0])) >= _SHORTEST:
+            self._strands.append((x, *rows, half, light, float(rng.normal()), *wave, *taper, *towards))
+
+    def paint(self) -> None:
+        """All strands, in their order."""
+        paint_strands(np.array(self._strands), self.shade, self.warm, self.opacity, self.turn)
 
     def darken_roots(self, top: int, least: float) -> None:
         """Little light comes to the roots of locks, which others cover; tips are bleached. least: how light roots are."""

@@ -204,19 +204,19 @@ STYLES: dict[str, Style | None] = {
         shells=(Cap(0.0036, 0.001), Cap(0.0050, 0.0025), Cap(0.0064, 0.004)), round=True,
     ),
     "short": Style(
-        "tufts", Cap(0.0030, 0.006), 0.016, (150, 66, 24), (5, 4, 3), _short,
+        "tufts", Cap(0.0030, 0.006), 0.016, (120, 66, 24), (5, 4, 3), _short,
         shells=(Cap(0.0050, 0.009, 0.001), Cap(0.0070, 0.012, 0.002)),
     ),
     "side_parting": Style(
-        "tufts", Cap(0.0030, 0.006), 0.020, (135, 90, 24), (5, 4, 3), _side_parting, dense=_at_parting(PARTING),
+        "tufts", Cap(0.0030, 0.006), 0.020, (120, 90, 24), (5, 4, 3), _side_parting, dense=_at_parting(PARTING),
         shells=(Cap(0.0050, 0.009, 0.001), Cap(0.0070, 0.011, 0.002)),
     ),
     "curly": Style(
-        "curly", Cap(0.0080, 0.004, 0.004), 0.014, (122, 62, 14), (9, 6, 4), _curly,
+        "curly", Cap(0.0080, 0.004, 0.004), 0.016, (73, 62, 14), (7, 6, 4), _curly,
         dense=_on_crown, shells=(Cap(0.0120, 0.006, 0.006),),
     ),
-    "bob": Style("straight", Cap(0.0020, 0.005), 0.023, (150, 90, 26), (9, 5, 4), _bob, _HANGING, _at_parting(0.12), hanging=True),
-    "long": Style("wavy", Cap(0.0020, 0.005), 0.029, (132, 75, 24), (11, 6, 4), _long, _HANGING, _at_parting(0.12), hanging=True),
+    "bob": Style("straight", Cap(0.0020, 0.005), 0.023, (150, 90, 26), (8, 5, 4), _bob, _HANGING, _at_parting(0.12), hanging=True),
+    "long": Style("wavy", Cap(0.0020, 0.005), 0.029, (128, 75, 24), (10, 6, 4), _long, _HANGING, _at_parting(0.12), hanging=True),
     "bun": Style("straight", Cap(0.0020), 0.022, (76, 70, 16), (6, 4, 3), _bun, round=True, tied=True),
 }  # fmt: skip
 """By name, from shaved, which is paint on the scalp, to long and tied."""
