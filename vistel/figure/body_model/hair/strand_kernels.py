@@ -11,9 +11,9 @@ from vistel.jit.kernel_jit import compiled
 
 @compiled
 def paint_strands(strand, shade, warm, opacity, turn) -> None:
-    """Paint strands (N, 13), later ones over earlier ones, on four pictures (H, W). Of each: the place across, the first row and the
-    row after its last, half its width, how light and how warm it is, how far it sways [texels], how often and from where on [rad],
-    shares of its length over which it grows thick and thin, where it ends across and how far it goes there."""
+    """Paint strands (N, 13), later ones over earlier ones, on four pictures (H, W). Of each: place across, first and last row, half
+    its width, how light and how warm it is, how far it sways [texels], how often and from where on [rad], shares of its length over
+    which it grows thick and thin, where it ends across and how far it goes there."""
     height, width = shade.shape
     for n in range(len(strand)):
         x, begin, end, half, light, own, sway, often, phase, thick, thin, aim, clump = strand[n]
@@ -23,7 +23,7 @@ def paint_strands(strand, shade, warm, opacity, turn) -> None:
             at = x + sway * math.sin(phase + 2.0 * math.pi * often * s)
             at += (aim - at) * clump * s * s
             wide = half * min(1.0, (s + 0.02) / thick) * min(1.0, (1.02 - s) / thin)
-            middle = int(math.floor(at))
+            middle = math.floor(at)
             for column in range(max(0, middle - 2), min(width, middle + 4)):
                 off = column + 0.5 - at
                 cover = np.float32(min(1.0, max(0.0, wide - abs(off) + 0.5)))

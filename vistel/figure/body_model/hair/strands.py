@@ -8,9 +8,7 @@ from functools import cache
 import numpy as np
 
 from vistel.arrays import F32, F64, U8
-from vistel.figure.body_model.hair.strand_kernels import (
-    paint_strands,  # pyright: ignore[reportUnknownVariableType]
-)
+from vistel.figure.body_model.hair.strand_kernels import paint_strands  # pyright: ignore[reportUnknownVariableType]
 from vistel.geometry.smoothstep import smooth
 
 SIZE = 512
