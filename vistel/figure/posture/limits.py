@@ -30,6 +30,17 @@ FINGER_LIMITS: F64 = np.radians(
 because a thing in the hand can press fingers apart."""
 
 
+_CLOSED, _CLOSES = math.radians(140.0), math.radians(35.0)
+"""Base and middle flexion of an index finger together from which it begins to be closed, and over how much more it closes [rad]."""
+_BENT, _BENDS = math.radians(20.0), math.radians(30.0)
+"""The same of both flexions of a thumb."""
+_OVER = math.radians(75.0), math.radians(23.0)
+"""Least roll and abduction of a thumb over closed fingers; more abduction the more it bends at its base [rad]."""
+_ROLLS = math.radians(10.0)
+"""How much farther it rolls there [rad]."""
+_MOST_ABDUCTION = math.radians(60.0)
+
+
 def within_limits(posture: Posture) -> Posture:
     """The posture with every joint brought to its limit where it is beyond, given the others. Joints within their limits keep
     their angles to the last bit."""
@@ -127,7 +138,6 @@ def _wrist(rotvec: F64, side: float) -> F64:
 def hand_within_limits(angles: F64) -> F64:
     """(20,) angles of a hand, as in a row of `Posture.hands` [rad]."""
     out = angles.copy()
-    out[:4] = np.clip(out[:4], np.radians((-30, -40, -30, -30)), np.radians((110, 60, 75, 90)))
     for f in range(4, 20, 4):
         base = clip(out[f], math.radians(-30.0), math.radians(95.0))
         spread = math.radians(28.0) * (1.0 - 0.85 * clip(base / math.radians(80.0), 0.0, 1.0))
@@ -135,4 +145,12 @@ def hand_within_limits(angles: F64) -> F64:
         # One tendon bends both: the end joint follows the middle one, and goes little further.
         end = clip(out[f + 3], math.radians(-8.0), clip(0.75 * middle + math.radians(25.0), 0.0, math.radians(85.0)))
         out[f : f + 4] = base, clip(out[f + 1], -spread, spread), middle, end
+    out[2:4] = np.clip(out[2:4], np.radians((-30, -30)), np.radians((75, 90)))
+    # Fingers that are closed leave a thumb that bends only the way over them.
+    over = clip((out[4] + out[6] - _CLOSED) / _CLOSES, 0.0, 1.0) * clip((out[2] + out[3] - _BENT) / _BENDS, 0.0, 1.0)
+    roll, abduction = _OVER[0], _OVER[1] + 0.6 * out[2]
+    out[0] = clip(
+        out[0], math.radians(-30.0) * (1.0 - over) + over * roll, math.radians(110.0) * (1.0 - over) + over * (roll + _ROLLS)
+    )
+    out[1] = clip(out[1], math.radians(-40.0) * (1.0 - over) + over * min(abduction, _MOST_ABDUCTION), _MOST_ABDUCTION)
     return out

@@ -5,7 +5,8 @@ import math
 import numpy as np
 
 from vistel.figure.posture import posture as dof
-from vistel.figure.posture.posture import Posture, interpolate, standing
+from vistel.figure.posture.hands import FIST
+from vistel.figure.posture.posture import Posture, standing
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
 
 
@@ -70,8 +71,4 @@ def _twisted(base: Posture, degrees: float) -> Posture:
 
 
 def _fists(base: Posture) -> Posture:
-    hands = np.zeros((2, dof.HAND_DOF_COUNT))
-    hands[:, 0:4] = np.radians((30, 25, 45, 40))
-    for finger in range(1, 5):
-        hands[:, 4 * finger : 4 * finger + 4] = np.radians((80, 0, 95, 60))
-    return interpolate(base, Posture(base.dofs, hands, base.stance, base.gaze), 1.0)
+    return Posture(base.dofs, np.stack([FIST, FIST]), base.stance, base.gaze)

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from vistel.figure.arm_clearance import clear_of_body
 from vistel.figure.body import pose_body
+from vistel.figure.posture.hands import FIST
 from vistel.figure.posture.limits import ankle_range, axial_range, within_limits
 from vistel.figure.posture.posture import ANKLE, DOF_COUNT, ELBOW, KNEE, SHOULDER, WRIST, Posture, pose_joints, standing
 from vistel.figure.posture.standard import standard_postures
@@ -46,6 +47,7 @@ def test_everyday_postures_are_within_limits(name: str) -> None:
     posture = standard_postures()[name]
     kept = within_limits(posture)
     np.testing.assert_allclose(kept.dofs, posture.dofs, atol=1e-9)
+    np.testing.assert_allclose(kept.hands, posture.hands, atol=1e-9)
 
 
 def test_a_straight_knee_leaves_the_ankle_less() -> None:
@@ -63,6 +65,16 @@ def test_fingers_spread_while_they_are_straight_and_end_joints_follow_middle_one
     assert index(within_limits(hands(spread=25, base=80)))[1] < 6
     assert index(within_limits(hands(end=70)))[3] < 30
     assert index(within_limits(hands(end=70, middle=90)))[3] == pytest.approx(70)
+
+
+def test_a_thumb_that_bends_with_closed_fingers_goes_over_them() -> None:
+    bent = FIST.copy()
+    bent[:4] = np.radians((30, 25, 45, 40))
+    over = np.degrees(within_limits(Posture(hands=np.stack([bent, bent]))).hands[0, :4])
+    assert over == pytest.approx((75, 50, 45, 40))
+    straight = FIST.copy()
+    straight[:4] = np.radians((0, 20, 5, 5))
+    assert within_limits(Posture(hands=np.stack([straight, straight]))).hands[0, :4] == pytest.approx(straight[:4])
 
 
 def test_a_bent_wrist_deviates_less() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from vistel.figure.face.rules import FaceRules, builtin_rules
 from vistel.figure.face.shape import Expression
 from vistel.figure.posture import posture as dof
+from vistel.figure.posture.hands import FIST
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINTS, Skeleton
 from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_quaternion
@@ -16,7 +17,6 @@ from vistel.wrinkle.drive import Drive
 
 STEPS = 24
 """Positions of a slider at which the strongest wrinkles are searched."""
-_FIST = np.radians((30, 25, 45, 40) + 4 * (80, 0, 95, 60))
 _ACTIONS = {
     "AU1": "Inner brows up",
     "AU2": "Outer brows up",
@@ -103,7 +103,7 @@ def posture_of(values: Mapping[str, float]) -> Posture:
         hang = 90.0 - values[f"{side}_arm"]
         down = matrix_from_rotvec(np.array((0.0, 0.0, -sign * math.radians(hang))))
         dofs[dof.SHOULDER[side]] = rotvec_from_quaternion(quaternion_from_matrix(front @ down))
-    hands = np.zeros((2, dof.HAND_DOF_COUNT)) + values["fist"] * _FIST
+    hands = np.zeros((2, dof.HAND_DOF_COUNT)) + values["fist"] * FIST
     return replace(base, dofs=dofs, hands=hands)
 
 
