@@ -301,7 +301,9 @@ class _Level:
         self.face: FaceSkin | None = None
         self._offsets: F32 | None = None
         # Coarser levels are for pictures in which they are small.
-        patches = tuple(p for p in avatar.patches if finest is None or not p.relief)
+        patches = avatar.patches
+        if finest is not None:
+            patches = tuple(p.evenly() if p.relief else p for p in patches if p.both_sides or not p.relief)
         self.model = avatar_model(replace(avatar, patches=patches), wrinkles, picture, coarsest, small=finest is not None)
         self.figure = Figure(avatar, same_body=finest)
         self._planner: tuple[FigurePlanner, SkinShape] | None = None

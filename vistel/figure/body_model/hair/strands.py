@@ -23,9 +23,11 @@ INNER = (0, 1)
 MIDDLE = (2, 3, 4)
 OUTER = (5, 6)
 WISPS = (7,)
+_LONG = {"curly": (30.0, 80.0), "stubs": (7.0, 13.0)}
+"""Least and most rows of strands of caps, where they are not 10 and 40."""
 _SHORTEST = 6
 """Rows; shorter strands are not painted."""
-KINDS = ("straight", "tufts", "wavy", "curly")
+KINDS = ("straight", "tufts", "wavy", "curly", "stubs")
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,24 +60,26 @@ def strands(kind: str) -> Strands:
     # In texels: place across, from which row to which, half a strand's width, how light, how it bends.
     canvas = _Canvas(SIZE, SIZE)
     canvas.shade[:] = 0.82
-    for first, count in ((0, 3900), (CAP_ROWS, 1350)):
+    # Short strands do not hide the skin between them, unless they are many; each has a light of its own.
+    fill, differ = (7800, 0.30) if kind == "stubs" else (3900, 0.15)
+    for first, count in ((0, fill), (CAP_ROWS, 1350)):
         last = first + CAP_ROWS - 2.0
         for _ in range(count):
             # From the hairline, at the part's lowest row, upwards; there hairs are fine and lean either way.
-            low = rng.random() < (0.30 if first else 0.5)
+            low = rng.random() < (0.30 if first or kind == "stubs" else 0.5)
             end = last - (rng.gamma(1.6, 12.5) if low else rng.uniform(12.0, CAP_ROWS))
-            start = max(first + 1.0, end - (rng.uniform(30.0, 80.0) if kind == "curly" else rng.uniform(10.0, 40.0)))
+            start = max(first + 1.0, end - rng.uniform(*_LONG.get(kind, (10.0, 40.0))))
             sways, bends = (7.0, 2.2) if kind == "curly" else (4.0, 0.35) if low else (1.4, 0.8)
             wave = sways * rng.uniform(0.3, 1.0), bends * rng.uniform(0.6, 1.4), rng.uniform(0.0, 6.28)
             half = rng.uniform(0.28, 0.55) if low else rng.uniform(0.4, 0.75)
-            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), half, rng.normal(0.94, 0.15), wave, (0.25, 0.35))
+            canvas.strand(rng, rng.uniform(-4.0, SIZE + 4.0), (start, end), half, rng.normal(0.94, differ), wave, (0.25, 0.35))
     # Farther in no skin is seen; where that begins differs from place to place.
     noise = np.convolve(rng.normal(0.0, 1.0, SIZE + 4), np.ones(5) / np.sqrt(5.0), "valid")
     begins = CAP_ROWS - 37.0 - 8.0 * np.clip(noise, -1.5, 1.0)
     top, wide = LOCK_TOP, SIZE // COLUMNS
     # In short hair one looks between locks; long ones lie side by side, and a dark one among them is a stain.
-    inner, root = (0.74, 0.66) if kind in ("tufts", "curly") else (0.88, 0.93)
-    sway = {"straight": 2.2, "tufts": 3.0, "wavy": 5.0, "curly": 4.0}[kind]
+    inner, root = (0.74, 0.66) if kind in ("tufts", "curly", "stubs") else (0.88, 0.93)
+    sway = {"straight": 2.2, "tufts": 3.0, "wavy": 5.0, "curly": 4.0, "stubs": 3.0}[kind]
     for column in range(COLUMNS):
         group = next(k for k, those in enumerate((INNER, MIDDLE, OUTER, WISPS)) if column in those)
         count, light = ((110, inner), (95, 0.93), (70, 1.04), (24, 0.97))[group]

@@ -200,8 +200,8 @@ def _bun(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Gro
 STYLES: dict[str, Style | None] = {
     "shaved": None,
     "cropped": Style(
-        "tufts", Cap(0.0020), 0.010, (0, 0, 0), (3, 3, 2), _cropped,
-        shells=(Cap(0.0036, 0.001), Cap(0.0050, 0.0025), Cap(0.0064, 0.004)), round=True,
+        "stubs", Cap(0.0020), 0.010, (0, 0, 0), (3, 3, 2), _cropped,
+        shells=(Cap(0.0033, 0.001), Cap(0.0045, 0.0020), Cap(0.0057, 0.0030)), round=True,
     ),
     "short": Style(
         "tufts", Cap(0.0030, 0.006), 0.016, (120, 66, 24), (5, 4, 3), _short,
