@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vistel.arrays import F64, I64
+from vistel.arrays import F64, I64, Bool
 from vistel.implicit.meshes.embedding import W_CAP, W_FLOOR, Embedding
 from vistel.implicit.meshes.embedding_fields import cone_sphere_ratio
 
@@ -72,8 +72,9 @@ class FitReport:
         return out
 
 
-def fit_report(embedding: Embedding, names: Sequence[str] | None = None) -> FitReport:
-    """The report of an embedded mesh; names: of its primitives, by default their numbers.
+def fit_report(embedding: Embedding, names: Sequence[str] | None = None, counts: Bool | None = None) -> FitReport:
+    """The report of an embedded mesh; names: of its primitives, by default their numbers; counts: (V,) which vertices its fits are
+    of, by default all.
 
     Raises ValueError where there are not as many names as primitives.
     """
@@ -88,8 +89,8 @@ def fit_report(embedding: Embedding, names: Sequence[str] | None = None) -> FitR
     weight = np.asarray(embedding.weight, np.float64)
     fits: list[PrimitiveFit] = []
     for i in range(count):
-        w = weight[primitive == i]
-        counts = np.histogram(np.clip(w, EDGES[0], EDGES[-1]), EDGES)[0]
+        w = weight[(primitive == i) if counts is None else (primitive == i) & counts]
+        histogram = np.histogram(np.clip(w, EDGES[0], EDGES[-1]), EDGES)[0]
         low, middle, high = np.quantile(w, (0.05, 0.5, 0.95)) if len(w) else (1.0, 1.0, 1.0)
         fits.append(
             PrimitiveFit(
@@ -101,7 +102,7 @@ def fit_report(embedding: Embedding, names: Sequence[str] | None = None) -> FitR
                 float(fit.reach[i]),
                 (float(low), float(middle), float(high)),
                 int(np.count_nonzero((w <= W_FLOOR * 1.0001) | (w >= W_CAP * 0.9999))),
-                counts.astype(np.int64),
+                histogram.astype(np.int64),
             )
         )
     return FitReport(tuple(fits), primitive.astype(np.int64), weight)
