@@ -56,8 +56,9 @@ class Patch:
 
     @property
     def sheet(self) -> bool:
-        """Whether it has holes or two sides: what has it need not be the outside of something solid."""
-        return self.opacity is not None or self.both_sides
+        """Whether it has holes or two sides that differ from what is about it: what has it need not be the outside of something
+        solid. Matt cloth that is seen from within, too, is taken for that."""
+        return self.opacity is not None or (self.both_sides and not self.relief)
 
     @property
     def matt(self) -> bool:

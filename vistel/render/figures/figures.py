@@ -47,6 +47,8 @@ CASTER = 0.82
 COARSER_BELOW = (800.0, 260.0)
 """Pixels per metre below which each coarser level of the built-in people looks the same: it strays from the finest by
 0.4 and 1.6 mm at half of the places, hence by less than half a pixel."""
+_SKIRT = 0.25
+"""Least share of triangles of a skirt or dress that are on legs; of a jacket it is about 0.15."""
 _CASTING = 3000
 """Triangles of a small figure that throw its shadow in fast light: the shadow map's texels are 3.4 mm wide."""
 _PHALANX = ("metacarpal", "proximal", "intermediate", "distal")
@@ -141,6 +143,19 @@ def avatar_model(
         avatar.patches,
         small,
     )
+
+
+def _hang_round_legs(avatar: Avatar) -> set[int]:
+    """Numbers of the patches that have an inside which is seen from afar, too: skirts and dresses."""
+    mesh = avatar.mesh
+    legs = [k for k, name in enumerate(avatar.body.names) if name.endswith(("thigh", "shank"))]
+    of_leg = np.isin(mesh.limb[mesh.triangles], legs).any(axis=1)
+    on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
+    return {
+        k
+        for k, p in enumerate(avatar.patches)
+        if p.both_sides and np.count_nonzero(of_leg & (on == k)) > _SKIRT * np.count_nonzero(on == k)
+    }
 
 
 def _triangles_of(coarse: Mesh, mesh: Mesh) -> I32:
@@ -303,7 +318,8 @@ class _Level:
         # Coarser levels are for pictures in which they are small.
         patches = avatar.patches
         if finest is not None:
-            patches = tuple(p.evenly() if p.relief else p for p in patches if p.both_sides or not p.relief)
+            open_below = _hang_round_legs(avatar)
+            patches = tuple(p.evenly() if p.relief else p for k, p in enumerate(patches) if k in open_below or not p.relief)
         self.model = avatar_model(replace(avatar, patches=patches), wrinkles, picture, coarsest, small=finest is not None)
         self.figure = Figure(avatar, same_body=finest)
         self._planner: tuple[FigurePlanner, SkinShape] | None = None
