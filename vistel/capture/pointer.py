@@ -46,6 +46,8 @@ NEAR_M = 0.03
 """A palm that is this near to where it is to touch closes [m]."""
 COMFORTABLE = 0.86
 """Share of an arm's length from which the trunk leans after a hand."""
+MOST_LEAN = np.array([0.9, 0.5, 0.4])
+"""How far the trunk leans: forward, about its own axis, sideways [rad]."""
 MOST_BEND = math.radians(50.0)
 """A hand turns from the way of its arm no further than this to take a thing [rad]."""
 HEAD_SHARE = 0.7
@@ -177,8 +179,8 @@ class PointerCapture:
             far = float(np.linalg.norm(d))
             excess = max(0.0, far - COMFORTABLE * self._arm)
             ahead = d / max(far, 1e-6)
-            lean += excess * np.array([1.9 * max(0.0, ahead[2]), -sign * 1.6 * max(0.0, ahead[2]), -0.9 * ahead[0]])
-        return np.array([0.7, 0.5, 0.35]) * np.tanh(lean / (0.7, 0.5, 0.35))
+            lean += excess * np.array([3.0 * max(0.0, ahead[2]), -sign * 1.8 * max(0.0, ahead[2]), -1.2 * ahead[0]])
+        return MOST_LEAN * np.tanh(lean / MOST_LEAN)
 
     def _receivers(
         self, trunk: F64, yaw: float, pitch: float, wrists: dict[str, F64], aims: dict[str, HandAim], t_s: float
