@@ -42,7 +42,7 @@ from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
-from vistel_cli.run.pages import console_line, pages_of, with_console
+from vistel_cli.run.pages import console_line, guests_line, pages_of, with_console
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.steps import Steps
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
@@ -277,6 +277,7 @@ class _Run:
             "bus": running.hub,
             **pages_of(self.conference.sites, datetime.now(UTC)),
             **console_line(self.conference.console),
+            **guests_line(self.conference),
             **self.kept,
             "metrics": str(self.out / "metrics"),
             "logs": str(self.out / "logs"),
@@ -386,7 +387,17 @@ def _running(conference: Conference, source: Path, endpoint: str, paths: RunPath
     """What others are told about the run."""
     pages = {site.name: site.display.stream_page for site in conference.sites if site.draws and site.display.stream_page}
     people = {p.name: site.name for site in conference.sites for p in site.participants}
-    return Running(conference.name, endpoint, str(source.resolve()), str(paths.out), time.time_ns(), people, pages, str(paths.run))
+    return Running(
+        name=conference.name,
+        hub=endpoint,
+        file=str(source.resolve()),
+        folder=str(paths.out),
+        started_ns=time.time_ns(),
+        people=people,
+        pages=pages,
+        run=str(paths.run),
+        console=conference.console.page,
+    )
 
 
 def _show_report(report: dict[str, Any], folder: Path) -> None:
