@@ -22,7 +22,7 @@ from vistel.space.people import Build
 from vistel.space.room import CHAIR_HEIGHT
 from vistel.v1.device_pb2 import PointedHand, PointerFrame
 
-AWAY_S = 1.0
+AWAY_S = 2.0
 """Without a word of the page for so long (it is in the background), the guest rests [s]."""
 HIPS_M = 0.097
 """From the seat's height to the hips of a person of REFERENCE_HEIGHT [m]."""
