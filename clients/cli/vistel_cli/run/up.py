@@ -20,7 +20,7 @@ from rich.text import Text
 
 from vistel.conference.connect import connect
 from vistel.conference.console import ConsoleConfig
-from vistel.conference.device_list import simulated_names
+from vistel.conference.device_list import devices_of, simulated_names
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
@@ -292,12 +292,13 @@ class _Run:
         """Start everything. Returns the seconds until all sites saw all participants; None when stopped before."""
         starting = background.start(start(supervisor, self.stop), "start")
         with _progress(self.as_json) as bar:
-            everything, simulated = len(observer.missing()), simulated_names(self.conference)
+            pages = [d.name for d in devices_of(self.conference) if d.found_by_file]
+            everything, starting_up = len(observer.missing()), {*simulated_names(self.conference), *pages}
             task = bar.add_task("loading", total=everything)
             self.steps.begin("loading")
             while not self.stop.is_set():
                 observer.poll()
-                for event in events.troubles(simulated):
+                for event in events.troubles(starting_up):
                     bar.console.print(event, soft_wrap=True) if not self.as_json else None
                 missing = observer.missing()
                 shown = "loading" if not starting.done() else f"waiting for {_some(missing)}" if missing else "ready"
