@@ -28,9 +28,7 @@ def in_room(folder: Path, patch: pytest.MonkeyPatch, play: Callable[[GuestRoom],
     asyncio.run(played())
 
 
-def test_who_has_the_link_enters_moves_leaves_and_comes_back_to_the_seat(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_who_has_the_link_enters_moves_leaves_and_comes_back_to_the_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def play(room: GuestRoom) -> None:
         link = room.invited()
         for visit in (1, 2):
@@ -63,9 +61,7 @@ def test_a_wrong_an_ended_and_a_replaced_link_are_refused(tmp_path: Path, monkey
     in_room(tmp_path, monkeypatch, play)
 
 
-def test_a_link_is_open_at_one_page_and_ends_when_the_host_takes_it_back(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_link_is_open_at_one_page_and_ends_when_the_host_takes_it_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def play(room: GuestRoom) -> None:
         link = room.invited()
         async with room.opened(link) as page:
@@ -82,7 +78,7 @@ def test_a_link_is_open_at_one_page_and_ends_when_the_host_takes_it_back(
 
 def test_what_a_guest_cannot_do_is_not_passed_on_and_ends_the_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     beyond = posture_record(yaw=3.0)
-    wrong = (beyond, guest_record("Ben", "builtin:person=ben"), b"", b"\xff" * 26, json.dumps({"person": "../../x"}), "no JSON", "[1]")
+    wrong = (beyond, guest_record("Ben", "builtin:person=ben"), b"", b"\xff" * 26, json.dumps({"person": "../x"}), "no JSON", "[1]")
 
     async def play(room: GuestRoom) -> None:
         async with room.opened(room.invited()) as page:

@@ -38,7 +38,8 @@ FIST = finger_posture((45, -5, 35, 35), (75, 85, 50), 0.0)
 THUMB_UP = finger_posture((-25, 45, -5, -10), (80, 90, 55), 0.0)
 """Fingers closed, the thumb away from them."""
 _UP = np.array([0.0, 1.0, 0.0])
-_RIGHT, _LEFT = -1.0, 1.0
+_RIGHT = -1.0
+_LEFT = 1.0
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,12 @@ from dataclasses import dataclass
 
 from vistel.v1.device_pb2 import Guest, PointedHand, PointerFrame
 
-POSTURE, GUEST, LEFT = 1, 2, 3
-"""Kinds of records."""
+POSTURE = 1
+"""The kind of a page's record."""
+GUEST = 2
+"""The kind of the gateway's record of who is there."""
+LEFT = 3
+"""The kind of the gateway's record that they left."""
 _HEAD = b"VP"
 _POSTURE = struct.Struct("<2s4B2h4h4h")
 POSTURE_BYTES = _POSTURE.size
@@ -35,8 +39,14 @@ _LENGTH = 1e-3
 """A length's unit [m]."""
 _NO_TURN = -32768
 """In place of a turn: nothing is to lie across the palm."""
-_LEFT_HAND, _RIGHT_HAND, _LEFT_CLOSES, _RIGHT_CLOSES = 1, 2, 4, 8
-"""Flags: which hands are led, and which of them close."""
+_LEFT_HAND = 1
+"""Flag: the left hand is led."""
+_RIGHT_HAND = 2
+"""Flag: the right hand is led."""
+_LEFT_CLOSES = 4
+"""Flag: the left hand closes."""
+_RIGHT_CLOSES = 8
+"""Flag: the right hand closes."""
 
 
 @dataclass(frozen=True)

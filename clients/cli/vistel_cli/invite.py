@@ -41,8 +41,8 @@ def invite(
 ) -> None:
     """Print a link: whoever opens it in a browser is in the room as a figure, led by mouse and keys.
 
-    The conference file has seats for guests: participants with `guest = true`. Send each link by a way that only its reader sees. It
-    counts for this run of the conference, at one page at a time; a new link to a seat takes the place of the old one.
+    The conference file has seats for guests: participants with `guest = true`. Send each link by a way that only its reader sees.
+    It counts for this run of the conference, at one page at a time; a new link to a seat takes the place of the old one.
 
     [bold]Examples[/bold]
 

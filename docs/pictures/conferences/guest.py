@@ -2,6 +2,7 @@
 Chromium and the console's pages (`make web`); takes two minutes."""
 
 import asyncio
+import contextlib
 import json
 import signal
 import subprocess
@@ -20,7 +21,9 @@ HERE = Path(__file__).parent
 CONFERENCE = ROOT / "examples/conferences/guests.toml"
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 SIZE = (1120, 700)
-TAKEN = "box"
+THINGS = ("box", "ball", "can")
+"""One after the other, until one is taken: somebody else may have it, or it is out of reach."""
+TRY_S = 10.0
 LIFT_PX = 90
 
 
@@ -51,9 +54,7 @@ async def visit(folder: Path, console: str, link: str) -> None:
         await tab.click(".people button[aria-current=true]")
         await tab.until("window.guest.own()")
         await asyncio.sleep(2.0)  # until the view is steady
-        x, y = await tab.value(f"window.guest.seen(window.guest.thing({TAKEN!r}))")
-        await mouse(tab, "mousePressed", x, y, clickCount=1)
-        await tab.until(f"window.guest.held().some(([who, , id]) => who === window.guest.me() && id === {TAKEN!r})")
+        x, y = await taken(tab)
         for n in range(12):
             await mouse(tab, "mouseMoved", x, y - n * LIFT_PX / 24)
             await asyncio.sleep(0.1)  # as a hand moves
@@ -67,6 +68,21 @@ async def visit(folder: Path, console: str, link: str) -> None:
         await tab.value("window.guest.sharp()")
         await asyncio.sleep(8.0)
         await kept(tab, "guest-eyes")
+
+
+async def taken(tab: Page) -> tuple[float, float]:
+    """Where the pointer holds a thing."""
+    while True:
+        for thing in THINGS:
+            x, y = await tab.value(f"window.guest.seen(window.guest.thing({thing!r}))")
+            await mouse(tab, "mouseMoved", x, y)
+            await mouse(tab, "mousePressed", x, y, clickCount=1)
+            with contextlib.suppress(TimeoutError):
+                async with asyncio.timeout(TRY_S):
+                    await tab.until("window.guest.held().some(([who]) => who === window.guest.me())")
+                    return x, y
+            await mouse(tab, "mouseReleased", x, y, clickCount=1)
+            await asyncio.sleep(1.0)  # for the hand to be out of the way
 
 
 async def mouse(tab: Page, kind: str, x: float, y: float, **more: object) -> None:

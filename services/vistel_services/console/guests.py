@@ -48,8 +48,15 @@ MOST_STRANGERS = 20
 """Pages that have not shown a link yet."""
 _BEARER = "Bearer "
 
-# Of a WebSocket that is closed (RFC 6455 §7.4.2: for the application), so that a page knows whether to come back.
-REFUSED, ENDED, TAKEN, MISBEHAVED = 4403, 4410, 4409, 4429
+# With what a WebSocket is closed (RFC 6455 §7.4.2: codes of the application), so that a page does not come back by itself.
+REFUSED = 4403
+"""The link does not count."""
+TAKEN = 4409
+"""It is open at another page."""
+ENDED = 4410
+"""The invitation has ended, or was taken back."""
+MISBEHAVED = 4429
+"""The page sends what none of ours does."""
 
 View = Callable[[web.WebSocketResponse, Viewer], AbstractContextManager[None]]
 """While entered, the room is sent there."""

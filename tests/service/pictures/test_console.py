@@ -68,7 +68,8 @@ class Room:
 
         real = service.open_server
         monkeypatch.setattr(service, "open_server", open_server)
-        serving = asyncio.create_task(service.run(self.conference, self.paths, self.network.bus("c", "hub", self.clock), self.clock))
+        hub = self.network.bus("c", "hub", self.clock)
+        serving = asyncio.create_task(service.run(self.conference, self.paths, hub, self.clock))
         moving = asyncio.create_task(self._move())
         try:
             await until(lambda: opened, "the console's server", tasks=[serving])
