@@ -19,7 +19,7 @@ from vistel.figure.posture.solve import PostureSolver
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, SPINE_SEGMENTS
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotation_y, slerp
 from vistel.space.people import Build
-from vistel.space.room import CHAIR_HEIGHT
+from vistel.space.room import CHAIR_HEIGHT, TABLE_HEIGHT
 from vistel.v1.device_pb2 import PointedHand, PointerFrame
 
 AWAY_S = 2.0
@@ -38,10 +38,10 @@ MOST_LEAD_M = 0.5
 """A hand is led by a place no farther off: it goes at 1.6 m/s at most [m]."""
 FINGER_RATE = 14.0
 """How quickly fingers follow [rad/s]."""
-ABOVE_M = 0.10
-"""A hand comes to a thing from so high above it [m]..."""
+ABOVE_M = 0.14
+"""A hand comes to a thing from so high above it, and leaves so high above the table, to throw nothing over [m]..."""
 BESIDE_M = 0.16
-"""... while it is farther from it than this [m]."""
+"""... while it is farther than this from where it goes [m]."""
 NEAR_M = 0.03
 """A palm that is this near to where it is to touch closes [m]."""
 COMFORTABLE = 0.86
@@ -75,6 +75,11 @@ class _Hand:
         self.place, self.fingers = _Spring(rest.palm), _Spring(rest.fingers)
         self.rotation = quaternion_from_matrix(np.ascontiguousarray(rest.rotation))
         self.closing = False
+
+    def beside(self, place: F64) -> float:
+        """How far it is from a place, seen from above: 0 there .. 1 beside it."""
+        aside = math.hypot(self.place.at[0] - place[0], self.place.at[2] - place[2])
+        return min(1.0, max(0.0, aside - NEAR_M) / BESIDE_M)
 
     def follow(self, aim: HandAim, dt: float) -> HandAim:
         lead = aim.palm - self.place.at
@@ -129,7 +134,8 @@ class PointerCapture:
             aim = made.hands.get(s)
             aim = self._lap(s) if aim is None else HandAim(aim.palm * self._scale, aim.rotation, aim.fingers)
             pointed = said.HasField("left" if s == "left" else "right")
-            aims[s] = self._hands[s].follow(self._led(s, led) if pointed else aim, dt)
+            aim = self._led(s, led) if pointed else aim if s in made.hands else self._leaving(s, aim)
+            aims[s] = self._hands[s].follow(aim, dt)
             if not pointed:
                 self._hands[s].closing = False
         wrists = {s: aim.palm - aim.rotation @ self._palm(s) for s, aim in aims.items()}
@@ -167,9 +173,14 @@ class PointerCapture:
         fingers, palm = math.cos(raised) * fingers + math.sin(raised) * up, math.sin(raised) * fingers - math.cos(raised) * up
         away = float(np.linalg.norm(hand.place.at - place))
         hand.closing = led.close and (hand.closing or away < NEAR_M)
-        aside = math.hypot(hand.place.at[0] - place[0], hand.place.at[2] - place[2])
-        above = 0.0 if hand.closing else ABOVE_M * min(1.0, max(0.0, aside - NEAR_M) / BESIDE_M)
+        above = 0.0 if hand.closing else ABOVE_M * hand.beside(place)
         return HandAim(place + above * up, hand_rotation(sign, fingers, palm), FIST if hand.closing else OPEN)
+
+    def _leaving(self, side: str, rest: HandAim) -> HandAim:
+        """A hand on its way to rest: over the table as long as it is there."""
+        at = self._hands[side].place.at
+        above = max(0.0, min(float(at[1]), TABLE_HEIGHT + ABOVE_M) - float(rest.palm[1])) * self._hands[side].beside(rest.palm)
+        return HandAim(rest.palm + np.array([0.0, above, 0.0]), rest.rotation, rest.fingers)
 
     def _lean(self, wrists: dict[str, F64]) -> F64:
         """Rotation vector (3,) of the trunk that brings the shoulders within reach of the hands."""

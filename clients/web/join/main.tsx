@@ -13,7 +13,8 @@ import { record } from "./record";
 declare global {
   interface Window {
     /** For programs that drive the page. me: the guest's participant, once their figure is in the room; joints: places of somebody's
-     * joints in the room [m]; seen: where a point of the room is on the page [px]; sent: bytes of what the guest does. */
+     * joints in the room [m]; seen: where a point of the room is on the page [px]; ready: how many have
+     * their own figures; sent: bytes of what the guest does. */
     guest?: {
       me(): string | null;
       joints(name: string): [number, number, number][];
@@ -21,6 +22,7 @@ declare global {
       seen(at: [number, number, number]): [number, number];
       held(): [string, string, string][];
       own(): boolean;
+      ready(): number;
       sent(): number;
       sharp(): void;
     };
@@ -219,6 +221,7 @@ else {
     },
     held: () => room.held.grasps,
     own: () => Boolean(invited && room.figures.get(invited.participant)?.own),
+    ready: () => [...room.figures.values()].filter((f) => f.own).length,
     sent: () => sent,
     sharp: () => room.sharp(),
   };

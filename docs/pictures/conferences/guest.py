@@ -47,8 +47,8 @@ async def visit(folder: Path, console: str, link: str) -> None:
     """Enter by the link, take the box, and look at it from the console too."""
     async with page(folder / "guest", *SOFTWARE_GL) as tab:
         await tab.open(link, *SIZE)
-        await tab.until("!document.getElementById('door').hidden && window.guest.joints('aiko').length")
-        await asyncio.sleep(6.0)  # for Aiko's figure
+        await tab.until("!document.getElementById('door').hidden && window.guest.ready() === 1")
+        await asyncio.sleep(6.0)  # for walls and things
         await kept(tab, "guest-door")
         await tab.call("Emulation.setDeviceMetricsOverride", width=480, height=300, deviceScaleFactor=1, mobile=False)
         await tab.click(".people button[aria-current=true]")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -58,7 +57,10 @@ def stepped(world: World, guest: Guest, posture: Posture, step: int, **others: P
 
 def test_a_guest_takes_the_baton_from_the_table_lifts_it_and_lets_go() -> None:
     guest, world = Guest(), World(meeting_room(3))
-    baton: Callable[[], np.ndarray] = lambda: next(t for t in world.things_now if t.id == BATON).position  # noqa: E731
+
+    def baton() -> np.ndarray:
+        return next(t for t in world.things_now if t.id == BATON).position
+
     lies = baton()
     up: dict[int, float] = {}
     held: dict[int, bool] = {}
