@@ -4,6 +4,7 @@ Chromium and the console's pages (`make web`); takes two minutes."""
 import asyncio
 import contextlib
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -31,7 +32,8 @@ def main() -> None:
     command = [sys.executable, "-m", "vistel_cli.main"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        run = [*command, "up", str(CONFERENCE), "--out", str(folder / "out")]
+        conference = shutil.copy(CONFERENCE, folder)  # its room is kept beside it
+        run = [*command, "up", conference, "--out", str(folder / "out")]
         with subprocess.Popen(run, stdout=subprocess.PIPE, text=True) as up:
             try:
                 url = next(line.split()[1] for line in up.stdout or () if line.startswith("  console"))
@@ -90,7 +92,11 @@ async def mouse(tab: Page, kind: str, x: float, y: float, **more: object) -> Non
 
 
 async def kept(tab: Page, name: str) -> None:
-    cv2.imwrite(str(HERE / f"{name}.png"), np.ascontiguousarray((await tab.picture())[..., ::-1]))
+    """The picture of the room, and what lies over it."""
+    box = "document.getElementById('room').getBoundingClientRect()"
+    x, y, width, height = await tab.value(f"(r => [r.x, r.y, r.width, r.height].map(Math.round))({box})")
+    picture = (await tab.picture())[y : y + height, x : x + width, ::-1]
+    cv2.imwrite(str(HERE / f"{name}.png"), np.ascontiguousarray(picture))
 
 
 if __name__ == "__main__":
