@@ -272,6 +272,8 @@ class PlayoutConfig(Checked):
     """auto: what comes later than this is not waited for [s]."""
     in_time: float = Field(default=0.99, ge=0.5, le=1.0)
     """auto: the share of frames that are to be there in time."""
+    own_waits: bool = False
+    """Whether people see themselves and what they hold as late as others see them, too, and not at once."""
 
     @model_validator(mode="after")
     def _bounds(self) -> PlayoutConfig:

@@ -18,7 +18,7 @@ from vistel.render.view.view import View
 class RenderConfig:
     """view: what the picture is of; seats: of the room; delay_s: playout of films behind capture; avatars: files of participants;
     room: what the conference file says of the room, where files hold some of it; live_delay: playout of live pictures, fixed [ns]
-    or following the network; None: as in films.
+    or following the network; None: as in films; own: who sees themselves without it.
     """
 
     view: View
@@ -27,6 +27,7 @@ class RenderConfig:
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
     room: RoomKeys | None = None
     live_delay: int | AdaptiveDelay | None = None
+    own: frozenset[str] = frozenset()
 
 
 def live_delay(playout: PlayoutConfig) -> int | AdaptiveDelay:
@@ -59,4 +60,5 @@ def render_config(conference: Conference, site: Site) -> RenderConfig:
     )
     room = conference.room if conference.room.from_files else None
     playout = conference.playout
-    return RenderConfig(view, conference.room.seats, playout.recorded_s, files_of(conference), room, live_delay(playout))
+    own = frozenset(() if playout.own_waits else (p.name for p in site.participants))
+    return RenderConfig(view, conference.room.seats, playout.recorded_s, files_of(conference), room, live_delay(playout), own)

@@ -17,6 +17,8 @@ BLEND_NS = 200_000_000
 """Time in which a picture returns from a held frame to the live ones, after a long hold."""
 LEAST_BLEND_NS = 10_000_000
 """The same after a very short hold."""
+RETURN_NS = 100_000_000
+"""The same when nothing is waited for any more."""
 KEPT_NS = 2_000_000_000
 """A frame older than the newest by this much is no stray: the sender began again with another clock."""
 DECAY = 0.05
@@ -79,6 +81,7 @@ class Playout(Generic[T]):
         self._left: tuple[int, T, int] | None = None
         self._timing: Timing | None = None
         self._waits_ns = 0
+        self._at_once = False
 
     def wait_for(self, delay_ns: int) -> None:
         """Show everything at least so late: what belongs to it (a voice) cannot come sooner. 0: nothing waits."""
@@ -129,6 +132,7 @@ class Playout(Generic[T]):
         newest = self._times[-1]
         if self._arrivals is not None:
             self._arrivals.shown(now_ns, newest)
+        self._at_once = False
         target = self._at(point)
         if self._starved_at_ns is not None and self._starved_at_ns != newest:
             self._begin_return(point - self._starved_at_ns)
@@ -140,6 +144,26 @@ class Playout(Generic[T]):
         timing = now_ns - min(point, newest), now_ns - newest, int(self._jitter_ns), point > newest
         self._timing = Timing(*timing, playout, round(towards), rate)
         self._forget(point)
+        return self._shown
+
+    def newest(self, now_ns: int) -> T | None:
+        """The newest frame, for whom nothing is waited: who moves sees themselves so. From a `sample` it is come to within
+        RETURN_NS; a `sample` after it stands still until its delay has passed, so that nothing goes back."""
+        wanted = self.wanted_ns
+        if wanted is None:
+            return None
+        newest = self._times[-1]
+        if self._arrivals is not None:
+            self._arrivals.shown(now_ns, newest)
+        behind = 0 if self._point_ns is None else newest - self._point_ns
+        if not self._at_once and behind > 0:
+            self._begin_return(RETURN_NS - LEAST_BLEND_NS)
+        self._at_once, self._starved_at_ns = True, None
+        self._behind_ns, self._point_ns = wanted, newest
+        self._shown, self._sampled_ns = self._returning(self._values[-1], now_ns), now_ns
+        age = now_ns - newest
+        self._timing = Timing(age, age, int(self._jitter_ns), age > wanted, age, age)
+        self._forget(newest)
         return self._shown
 
     @property
