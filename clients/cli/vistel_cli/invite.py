@@ -22,10 +22,6 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import USAGE, fail, load_conference, out, print_warning
 
-_UNITS = {"m": 60, "h": 3600, "d": 86_400}
-"""Of how long an invitation counts [s]."""
-MOST_DAYS = 30
-
 
 def invite(
     name: Annotated[str, typer.Argument(help="Of the guest, as it stands over their head.")],
@@ -34,7 +30,7 @@ def invite(
     ] = None,
     seat: Annotated[str, typer.Option(help="A participant of the file with guest = true; default: the first that is free.")] = "",
     person: Annotated[str, typer.Option(help="Who they come as, such as carla, unless they choose at the page.")] = "",
-    how_long: Annotated[str, typer.Option("--for", help="How long the link counts: 30m, 2h, 1d.")] = "2h",
+    hours: Annotated[float, typer.Option(min=0.01, max=720, help="How long the link counts.")] = 2.0,
     host: Annotated[str, typer.Option(help="How the guest's machine reaches this one: a name, or an address.")] = "",
     revoke: Annotated[bool, typer.Option("--revoke", help="Take the invitation back; a guest who is there leaves.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print the link as JSON.")] = False,
@@ -46,7 +42,7 @@ def invite(
 
     [bold]Examples[/bold]
 
-      vistel invite "Ann" --for 1h
+      vistel invite "Ann" --hours 0.5
 
       vistel invite "Ann" --seat guest-1 --person carla
 
@@ -73,7 +69,7 @@ def invite(
     if not running.console:
         fail("this conference has no console; start it without --no-console, or give [console] in its file")
     token = secrets.token_urlsafe(TOKEN_BYTES)
-    until_ns = now_ns + _seconds(how_long) * 1_000_000_000
+    until_ns = now_ns + round(hours * 3600e9)
     add(folder, Invitation(who.name, name, _avatar(who, person), digest_of_token(token), until_ns))
     page = re.sub(r"//(\[[^]]*\]|[^:/]*)", f"//{host}", running.console, count=1) if host else running.console
     link, until = f"{page}join#{token}", datetime.fromtimestamp(until_ns * 1e-9, UTC).astimezone()
@@ -115,11 +111,3 @@ def _avatar(who: Participant, person: str) -> str:
     except ValueError as e:
         fail(f"--person: {e}", USAGE)
     return avatar
-
-
-def _seconds(text: str) -> int:
-    found = re.fullmatch(r"(\d{1,4})([mhd])", text)
-    seconds = int(found[1]) * _UNITS[found[2]] if found else 0
-    if not 0 < seconds <= MOST_DAYS * _UNITS["d"]:
-        fail(f"--for: expected a time such as 30m, 2h or 1d, {MOST_DAYS}d at most, got {text!r}", USAGE)
-    return seconds
