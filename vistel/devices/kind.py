@@ -13,7 +13,9 @@ Connection = Literal["serial", "usb", "udp", "vrpn", "camera", "page"]
 """What `port` of a conference file names: a serial port, "usb", a UDP port, a device at a VRPN server, the console's page for
 guests; or a camera's `source`."""
 
-TOPICS: Mapping[Role, str] = MappingProxyType({r: r for r in ("tracker", "glove", "face", "pointer")} | {"eye": "face"})
+TOPICS: Mapping[Role, str] = MappingProxyType(
+    {"tracker": "tracker", "glove": "glove", "face": "face", "eye": "face", "pointer": "pointer"}
+)
 """By role: the topic (`vistel.wire.topics`) of its messages, which is also the service that runs such devices."""
 
 
