@@ -61,6 +61,15 @@ def test_a_wrong_an_ended_and_a_replaced_link_are_refused(tmp_path: Path, monkey
     in_room(tmp_path, monkeypatch, play)
 
 
+def test_a_seat_whose_device_does_not_run_here_is_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def play(room: GuestRoom) -> None:
+        room.paths.device("guest-1-pointer").unlink()
+        async with room.opened(room.invited()) as page:
+            assert "does not run on the console's machine" in (await page.told("refused"))["reason"]
+
+    in_room(tmp_path, monkeypatch, play)
+
+
 def test_a_link_is_open_at_one_page_and_ends_when_the_host_takes_it_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def play(room: GuestRoom) -> None:
         link = room.invited()

@@ -97,6 +97,11 @@ class Participant(Checked):
     """Sentences that a simulated microphone hears, one after the other, instead of babble; espeak-ng says them."""
 
     @property
+    def by_link(self) -> bool:
+        """Whether somebody takes their seat who has the link to it."""
+        return self.guest and self.pointer.port == "page"
+
+    @property
     def awaited(self) -> bool:
         """Whether a start waits for them."""
         return not (self.program or self.guest)

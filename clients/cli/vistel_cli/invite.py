@@ -89,7 +89,7 @@ def _running(name: str) -> Running:
 
 def _seat(conference: Conference, wanted: str, name: str, taken: dict[str, str]) -> Participant:
     """The participant whose seat it is: the wanted one, the guest's own of before, or the first that nobody is invited to."""
-    seats = {p.name: p for site in conference.sites for p in site.participants if p.guest}
+    seats = {p.name: p for site in conference.sites for p in site.participants if p.by_link}
     if not seats:
         fail("this conference has no seats for guests; give participants of its file guest = true (docs/how-to/invite-guests.md)")
     if wanted:

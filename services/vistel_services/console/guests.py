@@ -67,7 +67,7 @@ class Guests:
 
     def __init__(self, conference: Conference, paths: RunPaths, clock: Clock, view: View) -> None:
         self._conference, self._paths, self._clock, self._view = conference, paths, clock, view
-        self._seats = {p.name for site in conference.sites for p in site.participants if p.guest}
+        self._seats = {p.name for site in conference.sites for p in site.participants if p.by_link}
         self._here: set[str] = set()
         self._strangers = 0
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -130,6 +130,8 @@ class Guests:
             raise RefusedError("The host's machine cannot read its invitations; its log says why.") from e
         if guest.participant not in self._seats:
             raise RefusedError("The seat of this invitation is not in the conference any more. Ask the host for a new link.")
+        if not self._device(guest.participant).exists():
+            raise RefusedError("The site of the guests does not run on the console's machine now. Tell the host.")
         return guest
 
     async def _visited(self, connection: web.WebSocketResponse, guest: Invitation) -> None:
@@ -158,8 +160,12 @@ class Guests:
         """Conference time."""
         return self._clock.now_ns()
 
+    def _device(self, participant: str) -> Path:
+        return self._paths.device(pointer_name(participant))
+
     def _send(self, participant: str, record: bytes) -> None:
-        send(self._socket, self._paths.device(pointer_name(participant)), record)
+        with suppress(OSError, ValueError):  # the device is not there now
+            self._socket.sendto(record, ("127.0.0.1", int(self._device(participant).read_text())))
 
     def pass_on(self, guest: Invitation, record: bytes) -> None:
         """A record to the device of this guest's seat."""
@@ -226,12 +232,6 @@ class _Visit:
     def _refuse(self) -> None:
         self._faulty += 1
         _REFUSED.inc()
-
-
-def send(out: socket.socket, port: Path, record: bytes) -> None:
-    """A record to the device that has written its port into a file. It is lost where the device is not there."""
-    with suppress(OSError, ValueError):
-        out.sendto(record, ("127.0.0.1", int(port.read_text())))
 
 
 def _read(text: str) -> dict[str, object]:

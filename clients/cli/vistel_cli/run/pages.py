@@ -38,7 +38,7 @@ def console_line(console: ConsoleConfig) -> dict[str, str]:
 
 def guests_line(conference: Conference) -> dict[str, str]:
     """How guests get into the seats that the file has for them."""
-    seats = sum(p.guest for site in conference.sites for p in site.participants)
+    seats = sum(p.by_link for site in conference.sites for p in site.participants)
     if not seats or not conference.console.page:
         return {}
     return {"guests": f"{seats} {'seat' if seats == 1 else 'seats'}; a link for one: vistel invite NAME"}
