@@ -37,7 +37,6 @@ FIST = finger_posture((45, -5, 35, 35), (75, 85, 50), 0.0)
 """Fingers closed, the thumb across them."""
 THUMB_UP = finger_posture((-25, 45, -5, -10), (80, 90, 55), 0.0)
 """Fingers closed, the thumb away from them."""
-_UP = np.array([0.0, 1.0, 0.0])
 _RIGHT = -1.0
 _LEFT = 1.0
 
@@ -82,11 +81,11 @@ def _hands(gesture: int, t_s: float, look: F64) -> dict[str, HandAim]:
         return {"right": HandAim(palm, hand_rotation(_RIGHT, fingers, np.array([0.1, 0.0, 1.0])), FLAT)}
     if gesture == PointerFrame.GESTURE_POINT:
         palm = np.array([-0.16, 1.02, 0.05]) + 0.52 * look
-        return {"right": HandAim(palm, hand_rotation(_RIGHT, look, -_UP), POINT)}
+        return {"right": HandAim(palm, hand_rotation(_RIGHT, look, np.array([1.0, -0.5, 0.0])), POINT)}
     if gesture == PointerFrame.GESTURE_THUMBS_UP:
-        ahead = np.array([0.30, 0.0, 1.0])
-        return {"right": HandAim(np.array([-0.16, 0.98, 0.38]), hand_rotation(_RIGHT, ahead, np.array([1.0, 0.0, 0.0])), THUMB_UP)}
-    apart = 0.012 + 0.07 * (0.5 + 0.5 * math.cos(2.0 * math.pi * CLAP_HZ * t_s))
+        ahead = np.array([0.15, 0.45, 1.0])
+        return {"right": HandAim(np.array([-0.20, 0.92, 0.36]), hand_rotation(_RIGHT, ahead, np.array([1.0, 0.0, 0.0])), THUMB_UP)}
+    apart = -0.012 + 0.10 * (0.5 + 0.5 * math.cos(2.0 * math.pi * CLAP_HZ * t_s))
     out: dict[str, HandAim] = {}
     for name, side in (("left", _LEFT), ("right", _RIGHT)):
         fingers = np.array([-0.25 * side, 0.75, 0.75])

@@ -36,6 +36,10 @@ HAND_RATE = np.array([7.5, 11.0, 7.5])
 """The same of a hand, sideways, up and ahead: it rises before it goes to a thing [rad/s]."""
 MOST_LEAD_M = 0.5
 """A hand is led by a place no farther off: it goes at 1.6 m/s at most [m]."""
+PRACTISED = 5.0
+"""By how much more quickly a hand follows a gesture..."""
+PRACTISED_M = 0.25
+"""... when it is nearer than this to where the gesture has it [m]."""
 FINGER_RATE = 14.0
 """How quickly fingers follow [rad/s]."""
 ABOVE_M = 0.14
@@ -81,11 +85,13 @@ class _Hand:
         aside = math.hypot(self.place.at[0] - place[0], self.place.at[2] - place[2])
         return min(1.0, max(0.0, aside - NEAR_M) / BESIDE_M)
 
-    def follow(self, aim: HandAim, dt: float) -> HandAim:
+    def follow(self, aim: HandAim, dt: float, practised: float) -> HandAim:
+        """practised: share of a gesture, whose movements are small and quick once the hand is there."""
         lead = aim.palm - self.place.at
         far = float(np.linalg.norm(lead))
-        palm = self.place.follow(self.place.at + lead * min(1.0, MOST_LEAD_M / max(far, 1e-9)), dt, HAND_RATE)
-        share = 1.0 - math.exp(-HEAD_RATE * dt)
+        quick = 1.0 + PRACTISED * practised * max(0.0, 1.0 - far / PRACTISED_M)
+        palm = self.place.follow(self.place.at + lead * min(1.0, MOST_LEAD_M / max(far, 1e-9)), dt, quick * HAND_RATE)
+        share = 1.0 - math.exp(-quick * HEAD_RATE * dt)
         self.rotation = slerp(self.rotation, quaternion_from_matrix(np.ascontiguousarray(aim.rotation)), share)
         return HandAim(palm, matrix_from_quaternion(self.rotation), self.fingers.follow(aim.fingers, dt, FINGER_RATE))
 
@@ -135,7 +141,7 @@ class PointerCapture:
             aim = self._lap(s) if aim is None else HandAim(aim.palm * self._scale, aim.rotation, aim.fingers)
             pointed = said.HasField("left" if s == "left" else "right")
             aim = self._led(s, led) if pointed else aim if s in made.hands else self._leaving(s, aim)
-            aims[s] = self._hands[s].follow(aim, dt)
+            aims[s] = self._hands[s].follow(aim, dt, made.share if s in made.hands and not pointed else 0.0)
             if not pointed:
                 self._hands[s].closing = False
         wrists = {s: aim.palm - aim.rotation @ self._palm(s) for s, aim in aims.items()}

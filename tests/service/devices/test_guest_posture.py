@@ -18,6 +18,7 @@ from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.people import build_of
 from vistel.space.room import BATON, meeting_room, seat_pose
 from vistel.space.world import World
+from vistel.v1.device_pb2 import PointerFrame
 from vistel_sim.motion import open_motion
 
 STEP_NS = 16_666_667
@@ -99,6 +100,15 @@ def test_gestures_come_and_go_smoothly_and_end_where_they_began(gesture: int) ->
     assert 0.02 < farthest < 0.9
     assert np.abs(moved[-1] - before).max() < 0.02
     assert np.abs(np.diff([before, *moved], axis=0)).max() * 60 < 3.5  # [m/s], of a fingertip that waves
+
+
+def test_hands_that_clap_meet_and_part() -> None:
+    guest = Guest()
+    knuckles = [JOINT_INDEX[f"{side}_middle_proximal"] for side in ("left", "right")]
+    clapping = [guest.joints(guest.does(posture_record(gesture=PointerFrame.GESTURE_CLAP, number=1))) for _ in range(110)][50:]
+    apart = [float(np.linalg.norm(np.subtract(*j[knuckles]))) for j in clapping]
+    assert min(apart) < 0.05 and max(apart) > 0.13
+    assert sum(a >= b < c for a, b, c in zip(apart, apart[1:], apart[2:], strict=False)) >= 3  # claps in a second
 
 
 def test_what_a_page_says_in_leaps_is_done_by_a_body() -> None:
