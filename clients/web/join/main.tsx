@@ -31,6 +31,8 @@ declare global {
 
 const SEND_MS = 1000 / 30;
 const STILL_MS = 3000; // without a move of the pointer for so long, the head turns to who speaks
+const SLOW_MS = 60; // from asking for a picture until it is drawn
+const MOST_REST_MS = 300;
 const FOLLOWS = 0.45; // share of where the pointer is in the picture by which the head turns to it
 const HIGH = 0.5; // of the picture, from the middle to its edge, in units of its height
 
@@ -49,6 +51,7 @@ let hand: Hand | null = null;
 let person = ""; // as whom the guest has entered
 let sent = 0;
 let movedAt = 0;
+let askedAt = 0;
 const pointer = { x: 0, y: 0, turning: false }; // where it is in the picture (-1 to 1, up)
 let speaker = "";
 
@@ -194,10 +197,18 @@ document.addEventListener("keydown", (event) => {
   if (gestures.press(event.key) || eyes?.key(event.key)) event.preventDefault();
 });
 
+/** Draw, and again; where pictures take long, a browser without a graphics card is left half of its time for what is to be sent. */
 function draw(now: number): void {
   eyes?.step();
   room?.draw(now);
   labels?.draw(invited?.participant ?? "");
+  const took = performance.now() - askedAt;
+  if (took > SLOW_MS) setTimeout(ask, Math.min(took, MOST_REST_MS));
+  else ask();
+}
+
+function ask(): void {
+  askedAt = performance.now();
   requestAnimationFrame(draw);
 }
 
@@ -209,7 +220,7 @@ const link = new Link(
 if (!token) say("This address has no invitation in it. Open the whole link that the host has sent you.", true);
 if (!room) say("This browser has no WebGL 2, without which there is no picture of the room.", true);
 else {
-  requestAnimationFrame(draw);
+  ask();
   setInterval(tell, SEND_MS);
   window.guest = {
     me: () => (invited && room.figures.get(invited.participant)?.root.visible ? invited.participant : null),
