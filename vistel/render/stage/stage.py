@@ -17,9 +17,9 @@ from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.captions import Caption, Captions
 from vistel.render.stage.hand_correction import ShownPerson
 from vistel.render.stage.held import HeldThings
-from vistel.render.stage.motion import InterpolatedPosture, MotionReader, ReceivedPosture
+from vistel.render.stage.motion import InterpolatedPosture, MotionReader, PredictedPosture, ShownPosture
 from vistel.render.stage.playout import Playout, Timing
-from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of
+from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of, world_after
 from vistel.space.things.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.motion.proportions import from_message
@@ -83,7 +83,7 @@ class _Person:
     def __init__(self, about: ParticipantInfo, delay: int | AdaptiveDelay, site: str = "") -> None:
         self.about, self.site = about, site
         self.reader, self.thin_reader = MotionReader(), MotionReader()
-        self.playout: Playout[ReceivedPosture | InterpolatedPosture] = Playout(InterpolatedPosture, delay)
+        self.playout: Playout[ShownPosture] = Playout(InterpolatedPosture, delay, PredictedPosture)
 
 
 class Stage:
@@ -99,7 +99,7 @@ class Stage:
         self._looks: frozenset[str] = frozenset()
         self._touches: tuple[Touch, ...] = ()
         self._ghosts: tuple[ActingGhost, ...] = ()
-        self._world: Playout[PlayoutWorld] = Playout(between, delay)
+        self._world: Playout[PlayoutWorld] = Playout(between, delay, world_after)
         self._arrived: set[str] = set()
         self._left: set[str] = set()
         self._held = HeldThings()
