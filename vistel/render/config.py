@@ -34,7 +34,8 @@ def live_delay(playout: PlayoutConfig) -> int | AdaptiveDelay:
     """How late live pictures show a motion: fixed [ns] or following the network."""
     if playout.delay != "auto":
         return round(playout.delay * 1e9)
-    return AdaptiveDelay(playout.in_time, round(playout.least * 1e9), round(playout.most * 1e9))
+    least_ns, most_ns, predict_ns = (round(1e9 * s) for s in (playout.least, playout.most, playout.predict))
+    return AdaptiveDelay(playout.in_time, least_ns, most_ns, predict_ns)
 
 
 def render_config(conference: Conference, site: Site) -> RenderConfig:

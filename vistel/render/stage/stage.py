@@ -17,9 +17,9 @@ from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.captions import Caption, Captions
 from vistel.render.stage.hand_correction import ShownPerson
 from vistel.render.stage.held import HeldThings
-from vistel.render.stage.motion import InterpolatedPosture, MotionReader, ReceivedPosture
+from vistel.render.stage.motion import InterpolatedPosture, MotionReader, PredictedPosture, ShownPosture
 from vistel.render.stage.playout import Playout, Timing
-from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of
+from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of, world_after
 from vistel.space.things.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.motion.proportions import from_message
@@ -83,7 +83,7 @@ class _Person:
     def __init__(self, about: ParticipantInfo, delay: int | AdaptiveDelay, site: str = "") -> None:
         self.about, self.site = about, site
         self.reader, self.thin_reader = MotionReader(), MotionReader()
-        self.playout: Playout[ReceivedPosture | InterpolatedPosture] = Playout(InterpolatedPosture, delay)
+        self.playout: Playout[ShownPosture] = Playout(InterpolatedPosture, delay, PredictedPosture)
 
 
 class Stage:
@@ -99,8 +99,9 @@ class Stage:
         self._looks: frozenset[str] = frozenset()
         self._touches: tuple[Touch, ...] = ()
         self._ghosts: tuple[ActingGhost, ...] = ()
-        self._world: Playout[PlayoutWorld] = Playout(between, delay)
+        self._world: Playout[PlayoutWorld] = Playout(between, delay, world_after)
         self._arrived: set[str] = set()
+        self._left: set[str] = set()
         self._held = HeldThings()
         self._touched_ns: dict[str, int] = {}
         self._talking: frozenset[str] = frozenset()
@@ -108,7 +109,12 @@ class Stage:
         self.captions = Captions()
 
     def receive_participant(self, message: motion_pb2.Participant) -> None:
-        """The description of a participant."""
+        """The description of a participant, or that they have left."""
+        if message.left:
+            self._left.add(message.participant)
+            self._people.pop(message.participant, None)
+            return
+        self._left.discard(message.participant)
         parcel = message.parcel if is_digest(message.parcel) else ""
         about = ParticipantInfo(
             message.participant,
@@ -151,6 +157,8 @@ class Stage:
     def receive_motion(self, name: str, message: motion_pb2.Motion, received_ns: int, *, thin: bool = False) -> None:
         """The motion of a participant, in full or thin: the newer posture is shown. Before their description is received, they are
         shown under the name in the bus key."""
+        if name in self._left:
+            return  # it was on its way when they left
         person = self._people.get(name)
         if person is None:
             person = self._people[name] = _Person(ParticipantInfo(name, name), self._delay)
