@@ -30,10 +30,14 @@ FINGER_LIMITS: F64 = np.radians(
 because a thing in the hand can press fingers apart."""
 
 
-_CLOSED, _CLOSES = math.radians(140.0), math.radians(35.0)
-"""Base and middle flexion of an index finger together from which it begins to be closed, and over how much more it closes [rad]."""
-_BENT, _BENDS = math.radians(20.0), math.radians(30.0)
-"""The same of both flexions of a thumb."""
+_CLOSED = math.radians(140.0)
+"""Base and middle flexion of an index finger together from which it begins to be closed [rad]."""
+_CLOSES = math.radians(35.0)
+"""How much more of them closes it [rad]."""
+_BENT = math.radians(20.0)
+"""Both flexions of a thumb together from which it begins to be bent [rad]."""
+_BENDS = math.radians(30.0)
+"""How much more of them bends it [rad]."""
 _OVER = math.radians(75.0), math.radians(23.0)
 """Least roll and abduction of a thumb over closed fingers; more abduction the more it bends at its base [rad]."""
 _ROLLS = math.radians(10.0)
