@@ -113,6 +113,15 @@ def test_inspect_gives_a_verdict_in_three_lines_and_every_figure_when_asked(fold
     assert "left_palm" in more and "mean distance mm" in more and "fits badly" not in more
 
 
+def test_hair_and_clothes_are_told_apart_from_the_body_which_is_judged() -> None:
+    code, said = _run("avatar", "inspect", "builtin:person=ben", "--json")
+    assert code == 0, said
+    facts = json.loads(said)
+    assert facts["hair_vertices"] > 1000 and facts["clothes_vertices"] > 2000
+    assert facts["open_edges"] == 0 and facts["pieces"] == 3
+    assert facts["vertices"] <= 10_000
+
+
 def test_the_verdict_names_what_is_poor() -> None:
     facts = {"name": "me", "height_m": 1.7, "vertices": 10, "primitives": 23, "texture": "8 x 8", "open_edges": 12}
     facts |= {"not_manifold_edges": 3, "pieces": 2, "mean_distance_mm": 9.0, "primitives_that_fit_badly": ["a", "b", "c", "d"]}
