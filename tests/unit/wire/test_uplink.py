@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import random
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -128,6 +129,8 @@ class ThinSite:
     link: Link
     uplink: Uplink = field(default_factory=Uplink)
     connected: bool = True
+    speaks: Callable[[float], bool] = lambda t_s: True
+    """Whether there is a voice, by the time since the site began."""
     ages_s: list[tuple[float, float]] = field(default_factory=list)
     """Of each motion: when it was received, and how old it was."""
     voices: list[float] = field(default_factory=list)
@@ -156,6 +159,9 @@ class ThinSite:
         for device in self._devices:
             if device.due(tick * SECOND // 60 + SECOND, self.uplink.frames_hz):
                 self.link.datagram(200 + OVERHEAD, now_s)
+        self.uplink.speaks("ann", self.speaks(tick / 60.0))
+        if not self.speaks(tick / 60.0):
+            return
         together, bits = self.uplink.voice
         self._waiting += 5 / 6
         if self._waiting >= together:
