@@ -8,19 +8,10 @@ queue there counts for nothing.
 
 import logging
 import math
-from collections import deque
 from collections.abc import Sequence
 
 log = logging.getLogger("vistel.uplink")
 
-NEWEST = 3
-"""The shortest of so many queues counts: a busy machine answers late now and then, a full link always."""
-LATE_S = 0.2
-"""No answer for so long, and for REPEATS shortest round trips more, means a queue [s]."""
-REPEATS = 2.0
-"""While other messages flow, what is lost is sent again after little more than a round trip; it is rarely lost twice."""
-BASE_MINUTES = 10
-"""So long the shortest way is remembered (RFC 6817, BASE_HISTORY)."""
 SETTLE_NS = 1_000_000_000
 """After a change its effect is awaited for so long beyond the queue, and then for as long as the queue becomes shorter."""
 ONE_AT_A_TIME_NS = 2_000_000_000
@@ -32,7 +23,7 @@ TRIED_NS = 5_000_000_000
 SOON_S = 0.040
 """Within that time a shorter queue suffices to take back what was tried ... [s]"""
 SOON = 2
-"""... and the shortest of fewer: motion must not wait for the proof."""
+"""... and the shortest of fewer queues: motion must not wait for the proof."""
 LATER = 4
 """A level that proved too much is tried again after so many times the patience, and so on, LATEST times."""
 LATEST = 2
@@ -43,41 +34,6 @@ CLEAR_S = 0.005
 CLEAR_NS = 8_000_000_000
 EARLY_NS = 5_000_000
 """A frame may come so much earlier than its rate says: captures are no exact sixtieths of a second apart."""
-
-_MINUTE_NS = 60_000_000_000
-
-
-class QueueDelay:
-    """How long what is sent waits before the thinnest part of the link, from questions and their answers."""
-
-    def __init__(self) -> None:
-        self._ways = deque[tuple[int, int, int]](maxlen=BASE_MINUTES)
-        """Of each minute: its number, the shortest way there, the shortest round trip."""
-        self._newest = deque[float](maxlen=NEWEST)
-
-    def answered(self, asked_ns: int, there_ns: int, back_ns: int, newest: int = NEWEST) -> float:
-        """The queue [s] after one more answer. asked_ns, back_ns: of a steady clock; there_ns: of the hub's, whatever its zero.
-        newest: the shortest of so many counts, at most NEWEST."""
-        way, round_trip, minute = there_ns - asked_ns, back_ns - asked_ns, back_ns // _MINUTE_NS
-        if not self._ways or self._ways[-1][0] != minute:
-            self._ways.append((minute, way, round_trip))
-        _, least_way, least_trip = self._ways[-1]
-        self._ways[-1] = (minute, min(least_way, way), min(least_trip, round_trip))
-        # A hub's clock that was set looks like a queue; the round trip knows nothing of it.
-        longer = min(way - min(w for _, w, _ in self._ways), round_trip - self._least_trip) * 1e-9
-        self._newest.append(longer)
-        return min(list(self._newest)[-newest:]) if len(self._newest) == NEWEST else 0.0
-
-    def waiting(self, asked_ns: int, now_ns: int) -> float:
-        """The queue [s], at least, that a question met which has no answer yet; 0 where it may as well have been lost."""
-        if not self._ways:
-            return 0.0
-        longer, least = (now_ns - asked_ns - self._least_trip) * 1e-9, self._least_trip * 1e-9
-        return longer if longer > LATE_S + REPEATS * least else 0.0
-
-    @property
-    def _least_trip(self) -> int:
-        return min(r for _, _, r in self._ways)
 
 
 class Share:
@@ -237,6 +193,7 @@ class Uplink:
         spoken = now_ns - self._spoke_ns < QUIET_NS
         self._now = self._spoken if spoken else self._silent
         shares = self._now[0], self._voice, self._now[1]
+        settled = [(share, share.level) for share in self._now if not share.tries(now_ns)]
         tried = [share for share in shares if queue_s > SOON_S and share.tries(now_ns)]
         for share in tried:
             share.take_back()
@@ -246,7 +203,7 @@ class Uplink:
                 share.settle(queue_s, now_ns)
             elif share.follow(queue_s, now_ns, may_rise=may_rise):
                 self._rose_ns = now_ns
-        self._compare(spoken)
+        self._compare(spoken, thinner=any(share.level > level for share, level in settled))
         if self.levels != before:
             voice_bits = self.voice[1]
             log.info(
@@ -258,10 +215,13 @@ class Uplink:
                 self.frames_hz,
             )
 
-    def _compare(self, spoken: bool) -> None:
-        """What has room beside a voice has room beside none; what has none beside none has none beside one."""
+    def _compare(self, spoken: bool, thinner: bool) -> None:
+        """What has room beside a voice has room beside none; what has none beside none has none beside one. thinner: what had room
+        is too much now, so what had room beside none says nothing any more."""
         for beside_none, beside_voice in zip(self._silent, self._spoken, strict=True):
-            if spoken:
+            if spoken and thinner:
+                beside_none.level = beside_voice.level
+            elif spoken:
                 beside_none.level = min(beside_none.level, beside_voice.level)
             else:
                 beside_voice.level = max(beside_none.level, beside_voice.level)

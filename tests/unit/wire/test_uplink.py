@@ -16,11 +16,12 @@ from virtual_time import LoopClock, run
 
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.link.probe import follow_uplink
+from vistel.wire.link.queue_delay import QueueDelay
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.motion import MotionDecoder, MotionSample
 from vistel.wire.motion.publication import MotionPublication
 from vistel.wire.topics import BY_NAME, Topic
-from vistel.wire.uplink import MOST_FRAMES, Pacer, QueueDelay, Share, Uplink
+from vistel.wire.uplink import MOST_FRAMES, SOON_S, Pacer, Share, Uplink
 from vistel_sim.network import Conditions
 from vistel_sim.network.link import Link
 
@@ -107,6 +108,32 @@ def test_what_proved_too_much_is_tried_again_later_and_later_until_the_link_is_c
         now_ns += SECOND // 10
         share.follow(0.001, now_ns)
     assert (now_ns - begun_ns) / SECOND < 9.0
+
+
+def test_who_begins_to_speak_finds_what_had_room_beside_a_voice() -> None:
+    uplink = Uplink()
+    uplink.speaks("ann", True)
+    uplink.follow(1.0, 0)
+    beside_a_voice = uplink.levels
+    uplink.speaks("ann", False)
+    now_ns = 0
+    while uplink.levels["motion"] > 2:
+        now_ns += SECOND // 5
+        uplink.follow(0.01, now_ns)
+    assert uplink.levels["voice"] >= beside_a_voice["voice"] - 1, "nobody has heard yet whether there is room for it"
+    uplink.speaks("ann", True)
+    assert uplink.levels["motion"] == beside_a_voice["motion"] > 2
+
+
+def test_what_is_tried_is_taken_back_at_a_short_queue_and_nothing_else_gives_way() -> None:
+    uplink, now_ns = Uplink(), 0
+    uplink.follow(1.0, now_ns)
+    while uplink.motion_hz < 20.0:
+        now_ns += SECOND // 5
+        uplink.follow(0.01, now_ns)
+    before = uplink.levels
+    uplink.follow(1.1 * SOON_S, now_ns + SECOND // 5)
+    assert uplink.levels == before | {"motion": before["motion"] + 1}
 
 
 @pytest.mark.parametrize(("hz", "sent"), [(30.0, 300), (20.0, 200), (15.0, 150), (10.0, 100), (0.0, 0)])

@@ -7,9 +7,10 @@ from typing import Any
 from vistel.v1.service_pb2 import ClockProbe
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, sleep
+from vistel.wire.link.queue_delay import NEWEST, QueueDelay
 from vistel.wire.release import release
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
-from vistel.wire.uplink import NEWEST, SOON, QueueDelay, Uplink
+from vistel.wire.uplink import SOON, Uplink
 
 LOOK_S = 0.1
 """From one look at questions that wait for their answers to the next [s]."""
