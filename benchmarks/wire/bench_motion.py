@@ -1,4 +1,4 @@
-"""Motion on the wire: kbit/s and errors, beside floats, zstd and 16-bit numbers; losses; processor time.
+"""Motion on the wire: kbit/s and errors, beside floats, zstd and 16-bit numbers; losses; processor time; prediction.
 
 Recorded bodies, hands and faces (`motion_streams`), none of which the codec's model was learnt from, bare and as the
 posture service says them; a seated speaker is made up, for nobody has recorded one. Errors are those of all joints in
@@ -16,6 +16,7 @@ import zstandard
 
 from benchmarks.row import Row, at_most
 from benchmarks.wire.motion_streams import DATA, HALVES, RATE_HZ, posture_of, seated, streams
+from benchmarks.wire.predicted_motion import rows as prediction_rows
 from vistel.arrays import F64
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import standard_skeleton
@@ -57,11 +58,12 @@ def run() -> Iterator[Row]:
     if not (DATA / "body").is_dir():
         raise FileNotFoundError(errno.ENOENT, "no recordings", str(DATA / "body"))
     warm_up()
-    held_out: list[F64] = []
+    named: list[tuple[str, F64]] = []
     for recorded in HALVES[0]:
         for name, rows in streams(recorded):
-            held_out.append(rows)
+            named.append((name, rows))
             yield from _stream(name, rows, "moving")
+    held_out = [rows for _, rows in named]
     for recorded in HALVES[1]:
         for name, rows in streams(recorded):
             yield from _stream(f"{name} (learnt from)", rows, None)
@@ -69,6 +71,7 @@ def run() -> Iterator[Row]:
         yield from _stream(name, rows, "seated")
     yield from _curve(held_out)
     yield from _losses(held_out)
+    yield from prediction_rows(named)
 
 
 def samples(rows: F64) -> list[MotionSample]:

@@ -246,12 +246,16 @@ class PlayoutConfig(Checked):
     """auto: what comes later than this is not waited for [s]."""
     in_time: float = Field(default=0.99, ge=0.5, le=1.0)
     """auto: the share of frames that are to be there in time."""
+    predict: float = Field(default=0.0, ge=0.0, le=0.1)
+    """auto: so much of every motion is predicted and its delay is shorter by it [s]."""
+    own_waits: bool = False
+    """Whether people see themselves and what they hold as late as others see them, too, and not at once."""
 
     @model_validator(mode="after")
     def _bounds(self) -> PlayoutConfig:
         if self.least > self.most:
             raise ValueError(f"least is {self.least:g}, more than most, which is {self.most:g}")
-        for name in ("least", "most", "in_time"):
+        for name in ("least", "most", "in_time", "predict"):
             if self.delay != "auto" and getattr(self, name) != type(self).model_fields[name].default:
                 raise ValueError(f'{name} is for delay = "auto", but delay is {self.delay:g}; leave one of them out')
         return self

@@ -18,7 +18,7 @@ from vistel.render.view.view import View
 class RenderConfig:
     """view: what the picture is of; seats: of the room; delay_s: playout of films behind capture; avatars: files of participants;
     room: what the conference file says of the room, where files hold some of it; live_delay: playout of live pictures, fixed [ns]
-    or following the network; None: as in films.
+    or following the network; None: as in films; own: who sees themselves without it.
     """
 
     view: View
@@ -27,13 +27,15 @@ class RenderConfig:
     avatars: Mapping[str, Path] = field(default_factory=lambda: MappingProxyType({}))
     room: RoomKeys | None = None
     live_delay: int | AdaptiveDelay | None = None
+    own: frozenset[str] = frozenset()
 
 
 def live_delay(playout: PlayoutConfig) -> int | AdaptiveDelay:
     """How late live pictures show a motion: fixed [ns] or following the network."""
     if playout.delay != "auto":
         return round(playout.delay * 1e9)
-    return AdaptiveDelay(playout.in_time, round(playout.least * 1e9), round(playout.most * 1e9))
+    least_ns, most_ns, predict_ns = (round(1e9 * s) for s in (playout.least, playout.most, playout.predict))
+    return AdaptiveDelay(playout.in_time, least_ns, most_ns, predict_ns)
 
 
 def render_config(conference: Conference, site: Site) -> RenderConfig:
@@ -59,4 +61,5 @@ def render_config(conference: Conference, site: Site) -> RenderConfig:
     )
     room = conference.room if conference.room.from_files else None
     playout = conference.playout
-    return RenderConfig(view, conference.room.seats, playout.recorded_s, files_of(conference), room, live_delay(playout))
+    own = frozenset(() if playout.own_waits else (p.name for p in site.participants))
+    return RenderConfig(view, conference.room.seats, playout.recorded_s, files_of(conference), room, live_delay(playout), own)

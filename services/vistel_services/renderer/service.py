@@ -179,7 +179,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     await asyncio.to_thread(motion.warm_up)
     drawn, view = config.drawn, config.drawn.view
     thread = ThreadPoolExecutor(1, thread_name_prefix="gl")
-    stage = Stage(round(drawn.delay_s * 1e9) if drawn.live_delay is None else drawn.live_delay)
+    stage = Stage(round(drawn.delay_s * 1e9) if drawn.live_delay is None else drawn.live_delay, drawn.own)
     models: dict[str, Polymesh] = {}
     furniture = RoomDeliveries(bus, clock, models)
     deliveries = Deliveries(bus, stage)

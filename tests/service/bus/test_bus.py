@@ -53,8 +53,9 @@ async def joined(kind: str) -> AsyncIterator[World]:
     numbers = itertools.count(1)
 
     def say(topic: Topic, key: str, payload: bytes) -> None:
-        reliable = topic.delivery is Delivery.RELIABLE
-        raw.put(key, payload, attachment=Stamp(1, next(numbers), 1).to_bytes() if reliable else None)
+        number = next(numbers)
+        stamp = Stamp(1, number, oldest=number) if topic.delivery is Delivery.RELIABLE else None  # it keeps nothing to ask for
+        raw.put(key, payload, attachment=stamp.to_bytes() if stamp else None)
 
     try:
         yield World(a, b, say)

@@ -176,7 +176,10 @@ def test_what_dies_again_and_again_is_started_from_nothing(tmp_path: Path, monke
 
 
 @pytest.mark.parametrize("code", [LOADING + WORKER, BROKEN])
-def test_without_a_server_that_is_ready_processes_are_started_from_nothing(tmp_path: Path, code: str) -> None:
+def test_without_a_server_that_is_ready_processes_are_started_from_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, code: str
+) -> None:
+    monkeypatch.setattr(forking, "LOADING_S", 0.5)
     spec = _server_spec(tmp_path, code)
     (tmp_path / "other.py").write_text(WORKER)
     worker = _worker(tmp_path, "one")

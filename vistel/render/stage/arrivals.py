@@ -26,11 +26,12 @@ SETTLING_NS = 250_000_000
 @dataclass(frozen=True)
 class AdaptiveDelay:
     """A delay that follows the network. in_time: the share of frames for which it is long enough; least_ns, most_ns: its bounds,
-    behind the capture by a clock that is right."""
+    behind the capture by a clock that is right; predict_ns: by which it is shorter, since so much of the motion is predicted."""
 
     in_time: float = 0.99
     least_ns: int = 0
     most_ns: int = 500_000_000
+    predict_ns: int = 0
 
 
 class Arrivals:

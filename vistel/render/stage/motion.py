@@ -4,6 +4,7 @@ from functools import cached_property
 
 from vistel.figure.posture.posture import Posture, interpolate
 from vistel.messages.postures import posture_of
+from vistel.render.stage.prediction import predicted
 from vistel.v1 import motion_pb2
 from vistel.wire.motion import ListFrame, MotionDecoder, MotionFrame
 
@@ -23,8 +24,19 @@ class ReceivedPosture:
 class InterpolatedPosture:
     """The posture between two others."""
 
-    def __init__(self, a: "ReceivedPosture | InterpolatedPosture", b: "ReceivedPosture | InterpolatedPosture", u: float) -> None:
+    def __init__(self, a: "ShownPosture", b: "ShownPosture", u: float) -> None:
         self.posture = interpolate(a.posture, b.posture, u)
+
+
+class PredictedPosture:
+    """The posture after the newest one."""
+
+    def __init__(self, before: "ShownPosture", newest: "ShownPosture", span_s: float, ahead_s: float) -> None:
+        self.posture = predicted(before.posture, newest.posture, span_s, ahead_s)
+
+
+ShownPosture = ReceivedPosture | InterpolatedPosture | PredictedPosture
+"""However it came about."""
 
 
 class MotionReader:

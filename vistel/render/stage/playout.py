@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Generic, TypeVar
 
 from vistel.render.stage.arrivals import AdaptiveDelay, Arrivals
+from vistel.render.stage.prediction import LONGEST_SPAN_NS, SPAN_NS
 
 T = TypeVar("T")
 
@@ -17,6 +18,8 @@ BLEND_NS = 200_000_000
 """Time in which a picture returns from a held frame to the live ones, after a long hold."""
 LEAST_BLEND_NS = 10_000_000
 """The same after a very short hold."""
+RETURN_NS = 100_000_000
+"""The same when nothing is waited for any more."""
 KEPT_NS = 2_000_000_000
 """A frame older than the newest by this much is no stray: the sender began again with another clock."""
 DECAY = 0.05
@@ -56,13 +59,20 @@ class Timing:
 class Playout(Generic[T]):
     """The frames of one stream and the point in them that is being shown.
 
-    `interpolate(a, b, u)` gives the value between `a` (u = 0) and `b` (u = 1). While frames are missing the last value
-    is held; when they return the picture blends back within BLEND_NS. The point shown never moves backwards.
+    `interpolate(a, b, u)` gives the value between `a` (u = 0) and `b` (u = 1); `predict(a, b, span, ahead)` the one `ahead` after
+    `b`, which comes `span` after `a` [s]. While more frames are missing than are predicted the last value is held; when they return
+    the picture blends back within BLEND_NS. The point shown never moves backwards.
     """
 
-    def __init__(self, interpolate: Callable[[T, T, float], T], delay: int | AdaptiveDelay) -> None:
+    def __init__(
+        self,
+        interpolate: Callable[[T, T, float], T],
+        delay: int | AdaptiveDelay,
+        predict: Callable[[T, T, float, float], T] | None = None,
+    ) -> None:
         """delay: fixed [ns], or how it follows the network."""
-        self._interpolate = interpolate
+        self._interpolate, self._predict = interpolate, predict
+        self._ahead_ns = delay.predict_ns if isinstance(delay, AdaptiveDelay) and predict is not None else 0
         self._fixed_ns = delay if isinstance(delay, int) else 0
         self._arrivals = Arrivals(delay) if isinstance(delay, AdaptiveDelay) else None
         self._times: list[int] = []
@@ -79,6 +89,7 @@ class Playout(Generic[T]):
         self._left: tuple[int, T, int] | None = None
         self._timing: Timing | None = None
         self._waits_ns = 0
+        self._at_once = False
 
     def wait_for(self, delay_ns: int) -> None:
         """Show everything at least so late: what belongs to it (a voice) cannot come sooner. 0: nothing waits."""
@@ -129,17 +140,39 @@ class Playout(Generic[T]):
         newest = self._times[-1]
         if self._arrivals is not None:
             self._arrivals.shown(now_ns, newest)
+        self._at_once = False
         target = self._at(point)
         if self._starved_at_ns is not None and self._starved_at_ns != newest:
             self._begin_return(point - self._starved_at_ns)
-        self._starved_at_ns = newest if point > newest else None
+        self._starved_at_ns = newest if point > newest + self._ahead_ns else None
         self._shown = self._returning(target, now_ns)
         self._sampled_ns = now_ns
         playout = now_ns - point
         rate = (self._growth if towards > playout else DECAY) if round(towards) != playout else 0.0
-        timing = now_ns - min(point, newest), now_ns - newest, int(self._jitter_ns), point > newest
+        reached = newest + self._ahead_ns
+        timing = now_ns - min(point, reached), now_ns - newest, int(self._jitter_ns), point > reached
         self._timing = Timing(*timing, playout, round(towards), rate)
         self._forget(point)
+        return self._shown
+
+    def newest(self, now_ns: int) -> T | None:
+        """The newest frame, for whom nothing is waited: who moves sees themselves so. From a `sample` it is come to within
+        RETURN_NS; a `sample` after it stands still until its delay has passed, so that nothing goes back."""
+        wanted = self.wanted_ns
+        if wanted is None:
+            return None
+        newest = self._times[-1]
+        if self._arrivals is not None:
+            self._arrivals.shown(now_ns, newest)
+        behind = 0 if self._point_ns is None else newest - self._point_ns
+        if not self._at_once and behind > 0:
+            self._begin_return(RETURN_NS - LEAST_BLEND_NS)
+        self._at_once, self._starved_at_ns = True, None
+        self._behind_ns, self._point_ns = wanted, newest
+        self._shown, self._sampled_ns = self._returning(self._values[-1], now_ns), now_ns
+        age = now_ns - newest
+        self._timing = Timing(age, age, int(self._jitter_ns), age > wanted, age, age)
+        self._forget(newest)
         return self._shown
 
     @property
@@ -169,11 +202,18 @@ class Playout(Generic[T]):
     def _at(self, point: int) -> T:
         i = bisect_right(self._times, point)
         if i == len(self._times):
-            return self._values[-1]
+            return self._after_newest(point)
         if i == 0:
             return self._values[0]
         t0, t1 = self._times[i - 1], self._times[i]
         return self._interpolate(self._values[i - 1], self._values[i], (point - t0) / (t1 - t0))
+
+    def _after_newest(self, point: int) -> T:
+        newest, ahead = self._values[-1], min(point - self._times[-1], self._ahead_ns)
+        k = bisect_right(self._times, self._times[-1] - SPAN_NS) - 1
+        if self._predict is None or ahead <= 0 or k < 0 or self._times[-1] - self._times[k] > LONGEST_SPAN_NS:
+            return newest
+        return self._predict(self._values[k], newest, (self._times[-1] - self._times[k]) * 1e-9, ahead * 1e-9)
 
     @property
     def needed_ns(self) -> float | None:
@@ -182,7 +222,8 @@ class Playout(Generic[T]):
             return None
         fastest = min(self._transits)
         if self._arrivals is not None:
-            return self._arrivals.delay_ns(fastest, min(self._intervals, default=0))
+            needed = self._arrivals.delay_ns(fastest, min(self._intervals, default=0))
+            return max(needed - self._ahead_ns, min(fastest, 0))
         margin = max(MIN_MARGIN_NS, 3.0 * self._jitter_ns)
         return min(fastest, 0) + max(self._fixed_ns, fastest + margin)
 
@@ -216,7 +257,7 @@ class Playout(Generic[T]):
         return self._shown_since_ns is not None and now_ns - self._shown_since_ns < YOUNG_NS
 
     def _forget(self, point: int) -> None:
-        """Drop what lies before the frame that is being shown."""
-        i = bisect_right(self._times, point) - 1
+        """Drop what lies before the frame that is being shown, and tells no velocity."""
+        i = bisect_right(self._times, min(point, self._times[-1] - LONGEST_SPAN_NS) if self._ahead_ns else point) - 1
         if i > 0:
             del self._times[:i], self._values[:i]

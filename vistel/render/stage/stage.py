@@ -17,9 +17,9 @@ from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.captions import Caption, Captions
 from vistel.render.stage.hand_correction import ShownPerson
 from vistel.render.stage.held import HeldThings
-from vistel.render.stage.motion import InterpolatedPosture, MotionReader, ReceivedPosture
+from vistel.render.stage.motion import InterpolatedPosture, MotionReader, PredictedPosture, ShownPosture
 from vistel.render.stage.playout import Playout, Timing
-from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of
+from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of, world_after
 from vistel.space.things.things import Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.motion.proportions import from_message
@@ -32,6 +32,8 @@ MOST_WAIT_S = 0.6
 """A picture waits no longer for its voice."""
 TOGETHER_NS = 25_000_000
 """Whose delay is that of the room within this is shown at one moment with it, so that hands are where things feel them."""
+TOUCHED_NS = 500_000_000
+"""Who touched somebody a moment ago is about to again: hands that shake do so several times."""
 GONE_NS = 20_000_000_000
 """A participant from whom nothing is received for so long is no longer drawn."""
 
@@ -81,24 +83,26 @@ class _Person:
     def __init__(self, about: ParticipantInfo, delay: int | AdaptiveDelay, site: str = "") -> None:
         self.about, self.site = about, site
         self.reader, self.thin_reader = MotionReader(), MotionReader()
-        self.playout: Playout[ReceivedPosture | InterpolatedPosture] = Playout(InterpolatedPosture, delay)
+        self.playout: Playout[ShownPosture] = Playout(InterpolatedPosture, delay, PredictedPosture)
 
 
 class Stage:
     """Receives messages and gives the instants that are shown."""
 
-    def __init__(self, delay: int | AdaptiveDelay) -> None:
-        """delay: from capture to what is shown, fixed [ns] or following the network."""
-        self._delay = delay
+    def __init__(self, delay: int | AdaptiveDelay, own: frozenset[str] = frozenset()) -> None:
+        """delay: from capture to what is shown, fixed [ns] or following the network. own: who looks at these pictures: they see
+        themselves, and what they alone hold, without delay, but while they touch somebody else."""
+        self._delay, self._own = delay, own
         self._people: dict[str, _Person] = {}
         self._things: Mapping[str, Thing] = MappingProxyType({})
         self._described: Mapping[str, world_pb2.Thing] = MappingProxyType({})
         self._looks: frozenset[str] = frozenset()
         self._touches: tuple[Touch, ...] = ()
         self._ghosts: tuple[ActingGhost, ...] = ()
-        self._world: Playout[PlayoutWorld] = Playout(between, delay)
+        self._world: Playout[PlayoutWorld] = Playout(between, delay, world_after)
         self._arrived: set[str] = set()
         self._held = HeldThings()
+        self._touched_ns: dict[str, int] = {}
         self._talking: frozenset[str] = frozenset()
         self._loudness: Mapping[str, float] = MappingProxyType({})
         self.captions = Captions()
@@ -178,7 +182,10 @@ class Stage:
         coming: list[ParticipantInfo] = []
         common, common_ns = self._together()
         for name, person in list(self._people.items()):
-            shown = person.playout.sample(now_ns, common_ns if name in common else None)
+            if name in self._own and not self._touches_somebody(name, now_ns):
+                shown = person.playout.newest(now_ns)
+            else:
+                shown = person.playout.sample(now_ns, common_ns if name in common else None)
             timing = person.playout.timing
             if shown is None or timing is None:
                 coming.append(person.about)
@@ -192,6 +199,12 @@ class Stage:
         captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
         shown = self._in_hands(now_ns, people, world)
         return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness)
+
+    def _touches_somebody(self, name: str, now_ns: int) -> bool:
+        """Whether they touch, or are touched by, another person, or did lately: both have to be shown at the same moment."""
+        if any(name in (g.source, g.target) and {g.source, g.target} <= self._people.keys() for g in self._ghosts):
+            self._touched_ns[name] = now_ns
+        return now_ns - self._touched_ns.get(name, -TOUCHED_NS) < TOUCHED_NS
 
     def _together(self) -> tuple[frozenset[str], int | None]:
         """Who needs nearly the delay of the room, and the one that they have in common with it: what the latest of them wants."""

@@ -7,6 +7,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
+from vistel.render.stage.prediction import BODY_FADES_S, faded
 from vistel.space.things.arc import Arc
 from vistel.space.things.things import Curve, Look, Thing, ThingPrimitive
 from vistel.space.touch import FLESH_COMPLIANCE
@@ -83,6 +84,11 @@ def between(a: PlayoutWorld, b: PlayoutWorld, u: float) -> PlayoutWorld:
     if near.poses.keys() != poses.keys():
         poses = {k: v for k, v in poses.items() if k in near.poses}
     return PlayoutWorld(near.step, poses, b.ghosts, near.grasps, near.dents, near.bonds, near.selected)
+
+
+def world_after(before: PlayoutWorld, newest: PlayoutWorld, span_s: float, ahead_s: float) -> PlayoutWorld:
+    """The room a moment after its newest step: what moves goes on."""
+    return between(before, newest, 1.0 + faded(ahead_s, BODY_FADES_S) / span_s)
 
 
 def thing_of(message: world_pb2.Thing) -> Thing:

@@ -179,6 +179,7 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
     data["bus"] = {"mode": "embedded"}
     data["record"] = False
     data["world"] = {}
+    data.setdefault("playout", {})["own_waits"] = True  # who watches is not who moved
     return Conference.model_validate(data)
 
 

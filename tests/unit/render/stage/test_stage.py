@@ -13,7 +13,7 @@ from vistel.render.stage.stage import GONE_NS, Stage
 from vistel.render.stage.world_view import PlayoutWorld, between, view_of
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
-from vistel.wire.world.decoder import WorldDecoder
+from vistel.wire.world.decoder import RoomState, Touch, WorldDecoder
 
 MS = 1_000_000
 STEP = 1_000_000_000 // 60
@@ -67,6 +67,37 @@ def test_a_posture_is_shown_the_delay_behind() -> None:
     stage_with_motion(stage, "ada", range(60))
     knee = stage.instant(50 * STEP).people[0].posture.dofs[1]
     assert knee == pytest.approx(0.01 * (50 - 6), abs=2e-3)
+
+
+def knees(touched_from: int, touched_to: int, own: str = "ada") -> list[float]:
+    """ada's knee in her own pictures, a frame and a picture at a time, while she touches ben in some of them; one knee a second."""
+    stage, encoders = Stage(100 * MS, frozenset({own})), {name: MotionEncoder() for name in ("ada", "ben")}
+    out: list[float] = []
+    for k in range(150):
+        for name, encoder in encoders.items():
+            body = np.zeros(25)
+            body[1] = k / 60
+            message = encoder.encode(MotionSample(k + 1, k * STEP, body, np.zeros((2, 20)), np.zeros(4)))
+            stage.receive_motion(name, message, k * STEP + 5 * MS)
+        touches = (Touch("ada", "ben", (1,), 1.0),) if touched_from <= k < touched_to else ()
+        stage.receive_world(RoomState(k, k * STEP, touches=touches), k * STEP + 5 * MS)
+        out.append(next(p for p in stage.instant(k * STEP + 10 * MS).people if p.about.name == "ada").posture.dofs[1])
+    return out
+
+
+def test_who_looks_sees_themselves_at_once_and_others_see_them_later() -> None:
+    assert knees(999, 999)[60] == pytest.approx(1.0, abs=2e-3)
+    assert knees(999, 999, own="ben")[60] == pytest.approx(1.0 - 0.09, abs=2e-3)
+
+
+def test_who_touches_somebody_is_shown_at_one_moment_with_them_and_nobody_jumps() -> None:
+    shown = knees(40, 80)
+    assert shown[39] == pytest.approx(39 / 60, abs=2e-3)
+    assert shown[50:105] == pytest.approx([k / 60 - 0.09 for k in range(50, 105)], abs=2e-3)
+    assert shown[130] == pytest.approx(130 / 60, abs=2e-3)
+    steps = np.diff(shown)
+    assert steps.min() >= -2e-3
+    assert steps.max() < 0.07  # the delay of 0.09 within 0.1 s, beside the motion of 0.017 a picture
 
 
 def live(transit_ms: dict[str, int], room_ms: int, voice_s: float = 0.0) -> dict[str, int]:
