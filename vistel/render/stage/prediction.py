@@ -31,8 +31,8 @@ def faded(ahead_s: float, fades_s: float) -> float:
 
 
 def predicted(before: Posture, newest: Posture, span_s: float, ahead_s: float) -> Posture:
-    """The posture `ahead_s` after `newest`, which came `span_s` after `before`. What keeps to the limits of joints goes on to do so;
-    faces, lids and eyes stay as they are: they jump."""
+    """The posture `ahead_s` after `newest`, which came `span_s` after `before`. What keeps to the limits of joints goes on to do
+    so; faces, lids and eyes stay as they are: they jump."""
     turned = max(float(np.abs(newest.dofs - before.dofs).max()), float(np.abs(newest.hands - before.hands).max())) / span_s
     moved = float(np.linalg.norm(newest.stance.position - before.stance.position)) / span_s
     slower = min(1.0, FASTEST_TURN / max(turned, 1e-9), FASTEST / max(moved, 1e-9))
