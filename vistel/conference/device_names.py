@@ -36,6 +36,11 @@ def eye_name(participant: str) -> str:
     return f"{participant}-eye"
 
 
+def pointer_name(participant: str) -> str:
+    """The page of a guest, with its mouse and keys."""
+    return f"{participant}-pointer"
+
+
 def microphone_name(participant: str) -> str:
     """A participant's simulated microphone."""
     return f"{participant}-microphone"

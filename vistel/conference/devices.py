@@ -203,6 +203,15 @@ class EyeConfig(CameraConfig):
         return self.source == "sim"
 
 
+class PointerConfig(OfKind):
+    """The page of a guest: mouse and keyboard."""
+
+    role = "pointer"
+    kind: str = "page"
+    port: Literal["page", "sim"] = "page"
+    """"page": the console's page for guests, "sim": a simulated guest, who enters by themselves."""
+
+
 class PropTracker(AnyTracker):
     """A tracker on a serial port with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
     site's first participant."""

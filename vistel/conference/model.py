@@ -9,7 +9,7 @@ from pydantic import Field, field_validator, model_validator
 
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.device_names import prop_tracker_name, tracker_name
-from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PropTracker, TrackerConfig
+from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PointerConfig, PropTracker, TrackerConfig
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
 from vistel.conference.speech import Speech
@@ -73,6 +73,11 @@ class Participant(Checked):
     """A host may put the whole room back and move it; where nobody is one, everybody may put it back."""
     program: bool = False
     """A program takes their part (`vistel.join`): they have no devices, and a start does not wait for them."""
+    guest: bool = False
+    """Whoever has the link of `vistel invite` takes this seat at a browser; they have no other devices, and a start does not wait
+    for them."""
+    pointer: PointerConfig = PointerConfig()
+    """guest: their page."""
     height: float = Field(default=1.75, ge=0.5, le=2.6)
     avatar: str = "builtin"
     """"builtin" (made from the name), "builtin:person=carla", or a file: .usda, .usdc or .usdz, beside the conference file or in
@@ -90,6 +95,26 @@ class Participant(Checked):
     "clay")."""
     says: list[str] = Field(default=[])
     """Sentences that a simulated microphone hears, one after the other, instead of babble; espeak-ng says them."""
+
+    @property
+    def by_link(self) -> bool:
+        """Whether somebody takes their seat who has the link to it."""
+        return self.guest and self.pointer.port == "page"
+
+    @property
+    def awaited(self) -> bool:
+        """Whether a start waits for them."""
+        return not (self.program or self.guest)
+
+    @model_validator(mode="after")
+    def _guests_are_nothing_else(self) -> Participant:
+        if self.guest and self.program:
+            raise ValueError("guest: a program takes their part already; leave one of program and guest out")
+        if self.guest and self.role == "host":
+            raise ValueError('role: whoever has a link is no host; expected "participant"')
+        if self.guest and not self.avatar.startswith("builtin"):
+            raise ValueError('avatar: of a guest, expected a built-in person, such as "builtin:person=carla"')
+        return self
 
 
 class Prop(Checked):
@@ -119,7 +144,8 @@ class Site(Checked):
     processes: list[list[Literal["tracker", "glove", "face", "posture", "audio", "delay", "speech", "renderer"]]] = Field(
         default=[["tracker", "glove", "face", "posture", "audio", "delay"], ["renderer"]]
     )
-    """Which services share a process; speech, where it is listed nowhere, has one of its own."""
+    """Which services share a process; speech, where it is listed nowhere, has one of its own. By default, where there are only
+    guests, who look at their page, nothing is drawn."""
 
     @property
     def draws(self) -> bool:
@@ -130,6 +156,11 @@ class Site(Checked):
     def groups(self) -> list[tuple[str, ...]]:
         """The services of each process."""
         listed: list[tuple[str, ...]] = [tuple(group) for group in self.processes]
+        guests = [p.guest for p in self.participants]
+        if all(guests) and self.processes == type(self).model_fields["processes"].default:
+            listed = [("posture",)]
+        if any(guests):  # what reads their pages is beside what moves their figures
+            listed = [("pointer", *group) if "posture" in group else group for group in listed]
         alone = self.speech is not None and all("speech" not in group for group in listed)
         return [*listed, ("speech",)] if alone else listed
 

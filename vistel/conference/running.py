@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # slow to load
 class Running:
     """A conference that runs, called `name`. hub: its router, such as "tcp/127.0.0.1:7447"; file: its conference file; folder:
     where its films, log and report go; started_ns: since the epoch; people: participants, with their sites; pages: addresses
-    for browsers by site; run: the folder of its ports and sockets."""
+    for browsers by site; run: the folder of its ports and sockets; console: address of its console, empty for none."""
 
     name: str
     hub: str
@@ -34,6 +34,7 @@ class Running:
     people: dict[str, str] = field(default_factory=dict[str, str])
     pages: dict[str, str] = field(default_factory=dict[str, str])
     run: str = ""
+    console: str = ""
 
 
 def running_folder() -> Path:

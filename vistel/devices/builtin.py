@@ -191,5 +191,14 @@ KINDS = (
         calibration="gaze",
         doctor=_CAMERAS,
     ),
+    DeviceKind(
+        name="page",
+        role="pointer",
+        title="a guest's page",
+        signatures=(rb"VP[\x01-\x03]",),
+        connections=("page",),
+        driver="vistel_services.pointer.drivers:page",
+        simulator="vistel_sim.pointers:page",
+    ),
 )
 """In the order in which messages list them and in which bytes are compared with their signatures."""

@@ -6,13 +6,16 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Literal
 
-Role = Literal["tracker", "glove", "face", "eye"]
-"""What a device measures: receivers on a body or a prop, a hand, a face, or where one eye looks."""
+Role = Literal["tracker", "glove", "face", "eye", "pointer"]
+"""What a device measures: receivers on a body or a prop, a hand, a face, where one eye looks, or what a guest does with a mouse."""
 
-Connection = Literal["serial", "usb", "udp", "vrpn", "camera"]
-"""What `port` of a conference file names: a serial port, "usb", a UDP port, a device at a VRPN server; or a camera's `source`."""
+Connection = Literal["serial", "usb", "udp", "vrpn", "camera", "page"]
+"""What `port` of a conference file names: a serial port, "usb", a UDP port, a device at a VRPN server, the console's page for
+guests; or a camera's `source`."""
 
-TOPICS: Mapping[Role, str] = MappingProxyType({"tracker": "tracker", "glove": "glove", "face": "face", "eye": "face"})
+TOPICS: Mapping[Role, str] = MappingProxyType(
+    {"tracker": "tracker", "glove": "glove", "face": "face", "eye": "face", "pointer": "pointer"}
+)
 """By role: the topic (`vistel.wire.topics`) of its messages, which is also the service that runs such devices."""
 
 

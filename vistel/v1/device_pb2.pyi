@@ -91,6 +91,64 @@ class FaceFrame(_message.Message):
     guessed: int
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., marks: _Optional[_Iterable[float]] = ..., gaze: _Optional[_Iterable[float]] = ..., channels: _Optional[_Iterable[float]] = ..., lids: _Optional[_Iterable[float]] = ..., guessed: _Optional[int] = ...) -> None: ...
 
+class PointedHand(_message.Message):
+    __slots__ = ("palm", "turn", "close")
+    PALM_FIELD_NUMBER: _ClassVar[int]
+    TURN_FIELD_NUMBER: _ClassVar[int]
+    CLOSE_FIELD_NUMBER: _ClassVar[int]
+    palm: _geometry_pb2.Vec3
+    turn: float
+    close: bool
+    def __init__(self, palm: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., turn: _Optional[float] = ..., close: _Optional[bool] = ...) -> None: ...
+
+class PointerFrame(_message.Message):
+    __slots__ = ("header", "device", "gesture", "gesture_number", "head_yaw", "head_pitch", "left", "right", "guest")
+    class Gesture(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        GESTURE_UNSPECIFIED: _ClassVar[PointerFrame.Gesture]
+        GESTURE_WAVE: _ClassVar[PointerFrame.Gesture]
+        GESTURE_NOD: _ClassVar[PointerFrame.Gesture]
+        GESTURE_SHAKE: _ClassVar[PointerFrame.Gesture]
+        GESTURE_POINT: _ClassVar[PointerFrame.Gesture]
+        GESTURE_THUMBS_UP: _ClassVar[PointerFrame.Gesture]
+        GESTURE_CLAP: _ClassVar[PointerFrame.Gesture]
+    GESTURE_UNSPECIFIED: PointerFrame.Gesture
+    GESTURE_WAVE: PointerFrame.Gesture
+    GESTURE_NOD: PointerFrame.Gesture
+    GESTURE_SHAKE: PointerFrame.Gesture
+    GESTURE_POINT: PointerFrame.Gesture
+    GESTURE_THUMBS_UP: PointerFrame.Gesture
+    GESTURE_CLAP: PointerFrame.Gesture
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    DEVICE_FIELD_NUMBER: _ClassVar[int]
+    GESTURE_FIELD_NUMBER: _ClassVar[int]
+    GESTURE_NUMBER_FIELD_NUMBER: _ClassVar[int]
+    HEAD_YAW_FIELD_NUMBER: _ClassVar[int]
+    HEAD_PITCH_FIELD_NUMBER: _ClassVar[int]
+    LEFT_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_FIELD_NUMBER: _ClassVar[int]
+    GUEST_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    device: str
+    gesture: PointerFrame.Gesture
+    gesture_number: int
+    head_yaw: float
+    head_pitch: float
+    left: PointedHand
+    right: PointedHand
+    guest: Guest
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., gesture: _Optional[_Union[PointerFrame.Gesture, str]] = ..., gesture_number: _Optional[int] = ..., head_yaw: _Optional[float] = ..., head_pitch: _Optional[float] = ..., left: _Optional[_Union[PointedHand, _Mapping]] = ..., right: _Optional[_Union[PointedHand, _Mapping]] = ..., guest: _Optional[_Union[Guest, _Mapping]] = ...) -> None: ...
+
+class Guest(_message.Message):
+    __slots__ = ("display_name", "avatar", "left")
+    DISPLAY_NAME_FIELD_NUMBER: _ClassVar[int]
+    AVATAR_FIELD_NUMBER: _ClassVar[int]
+    LEFT_FIELD_NUMBER: _ClassVar[int]
+    display_name: str
+    avatar: str
+    left: bool
+    def __init__(self, display_name: _Optional[str] = ..., avatar: _Optional[str] = ..., left: _Optional[bool] = ...) -> None: ...
+
 class RawBytes(_message.Message):
     __slots__ = ("header", "device", "direction", "data", "read_size", "read_after_ns")
     class Direction(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):

@@ -43,7 +43,7 @@ class Motion(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., key_seq: _Optional[int] = ..., body: _Optional[_Iterable[int]] = ..., hands: _Optional[_Iterable[int]] = ..., stance: _Optional[_Iterable[int]] = ..., gaze: _Optional[_Iterable[int]] = ..., face: _Optional[_Iterable[int]] = ..., stale: _Optional[int] = ..., frame: _Optional[bytes] = ..., earlier: _Optional[_Iterable[_Union[Motion.Earlier, _Mapping]]] = ...) -> None: ...
 
 class Participant(_message.Message):
-    __slots__ = ("header", "participant", "site", "display_name", "avatar", "height_m", "local_only", "parcel", "proportions")
+    __slots__ = ("header", "participant", "site", "display_name", "avatar", "height_m", "local_only", "parcel", "proportions", "left")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
     SITE_FIELD_NUMBER: _ClassVar[int]
@@ -53,6 +53,7 @@ class Participant(_message.Message):
     LOCAL_ONLY_FIELD_NUMBER: _ClassVar[int]
     PARCEL_FIELD_NUMBER: _ClassVar[int]
     PROPORTIONS_FIELD_NUMBER: _ClassVar[int]
+    LEFT_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     participant: str
     site: str
@@ -62,7 +63,8 @@ class Participant(_message.Message):
     local_only: bool
     parcel: str
     proportions: Proportions
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., participant: _Optional[str] = ..., site: _Optional[str] = ..., display_name: _Optional[str] = ..., avatar: _Optional[str] = ..., height_m: _Optional[float] = ..., local_only: _Optional[bool] = ..., parcel: _Optional[str] = ..., proportions: _Optional[_Union[Proportions, _Mapping]] = ...) -> None: ...
+    left: bool
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., participant: _Optional[str] = ..., site: _Optional[str] = ..., display_name: _Optional[str] = ..., avatar: _Optional[str] = ..., height_m: _Optional[float] = ..., local_only: _Optional[bool] = ..., parcel: _Optional[str] = ..., proportions: _Optional[_Union[Proportions, _Mapping]] = ..., left: _Optional[bool] = ...) -> None: ...
 
 class Proportions(_message.Message):
     __slots__ = ("names", "joint", "rest", "tip", "a", "b", "radius_a", "radius_b")

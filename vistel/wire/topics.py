@@ -108,6 +108,8 @@ TOPICS: tuple[Topic, ...] = (
           "sensors and joint angles of a glove"),
     Topic("face", f"{_SITE}/device/{{device}}/face", device_pb2.FaceFrame, 60, _N, _S, True,
           "marks of a face, gaze and lids"),
+    Topic("pointer", f"{_SITE}/device/{{device}}/pointer", device_pb2.PointerFrame, 30, _N, _S, True,
+          "what a guest does with mouse and keys, and who they are"),
     Topic("device_status", f"{_SITE}/device/{{device}}/status", device_pb2.DeviceStatus, 1, _R, _S, True,
           "state and faults of a device"),
     Topic("device_raw", f"{_SITE}/device/{{device}}/raw", device_pb2.RawBytes, 0, _R, _S, True,

@@ -16,6 +16,7 @@ INTEGRATORS = "For builders of devices"
 MODELLERS = "For modellers"
 COMMANDS = {
     "up": Lazy("vistel_cli.run.up:up", HOSTS),
+    "invite": Lazy("vistel_cli.invite:invite", HOSTS),
     "examples": Lazy("vistel_cli.examples.examples:examples", HOSTS),
     "runs": Lazy("vistel_cli.run.runs:app", HOSTS, "List the folders of runs, and clear old ones."),
     "site": Lazy("vistel_cli.site.site:app", HOSTS, "Take part in a conference across machines."),

@@ -5,6 +5,7 @@ const SILENT_MS = 5000; // while somebody watches, something comes thirty times 
 const LOOK_MS = 1000;
 const FIRST_WAIT_MS = 500;
 const MOST_WAIT_MS = 5000;
+const FINAL = 4400; // with such a code and above, there is nothing to come back to (services/vistel_services/console/guests.py)
 const ENDED = 1001; // what the console closes with when the conference ends
 
 export interface Listener {
@@ -19,11 +20,13 @@ export class Link {
   private wait = FIRST_WAIT_MS;
   private heardAt = 0;
   private ended = false;
+  private over = false;
   private later = 0;
 
   constructor(
     private readonly address: string,
     private readonly listener: Listener,
+    private readonly first?: string, // what is said first
   ) {
     this.open();
     setInterval(() => this.look(), LOOK_MS);
@@ -48,9 +51,11 @@ export class Link {
       }
       this.listener.words(words);
     };
+    socket.onopen = () => this.first !== undefined && socket.send(this.first);
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
+      if (event.code >= FINAL) return void (this.over = true);
       this.ended ||= event.code === ENDED;
       this.listener.trouble(this.ended ? "The conference has ended. This page waits for the next one." : "Nothing comes; trying again.");
       this.later = window.setTimeout(() => this.open(), this.wait);
@@ -58,8 +63,13 @@ export class Link {
     };
   }
 
+  /** Nothing is kept for later: what cannot be sent now is left out. */
+  send(data: string | ArrayBuffer): void {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(data);
+  }
+
   private again(): void {
-    if (this.socket) return;
+    if (this.socket || this.over) return;
     clearTimeout(this.later);
     this.open();
   }

@@ -29,6 +29,14 @@ const COARSE = 0.7; // sharpness below which shadows are coarse, and drawn anew 
 const SELDOM = 3; // at every third picture
 const QUICK_MS = 14; // and finer again below
 
+const SKIN_M = 0.05; // over a joint
+
+export interface Picked {
+  person?: string;
+  thing?: string;
+  at: Vector3;
+}
+
 export class Room {
   readonly camera = new PerspectiveCamera(45, 1, 0.03, 30);
   readonly figures = new Map<string, Figure>();
@@ -57,6 +65,11 @@ export class Room {
     if (software) this.sharpen(COARSEST);
     new ResizeObserver(() => this.resize()).observe(canvas);
     this.resize();
+  }
+
+  /** Files are asked for with the token of a guest's link. */
+  show(token: string): void {
+    this.loader.setRequestHeader({ Authorization: `Bearer ${token}` });
   }
 
   begin(joints: Joints): void {
@@ -118,23 +131,25 @@ export class Room {
     this.sharpen(1);
   }
 
-  /** Who or what is at a place of the canvas (-1 to 1, up), with its name. */
-  pick(x: number, y: number): { person?: string; thing?: string } | null {
+  /** Who or what is at a place of the canvas (-1 to 1, up), with its name, and where it was hit; but: not this person. */
+  pick(x: number, y: number, but = ""): Picked | null {
     const ray = new Raycaster();
     ray.setFromCamera(new Vector2(x, y), this.camera);
     let best = Infinity;
-    let found: { person?: string; thing?: string } | null = null;
+    let found: Picked | null = null;
     for (const [id, { node }] of this.things) {
       const hit = ray.intersectObject(node, true)[0];
-      if (hit && hit.distance < best) [best, found] = [hit.distance, { thing: id }];
+      if (hit && hit.distance < best) [best, found] = [hit.distance, { thing: id, at: hit.point }];
     }
     const on = new Vector3();
     for (const [person, figure] of this.figures) {
+      if (person === but) continue;
       for (const place of figure.places()) {
         const joint = new Vector3(...place);
         ray.ray.closestPointToPoint(joint, on);
         const distance = on.distanceTo(ray.ray.origin);
-        if (on.distanceTo(joint) < NEAR_M && distance < best - 0.1) [best, found] = [distance, { person }];
+        if (on.distanceTo(joint) >= NEAR_M || distance >= best - 0.1) continue;
+        [best, found] = [distance, { person, at: ray.ray.at(distance - SKIN_M, new Vector3()) }];
       }
     }
     return found;

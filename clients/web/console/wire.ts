@@ -83,7 +83,20 @@ export interface Hello {
   kind: "hello";
   conference: string;
 }
-export type Words = Hello | Joints | Table | Held | Numbers;
+export interface Invited {
+  kind: "invited";
+  participant: string;
+  name: string;
+  avatar: string;
+  people: string[]; // the built-in people
+  seat: [number, number, number, number]; // on the floor [m], and its heading [rad]
+}
+export interface Refused {
+  kind: "refused";
+  reason: string;
+  code: number;
+}
+export type Words = Hello | Joints | Table | Held | Numbers | Invited | Refused;
 
 export interface PersonFrame {
   who: number;

@@ -10,11 +10,11 @@ from vistel.wire.clock import Clock
 __all__ = ["configure", "run"]
 
 
-def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Conference:
+def configure(conference: Conference, site: Site | None, paths: RunPaths) -> tuple[Conference, RunPaths]:
     """The console is of the whole conference."""
-    return conference
+    return conference, paths
 
 
-async def run(conference: Conference, bus: Bus, clock: Clock) -> None:
+async def run(config: tuple[Conference, RunPaths], bus: Bus, clock: Clock) -> None:
     """Serve until cancelled. What draws and computes is loaded when somebody looks."""
-    await import_module("vistel_services.console.service").run(conference, bus, clock)
+    await import_module("vistel_services.console.service").run(*config, bus, clock)

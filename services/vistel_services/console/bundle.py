@@ -3,6 +3,8 @@
 from importlib import resources
 
 BUNDLE = "console.js"
+GUEST_BUNDLE = "join.js"
+"""Of the page for guests; made with the other."""
 FOLDER = resources.files("vistel_services.console") / "page"
 
 

@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
+from collections.abc import Generator
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -93,7 +94,14 @@ class Gateway:
         if len(self._viewers) >= MOST_VIEWERS:
             raise web.HTTPServiceUnavailable(text=f"{MOST_VIEWERS} are watching already\n")
         connection = await prepared_socket(request, _MOST_SAID_BYTES)
-        viewer = Viewer()
+        with self.viewing(connection, Viewer()):
+            async for _ in connection:  # nothing a viewer says means anything yet; how much it may be is limited
+                pass
+        return connection
+
+    @contextlib.contextmanager
+    def viewing(self, connection: web.WebSocketResponse, viewer: Viewer) -> Generator[None]:
+        """While entered, the room is sent there."""
         viewer.put("hello", json.dumps({"kind": "hello", "conference": self._conference.name}))
         self._viewers.add(viewer)
         self._connections.add(connection)
@@ -101,11 +109,10 @@ class Gateway:
         if self._feed is not None:
             self._feed.tell_all()
         _VIEWERS.set(len(self._viewers))
-        log.info("event=watched by=%s viewers=%d", request.remote, len(self._viewers))
+        log.info("event=watched viewers=%d", len(self._viewers))
         sending = self._background.start(_send(connection, viewer), "console viewer")
         try:
-            async for _ in connection:  # nothing a viewer says means anything yet; how much it may be is limited
-                pass
+            yield
         finally:
             sending.cancel()
             self._viewers.discard(viewer)
@@ -114,8 +121,7 @@ class Gateway:
                 self._somebody.clear()
             _VIEWERS.set(len(self._viewers))
             _LEFT_OUT.inc(viewer.left_out)
-            log.info("event=watched_no_more by=%s left_out=%d viewers=%d", request.remote, viewer.left_out, len(self._viewers))
-        return connection
+            log.info("event=watched_no_more left_out=%d viewers=%d", viewer.left_out, len(self._viewers))
 
     async def asset(self, request: web.Request) -> web.StreamResponse:
         """A GLB file by its digest; it never changes."""

@@ -5,28 +5,45 @@ from __future__ import annotations
 import logging
 from datetime import UTC, datetime
 
+from aiohttp import web
+
 from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
 from vistel.wire.bus import Bus
 from vistel.wire.certificates.errors import CertificateError
 from vistel.wire.clock import Clock
 from vistel_services.console import bundle
 from vistel_services.console.gateway import Gateway
+from vistel_services.console.guests import Guests
 from vistel_services.serving.address import console_address
 from vistel_services.serving.pages import PageFiles
 from vistel_services.serving.server import open_server
 
 log = logging.getLogger("vistel.console")
 
-_SERVED = {"/": "index.html", "/console.css": "console.css", "/missing.js": "missing.js", f"/{bundle.BUNDLE}": bundle.BUNDLE}
+_OF_GUESTS = {
+    "/join": "join.html",
+    "/join.css": "join.css",
+    f"/{bundle.GUEST_BUNDLE}": bundle.GUEST_BUNDLE,
+    "/missing.js": "missing.js",
+}
+"""What anybody may read: who opens it has no more than an empty page until the link's token is shown."""
+_SERVED = _OF_GUESTS | {"/": "index.html", "/console.css": "console.css", f"/{bundle.BUNDLE}": bundle.BUNDLE}
+_VISIT = "/guest"
 _POLICY = "connect-src 'self' blob:; img-src 'self' data: blob:"
 
 
-async def run(conference: Conference, bus: Bus, clock: Clock) -> None:
+async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -> None:
     """Serve until cancelled."""
     address = console_address(conference.console)
     gateway = Gateway(conference, bus, clock)
-    more = {"/live": gateway.watch, "/asset/{digest}.glb": gateway.asset}
-    files = PageFiles("console", bundle.FOLDER, _SERVED, _POLICY)
+    guests = Guests(conference, paths, clock, gateway.viewing)
+    more = {"/live": gateway.watch, "/asset/{digest}.glb": gateway.asset, _VISIT: guests.visit}
+
+    def also(request: web.Request) -> bool:
+        return request.path in (*_OF_GUESTS, _VISIT) or (request.path.startswith("/asset/") and guests.may_read(request))
+
+    files = PageFiles("console", bundle.FOLDER, _SERVED, _POLICY, also)
     try:
         server = await open_server(f"{conference.name}-console", files, address, more, clock, datetime.now(UTC))
     except CertificateError as e:
@@ -40,5 +57,6 @@ async def run(conference: Conference, bus: Bus, clock: Clock) -> None:
     try:
         await gateway.run()
     finally:
+        guests.close()
         await gateway.close()
         await server.close()

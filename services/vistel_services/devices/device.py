@@ -23,6 +23,8 @@ T = TypeVar("T")
 
 SILENCE_S = 0.5
 """A streaming device that is silent for this time is started again [s]."""
+_NEVER_S = 86_400.0
+"""The silence of one that may be silent [s]."""
 _REOPEN_S = 0.25
 """Wait before a port is opened again [s]."""
 _FAULT_S = 2.0
@@ -211,9 +213,16 @@ class _Reporter:
 
 
 async def keep_running(
-    driver: Driver, open_transport: OpenTransport, bus: Bus, clock: Clock, log: logging.Logger, *, raw: bool
+    driver: Driver,
+    open_transport: OpenTransport,
+    bus: Bus,
+    clock: Clock,
+    log: logging.Logger,
+    *,
+    raw: bool,
+    may_be_silent: bool = False,
 ) -> None:
-    """Run a device until cancelled. raw: publish its bytes in both directions too."""
+    """Run a device until cancelled. raw: publish its bytes in both directions too; may_be_silent: silence is no fault of it."""
     link = Link(clock)
     reporter = _Reporter(driver, link, bus, clock, log)
     frames = bus.publish(driver.topic, device=driver.name)
@@ -252,7 +261,7 @@ async def keep_running(
             lost = False
             link.attach(transport)
             try:
-                await _run_open(driver, link, reporter)
+                await _run_open(driver, link, reporter, _NEVER_S if may_be_silent else SILENCE_S)
             except TransportError as e:
                 lost = True
                 reporter.set(DeviceStatus.STATE_SEARCHING, str(e))
@@ -269,7 +278,7 @@ async def keep_running(
             gathered.flush()
 
 
-async def _run_open(driver: Driver, link: Link, reporter: _Reporter) -> None:
+async def _run_open(driver: Driver, link: Link, reporter: _Reporter, silence_s: float) -> None:
     while True:
         reporter.set(DeviceStatus.STATE_STARTING, "starting")
         try:
@@ -282,12 +291,12 @@ async def _run_open(driver: Driver, link: Link, reporter: _Reporter) -> None:
         try:
             while True:
                 seen = link.frames
-                if await link.wait_for(lambda seen=seen: link.frames if link.frames > seen else None, SILENCE_S) is None:
+                if await link.wait_for(lambda seen=seen: link.frames if link.frames > seen else None, silence_s) is None:
                     break
         finally:
             if beating is not None:
                 beating.cancel()
-        reporter.set(DeviceStatus.STATE_STALLED, f"silent for {SILENCE_S} s")
+        reporter.set(DeviceStatus.STATE_STALLED, f"silent for {silence_s} s")
 
 
 async def _send_again(link: Link, period_s: float, data: bytes) -> None:

@@ -18,11 +18,13 @@ from vistel_services.devices.transport import OpenTransport
 
 @dataclass(frozen=True)
 class Connected:
-    """A device's driver, and how its port is opened. keeps_raw: its bytes may be recorded."""
+    """A device's driver, and how its port is opened. keeps_raw: its bytes may be recorded; may_be_silent: it sends when somebody
+    comes, and is not started again for its silence."""
 
     driver: Driver
     opener: Callable[[Clock], OpenTransport]
     keeps_raw: bool = True
+    may_be_silent: bool = False
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,8 @@ class Config:
 
 
 def connect(device: Device, link: Path | None = None) -> Connected:
-    """What `DeviceKind.driver` gives for a device. link: the file by which its simulator is found, None for a real device or for
-    recorded bytes. Raises GloveCalibrationError or FaceCalibrationError (one line)."""
+    """What `DeviceKind.driver` gives for a device. link: the file by which its simulator or its page is found, None for other
+    devices or for recorded bytes. Raises GloveCalibrationError or FaceCalibrationError (one line)."""
     return load(device.kind.driver)(device, link)
 
 
@@ -49,7 +51,7 @@ class DeviceService:
     def configure(self, conference: Conference, site: Site, paths: RunPaths) -> Config:
         """The devices of a site. Raises GloveCalibrationError or FaceCalibrationError (one line)."""
         wanted = [d for d in devices_of_site(site) if d.kind.role in self._roles]
-        return Config(tuple(connect(d, paths.device(d.name) if d.simulated else None) for d in wanted), conference.record_raw)
+        return Config(tuple(connect(d, paths.device(d.name) if d.found_by_file else None) for d in wanted), conference.record_raw)
 
     def preload(self, conference: Conference) -> None:
         """Import the drivers that a conference needs, ahead of `configure`."""
@@ -61,6 +63,6 @@ class DeviceService:
         async with asyncio.TaskGroup() as group:
             for d in config.devices:
                 raw = config.raw and d.keeps_raw
-                running = keep_running(d.driver, d.opener(clock), bus, clock, self._log, raw=raw)
+                running = keep_running(d.driver, d.opener(clock), bus, clock, self._log, raw=raw, may_be_silent=d.may_be_silent)
                 group.create_task(running, name=d.driver.name)
             await asyncio.Event().wait()

@@ -20,14 +20,14 @@ from vistel.conference.model import Conference
 from vistel.figure.posture.solve import Solved
 from vistel.messages.postures import sample_of
 from vistel.v1.device_pb2 import TrackerFrame
-from vistel.v1.motion_pb2 import Participant
 from vistel.wire import motion
 from vistel.wire.bus import Bus, Publication, Subscription
 from vistel.wire.clock import Clock
 from vistel.wire.motion import MotionSample, StalePart
-from vistel.wire.motion.proportions import to_message
 from vistel.wire.motion.publication import MotionPublication
 from vistel.wire.topics import BY_NAME
+from vistel_services.posture.about import about
+from vistel_services.posture.guests import run_guests
 from vistel_services.posture.own_avatar import OwnAvatar, own_avatar, send_parts
 from vistel_services.process.clocks import begin_ns_of
 
@@ -71,8 +71,9 @@ def _load() -> None:
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Publish Participant, Motion and avatar of every person of the site, and its props, until cancelled."""
     await asyncio.to_thread(_load)
-    avatars = [await asyncio.to_thread(own_avatar, person) for person in config.people]
-    makers = [_Maker(*who, config, bus) for who in zip(config.people, avatars, strict=True)]
+    people = [p for p in config.people if not p.pointer]
+    avatars = [await asyncio.to_thread(own_avatar, person) for person in people]
+    makers = [_Maker(*who, config, bus) for who in zip(people, avatars, strict=True)]
     by_device: dict[str, _Maker] = {
         d: m for m in makers for d in (m.person.tracker, m.person.second_tracker, *m.person.gloves) if d
     }
@@ -83,6 +84,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         for maker in makers:
             maker.announce(clock)
         async with asyncio.TaskGroup() as group:
+            group.create_task(run_guests(config, bus, clock))
             group.create_task(_follow_trackers(tracker, by_device, props, others))
             for maker in makers:
                 group.create_task(maker.keep_going(clock, others))
@@ -162,20 +164,7 @@ class _Maker:
 
     def announce(self, clock: Clock) -> None:
         """Publish who this is."""
-        about = Participant(
-            participant=self.person.name,
-            site=self._site,
-            display_name=self.person.display_name,
-            avatar=self.person.avatar,
-            height_m=self.person.height_m,
-        )
-        if self._own is not None:
-            limbs = self._own.proportions
-            about.parcel = self._own.digest
-            about.proportions.CopyFrom(to_message(limbs.names, limbs.joint, limbs.arrays))
-        about.header.t_ns = clock.now_ns()
-        about.header.source = f"{self._site}/posture"
-        self._about.put(about)
+        self._about.put(about(self.person, self._own, self._site, clock.now_ns()))
         self._bus.announce(f"participant-{self.person.name}")
         log.info("participant announced participant=%s height_m=%.2f", self.person.name, self.person.height_m)
 

@@ -6,7 +6,7 @@ from __future__ import annotations
 import asyncio
 import hmac
 import logging
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from importlib import resources
 from importlib.resources.abc import Traversable
@@ -36,12 +36,14 @@ _POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; form-action 
 @dataclass(frozen=True)
 class PageFiles:
     """What a server shows. what: "stream", in refusals and in its log; served: files of `folder` by path, "/" among them; policy:
-    what its pages may load, as a Content-Security-Policy, beside scripts and styles of the server itself."""
+    what its pages may load, as a Content-Security-Policy, beside scripts and styles of the server itself; also: whether a request
+    may be answered without the token, by another right."""
 
     what: str
     folder: Traversable
     served: Mapping[str, str]
     policy: str
+    also: Callable[[web.Request], bool] = lambda request: False
 
 
 class Pages:
@@ -116,6 +118,7 @@ class Pages:
             not self.address.token
             or _same(request.cookies.get(self._cookie, ""), self._ticket)
             or (shown.startswith(_PROGRAM) and _same(shown.removeprefix(_PROGRAM), self.address.token))
+            or self._files.also(request)
         )
 
     def _form(self, *, wrong: bool = False) -> web.Response:

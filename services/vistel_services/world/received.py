@@ -87,6 +87,8 @@ class InputCollector:
         self._told: set[tuple[str, str]] = set()
         self._asked: dict[str, int] = {}
         self._behind_ns: dict[str, int] = {}
+        self._left_by_word: set[str] = set()
+        """Who said that they left: what was on its way still does not bring them back."""
 
     def adopt(self, present: Mapping[str, int], recent: Sequence[ReceivedInputs], now_ns: int) -> None:
         """Go on with a world in which somebody is already. present: who, and the time of the motion that the world knows
@@ -118,6 +120,12 @@ class InputCollector:
     def participant(self, sample: Sample) -> None:
         """Somebody says who they are."""
         name, site = sample.names["participant"], sample.names["site"]
+        if sample.message.left:
+            self._left_by_word.add(name)
+            if name in self._people:
+                self._leave(name, "by word")
+            return
+        self._left_by_word.discard(name)
         self._known[name] = person(name, sample.message)
         if name in self._people:
             if self._people[name].person != self._known[name]:
@@ -133,6 +141,8 @@ class InputCollector:
         decoded = decoder.decode(sample.message)
         if decoded is None:
             _UNDECODED.labels(name).inc()
+            return
+        if name in self._left_by_word:
             return
         if name not in self._people:
             self._join(name, site, sample.received_ns)
@@ -192,10 +202,7 @@ class InputCollector:
             gone_ns = self._gone_ns.get(somebody.site)
             gone = gone_ns is not None and now_ns - max(gone_ns, somebody.heard_ns) > LEASE_NS
             if silent or gone:
-                log.info("participant left participant=%s reason=%s", name, "site gone" if gone else "no motion")
-                del self._people[name]
-                self._newest.pop(name, None)
-                self._arrived.left.append(name)
+                self._leave(name, "site gone" if gone else "no motion")
         for who, count in self._asked.items():
             if count > MOST_COMMANDS:
                 log.warning("commands dropped participant=%s count=%d", who, count - MOST_COMMANDS)
@@ -207,8 +214,16 @@ class InputCollector:
         self._arrived, self._newest, self._newest_props = ReceivedInputs(), {}, {}
         return out
 
+    def _leave(self, name: str, reason: str) -> None:
+        log.info("participant left participant=%s reason=%s", name, reason)
+        del self._people[name]
+        self._newest.pop(name, None)
+        self._arrived.left.append(name)
+
     def _join(self, name: str, site: str, now_ns: int) -> None:
         known = self._known.get(name, ParticipantBody(name))
         self._people[name] = _Somebody(site, known, now_ns)
         self._arrived.people.append(known)
+        if name in self._arrived.left:  # back before the next step
+            self._arrived.left.remove(name)
         log.info("participant joined participant=%s site=%s", name, site)

@@ -247,7 +247,7 @@ def test_a_server_that_cannot_serve_says_why_in_one_line(tmp_path: Path, code: s
 @pytest.mark.parametrize("room", ["built-in", "den"])
 def test_everything_a_conference_runs_loads_without_a_second_thread(tmp_path: Path, room: str) -> None:
     file = EXAMPLES / f"{room}.toml" if room != "built-in" else _conference(tmp_path)[1]
-    every = ("tracker", "glove", "face", "audio", "delay", "speech", "posture", "renderer", "world", "recorder")
+    every = ("tracker", "glove", "face", "pointer", "audio", "delay", "speech", "posture", "renderer", "world", "recorder")
     spec = fork_server_spec([ProcessPlan("s", "x", every)], file, simulators=True)
     code, answers, lines = _talk(spec)
     assert (code, answers) == (0, [READY]), lines

@@ -18,6 +18,7 @@ from waiting import until
 
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import JOINTS
@@ -51,6 +52,7 @@ class Room:
         sites = [{"name": "lab", "participants": [{"name": "ben", "avatar": AVATAR, "height": HEIGHT, "program": True}]}]
         self.conference = Conference.model_validate({"name": "c", "sites": sites}).model_copy(update={"console": console})
         self.network, self.clock = MemoryNetwork(), SystemClock()
+        self.paths = RunPaths(Path(), Path())  # nobody is invited
         self.address = ""
         self.gateway: Gateway | None = None
 
@@ -66,7 +68,8 @@ class Room:
 
         real = service.open_server
         monkeypatch.setattr(service, "open_server", open_server)
-        serving = asyncio.create_task(service.run(self.conference, self.network.bus("c", "hub", self.clock), self.clock))
+        hub = self.network.bus("c", "hub", self.clock)
+        serving = asyncio.create_task(service.run(self.conference, self.paths, hub, self.clock))
         moving = asyncio.create_task(self._move())
         try:
             await until(lambda: opened, "the console's server", tasks=[serving])
@@ -108,7 +111,9 @@ def test_a_viewer_gets_joints_table_frames_and_the_figure_by_its_digest(monkeypa
                 table = await heard(live, "table")
                 while not (table["people"] and table["people"][0]["file"] and table["room"]):
                     table = await heard(live, "table")
-                frame = await live.receive_bytes()
+                while (said := await live.receive()).type is not aiohttp.WSMsgType.BINARY:
+                    pass
+                frame = said.data
                 assert HEADER.unpack_from(frame)[3] == 1 and len(frame) == HEADER.size + PERSON.itemsize
                 for digest in (table["people"][0]["file"], table["room"]):
                     async with session.get(f"http://{room.address}/asset/{digest}.glb") as answer:

@@ -101,6 +101,7 @@ class Stage:
         self._ghosts: tuple[ActingGhost, ...] = ()
         self._world: Playout[PlayoutWorld] = Playout(between, delay, world_after)
         self._arrived: set[str] = set()
+        self._left: set[str] = set()
         self._held = HeldThings()
         self._touched_ns: dict[str, int] = {}
         self._talking: frozenset[str] = frozenset()
@@ -108,7 +109,12 @@ class Stage:
         self.captions = Captions()
 
     def receive_participant(self, message: motion_pb2.Participant) -> None:
-        """The description of a participant."""
+        """The description of a participant, or that they have left."""
+        if message.left:
+            self._left.add(message.participant)
+            self._people.pop(message.participant, None)
+            return
+        self._left.discard(message.participant)
         parcel = message.parcel if is_digest(message.parcel) else ""
         about = ParticipantInfo(
             message.participant,
@@ -151,6 +157,8 @@ class Stage:
     def receive_motion(self, name: str, message: motion_pb2.Motion, received_ns: int, *, thin: bool = False) -> None:
         """The motion of a participant, in full or thin: the newer posture is shown. Before their description is received, they are
         shown under the name in the bus key."""
+        if name in self._left:
+            return  # it was on its way when they left
         person = self._people.get(name)
         if person is None:
             person = self._people[name] = _Person(ParticipantInfo(name, name), self._delay)

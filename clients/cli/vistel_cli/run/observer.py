@@ -88,7 +88,7 @@ class Observer:
             for d, status in states
             if status.state != DeviceStatus.STATE_STREAMING
         ]
-        people = {p.name for s in self._conference.sites for p in s.participants if not p.program}
+        people = {p.name for s in self._conference.sites for p in s.participants if p.awaited}
         for site in (s for s in self._conference.sites if s.draws):
             seen = {s.participant for s in self.images[site.name].streams} if site.name in self.images else set()
             if site.name not in self.images or self.images[site.name].frames == 0:

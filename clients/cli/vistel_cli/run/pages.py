@@ -36,6 +36,14 @@ def console_line(console: ConsoleConfig) -> dict[str, str]:
     return {"console": console.page + ("  its page is not made yet: make web" if bundle_missing() else "")}
 
 
+def guests_line(conference: Conference) -> dict[str, str]:
+    """How guests get into the seats that the file has for them."""
+    seats = sum(p.by_link for site in conference.sites for p in site.participants)
+    if not seats or not conference.console.page:
+        return {}
+    return {"guests": f"{seats} {'seat' if seats == 1 else 'seats'}; a link for one: vistel invite NAME"}
+
+
 def _free_port(wanted: int) -> int:
     with socket.socket() as tried:
         tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

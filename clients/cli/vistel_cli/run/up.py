@@ -20,7 +20,7 @@ from rich.text import Text
 
 from vistel.conference.connect import connect
 from vistel.conference.console import ConsoleConfig
-from vistel.conference.device_list import simulated_names
+from vistel.conference.device_list import devices_of, simulated_names
 from vistel.conference.files import DEMO_FILE
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
@@ -42,7 +42,7 @@ from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
-from vistel_cli.run.pages import console_line, pages_of, with_console
+from vistel_cli.run.pages import console_line, guests_line, pages_of, with_console
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.steps import Steps
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
@@ -277,6 +277,7 @@ class _Run:
             "bus": running.hub,
             **pages_of(self.conference.sites, datetime.now(UTC)),
             **console_line(self.conference.console),
+            **guests_line(self.conference),
             **self.kept,
             "metrics": str(self.out / "metrics"),
             "logs": str(self.out / "logs"),
@@ -291,12 +292,13 @@ class _Run:
         """Start everything. Returns the seconds until all sites saw all participants; None when stopped before."""
         starting = background.start(start(supervisor, self.stop), "start")
         with _progress(self.as_json) as bar:
-            everything, simulated = len(observer.missing()), simulated_names(self.conference)
+            pages = [d.name for d in devices_of(self.conference) if d.found_by_file]
+            everything, starting_up = len(observer.missing()), {*simulated_names(self.conference), *pages}
             task = bar.add_task("loading", total=everything)
             self.steps.begin("loading")
             while not self.stop.is_set():
                 observer.poll()
-                for event in events.troubles(simulated):
+                for event in events.troubles(starting_up):
                     bar.console.print(event, soft_wrap=True) if not self.as_json else None
                 missing = observer.missing()
                 shown = "loading" if not starting.done() else f"waiting for {_some(missing)}" if missing else "ready"
@@ -386,7 +388,17 @@ def _running(conference: Conference, source: Path, endpoint: str, paths: RunPath
     """What others are told about the run."""
     pages = {site.name: site.display.stream_page for site in conference.sites if site.draws and site.display.stream_page}
     people = {p.name: site.name for site in conference.sites for p in site.participants}
-    return Running(conference.name, endpoint, str(source.resolve()), str(paths.out), time.time_ns(), people, pages, str(paths.run))
+    return Running(
+        name=conference.name,
+        hub=endpoint,
+        file=str(source.resolve()),
+        folder=str(paths.out),
+        started_ns=time.time_ns(),
+        people=people,
+        pages=pages,
+        run=str(paths.run),
+        console=conference.console.page,
+    )
 
 
 def _show_report(report: dict[str, Any], folder: Path) -> None:

@@ -200,3 +200,16 @@ def test_the_world_between_two_steps_lerps_places_and_slerps_turns() -> None:
     middle = between(a, PlayoutWorld(2, {"ball": quarter}), 0.5)
     assert middle.poses["ball"][0][0] == pytest.approx(0.5)
     assert middle.poses["ball"][1] == pytest.approx((0, math.sin(math.pi / 8), 0, math.cos(math.pi / 8)))
+
+
+def test_who_says_that_they_left_is_gone_at_once_until_they_say_who_they_are_again() -> None:
+    stage = Stage(100 * MS)
+    stage.receive_participant(motion_pb2.Participant(participant="ada"))
+    stage_with_motion(stage, "ada", range(10))
+    assert stage.instant(8 * STEP).people
+    stage.receive_participant(motion_pb2.Participant(participant="ada", left=True))
+    stage_with_motion(stage, "ada", range(10, 20))  # it was on its way
+    assert not stage.instant(18 * STEP).people
+    stage.receive_participant(motion_pb2.Participant(participant="ada", display_name="Ada"))
+    stage_with_motion(stage, "ada", range(20, 30))
+    assert [p.about.display_name for p in stage.instant(28 * STEP).people] == ["Ada"]

@@ -1,0 +1,249 @@
+"""The gateway for guests: it vouches for who has the link of an invitation, and passes on what their page says as the device of
+that seat and of no other. Everything that a page sends is checked here: who, how large, how often, in what range."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import logging
+import socket
+from collections.abc import Callable
+from contextlib import AbstractContextManager, suppress
+from pathlib import Path
+
+from aiohttp import WSMsgType, web
+from prometheus_client import Counter, Gauge
+
+from vistel.conference.device_names import pointer_name
+from vistel.conference.invitations import Invitation, RefusedError, invitations_in, invited
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.conference.seats import seat_place
+from vistel.figure.body_model.builtin_people import PEOPLE
+from vistel.protocol.pointer import guest_record, left_record, posture_of
+from vistel.wire import background
+from vistel.wire.clock import Clock, sleep, within
+from vistel_services.console.viewer import Viewer
+from vistel_services.serving.server import prepared_socket
+
+log = logging.getLogger("vistel.console")
+
+_GUESTS = Gauge("vistel_console_guests_count", "Guests who are in the room by a browser")
+_TAKEN = Counter("vistel_console_guest_messages_total", "Messages of guests' pages that were passed on")
+_REFUSED = Counter("vistel_console_guest_refused_total", "Messages and links of guests' pages that were refused")
+
+_MOST_SAID_BYTES = 256
+"""Of one message of a page."""
+_PATIENCE_S = 10.0
+"""A page shows its link within this time [s]."""
+_EVERY_NS = 20_000_000
+"""A page's messages are passed on no oftener; it sends thirty a second, and what comes sooner is left out."""
+MOST_A_SECOND = 100
+"""Messages of a page; with more, it is none of ours, and is closed."""
+MOST_FAULTY = 10
+"""The same of messages that say what nobody can do, in one visit."""
+_PRESENT_S = 0.25
+"""From one word that the guest is there to the next [s]."""
+MOST_STRANGERS = 20
+"""Pages that have not shown a link yet."""
+_BEARER = "Bearer "
+
+# With what a WebSocket is closed (RFC 6455 §7.4.2: codes of the application), so that a page does not come back by itself.
+REFUSED = 4403
+"""The link does not count."""
+TAKEN = 4409
+"""It is open at another page."""
+ENDED = 4410
+"""The invitation has ended, or was taken back."""
+MISBEHAVED = 4429
+"""The page sends what none of ours does."""
+
+View = Callable[[web.WebSocketResponse, Viewer], AbstractContextManager[None]]
+"""While entered, the room is sent there."""
+
+
+class Guests:
+    """Lives on the event loop."""
+
+    def __init__(self, conference: Conference, paths: RunPaths, clock: Clock, view: View) -> None:
+        self._conference, self._paths, self._clock, self._view = conference, paths, clock, view
+        self._seats = {p.name for site in conference.sites for p in site.participants if p.by_link}
+        self._here: set[str] = set()
+        self._strangers = 0
+        self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._socket.setblocking(False)
+
+    def close(self) -> None:
+        """No guest is there any more."""
+        self._socket.close()
+
+    def may_read(self, request: web.Request) -> bool:
+        """Whether a request for a figure or a thing shows the token of an invitation."""
+        shown = request.headers.get("Authorization", "")
+        with suppress(RefusedError):
+            return shown.startswith(_BEARER) and bool(self._invited(shown.removeprefix(_BEARER)))
+        return False
+
+    async def visit(self, request: web.Request) -> web.StreamResponse:
+        """The WebSocket of a guest's page."""
+        if self._strangers >= MOST_STRANGERS:
+            raise web.HTTPServiceUnavailable(text="too many pages open at once; try again\n")
+        self._strangers += 1
+        try:
+            connection = await prepared_socket(request, _MOST_SAID_BYTES)
+            guest = await self._shown(connection)
+        finally:
+            self._strangers -= 1
+        if guest is not None:
+            self._here.add(guest.participant)
+            _GUESTS.set(len(self._here))
+            try:
+                await self._visited(connection, guest)
+            finally:
+                self._here.discard(guest.participant)
+                _GUESTS.set(len(self._here))
+                self._send(guest.participant, left_record())
+        return connection
+
+    async def _shown(self, connection: web.WebSocketResponse) -> Invitation | None:
+        """The invitation whose token a page shows first. Closes the connection where it shows none that counts."""
+        token = ""
+        with suppress(TimeoutError, TypeError):
+            async with within(self._clock, _PATIENCE_S):
+                token = str(_read(await connection.receive_str()).get("token", ""))
+        try:
+            guest = self._invited(token)
+        except RefusedError as e:
+            _REFUSED.inc()
+            log.warning("event=guest_refused reason=%r", str(e))
+            await sleep(self._clock, 1.0)  # who guesses
+            return await _close(connection, REFUSED, str(e))
+        if guest.participant in self._here:
+            return await _close(connection, TAKEN, "This link is open at another page already; close that one first.")
+        return guest
+
+    def _invited(self, token: str) -> Invitation:
+        try:
+            guest = invited(invitations_in(self._paths.run), token, self._clock.now_ns())
+        except (OSError, ValueError) as e:
+            log.error("event=invitations_unreadable reason=%r", str(e))
+            raise RefusedError("The host's machine cannot read its invitations; its log says why.") from e
+        if guest.participant not in self._seats:
+            raise RefusedError("The seat of this invitation is not in the conference any more. Ask the host for a new link.")
+        if not self._device(guest.participant).exists():
+            raise RefusedError("The site of the guests does not run on the console's machine now. Tell the host.")
+        return guest
+
+    async def _visited(self, connection: web.WebSocketResponse, guest: Invitation) -> None:
+        place = await asyncio.to_thread(seat_place, self._conference.room, self._conference.seat_of(guest.participant))
+        viewer = Viewer()
+        words: dict[str, object] = {"kind": "invited", "participant": guest.participant, "name": guest.name, "avatar": guest.avatar}
+        words |= {"people": sorted(PEOPLE), "seat": [*place[0].tolist(), place[1]]}
+        viewer.put("invited", json.dumps(words))
+        log.info("event=guest_came participant=%s", guest.participant)
+        visit = _Visit(self, connection, guest)
+        with self._view(connection, viewer):
+            present = background.start(visit.stay(self._clock), "guest")
+            try:
+                await visit.listen()
+            finally:
+                present.cancel()
+        log.info("event=guest_went participant=%s passed_on=%d", guest.participant, visit.passed_on)
+
+    def still(self, guest: Invitation) -> bool:
+        """Whether the invitation still counts: it has not ended, and no newer one took its place."""
+        with suppress(OSError, ValueError):
+            return guest.until_ns > self._clock.now_ns() and any(i.digest == guest.digest for i in invitations_in(self._paths.run))
+        return True  # it counted; a file that is just being replaced ends no visit
+
+    def now_ns(self) -> int:
+        """Conference time."""
+        return self._clock.now_ns()
+
+    def _device(self, participant: str) -> Path:
+        return self._paths.device(pointer_name(participant))
+
+    def _send(self, participant: str, record: bytes) -> None:
+        with suppress(OSError, ValueError):  # the device is not there now
+            self._socket.sendto(record, ("127.0.0.1", int(self._device(participant).read_text())))
+
+    def pass_on(self, guest: Invitation, record: bytes) -> None:
+        """A record to the device of this guest's seat."""
+        self._send(guest.participant, record)
+
+
+class _Visit:
+    """One guest at one page."""
+
+    def __init__(self, gateway: Guests, connection: web.WebSocketResponse, guest: Invitation) -> None:
+        self._gateway, self._connection, self._guest = gateway, connection, guest
+        self._avatar = ""
+        self._second_ns, self._in_second, self._faulty, self._passed_ns = 0, 0, 0, 0
+        self.passed_on = 0
+
+    async def listen(self) -> None:
+        """Take what the page says until it goes or misbehaves."""
+        async for said in self._connection:
+            now_ns = self._gateway.now_ns()
+            if not self._in_time(now_ns):
+                await _close(self._connection, MISBEHAVED, f"This page sent more than {MOST_A_SECOND} messages a second.")
+                return
+            if said.type is WSMsgType.TEXT:
+                self._choose(_read(said.data))
+            elif said.type is WSMsgType.BINARY:
+                self._move(said.data, now_ns)
+            if self._faulty > MOST_FAULTY:
+                await _close(self._connection, MISBEHAVED, "This page says what nobody can do; load it again.")
+                return
+
+    async def stay(self, clock: Clock) -> None:
+        """Say that the guest is there, until the invitation ends."""
+        while self._gateway.still(self._guest):
+            if self._avatar:
+                self._gateway.pass_on(self._guest, guest_record(self._guest.name, self._avatar))
+            await sleep(clock, _PRESENT_S)
+        await _close(self._connection, ENDED, "This invitation has ended, or the host has taken it back.")
+
+    def _in_time(self, now_ns: int) -> bool:
+        if now_ns - self._second_ns >= 1_000_000_000:
+            self._second_ns, self._in_second = now_ns, 0
+        self._in_second += 1
+        return self._in_second <= MOST_A_SECOND
+
+    def _choose(self, said: dict[str, object]) -> None:
+        """Enter as a built-in person."""
+        person = said.get("person")
+        if isinstance(person, str) and person in PEOPLE:
+            self._avatar = f"builtin:person={person}"
+        elif person == "" and self._guest.avatar:
+            self._avatar = self._guest.avatar
+        else:
+            self._refuse()
+
+    def _move(self, record: bytes, now_ns: int) -> None:
+        if not self._avatar or posture_of(record) is None:
+            self._refuse()
+        elif now_ns - self._passed_ns >= _EVERY_NS:
+            self._passed_ns = now_ns
+            self.passed_on += 1
+            _TAKEN.inc()
+            self._gateway.pass_on(self._guest, record)
+
+    def _refuse(self) -> None:
+        self._faulty += 1
+        _REFUSED.inc()
+
+
+def _read(text: str) -> dict[str, object]:
+    """JSON of a page; empty for what is none."""
+    try:
+        said = json.loads(text)
+    except (ValueError, RecursionError):
+        return {}
+    return said if isinstance(said, dict) else {}
+
+
+async def _close(connection: web.WebSocketResponse, code: int, reason: str) -> None:
+    with suppress(ConnectionError, RuntimeError):
+        await connection.send_str(json.dumps({"kind": "refused", "reason": reason, "code": code}))
+    await connection.close(code=code)

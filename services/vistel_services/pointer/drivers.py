@@ -1,0 +1,27 @@
+"""The driver of a guest's page (`DeviceKind.driver`). The console's gateway sends to it what it has checked, on this machine."""
+
+from functools import partial
+from pathlib import Path
+
+from vistel.conference.device_list import Device
+from vistel.protocol.pointer import PointerDecoder
+from vistel.wire.topics import BY_NAME
+from vistel_services.devices.device import Link
+from vistel_services.devices.sender_driver import SenderDriver
+from vistel_services.devices.service import Connected
+from vistel_services.devices.udp_transport import open_udp
+
+
+class PageDriver(SenderDriver):
+    """Streams from the beginning: a seat that nobody has taken yet is no fault."""
+
+    async def start(self, link: Link) -> str:
+        """See `Driver.start`."""
+        return self._about()
+
+
+def page(device: Device, link: Path | None) -> Connected:
+    """A page of the console. link: the file in which the gateway finds the port."""
+    about = "a page for a guest"
+    driver = PageDriver(device.name, BY_NAME["pointer"], PointerDecoder(device.name), about, "", lambda: about)
+    return Connected(driver, partial(open_udp, 0, device.config, announce=link), may_be_silent=True)

@@ -1,0 +1,99 @@
+"""Guests of a site: they enter when the gateway says who takes their seat, move while they are there, and leave."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+from dataclasses import replace
+
+from vistel.capture.body import RATE_HZ
+from vistel.capture.config import Config, Person
+from vistel.capture.pointer import PointerCapture
+from vistel.messages.postures import sample_of
+from vistel.space.people import build_like, build_of
+from vistel.v1.device_pb2 import Guest
+from vistel.v1.motion_pb2 import Participant
+from vistel.wire.bus import Bus, Publication
+from vistel.wire.clock import Clock, on_thread
+from vistel.wire.motion.publication import MotionPublication
+from vistel.wire.topics import BY_NAME
+from vistel_services.posture.about import about
+from vistel_services.posture.own_avatar import own_avatar
+
+log = logging.getLogger("vistel.posture")
+
+GONE_NS = 3_000_000_000
+"""Without a word of the gateway, which speaks four times a second, for so long, a guest has left."""
+
+
+async def run_guests(config: Config, bus: Bus, clock: Clock) -> None:
+    """Publish who the guests of the site are, and their motion, until cancelled."""
+    seats = {p.pointer: _Seat(p, config, bus, clock) for p in config.people if p.pointer}
+    if not seats:
+        return
+    pages = bus.subscribe(BY_NAME["pointer"], queue_all=True, polled=True, site=config.site)
+    tick, begun_ns = 0, clock.now_ns()
+    with contextlib.closing(pages):
+        while True:
+            tick = max(tick + 1, int((clock.now_ns() - begun_ns) * 1e-9 * RATE_HZ))
+            await clock.sleep_until_ns(begun_ns + int(tick * 1e9 / RATE_HZ))
+            for sample in pages.take():
+                seat = seats.get(sample.names["device"])
+                if seat is not None and sample.message.HasField("guest"):
+                    await seat.take_guest(sample.message.guest)
+                elif seat is not None and seat.capture is not None:
+                    seat.capture.take(sample.message)
+            for seat in seats.values():
+                seat.publish()
+
+
+class _Seat:
+    """The seat of a guest, whether somebody is there or not."""
+
+    def __init__(self, person: Person, config: Config, bus: Bus, clock: Clock) -> None:
+        self._person, self._site, self._clock = person, config.site, clock
+        self._motion = MotionPublication(bus, person.name, crowded=config.crowded, losses=config.losses, repeats=config.repeats)
+        self._about: Publication = bus.publish(BY_NAME["participant"], participant=person.name)
+        self._who = Guest()
+        self._heard_ns = 0
+        self.capture: PointerCapture | None = None
+        """None: nobody is there."""
+
+    async def take_guest(self, who: Guest) -> None:
+        """What the gateway says of the seat."""
+        if who.left:
+            self._leave("page closed")
+            return
+        self._heard_ns = self._clock.now_ns()
+        if self.capture is not None and who == self._who:
+            return
+        person = replace(self._person, display_name=who.display_name or self._person.display_name)
+        if who.avatar.startswith("builtin"):
+            person = replace(person, avatar=who.avatar)
+        own = await on_thread(self._clock, lambda: own_avatar(person))
+        build = build_of(person.height_m, 1.0) if own is None else build_like(own.proportions)
+        self.capture, self._who = PointerCapture(person.name, build, person.seat), who
+        self._heard_ns = self._clock.now_ns()
+        self._about.put(about(person, own, self._site, self._heard_ns))
+        log.info("event=guest_entered participant=%s avatar=%s", person.name, person.avatar)
+
+    def publish(self) -> None:
+        """Move, or leave."""
+        now_ns = self._clock.now_ns()
+        if self.capture is None:
+            return
+        if now_ns - self._heard_ns > GONE_NS:
+            self._leave("gateway silent")
+            return
+        posture = self.capture.solve(now_ns)
+        self._motion.put(sample_of(posture, self._motion.next_seq, now_ns, gaze=posture.gaze, face=None, lids=posture.lids))
+
+    def _leave(self, reason: str) -> None:
+        if self.capture is None:
+            return
+        self.capture, self._who = None, Guest()
+        gone = Participant(participant=self._person.name, site=self._site, left=True)
+        gone.header.t_ns = self._clock.now_ns()
+        gone.header.source = f"{self._site}/posture"
+        self._about.put(gone)
+        log.info("event=guest_left participant=%s reason=%r", self._person.name, reason)

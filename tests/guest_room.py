@@ -1,0 +1,131 @@
+"""A conference with seats for guests on one event loop: the console, and the services that make figures of what pages say."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from pathlib import Path
+from typing import Any
+
+import aiohttp
+import pytest
+from waiting import until
+
+from vistel.conference.console import ConsoleConfig
+from vistel.conference.invitations import Invitation, digest_of_token, invite
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.wire.clock import SystemClock
+from vistel.wire.memory_bus import MemoryNetwork
+from vistel.wire.topics import BY_NAME
+from vistel_services import pointer, posture
+from vistel_services.console import service
+
+HOUR_NS = 3_600_000_000_000
+GUESTS = {
+    "name": "guests",
+    "participants": [{"name": f"guest-{n}", "guest": True, "avatar": "builtin:person=carla", "height": 1.71} for n in (1, 2)],
+}
+
+
+class GuestRoom:
+    """heard: who was said to be in the room, and who to have left; moved, pointed: messages of each participant and device."""
+
+    def __init__(self, folder: Path, console: ConsoleConfig | None = None) -> None:
+        self.conference = Conference.model_validate({"name": "c", "sites": [GUESTS]}).model_copy(
+            update={"console": console or ConsoleConfig(at="127.0.0.1:0")}
+        )
+        self.paths = RunPaths(folder, folder)
+        self.network, self.clock = MemoryNetwork(), SystemClock()
+        self.address = ""
+        watching = self.network.bus("c", "hub", self.clock)
+        self._about = watching.subscribe(BY_NAME["participant"], polled=True)
+        self._motion = watching.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
+        self._pointer = watching.subscribe(BY_NAME["pointer"], queue_all=True, polled=True)
+        self.heard: list[Any] = []
+        self.moved: list[str] = []
+        self.pointed: list[Any] = []
+
+    def invited(self, participant: str = "guest-1", name: str = "Ann", lasts_ns: int = HOUR_NS) -> str:
+        """The token of a new link."""
+        token = f"a-token-of-a-link-{participant}-{name}-{lasts_ns}"
+        until_ns = self.clock.now_ns() + lasts_ns
+        invite(self.paths.run, Invitation(participant, name, "builtin:person=carla", digest_of_token(token), until_ns))
+        return token
+
+    def take(self) -> None:
+        """Look at what has been published."""
+        self.heard += [s.message for s in self._about.take()]
+        self.moved += [s.names["participant"] for s in self._motion.take()]
+        self.pointed += [s.message for s in self._pointer.take()]
+
+    async def until(self, holds: Any, what: str) -> None:
+        """Wait for what is published."""
+
+        def look() -> bool:
+            self.take()
+            return bool(holds())
+
+        await until(look, what)
+
+    @contextlib.asynccontextmanager
+    async def serving(self, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[GuestRoom]:
+        """Its services run."""
+        opened: list[Any] = []
+        real = service.open_server
+
+        async def open_server(*given: Any) -> Any:
+            opened.append(await real(*given))
+            return opened[0]
+
+        site, clock = self.conference.sites[0], self.clock
+        there = self.network.bus("c", site.name, clock)
+        with monkeypatch.context() as patched:
+            patched.setattr(service, "open_server", open_server)
+            tasks = [
+                asyncio.create_task(service.run(self.conference, self.paths, self.network.bus("c", "hub", clock), clock)),
+                asyncio.create_task(pointer.run(pointer.configure(self.conference, site, self.paths), there, clock)),
+                asyncio.create_task(posture.run(posture.configure(self.conference, site, self.paths), there, clock)),
+            ]
+            try:
+                await until(lambda: opened, "the console's server", tasks=tasks)
+                self.address = str(opened[0].address)
+                await until(lambda: self.paths.device("guest-2-pointer").exists(), "the devices of guests", tasks=tasks)
+                yield self
+            finally:
+                for task in tasks:
+                    task.cancel()
+                await asyncio.gather(*tasks, return_exceptions=True)
+
+    @contextlib.asynccontextmanager
+    async def opened(self, token: str) -> AsyncIterator[GuestPage]:
+        """A page that has shown the token of a link."""
+        async with aiohttp.ClientSession() as session, session.ws_connect(f"http://{self.address}/guest") as socket:
+            await socket.send_json({"token": token})
+            yield GuestPage(socket)
+
+
+class GuestPage:
+    """What a page does, without a browser."""
+
+    def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
+        self.socket = socket
+
+    async def told(self, kind: str) -> dict[str, Any]:
+        """The next words of a kind."""
+        async for said in self.socket:
+            if said.type is aiohttp.WSMsgType.TEXT and (words := said.json())["kind"] == kind:
+                return words
+        raise AssertionError(f"closed with {self.socket.close_code} before it told {kind}")
+
+    async def enter(self, person: str = "carla") -> None:
+        """Be in the room."""
+        await self.told("invited")
+        await self.socket.send_json({"person": person})
+
+    async def code(self) -> int | None:
+        """With what the gateway closes."""
+        async for _ in self.socket:
+            pass
+        return self.socket.close_code

@@ -1,0 +1,173 @@
+"""Whoever has a link is let in, as the guest of that link and within what a guest may do; nobody else is."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Awaitable, Callable
+from pathlib import Path
+
+import aiohttp
+import pytest
+from guest_room import GuestRoom
+
+from vistel.conference.console import ConsoleConfig
+from vistel.conference.invitations import withdraw
+from vistel.protocol.pointer import guest_record, posture_record
+from vistel.v1.device_pb2 import PointerFrame
+from vistel_services.console import guests
+
+SITS = posture_record(0.2, -0.1)
+
+
+def in_room(folder: Path, patch: pytest.MonkeyPatch, play: Callable[[GuestRoom], Awaitable[None]], **options: object) -> None:
+    async def played() -> None:
+        async with GuestRoom(folder, **options).serving(patch) as room:  # type: ignore[arg-type]
+            await play(room)
+
+    asyncio.run(played())
+
+
+def test_who_has_the_link_enters_moves_leaves_and_comes_back_to_the_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def play(room: GuestRoom) -> None:
+        link = room.invited()
+        for visit in (1, 2):
+            async with room.opened(link) as page:
+                await page.enter("ben")
+                await page.socket.send_bytes(SITS)
+                await room.until(lambda n=visit: len(room.heard) == 2 * n - 1 and "guest-1" in room.moved, "Ann in the room")
+                here = room.heard[-1]
+                assert (here.participant, here.site, here.display_name) == ("guest-1", "guests", "Ann")
+                assert here.avatar == "builtin:person=ben" and not here.left
+            await room.until(lambda n=visit: len(room.heard) == 2 * n and room.heard[-1].left, "Ann has left")
+            room.moved.clear()
+        assert {m.device for m in room.pointed} == {"guest-1-pointer"}
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_wrong_an_ended_and_a_replaced_link_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def play(room: GuestRoom) -> None:
+        old, new = room.invited(name="Ann"), room.invited(name="Bob")
+        ended = room.invited("guest-2", "Cas", -1)
+        for token, says in ((old, "newer"), (ended, "has ended"), ("", "newer"), ("x" * 200, "newer")):
+            async with room.opened(token) as page:
+                assert says in (await page.told("refused"))["reason"]
+                assert await page.code() == guests.REFUSED
+        async with room.opened(new) as page:
+            assert (await page.told("invited"))["name"] == "Bob"
+        assert room.heard == []
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_seat_whose_device_does_not_run_here_is_not_taken(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def play(room: GuestRoom) -> None:
+        room.paths.device("guest-1-pointer").unlink()
+        async with room.opened(room.invited()) as page:
+            assert "does not run on the console's machine" in (await page.told("refused"))["reason"]
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_link_is_open_at_one_page_and_ends_when_the_host_takes_it_back(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def play(room: GuestRoom) -> None:
+        link = room.invited()
+        async with room.opened(link) as page:
+            await page.enter()
+            async with room.opened(link) as second:
+                assert await second.code() == guests.TAKEN
+            await room.until(lambda: "guest-1" in room.moved, "the first page goes on")
+            assert withdraw(room.paths.run, "guest-1")
+            assert await page.code() == guests.ENDED
+        await room.until(lambda: room.heard[-1].left, "the guest has left")
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_what_a_guest_cannot_do_is_not_passed_on_and_ends_the_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    beyond = posture_record(yaw=3.0)
+    wrong = (beyond, guest_record("Ben", "builtin:person=ben"), b"", b"\xff" * 26, json.dumps({"person": "../x"}), "no JSON", "[1]")
+
+    async def play(room: GuestRoom) -> None:
+        async with room.opened(room.invited()) as page:
+            await page.enter()
+            await page.socket.send_bytes(SITS)
+            for said in wrong[: guests.MOST_FAULTY]:
+                await (page.socket.send_str(said) if isinstance(said, str) else page.socket.send_bytes(said))
+            await room.until(lambda: "guest-1" in room.moved, "the guest is still there")
+            for _ in range(guests.MOST_FAULTY):
+                await page.socket.send_bytes(beyond)
+            assert await page.code() == guests.MISBEHAVED
+        await room.until(lambda: room.heard[-1].left, "the guest has left")
+        assert {m.guest.display_name for m in room.pointed if m.HasField("guest")} == {"Ann", ""}
+        assert all(abs(m.head_yaw) < 2.2 for m in room.pointed)
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_page_that_sends_a_thousand_messages_a_second_is_closed_and_nobody_gets_them(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(room: GuestRoom) -> None:
+        async with room.opened(room.invited("guest-2", "Mallory")) as flood, room.opened(room.invited()) as page:
+            await flood.enter()
+            await page.enter()
+            for _ in range(1000):
+                await flood.socket.send_bytes(posture_record(gesture=PointerFrame.GESTURE_WAVE))
+            assert await flood.code() == guests.MISBEHAVED
+            await room.until(lambda: "guest-1" in room.moved, "the other guest")
+        got = [m for m in room.pointed if m.device == "guest-2-pointer" and not m.HasField("guest")]
+        assert len(got) <= guests.MOST_A_SECOND
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_message_too_large_ends_the_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def play(room: GuestRoom) -> None:
+        async with room.opened(room.invited()) as page:
+            await page.enter()
+            await page.socket.send_bytes(bytes(10_000))
+            assert await page.code() == aiohttp.WSCloseCode.MESSAGE_TOO_BIG
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_link_opens_the_guests_page_and_figures_and_nothing_else_of_a_console_with_a_token(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(room: GuestRoom) -> None:
+        link = room.invited()
+        wanted = {"/join": 200, "/join.css": 200, "/": 403, "/live": 403, "/console.css": 403, f"/asset/{'0' * 32}.glb": 403}
+        async with aiohttp.ClientSession() as session:
+            for path, status in wanted.items():
+                async with session.get(f"http://{room.address}{path}") as answer:
+                    assert answer.status == status, path
+            for shown, status in ((link, 404), (link + "x", 403)):
+                headers = {"Authorization": f"Bearer {shown}"}
+                async with session.get(f"http://{room.address}/asset/{'0' * 32}.glb", headers=headers) as answer:
+                    assert answer.status == status
+                async with session.get(f"http://{room.address}/live", headers=headers) as answer:
+                    assert answer.status == 403
+            for of_another in ({"Origin": "http://evil.example"}, {"Host": "evil.example"}):
+                async with session.get(f"http://{room.address}/guest", headers=of_another) as answer:
+                    assert answer.status == 403
+
+    in_room(tmp_path, monkeypatch, play, console=ConsoleConfig(at="127.0.0.1:0", token="0123456789abcdef"))
+
+
+def test_pages_that_show_no_link_are_bounded_and_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guests, "_PATIENCE_S", 0.3)
+
+    async def play(room: GuestRoom) -> None:
+        async with aiohttp.ClientSession() as session:
+            silent = [await session.ws_connect(f"http://{room.address}/guest") for _ in range(guests.MOST_STRANGERS)]
+            async with session.get(f"http://{room.address}/guest") as answer:
+                assert answer.status == 503
+            for socket in silent:
+                while not (await socket.receive()).type & aiohttp.WSMsgType.CLOSE:
+                    pass
+            async with room.opened(room.invited()) as page:
+                await page.told("invited")
+
+    in_room(tmp_path, monkeypatch, play)

@@ -1,0 +1,95 @@
+"""The page for guests in a real browser: a link, a person chosen, and the guest is in the room and does what mouse and keys say."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browser import Page, page
+from guest_room import GuestRoom
+
+from vistel.v1.device_pb2 import PointerFrame
+from vistel_services.console import bundle
+
+SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+
+
+async def mouse(tab: Page, kind: str, at: list[float], **more: Any) -> None:
+    await tab.call("Input.dispatchMouseEvent", type=kind, x=at[0], y=at[1], **more)
+
+
+async def entered(tab: Page, room: GuestRoom, link: str) -> None:
+    await tab.open(f"http://{room.address}/join#{link}", 480, 320)
+    await tab.until("document.documentElement.dataset.begun")
+    if not await tab.value("Boolean(window.guest)"):
+        pytest.skip("this Chromium has no WebGL")
+    await tab.until("!document.getElementById('door').hidden")
+    assert "Welcome, Ann" in await tab.value("document.body.innerText")
+    await tab.click(".people button[aria-current=true]")
+    await tab.until("window.guest.me() === 'guest-1'")
+
+
+def test_a_guest_opens_the_link_enters_looks_waves_touches_and_rests(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
+        pytest.skip("the page for guests has not been made (make web)")
+
+    def newest(room: GuestRoom) -> PointerFrame:
+        return next(m for m in reversed(room.pointed) if m.device == "guest-1-pointer" and not m.HasField("guest"))
+
+    async def visit() -> None:
+        async with (
+            page(tmp_path, *SOFTWARE_GL) as tab,
+            GuestRoom(tmp_path).serving(monkeypatch) as room,
+            room.opened(room.invited("guest-2", "Bob")) as other,
+        ):
+            await other.enter("ben")
+            await entered(tab, room, room.invited())
+            assert {m.participant for m in room.heard if not m.left} <= {"guest-1", "guest-2"}
+            await tab.until("window.guest.joints('guest-2').length > 0")
+            await tab.call("Input.dispatchKeyEvent", type="keyDown", key="w")
+            await room.until(lambda: newest(room).gesture == PointerFrame.GESTURE_WAVE, "a wave")
+            before = newest(room).head_yaw
+            await tab.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft")
+            await room.until(lambda: newest(room).head_yaw > before + 0.05, "the head turns")
+            # Until the other person is in sight, and then a press on their chest.
+            for _ in range(12):
+                chest = await tab.value("window.guest.seen(window.guest.joints('guest-2')[9])")
+                if 40 < chest[0] < 440 and 20 < chest[1] < 250:
+                    break
+                await tab.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft" if chest[0] < 240 else "ArrowRight")
+                await asyncio.sleep(0.2)  # the page draws when it does
+            await mouse(tab, "mousePressed", chest, button="left", buttons=1, clickCount=1)
+            await room.until(lambda: newest(room).HasField("left") or newest(room).HasField("right"), "a hand is led")
+            led = newest(room)
+            assert not (led.left.close or led.right.close)  # people are touched, not taken
+            await mouse(tab, "mouseReleased", chest, button="left", clickCount=1)
+            await room.until(lambda: not (newest(room).HasField("left") or newest(room).HasField("right")), "the hand rests")
+            # In the background it says nothing, and the guest stays.
+            await tab.value("Object.defineProperty(document, 'hidden', { get: () => true }) && 1")
+            sent = await tab.value("window.guest.sent()")
+            room.take()
+            room.moved.clear()
+            await room.until(lambda: room.moved.count("guest-1") > 120, "the figure lives on")
+            assert await tab.value("window.guest.sent()") <= sent + 26
+            assert not any(m.left for m in room.heard)
+            await tab.call("Page.navigate", url="about:blank")
+            await room.until(lambda: any(m.left and m.participant == "guest-1" for m in room.heard), "the guest has left")
+            assert not [m for m in tab.messages if "Error" in m], tab.messages
+
+    asyncio.run(visit())
+
+
+def test_a_wrong_link_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
+        pytest.skip("the page for guests has not been made (make web)")
+
+    async def visit() -> None:
+        async with page(tmp_path, *SOFTWARE_GL) as tab, GuestRoom(tmp_path).serving(monkeypatch) as room:
+            for link, says in (("#wrong", "Ask the host for a link"), ("", "Open the whole link")):
+                await tab.call("Page.navigate", url="about:blank")
+                await tab.open(f"http://{room.address}/join{link}", 480, 320)
+                await tab.until(f"document.getElementById('trouble').innerText.includes({says!r})")
+
+    asyncio.run(visit())
