@@ -56,6 +56,9 @@ def test_after_each_cut_a_session_asks_until_it_is_answered_and_is_back_with_all
             heard = paris.subscribe(BY_NAME["participant"])
             publication = tokyo.publish(BY_NAME["participant"], participant="ann")
 
+            await until(lambda: any(p[:1] >= b"\x80" and p[1:5] == bytes(4) for p in sent))  # the gate knows that it is answered
+            await asyncio.sleep(0.2)
+
             async def cut_once(height_m: float) -> None:
                 link.cut()
                 await until(lambda: not tokyo.connected)
