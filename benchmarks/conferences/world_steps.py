@@ -154,7 +154,7 @@ class LoadedWorld:
         k = self._step
         t_ns = k * STEP_NS
         motions = tuple(MotionInput(name, self._loop[name][k % len(self._loop[name])], k, t_ns) for name in self._people)
-        people = tuple(ParticipantBody(name) for name in self._people) if k == 1 else ()
+        people = tuple(ParticipantBody(n, 1.5 + 0.5 * i / len(self._people)) for i, n in enumerate(self._people)) if k == 1 else ()
         return StepInputs(k, t_ns, people, motions, commands=tuple(self._tosses(k)))
 
     def take(self, inputs: StepInputs) -> WorldView:

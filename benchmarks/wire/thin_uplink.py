@@ -34,7 +34,12 @@ name = "tokyo"
 name = "ann"
 [sites.audio]
 loudspeaker = "none"
+[[sites]]
+name = "paris"
+[[sites.participants]]
+name = "ben"
 """
+"""Nobody talks alone; what paris does is not sent."""
 TOPICS = ("motion", "voice", "tracker", "glove", "device_raw")
 """What a recorder takes, too: all that a site sends often."""
 

@@ -29,6 +29,8 @@ PALM_GIVE = 0.002
 """How far below the knuckles' surface a bar lies in the palm [m]."""
 FASTEST = 4.0
 """Speed above which a limb's motion is a tracker's jump, not a push [m/s]."""
+MOST_BUILDS = 1024
+"""Bodies of different people that are kept, some kB each. More people than that in a room build some of them in every step."""
 SILENT_NS = 100_000_000
 """Without a new motion for so long, a limb counts as still."""
 OPENING_LEAK = 0.3
@@ -61,7 +63,7 @@ class Build:
         return replace(self._shapes, params=params.reshape(-1))
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=MOST_BUILDS)
 def build_of(height: float, girth: float) -> Build:
     """The standard body for a standing height [m] and girth (1 = average)."""
     skeleton = standard_skeleton(min(2.6, max(0.5, height)))
@@ -70,7 +72,7 @@ def build_of(height: float, girth: float) -> Build:
     return Build(skeleton, body, _digits(body), PALM_CENTRE * _MIRRORED * scale)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=MOST_BUILDS)
 def build_like(proportions: Proportions) -> Build:
     """The body of an avatar."""
     skeleton, body = proportions.skeleton, proportions.body

@@ -8,19 +8,10 @@ queue there counts for nothing.
 
 import logging
 import math
-from collections import deque
 from collections.abc import Sequence
 
 log = logging.getLogger("vistel.uplink")
 
-NEWEST = 3
-"""The shortest of so many queues counts: a busy machine answers late now and then, a full link always."""
-LATE_S = 0.2
-"""No answer for so long, and for REPEATS shortest round trips more, means a queue [s]."""
-REPEATS = 2.0
-"""While other messages flow, what is lost is sent again after little more than a round trip; it is rarely lost twice."""
-BASE_MINUTES = 10
-"""So long the shortest way is remembered (RFC 6817, BASE_HISTORY)."""
 SETTLE_NS = 1_000_000_000
 """After a change its effect is awaited for so long beyond the queue, and then for as long as the queue becomes shorter."""
 ONE_AT_A_TIME_NS = 2_000_000_000
@@ -29,48 +20,20 @@ FULL = 4.0
 """Where the queue is longer than what a kind of messages bears by this factor, as little of it is sent as can be."""
 TRIED_NS = 5_000_000_000
 """A queue that grows within this time after a share rose came from that."""
+SOON_S = 0.040
+"""Within that time a shorter queue suffices to take back what was tried ... [s]"""
+SOON = 2
+"""... and the shortest of fewer queues: motion must not wait for the proof."""
 LATER = 4
 """A level that proved too much is tried again after so many times the patience, and so on, LATEST times."""
 LATEST = 2
+QUIET_NS = 2_000_000_000
+"""Without a voice for so long, its place may be used: pauses between words are shorter."""
 CLEAR_S = 0.005
 """A queue as short as this for CLEAR_NS shows that the link has become wider: what was too much is forgotten [s]."""
 CLEAR_NS = 8_000_000_000
 EARLY_NS = 5_000_000
 """A frame may come so much earlier than its rate says: captures are no exact sixtieths of a second apart."""
-
-_MINUTE_NS = 60_000_000_000
-
-
-class QueueDelay:
-    """How long what is sent waits before the thinnest part of the link, from questions and their answers."""
-
-    def __init__(self) -> None:
-        self._ways = deque[tuple[int, int, int]](maxlen=BASE_MINUTES)
-        """Of each minute: its number, the shortest way there, the shortest round trip."""
-        self._newest = deque[float](maxlen=NEWEST)
-
-    def answered(self, asked_ns: int, there_ns: int, back_ns: int) -> float:
-        """The queue [s] after one more answer. asked_ns, back_ns: of a steady clock; there_ns: of the hub's, whatever its zero."""
-        way, round_trip, minute = there_ns - asked_ns, back_ns - asked_ns, back_ns // _MINUTE_NS
-        if not self._ways or self._ways[-1][0] != minute:
-            self._ways.append((minute, way, round_trip))
-        _, least_way, least_trip = self._ways[-1]
-        self._ways[-1] = (minute, min(least_way, way), min(least_trip, round_trip))
-        # A hub's clock that was set looks like a queue; the round trip knows nothing of it.
-        longer = min(way - min(w for _, w, _ in self._ways), round_trip - self._least_trip) * 1e-9
-        self._newest.append(longer)
-        return min(self._newest) if len(self._newest) == NEWEST else 0.0
-
-    def waiting(self, asked_ns: int, now_ns: int) -> float:
-        """The queue [s], at least, that a question met which has no answer yet; 0 where it may as well have been lost."""
-        if not self._ways:
-            return 0.0
-        longer, least = (now_ns - asked_ns - self._least_trip) * 1e-9, self._least_trip * 1e-9
-        return longer if longer > LATE_S + REPEATS * least else 0.0
-
-    @property
-    def _least_trip(self) -> int:
-        return min(r for _, _, r in self._ways)
 
 
 class Share:
@@ -117,16 +80,29 @@ class Share:
         if settles and not (full and queue_s > 2.0 * self._last_queue_s):
             return
         shrinks = self._settles_ns is not None and queue_s < self._last_queue_s
-        self._settles_ns, self._last_queue_s = now_ns + SETTLE_NS + round(queue_s * 1e9), queue_s
+        self.settle(queue_s, now_ns)
         if shrinks or self.level == self._most:
             return
-        failed = self._rose_ns is not None and now_ns - self._rose_ns < TRIED_NS
-        self._rose_ns = None
-        if failed:
-            again = self._failed is not None and self._failed[0] == self.level
-            self._failed = self.level, self._failed[1] + 1 if again and self._failed is not None else 1
         # What was sent before the last attempt at more had room.
-        self.level = self._most if full and not failed else self.level + 1
+        if self.tries(now_ns):
+            self.take_back()
+        else:
+            self.level = self._most if full else self.level + 1
+
+    def tries(self, now_ns: int) -> bool:
+        """Whether it sends more since a moment ago."""
+        return self._rose_ns is not None and now_ns - self._rose_ns < TRIED_NS
+
+    def take_back(self) -> None:
+        """The last attempt at more proved too much."""
+        again = self._failed is not None and self._failed[0] == self.level
+        self._failed = self.level, self._failed[1] + 1 if again and self._failed is not None else 1
+        self._rose_ns = self._calm_since_ns = None
+        self.level += 1
+
+    def settle(self, queue_s: float, now_ns: int) -> None:
+        """A queue that is there comes from something else, and is being seen to."""
+        self._settles_ns, self._last_queue_s = now_ns + SETTLE_NS + round(queue_s * 1e9), queue_s
 
 
 def _since(since_ns: int | None, holds: bool, now_ns: int) -> int | None:
@@ -162,14 +138,20 @@ class Uplink:
         self.frames_give_way = True
         """False: another process of the site needs the frames of devices that this one sends."""
         self._rose_ns = -ONE_AT_A_TIME_NS
-        self._motion = Share(len(self.MOTION_HZ) - 1, 0.110, 3.0)
         self._voice = Share(len(self.VOICE) - 1, 0.080, 4.0)
-        self._frames = Share(len(self.FRAMES_HZ) - 1, 0.060, 10.0)
+        self._silent, self._spoken = self._shares(), self._shares()
+        """Of motion and of frames: beside no voice, and beside one. Who begins to speak finds what had room beside a voice."""
+        self._now = self._silent
+        self._speaking = set[str]()
+        self._spoke_ns = -QUIET_NS
+
+    def _shares(self) -> tuple[Share, Share]:
+        return Share(len(self.MOTION_HZ) - 1, 0.110, 3.0), Share(len(self.FRAMES_HZ) - 1, 0.060, 10.0)
 
     @property
     def motion_hz(self) -> float:
         """Frames of each person's motion a second, at most."""
-        return self.MOTION_HZ[self._motion.level]
+        return self.MOTION_HZ[self._now[0].level]
 
     @property
     def voice(self) -> tuple[int, int]:
@@ -179,24 +161,49 @@ class Uplink:
     @property
     def frames_hz(self) -> float:
         """Frames of each device a second, at most, that leave the process."""
-        return self.FRAMES_HZ[self._frames.level] if self.frames_give_way else math.inf
+        return self.FRAMES_HZ[self._now[1].level] if self.frames_give_way else math.inf
 
     @property
     def raw(self) -> bool:
         """Whether the bytes of devices leave the process."""
-        return self._frames.level == 0
+        return self._now[1].level == 0
 
     @property
     def levels(self) -> dict[str, int]:
         """By kind; 0: nothing gives way."""
-        return {"motion": self._motion.level, "voice": self._voice.level, "frames": self._frames.level}
+        return {"motion": self._now[0].level, "voice": self._voice.level, "frames": self._now[1].level}
+
+    def speaks(self, participant: str, whether: bool) -> None:
+        """The voice of `participant` is being sent, or is no more."""
+        if whether:
+            self._speaking.add(participant)
+            self._now = self._spoken
+        else:
+            self._speaking.discard(participant)
+
+    def tries(self, now_ns: int) -> bool:
+        """Whether more is sent since a moment ago: whether it is too much should be known soon."""
+        return now_ns - self._rose_ns < ONE_AT_A_TIME_NS
 
     def follow(self, queue_s: float, now_ns: int) -> None:
         """Choose anew for a queue that was measured at `now_ns` of a steady clock."""
         before, self.queue_s = self.levels, queue_s
-        for share in (self._motion, self._voice, self._frames):
-            if share.follow(queue_s, now_ns, may_rise=now_ns - self._rose_ns >= ONE_AT_A_TIME_NS):
+        if self._speaking:
+            self._spoke_ns = now_ns
+        spoken = now_ns - self._spoke_ns < QUIET_NS
+        self._now = self._spoken if spoken else self._silent
+        shares = self._now[0], self._voice, self._now[1]
+        settled = [(share, share.level) for share in self._now if not share.tries(now_ns)]
+        tried = [share for share in shares if queue_s > SOON_S and share.tries(now_ns)]
+        for share in tried:
+            share.take_back()
+        for share in shares:
+            may_rise = now_ns - self._rose_ns >= ONE_AT_A_TIME_NS and (spoken or share is not self._voice)
+            if tried:
+                share.settle(queue_s, now_ns)
+            elif share.follow(queue_s, now_ns, may_rise=may_rise):
                 self._rose_ns = now_ns
+        self._compare(spoken, thinner=any(share.level > level for share, level in settled))
         if self.levels != before:
             voice_bits = self.voice[1]
             log.info(
@@ -207,6 +214,20 @@ class Uplink:
                 voice_bits,
                 self.frames_hz,
             )
+
+    def _compare(self, spoken: bool, thinner: bool) -> None:
+        """What has room beside a voice has room beside none; what has none beside none has none beside one. thinner: what had room
+        is too much now, so what had room beside none says nothing any more."""
+        for beside_none, beside_voice in zip(self._silent, self._spoken, strict=True):
+            if spoken and thinner:
+                beside_none.level = beside_voice.level
+            elif spoken:
+                beside_none.level = min(beside_none.level, beside_voice.level)
+            else:
+                beside_voice.level = max(beside_none.level, beside_voice.level)
+        if not spoken and not any(share.level for share in self._silent):  # the link is wide
+            for share in (self._voice, *self._spoken):
+                share.level = 0
 
 
 class Pacer:

@@ -82,14 +82,18 @@ class VoiceSender:
         if len(packet) <= _SILENT_BYTES:
             self._end(t_ns)
             return
-        self._sounding = True
+        self._sounds(True)
         self._put(t_ns - self._encoder.lookahead_ns, packet)
         _SENT.labels(self.participant).inc()
+
+    def _sounds(self, whether: bool) -> None:
+        self._sounding = whether
+        self._uplink.speaks(self.participant, whether)
 
     def _end(self, t_ns: int) -> None:
         """Publish once that silence begins."""
         if self._sounding:
-            self._sounding = False
+            self._sounds(False)
             self._put(t_ns - self._encoder.lookahead_ns, b"")
 
     def _put(self, t_ns: int, packet: bytes) -> None:

@@ -3,6 +3,8 @@ nothing runs with more rights than it needs."""
 
 from __future__ import annotations
 
+import base64
+import json
 import re
 import shlex
 import shutil
@@ -16,6 +18,7 @@ import pytest
 import typer
 import yaml
 from typer.core import TyperGroup
+from typer.testing import CliRunner
 
 from vistel.conference.files import load
 from vistel_cli.main import app
@@ -184,3 +187,22 @@ def test_a_unit_starts_again_and_writes_in_its_own_folders_only(unit: Path) -> N
         assert f"\n{line}\n" in text
     written = re.findall(r"(?:--out |CACHE_HOME=|CACHE_DIR=|RUNTIME_DIR=)(\S+)", text)
     assert all(w.startswith(("/var/lib/vistel", "/var/cache/vistel", "/run/vistel-")) for w in written)
+
+
+def test_the_secret_that_a_command_prints_is_the_one_which_the_pods_mount_and_has_no_key_of_the_authority(tmp_path: Path) -> None:
+    kubernetes_validate = pytest.importorskip("kubernetes_validate", reason="kubernetes_validate is not installed")
+    file = tmp_path / "conference.toml"
+    file.write_text((DEPLOY / "kubernetes/conference.toml").read_text("utf-8"))
+    (folder := tmp_path / "certificates").mkdir(mode=0o700)
+    assert CliRunner().invoke(app, ["site", "certs", "secret", str(file)]).exit_code == 1, "nothing is there yet"
+    assert CliRunner().invoke(app, ["site", "certs", "init", str(file)]).exit_code == 0
+    printed = CliRunner().invoke(app, ["site", "certs", "secret", str(file)])
+    document = json.loads(printed.stdout)
+    kubernetes_validate.validate(document, "1.32", strict=True)
+    for pod in PODS.values():
+        (mounted,) = [s["secret"] for v in pod["volumes"] for s in v.get("projected", {}).get("sources", []) if "secret" in s]
+        assert mounted["name"] == document["metadata"]["name"]
+        assert {item["key"] for item in mounted["items"]} <= document["data"].keys()
+    assert {k: base64.b64decode(v) for k, v in document["data"].items()} == {
+        n: (folder / n).read_bytes() for n in ("ca.pem", "hub.pem", "hub.key")
+    }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import random
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Any
@@ -15,11 +16,12 @@ from virtual_time import LoopClock, run
 
 from vistel.wire.clock_sync import serve_clock
 from vistel.wire.link.probe import follow_uplink
+from vistel.wire.link.queue_delay import QueueDelay
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.motion import MotionDecoder, MotionSample
 from vistel.wire.motion.publication import MotionPublication
 from vistel.wire.topics import BY_NAME, Topic
-from vistel.wire.uplink import MOST_FRAMES, Pacer, QueueDelay, Share, Uplink
+from vistel.wire.uplink import MOST_FRAMES, SOON_S, Pacer, Share, Uplink
 from vistel_sim.network import Conditions
 from vistel_sim.network.link import Link
 
@@ -108,6 +110,32 @@ def test_what_proved_too_much_is_tried_again_later_and_later_until_the_link_is_c
     assert (now_ns - begun_ns) / SECOND < 9.0
 
 
+def test_who_begins_to_speak_finds_what_had_room_beside_a_voice() -> None:
+    uplink = Uplink()
+    uplink.speaks("ann", True)
+    uplink.follow(1.0, 0)
+    beside_a_voice = uplink.levels
+    uplink.speaks("ann", False)
+    now_ns = 0
+    while uplink.levels["motion"] > 2:
+        now_ns += SECOND // 5
+        uplink.follow(0.01, now_ns)
+    assert uplink.levels["voice"] >= beside_a_voice["voice"] - 1, "nobody has heard yet whether there is room for it"
+    uplink.speaks("ann", True)
+    assert uplink.levels["motion"] == beside_a_voice["motion"] > 2
+
+
+def test_what_is_tried_is_taken_back_at_a_short_queue_and_nothing_else_gives_way() -> None:
+    uplink, now_ns = Uplink(), 0
+    uplink.follow(1.0, now_ns)
+    while uplink.motion_hz < 20.0:
+        now_ns += SECOND // 5
+        uplink.follow(0.01, now_ns)
+    before = uplink.levels
+    uplink.follow(1.1 * SOON_S, now_ns + SECOND // 5)
+    assert uplink.levels == before | {"motion": before["motion"] + 1}
+
+
 @pytest.mark.parametrize(("hz", "sent"), [(30.0, 300), (20.0, 200), (15.0, 150), (10.0, 100), (0.0, 0)])
 def test_a_pacer_lets_as_many_frames_through_as_the_rate_says_whatever_they_jitter(hz: float, sent: int) -> None:
     rng, pacer = random.Random(1), Pacer()
@@ -128,6 +156,8 @@ class ThinSite:
     link: Link
     uplink: Uplink = field(default_factory=Uplink)
     connected: bool = True
+    speaks: Callable[[float], bool] = lambda t_s: True
+    """Whether there is a voice, by the time since the site began."""
     ages_s: list[tuple[float, float]] = field(default_factory=list)
     """Of each motion: when it was received, and how old it was."""
     voices: list[float] = field(default_factory=list)
@@ -156,6 +186,9 @@ class ThinSite:
         for device in self._devices:
             if device.due(tick * SECOND // 60 + SECOND, self.uplink.frames_hz):
                 self.link.datagram(200 + OVERHEAD, now_s)
+        self.uplink.speaks("ann", self.speaks(tick / 60.0))
+        if not self.speaks(tick / 60.0):
+            return
         together, bits = self.uplink.voice
         self._waiting += 5 / 6
         if self._waiting >= together:

@@ -7,14 +7,15 @@ from typing import Any
 from vistel.v1.service_pb2 import ClockProbe
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, sleep
+from vistel.wire.link.queue_delay import NEWEST, QueueDelay
 from vistel.wire.release import release
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
-from vistel.wire.uplink import QueueDelay, Uplink
+from vistel.wire.uplink import SOON, Uplink
 
 LOOK_S = 0.1
 """From one look at questions that wait for their answers to the next [s]."""
 LOOKS = 3
-"""From one question to the next."""
+"""From one question to the next; one, while it is found out whether more has room."""
 PATIENCE_S = 2.0
 """So long an answer is awaited [s]."""
 
@@ -29,7 +30,8 @@ async def follow_uplink(bus: Bus, clock: Clock, measured: Callable[[Uplink], Non
         waiting.discard(asked_ns)
         now_ns = clock.steady_ns()
         if reply is not None and reply.t_client_ns == asked_ns:
-            bus.uplink.follow(queue.answered(asked_ns, reply.t_server_ns, now_ns), now_ns)
+            newest = SOON if bus.uplink.tries(now_ns) else NEWEST
+            bus.uplink.follow(queue.answered(asked_ns, reply.t_server_ns, now_ns, newest), now_ns)
             measured(bus.uplink)
 
     async with asyncio.TaskGroup() as asking:
@@ -37,7 +39,7 @@ async def follow_uplink(bus: Bus, clock: Clock, measured: Callable[[Uplink], Non
             asked_ns = clock.steady_ns()
             waiting.add(asked_ns)
             asking.create_task(ask(asked_ns))
-            for _ in range(LOOKS):
+            for _ in range(1 if bus.uplink.tries(asked_ns) else LOOKS):
                 await sleep(clock, LOOK_S)
                 now_ns = clock.steady_ns()
                 waits_s = queue.waiting(min(waiting), now_ns) if waiting else 0.0

@@ -25,7 +25,7 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.common_names import common_name, revoked_names
 from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
 from vistel.wire.zenoh.endpoints import host_and_port
-from vistel_cli.site.certs import authority_of
+from vistel_cli.site.certificate_folder import authority_of
 from vistel_cli.terminal import FAILED, fail, load_conference, out
 
 if TYPE_CHECKING:

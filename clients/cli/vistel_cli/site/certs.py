@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import base64
 import json
+import sys
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -11,13 +13,13 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.table import Table
 
-from vistel.conference.model import HUB_PLACE, RESERVED, Conference
+from vistel.conference.model import HUB_PLACE, Conference
 from vistel.wire.zenoh.access import ROUTER_NAME
-from vistel.wire.zenoh.endpoints import host_and_port
 from vistel_cli.conference_choice import Hub, endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
+from vistel_cli.site.certificate_folder import authority_of, check_name, folder_of, hosts_of
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 
 if TYPE_CHECKING:
@@ -28,8 +30,6 @@ app = typer.Typer(no_args_is_help=True)
 File = Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file with a folder of certificates under \\[bus.tls].")]
 Days = Annotated[int, typer.Option(min=1, max=825, help="How many days the certificates are valid.")]
 DAYS = 90
-STANDARD_HOSTS = ("localhost", "127.0.0.1", "::1")
-"""Addresses of the hub on its own machine."""
 
 
 @app.command()
@@ -209,39 +209,34 @@ def show(file: File, as_json: Annotated[bool, typer.Option("--json", help="Print
     out.print(table)
 
 
-def folder_of(conference: Conference) -> Path:
-    """The folder of certificates that the file names. Ends the command where it names none."""
-    tls = conference.bus.tls
-    if tls is None or tls.folder is None:
-        fail(
-            'certificates: put these lines under [bus]: mode = "routed", endpoints = ["quic/HOST:7447", "tls/HOST:7447"] and '
-            'tls = { folder = "certificates" }',
-            USAGE,
-        )
-    return tls.folder
+@app.command()
+def secret(
+    file: File,
+    name: Annotated[str, typer.Argument(help="Whose certificate and key.")] = HUB_PLACE,
+    namespace: Annotated[str, typer.Option(help="Of the cluster.")] = "vistel",
+    called: Annotated[str, typer.Option("--name", help="Of the Secret.")] = "vistel-certificates",
+) -> None:
+    """Print a certificate with its key as a Secret of Kubernetes, for a pipe to kubectl. The key of the authority is not in it.
 
+    [bold]Example[/bold]
 
-def authority_of(conference: Conference) -> Authority:
-    """Ends the command where there is none."""
-    from vistel.wire.certificates.authority import Authority
-    from vistel.wire.certificates.errors import CertificateError
+      vistel site certs secret conference.toml | kubectl apply --filename -
+    """
+    from vistel.wire.certificates.authority import files_of
 
-    try:
-        return Authority(folder_of(conference))
-    except CertificateError as e:
-        fail(f"{e}; vistel site certs init makes the authority, on the hub's machine")
-
-
-def hosts_of(conference: Conference) -> list[str]:
-    """Addresses at which the hub's router is found."""
-    return list(dict.fromkeys([*(host_and_port(e)[0] for e in conference.bus.endpoints), *STANDARD_HOSTS]))
-
-
-def check_name(conference: Conference, name: str) -> None:
-    """Ends the command where the file gives nobody this name."""
-    known = [*(s.name for s in conference.sites), *conference.observers, *RESERVED]
-    if name not in known:
-        fail(f"{name}: no site or observer of the conference; expected one of {', '.join(known)}", USAGE)
+    conference = load_conference(file)
+    check_name(conference, name)
+    if sys.stdout.isatty():
+        fail("what is printed has a private key in it: pipe it to kubectl apply --filename -", USAGE)
+    files = files_of(folder_of(conference), name)
+    data = dict[str, str]()
+    for path in (files.ca, files.certificate, files.key):
+        try:
+            data[path.name] = base64.b64encode(path.read_bytes()).decode()
+        except OSError as e:
+            fail(f"{path}: cannot be read: {e.strerror or e}; vistel site certs init and add make it")
+    about = {"name": called, "namespace": namespace}
+    print(json.dumps({"apiVersion": "v1", "kind": "Secret", "metadata": about, "type": "Opaque", "data": data}, indent=2))
 
 
 def _issued(conference: Conference, authority: Authority, name: str, days: int) -> TlsFiles:

@@ -16,7 +16,8 @@ from vistel.conference.model import RESERVED
 from vistel.whole_file import whole_file
 from vistel.wire.zenoh.endpoints import host_and_port, is_local
 from vistel_cli.overwriting import keep_existing
-from vistel_cli.site.certs import DAYS, Days, File, authority_of, check_name
+from vistel_cli.site.certificate_folder import authority_of, check_name
+from vistel_cli.site.certs import DAYS, Days, File
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 PORT = 7448
