@@ -214,7 +214,7 @@ def secret(
     file: File,
     name: Annotated[str, typer.Argument(help="Whose certificate and key.")] = HUB_PLACE,
     namespace: Annotated[str, typer.Option(help="Of the cluster.")] = "vistel",
-    called: Annotated[str, typer.Option("--name", help="Of the Secret.")] = "vistel-certificates",
+    called: Annotated[str, typer.Option(help="Name of the Secret.")] = "vistel-certificates",
 ) -> None:
     """Print a certificate with its key as a Secret of Kubernetes, for a pipe to kubectl. The key of the authority is not in it.
 
