@@ -121,7 +121,7 @@ def test_a_site_cannot_speak_for_another_nor_for_the_world_nor_be_present_as_ano
         marker.put(Participant())
         await first(mine)
         session.put("vistel/demo/site/paris/participant/mark/motion", payload.SerializeToString())
-        await until(lambda: any("mark" in key for key in heard))
+        await until(lambda: any("mark" in key for key in heard) and any(key.endswith("/about") for key in heard))
         assert await tokyo.query(BY_NAME["clock"], timeout_s=0.3) is None
         assert {k for k in heard if "mark" not in k} == {"vistel/demo/site/paris/participant/ann/about"}
         assert seen == []
