@@ -33,4 +33,4 @@ def _is_plain(value: Any, annotation: Any, default: Any) -> bool:
 def take_plain_values(parameter: Any) -> None:
     """Of an option or argument, which may be None."""
     if hasattr(parameter, "type_descriptor"):
-        parameter._runtime_param = PlainValue(parameter.type_descriptor)  # noqa: SLF001  nothing public sets it
+        parameter._runtime_param = PlainValue(parameter.type_descriptor)  # nothing public sets it
