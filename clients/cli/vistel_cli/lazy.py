@@ -1,8 +1,11 @@
 """Commands whose modules are imported when they are called, so that `vistel --help` imports none of them."""
 
 import re
+import signal
 import sys
+import threading
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
@@ -32,7 +35,7 @@ class Lazy:
         from vistel_cli.waiting import waiting
 
         module, attribute = self.where.split(":")
-        with waiting(f"loading {name}"):
+        with waiting(f"loading {name}"), _interruptible():
             found = getattr(import_module(module), attribute)
         if isinstance(found, typer.Typer):
             group = typer.main.get_group(found)
@@ -51,6 +54,27 @@ class Lazy:
         source = Path(spec.origin).read_text("utf-8") if spec and spec.origin else ""
         found = re.search(rf'^def {attribute}\(.*?\n    """(.*?)(?:\n\n|""")', source, re.DOTALL | re.MULTILINE)
         return " ".join(found[1].split()) if found else ""
+
+
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Ctrl-C within the block ends the command, also where a module that is being imported loses it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+
+    def interrupt(number: int, _: object) -> None:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came:
+        raise KeyboardInterrupt
 
 
 def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
