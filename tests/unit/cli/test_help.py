@@ -116,3 +116,9 @@ def test_ctrl_c_ends_a_command_whose_module_loses_it(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert "goes on" not in done.stdout
     assert done.stderr.splitlines()[-1] == "KeyboardInterrupt"
+
+
+@pytest.mark.parametrize("path", EVERY)
+def test_what_is_said_of_an_example_is_a_comment(path: str) -> None:
+    examples = [line.strip() for line in (EVERY[path].help or "").splitlines() if line.strip().startswith("vistel ")]
+    assert [line for line in examples if re.search(r"\S {2,}(?!#)\S", line)] == []
