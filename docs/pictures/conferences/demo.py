@@ -1,4 +1,5 @@
-"""Draws demo.png from the log that `make demo` left in out/latest: the moment when two people hold the baton.
+"""Draws demo.png and table.png from the log that `make demo` left in out/latest: the moment when two people hold the baton, as the
+third one sees it and from the room.
 
 make demo && python -m docs.pictures.conferences.demo
 """
@@ -35,14 +36,14 @@ def main() -> None:
     holders = {g.participant for g in moment.grasps}
     site = next(site for name, site in THIRD.items() if name not in holders)
     at_s = (log_ns - reader.begin_ns) * 1e-9
-    with tempfile.TemporaryDirectory() as folder:
-        render = ["replay", str(reader.path), "--render", "--png", "--site", site, "--size", "960x540", "--supersample", "2"]
-        span = ["--from", f"{at_s - 1.0:.2f}", "--to", f"{at_s:.2f}", "--fps", "5", "--out", folder]
-        subprocess.run([sys.executable, "-m", "vistel_cli.main", *render, *span], check=True)
-        picture = max(Path(folder).rglob("*.png"))
-        path = ROOT / "docs/pictures/conferences/demo.png"
-        shutil.copyfile(picture, path)
-    print(path.relative_to(ROOT))
+    for name, view in (("demo", "seat"), ("table", "room")):
+        with tempfile.TemporaryDirectory() as folder:
+            look = ["--render", "--png", "--site", site, "--view", view, "--size", "960x540", "--supersample", "2"]
+            span = ["--from", f"{at_s - 1.0:.2f}", "--to", f"{at_s:.2f}", "--fps", "5", "--out", folder]
+            subprocess.run([sys.executable, "-m", "vistel_cli.main", "replay", str(reader.path), *look, *span], check=True)
+            path = ROOT / f"docs/pictures/conferences/{name}.png"
+            shutil.copyfile(max(Path(folder).rglob("*.png")), path)
+        print(path.relative_to(ROOT))
 
 
 if __name__ == "__main__":
