@@ -148,7 +148,7 @@ def test_the_commands_of_a_page_run_as_printed(page: str, reader: Reader, reques
     commands = [c for c in PAGES[page] if not any(re.search(reason, c) for reason in NOT_RUN)]
     if any("out/latest" in c for c in commands):
         shutil.copytree(request.getfixturevalue("recorded"), reader.folder / "out", symlinks=True)
-    for command, following in zip(commands, [*commands[1:], ""], strict=True):
+    for command, following in zip(commands, [*commands, ""][1:], strict=True):
         typed = INSTEAD.get(command, command)
         if re.match(r"(\.venv/bin/)?vistel up", typed) and ("--seconds" not in typed or re.search(BESIDE_A_CONFERENCE, following)):
             reader.begin(typed)
