@@ -3,14 +3,16 @@
 import pytest
 import serial
 
-from vistel.protocol import fastrak
+from vistel.protocol import fastrak, polhemus
 
 
 def read_poses(port: str, count: int) -> dict[int, tuple[float, float, float]]:
     """The program: positions [m] by station, from the last of `count` records."""
+    stations = (1, 2, 3, 4)
+    settings = [fastrak.output_list(n) + polhemus.hemisphere(n, (0.0, 0.0, -1.0)) for n in stations]
     parser, poses = fastrak.FastrakParser(), {}
     with serial.Serial(port, 115200, timeout=1.0) as line:
-        line.write(b"".join(map(fastrak.output_list, (1, 2, 3, 4))) + b"H1,0,0,-1\rufC")
+        line.write(b"".join(settings) + fastrak.CENTIMETRES + fastrak.BINARY + b"C")
         while count > 0:
             if not (data := line.read(33)):
                 raise TimeoutError(f"{port}: no record for a second")
