@@ -93,6 +93,10 @@ class SimulatedDevice:
         self._start_ns = start_ns
         self._faults = DeviceFaults(faults, name, np.random.default_rng(seed))
 
+    def set_faults(self, *faults: Fault) -> None:
+        """Replace the faults; those of other devices are ignored."""
+        self._faults.replace(faults)
+
     async def run(self) -> None:
         """Until cancelled; the port vanishes then."""
         clock, port, instrument = self._clock, self.port, self._instrument

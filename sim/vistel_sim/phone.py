@@ -64,6 +64,10 @@ class SimulatedSender:
         self._clock, self._start_ns = clock, start_ns
         self._faults = DeviceFaults(faults, name, np.random.default_rng(seed))
 
+    def set_faults(self, *faults: Fault) -> None:
+        """Replace the faults; those of other devices are ignored."""
+        self._faults.replace(faults)
+
     async def run(self) -> None:
         """Until cancelled."""
         frame = 0

@@ -132,6 +132,10 @@ class SimulatedVrpn:
         self._clients: set[asyncio.StreamWriter] = set()
         self._stalled = False
 
+    def set_faults(self, *faults: Fault) -> None:
+        """Replace the faults; those of other devices are ignored."""
+        self._faults.replace(faults)
+
     async def run(self) -> None:
         """Until cancelled; the port's file vanishes then."""
         server: asyncio.Server | None = None
