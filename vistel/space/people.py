@@ -1,5 +1,6 @@
 """People in the world: their posed primitives, their velocities, and the primitives of digits and palms."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
@@ -163,8 +164,8 @@ def with_opening(figures: tuple[PersonState, ...], dt: float) -> tuple[PersonSta
         return figures
     before = np.array([f.opened for f in figures if f.posture is not None])
     opened = np.minimum(flexion_of(np.array([p.hands for p in postures])), before + OPENING_LEAK * dt)
-    changed = (opened != before).any(axis=(1, 2)).tolist()
-    new = iter(zip(opened, changed, strict=True))
+    changed: list[bool] = (opened != before).any(axis=(1, 2)).tolist()
+    new: Iterator[tuple[F64, bool]] = iter(zip(opened, changed, strict=True))
     out: list[PersonState] = []
     for figure in figures:
         now, other = next(new) if figure.posture is not None else (figure.opened, False)

@@ -54,7 +54,7 @@ class _Overlaps:
     force: list[float]
 
 
-_Said = tuple[list[ContactView], list[GhostView]]
+_Views = tuple[list[ContactView], list[GhostView]]
 
 
 class Touches:
@@ -62,7 +62,7 @@ class Touches:
 
     def __init__(self) -> None:
         self._solids: Solids | None = None
-        self._kept: dict[str, tuple[ContactArray, _Said]] = {}  # with fixed things; saves time, is no state
+        self._kept: dict[str, tuple[ContactArray, _Views]] = {}  # with fixed things; saves time, is no state
 
     def step(
         self,
@@ -83,23 +83,23 @@ class Touches:
         kept = {p.name: same[p.name] for p in people if p.name in same and same[p.name][0] is rest[p.name]}
         parts = _parts(people, skin, rest, near)
         new = [part for part in parts if part.kind != _FIXED or people[part.who].name not in kept]
-        told = iter(_said(people, new, s))
+        of_new = iter(_views(people, new, s))
         contacts: list[ContactView] = []
         ghosts: list[GhostView] = []
         for part in parts:
             name = people[part.who].name
-            said = kept[name][1] if part.kind == _FIXED and name in kept else next(told)
+            views = kept[name][1] if part.kind == _FIXED and name in kept else next(of_new)
             if part.kind == _FIXED:
-                kept[name] = rest[name], said
-            contacts += said[0]
-            ghosts += said[1]
+                kept[name] = rest[name], views
+            contacts += views[0]
+            ghosts += views[1]
         self._solids, self._kept = s, kept
         return tuple(contacts[:most]), tuple(ghosts)
 
 
-def _said(people: list[Posed], parts: list[_Part], s: Solids) -> list[_Said]:
+def _views(people: list[Posed], parts: list[_Part], s: Solids) -> list[_Views]:
     """Contacts and ghosts of each part."""
-    out: list[_Said] = [([], []) for _ in parts]
+    out: list[_Views] = [([], []) for _ in parts]
     if not parts:
         return out
     o = _overlaps(people, parts, s)
