@@ -1,9 +1,11 @@
 """People in the world: their posed primitives, their velocities, and the primitives of digits and palms."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.figure.avatar.proportions import Proportions
@@ -51,6 +53,11 @@ class Build:
     def hands(self) -> I64:
         """Which primitives belong to the hands."""
         return np.flatnonzero(self.digit >= 0)
+
+    @cached_property
+    def of_hand(self) -> NDArray[np.bool_]:
+        """(P,) whether each primitive belongs to a hand."""
+        return self.digit >= 0
 
     @cached_property
     def _shapes(self) -> PrimitiveSet:
@@ -143,17 +150,27 @@ class PersonState:
             appeared=step if self.posture is None else self.appeared,
         )
 
-    def with_opening(self, dt: float) -> "PersonState":
-        """The figure with the least flexions one step later. dt: [s]."""
-        if self.posture is None:
-            return self
-        return replace(self, opened=np.minimum(flexion(self.posture), self.opened + OPENING_LEAK * dt))
-
     def opened_now(self, hands: tuple[bool, ...]) -> "PersonState":
         """The least flexions begin anew for the chosen `hands` (left, right)."""
         if self.posture is None or not any(hands):
             return self
         return replace(self, opened=np.where(np.array(hands)[:, None], flexion(self.posture), self.opened))
+
+
+def with_opening(figures: tuple[PersonState, ...], dt: float) -> tuple[PersonState, ...]:
+    """The figures with the least flexions one step later; whose do not change are the same objects. dt: [s]."""
+    postures = [f.posture for f in figures if f.posture is not None]
+    if not postures:
+        return figures
+    before = np.array([f.opened for f in figures if f.posture is not None])
+    opened = np.minimum(flexion_of(np.array([p.hands for p in postures])), before + OPENING_LEAK * dt)
+    changed: list[bool] = (opened != before).any(axis=(1, 2)).tolist()
+    new: Iterator[tuple[F64, bool]] = iter(zip(opened, changed, strict=True))
+    out: list[PersonState] = []
+    for figure in figures:
+        now, other = next(new) if figure.posture is not None else (figure.opened, False)
+        out.append(replace(figure, opened=now.copy()) if other else figure)
+    return tuple(out)
 
 
 def flexion(posture: Posture) -> F64:
@@ -207,6 +224,8 @@ def pose_figure(figure: PersonState, t_ns: int, last: Posed | None = None) -> Po
     velocity = np.zeros((len(build.body), 3))
     gap_ns = figure.t_ns - figure.before_t_ns
     if figure.before is not None and 0 < gap_ns < SILENT_NS and t_ns - figure.t_ns < SILENT_NS:
+        if usable is not None and usable.figure is figure:
+            return usable
         if usable is not None and usable.figure.posture is figure.posture and usable.figure.t_ns == figure.t_ns:
             return Posed(figure, build, joints, body, primitives, usable.velocity)
         if usable is not None and usable.figure.posture is figure.before:

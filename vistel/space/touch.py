@@ -54,39 +54,67 @@ class _Overlaps:
     force: list[float]
 
 
-def touches(
-    posed: Mapping[str, Posed],
-    skin: Mapping[tuple[str, str], ContactArray],
-    rest: Mapping[str, ContactArray],
-    near: Mapping[str, ContactArray],
-    s: Solids,
-    most: int,
-) -> tuple[tuple[ContactView, ...], tuple[GhostView, ...]]:
-    """The published contacts of all people, at most `most`, and the ghosts that deform people and things.
+_Views = tuple[list[ContactView], list[GhostView]]
 
-    skin: contacts of every two people who touch, by their names in order; rest: with fixed things, by their primitive among
-    those; near: with loose things.
-    """
-    people = [posed[name] for name in sorted(posed)]
-    parts = _parts(people, skin, rest, near)
+
+class Touches:
+    """What is published of the bodies that touch. What fixed things and somebody who has not moved give is kept."""
+
+    def __init__(self) -> None:
+        self._solids: Solids | None = None
+        self._kept: dict[str, tuple[ContactArray, _Views]] = {}  # with fixed things; saves time, is no state
+
+    def step(
+        self,
+        posed: Mapping[str, Posed],
+        skin: Mapping[tuple[str, str], ContactArray],
+        rest: Mapping[str, ContactArray],
+        near: Mapping[str, ContactArray],
+        s: Solids,
+        most: int,
+    ) -> tuple[tuple[ContactView, ...], tuple[GhostView, ...]]:
+        """The published contacts of all people, at most `most`, and the ghosts that deform people and things.
+
+        skin: contacts of every two people who touch, by their names in order; rest: with fixed things, by their primitive
+        among those, the same object as in the step before where nothing moved; near: with loose things.
+        """
+        people = [posed[name] for name in sorted(posed)]
+        same = self._kept if self._solids is s else {}
+        kept = {p.name: same[p.name] for p in people if p.name in same and same[p.name][0] is rest[p.name]}
+        parts = _parts(people, skin, rest, near)
+        new = [part for part in parts if part.kind != _FIXED or people[part.who].name not in kept]
+        of_new = iter(_views(people, new, s))
+        contacts: list[ContactView] = []
+        ghosts: list[GhostView] = []
+        for part in parts:
+            name = people[part.who].name
+            views = kept[name][1] if part.kind == _FIXED and name in kept else next(of_new)
+            if part.kind == _FIXED:
+                kept[name] = rest[name], views
+            contacts += views[0]
+            ghosts += views[1]
+        self._solids, self._kept = s, kept
+        return tuple(contacts[:most]), tuple(ghosts)
+
+
+def _views(people: list[Posed], parts: list[_Part], s: Solids) -> list[_Views]:
+    """Contacts and ghosts of each part."""
+    out: list[_Views] = [([], []) for _ in parts]
     if not parts:
-        return (), ()
+        return out
     o = _overlaps(people, parts, s)
-    contacts: list[ContactView] = []
-    ghosts: list[GhostView] = []
     for g, (i, j) in enumerate(zip(o.first[:-1], o.first[1:], strict=True)):
-        part = parts[o.part[g]]
+        part, (contacts, ghosts) = parts[o.part[g]], out[o.part[g]]
         name, other, soft = people[part.who].name, part.other, FLESH_COMPLIANCE
         if part.kind != _PERSON:
             thing = s.things[o.thing[g]]
             other, soft = thing.id, thing.compliance
-        if len(contacts) < most:
-            contacts += [
-                ContactView(name, other, o.a[k], o.b[k], o.point[k], o.normal[k], o.depth[k], o.force[k])
-                for k in _deepest(o.depth, i, j)
-            ]
+        contacts += [
+            ContactView(name, other, o.a[k], o.b[k], o.point[k], o.normal[k], o.depth[k], o.force[k])
+            for k in _deepest(o.depth, i, j)
+        ]
         ghosts += _ghosts(name, other, soft, o, i, j)
-    return tuple(contacts[:most]), tuple(ghosts)
+    return out
 
 
 def _parts(
@@ -101,9 +129,10 @@ def _parts(
         met.setdefault(name, []).append(other)
     out: list[_Part] = []
     for who, p in enumerate(people):
-        out += [_Part(who, _PERSON, other, skin[p.name, other]) for other in met.get(p.name, ())]
-        out += [_Part(who, _FIXED, "", rest[p.name]), _Part(who, _LOOSE, "", near[p.name])]
-    return [part for part in out if len(part.contacts)]
+        name = p.name
+        out += [_Part(who, _PERSON, other, skin[name, other]) for other in met.get(name, ()) if len(skin[name, other])]
+        out += [_Part(who, kind, "", c) for kind, c in ((_FIXED, rest[name]), (_LOOSE, near[name])) if len(c)]
+    return out
 
 
 def _overlaps(people: list[Posed], parts: list[_Part], s: Solids) -> _Overlaps:

@@ -30,13 +30,13 @@ from vistel.space.holding.sharing import Pull, with_pulls
 from vistel.space.inputs import CommandInput, StepInputs, usable
 from vistel.space.materials import bond_forces
 from vistel.space.materials.dents_and_bonds import changes, remembered
-from vistel.space.people import PersonState, Posed, pose_figure
+from vistel.space.people import PersonState, Posed, pose_figure, with_opening
 from vistel.space.reach import reaching
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.state import State
 from vistel.space.thing_views import ThingViews
 from vistel.space.things.things import Thing
-from vistel.space.touch import touches
+from vistel.space.touch import Touches
 from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, WorldView
 
 DT = 1.0 / 60.0
@@ -62,6 +62,7 @@ class World:
         self._solids: Solids = solids(self._state.things, known)
         self._last: dict[str, Posed] = {}  # of the step before; saves time, is no state
         self._said = ThingViews()  # the same
+        self._touches = Touches()  # the same
         self._touching: frozenset[str] = frozenset()  # the same
         self._rest: dict[str, tuple[PrimitiveSet, PlacedPrimitives, ContactArray]] = {}  # the same
 
@@ -151,7 +152,7 @@ class World:
         outcomes = tuple(self._obey(c) for c in inputs.commands)
         if inputs.props or self._state.tracked:
             self._state = guided(self._state, self._solids, inputs.props, DT)
-        figures = tuple(f.with_opening(DT) for f in self._state.figures)
+        figures = with_opening(self._state.figures, DT)
         self._state = replace(self._state, figures=figures)
         posed = {f.name: p for f in figures if (p := pose_figure(f, inputs.t_ns, self._last.get(f.name))) is not None}
         self._last = posed
@@ -174,13 +175,12 @@ class World:
         names = tuple(posed)
         skin = {(names[a], names[b]): c for (a, b), c in bodies.with_each_other().items()}
         by_hand = (
-            two
-            for two, c in skin.items()
-            if any((posed[n].build.digit[i] >= 0).any() for n, i in zip(two, (c.a, c.b), strict=True))
+            two for two, c in skin.items() if any(posed[n].build.of_hand[i].any() for n, i in zip(two, (c.a, c.b), strict=True))
         )
         self._touching = frozenset(name for two in by_hand for name in two)
         rest = self._with_fixed(posed)
-        contacts, ghosts = touches(posed, skin, rest, displayed_contacts(self._state, solids_, posed, near), solids_, MAX_CONTACTS)
+        on_loose = displayed_contacts(self._state, solids_, posed, near)
+        contacts, ghosts = self._touches.step(posed, skin, rest, on_loose, solids_, MAX_CONTACTS)
         if drawn:
             self._state = replace(self._state, motions=bond_forces.with_bond_impulses(self._state.motions, solids_, drawn, DT))
         self._advance(posed, near)
@@ -255,7 +255,7 @@ class World:
         parts: list[tuple[NDArray[np.int64], F64, F64, F64, F64]] = []
         for name in sorted(posed):
             p, c = posed[name], near[name]
-            if self._state.step - p.figure.appeared < APPEARING_STEPS:
+            if len(c) == 0 or self._state.step - p.figure.appeared < APPEARING_STEPS:
                 continue
             thing = self._solids.owner[c.b]
             chosen = free[thing] & (c.depth > -0.004)

@@ -2,7 +2,6 @@
 
 import argparse
 import os
-import sys
 from pathlib import Path
 
 from vistel.wire import background, event_loop
@@ -11,7 +10,7 @@ from vistel_sim.chaos.run import run, save
 
 
 def main() -> int:
-    """Returns the exit code: 1 where something that must hold did not."""
+    """Returns the exit code: 0 where all held, 1 where something that must hold did not, 2 where the conference did not run."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--minutes", type=float, default=30.0, help="of faults; some quiet before and after them comes on top")
     parser.add_argument("--seed", type=int, default=1)
@@ -22,7 +21,11 @@ def main() -> int:
     folder = _free(args.out.resolve())
     print(f"logs in {folder}", flush=True)
     running = run(folder, args.seed, args.minutes * 60.0, args.quiet, faults=not args.no_faults)
-    outcome = event_loop.run(background.as_service("chaos", running))
+    try:
+        outcome = event_loop.run(background.as_service("chaos", running))
+    except (ChildProcessError, TimeoutError) as e:
+        print(f"NOT JUDGED: {e or 'the conference took too long to begin'}; logs in {folder}", flush=True)
+        return 2
     save(outcome, folder / "outcome.json")
     found = examine(folder, outcome, faults=not args.no_faults)
     for line in found.told:
@@ -31,8 +34,14 @@ def main() -> int:
         print(f"{'VIOLATED' if lines else 'held    '}  {invariant}")
         for line in lines:
             print(f"          {line}")
-    sys.stdout.flush()
-    return 1 if any(found.violations.values()) else 0
+    broken = sum(1 for lines in found.violations.values() if lines)
+    print(
+        f"FAILED: {broken} of {len(found.violations)} invariants violated"
+        if broken
+        else f"PASSED: all {len(found.violations)} held",
+        flush=True,
+    )
+    return 1 if broken else 0
 
 
 def _free(top: Path) -> Path:

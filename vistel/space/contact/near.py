@@ -94,13 +94,12 @@ class Bodies:
             if count <= room:
                 break
             room = int(count)
-        two = [(a, b) for a, b in who[:count].tolist()]
-        out: dict[tuple[int, int], ContactArray] = {}
-        for key in dict.fromkeys(two):
-            i = two.index(key)
-            j = i + two.count(key)
-            out[key] = _contacts(pairs[i:j], rows[i:j])
-        return out
+        who = who[:count]
+        begin = np.flatnonzero(np.concatenate([np.ones(min(1, count), np.bool_), (who[1:] != who[:-1]).any(axis=1)])).tolist()
+        return {
+            (a, b): _contacts(pairs[i:j], rows[i:j])
+            for (a, b), i, j in zip(who[begin].tolist(), begin, [*begin, count][1:], strict=True)
+        }
 
 
 def _contacts(pairs: NDArray[np.int32], rows: F64) -> ContactArray:
