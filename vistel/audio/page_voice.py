@@ -24,7 +24,7 @@ MOST_AHEAD_NS = 100_000_000
 """How far a page's estimate of conference time may be ahead."""
 MOST_LATE_NS = 2_000_000_000
 """What was captured longer ago is of no use to anybody."""
-_BURST = 25
+_BURST = 100
 """Records that may come at once after a page was held up."""
 _HEAD = struct.Struct("<2sBBd")
 _SILENT_BYTES = 2
@@ -57,7 +57,7 @@ class VoiceGate:
     """Lets through of one voice what is in order, in time, and no more than a voice needs. Time is an argument."""
 
     def __init__(self) -> None:
-        self._newest_ns = -1
+        self._newest_ns = -FRAME_NS
         self._at_ns: int | None = None
         self._frames, self._bytes = float(_BURST), float(MOST_BYTES_PER_S)
 

@@ -15,6 +15,7 @@ const FADE = 240; // samples, where a voice begins
 const FOLLOW = 0.05; // of how the page's pictures come, with each frame
 const LOST_MS = 300; // a larger change is followed at once
 const HEARD_M = 0.5; // voices grow no louder than from here
+const FORGIVEN = 0.99; // of a lateness, what is left of it with each packet
 const KEPT_S = 20; // of silence, after which a talker is forgotten
 const STORED = "vistel-volume";
 
@@ -163,7 +164,7 @@ export class Voices {
     if (!samples.length || this.shown === null) return;
     const wanted = this.contextAt(capturedMs + talker.delayMs + this.shown);
     const soonest = context.currentTime + SOON_S;
-    talker.late = Math.max(talker.late * 0.999, soonest - wanted);
+    talker.late = Math.max(talker.late * FORGIVEN, soonest - wanted);
     if (talker.late > 2) return void (talker.late = 0); // of long ago
     let at = wanted + Math.max(0, talker.late);
     const error = at - talker.next;
