@@ -22,7 +22,9 @@ from vistel_services.console import bundle
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 EARLIEST_MS, LATEST_MS = -15.0, 45.0
 """A voice after its lips."""
-# What the page hears, 20 ms each, and when the figure's lips began and ended: [performance.now(), level, talks].
+BUSY_MS = 40.0
+"""Where the event loop is later, sound in time cannot be expected."""
+# What the page hears, each 10 ms: [performance.now(), level].
 TAP = """(() => {
   const { voices } = window.guest, analyser = new AnalyserNode(voices.output.context, { fftSize: 1024 }), block = new Float32Array(1024);
   voices.output.connect(analyser);
@@ -63,15 +65,19 @@ def likeness(heard: F32, said: F32) -> float:
     return float((np.correlate(a, b, "valid") / np.maximum(norms, 1e-9)).max())
 
 
-async def speak(room: GuestRoom, visit: GuestPage, sound: F32) -> None:
-    """As a page's microphone does, in real time."""
+async def speak(room: GuestRoom, visit: GuestPage, sound: F32) -> float:
+    """As a page's microphone does, in real time. Returns how late this event loop was, 95 % of the time [ms]."""
     encoder, begun_ns = Encoder(), room.clock.now_ns()
+    late_ns: list[int] = []
     for n in range(len(sound) // FRAME):
         await room.clock.sleep_until_ns(begun_ns + (n + 1) * FRAME_NS)
+        late_ns.append(room.clock.now_ns() - begun_ns - (n + 1) * FRAME_NS)
         packet = encoder.encode(sound[n * FRAME : (n + 1) * FRAME])
         await visit.socket.send_bytes(voice_record(begun_ns + n * FRAME_NS - encoder.lookahead_ns, packet))
+    return float(np.percentile(late_ns, 95)) * 1e-6
 
 
+@pytest.mark.alone
 def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_heard_there_with_their_lips(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -110,7 +116,7 @@ def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_h
             await tab.until("window.guest.me() === 'guest-1' && window.guest.joints('guest-2').length > 0")
             await tab.until("window.guest.ready() >= 2")  # what takes long is done
             assert await tab.value(TAP)
-            await speak(room, other, bob)
+            late_ms = await speak(room, other, bob)
             tapped = np.array(await tab.value("window.tapped"))
             skews = np.array(await tab.value("window.guest.voices.skews"))
             room.take()
@@ -127,9 +133,12 @@ def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_h
                 at_site[begin : begin + FRAME] = decoder.decode(opus)
             with wave.open(str(tmp_path / "heard.wav")) as file:
                 played = np.frombuffer(file.readframes(file.getnframes()), "<i2").astype(np.float32).reshape(-1, 2)[:, 0] / 32767
-            print("A", len(said), len(skews), np.percentile(skews, [5, 50, 95]), likeness(heard, envelope(bob)),
-                  likeness(envelope(at_site), envelope(np.tile(ann, 3))), likeness(envelope(played), envelope(at_site)))
-            assert np.abs(played).max() > 0.01
-            assert likeness(envelope(at_site), envelope(np.tile(ann, 3))) > 0.6
+            assert np.abs(played).max() > 0.01 and heard.max() > 0.003
+            if late_ms > BUSY_MS:
+                pytest.skip(f"heard both ways; this machine is too busy to tell how well: late by {late_ms:.0f} ms")
+            assert likeness(envelope(played), envelope(at_site)) > 0.6
+            assert likeness(envelope(at_site), envelope(np.tile(ann, 3))) > 0.7
+            assert likeness(heard, envelope(bob)) > 0.75
+            assert EARLIEST_MS <= np.percentile(skews, 5) and np.percentile(skews, 95) <= LATEST_MS, skews
 
     asyncio.run(visit())
