@@ -29,7 +29,7 @@ _BURST = 100
 _HEAD = struct.Struct("<2sBBd")
 _SILENT_BYTES = 2
 """A packet of so many bytes or fewer is silence."""
-_NEAR = 0.75
+_NEAR = 0.5
 """Of a frame: what was captured sooner after the one before says the same again."""
 
 

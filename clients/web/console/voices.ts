@@ -6,16 +6,19 @@ export const VOICES = 2; // the first byte of a message of voices (vistel/audio/
 const RATE = 48_000;
 const HEAD_BYTES = 16;
 const SOON_S = 0.004; // sound can be put out so soon, no sooner
-const JUMP_S = 0.12; // a larger error of time is corrected at once
-const STILL_S = 0.004; // a smaller one is left
-const SLOWLY = 0.01; // the most by which speed is changed for it,
+const STILL_S = 0.004; // a smaller error of time is left
+const SLOWLY = 0.01; // the most by which speed is changed for one,
 const QUICKLY = 0.06; // and where it is large
 const LARGE_S = 0.025;
+const JUMP_S = 0.06; // so far behind, packets are left out until it is made up; so far ahead, there is a pause
+const QUIET = 0.004; // such packets are left out sooner
 const FADE = 240; // samples, where a voice begins
-const FOLLOW = 0.05; // of how the page's pictures come, with each frame
-const LOST_MS = 300; // a larger change is followed at once
+const SHOWN = 31; // frames that tell when pictures are seen
+const ARRIVED = 250; // packets that tell how late they come: five seconds of a voice,
+const IN_TIME = 0.95; // of which so many are to be heard; a stall of the page is not waited for
+const CLOCKED = 31; // packets that tell how the context's time goes
+const OLD_S = 2; // what comes later is of no use
 const HEARD_M = 0.5; // voices grow no louder than from here
-const FORGIVEN = 0.99; // of a lateness, what is left of it with each packet
 const KEPT_S = 20; // of silence, after which a talker is forgotten
 const STORED = "vistel-volume";
 
@@ -26,8 +29,29 @@ interface Talker {
   panner: PannerNode;
   next: number; // the context's time at which what has come so far ends [s]
   delayMs: number; // from capture to picture
-  late: number; // what comes too late for its picture is played so much later [s]
+  readonly late: Newest; // by which the last packets came too late to be heard with their pictures; below zero: in time [s]
   heardAt: number;
+}
+
+/** The newest values of something. */
+class Newest {
+  private readonly values: number[] = [];
+
+  constructor(private readonly most: number) {}
+
+  add(value: number): void {
+    this.values.push(value);
+    if (this.values.length > this.most) this.values.shift();
+  }
+
+  /** The value that a share of them does not exceed; null: there is none. */
+  below(share: number): number | null {
+    return [...this.values].sort((a, b) => a - b)[Math.floor(share * (this.values.length - 1))] ?? null;
+  }
+
+  clear(): void {
+    this.values.length = 0;
+  }
 }
 
 export class Voices {
@@ -38,7 +62,8 @@ export class Voices {
   private gain: GainNode | null = null;
   private loud = Number(localStorage.getItem(STORED) ?? 1);
   private readonly talkers = new Map<string, Talker>();
-  private shown: number | null = null; // from a frame's conference time to when it is seen, of `performance` [ms]
+  private readonly shown = new Newest(SHOWN); // from a frame's conference time to when it is seen, of `performance` [ms]
+  private readonly clocked = new Newest(CLOCKED); // from `performance` to the context's time of what is heard then [ms]
 
   /** ask: tell the gateway whether this page hears. */
   constructor(
@@ -68,6 +93,7 @@ export class Voices {
       this.context = new AudioContext({ sampleRate: RATE, latencyHint: "interactive" });
       this.gain = new GainNode(this.context, { gain: this.loud });
       this.gain.connect(this.context.destination);
+      this.context.onstatechange = () => this.clocked.clear(); // while it is suspended, its time stands still
     }
     if (this.on) void this.context?.resume();
     else this.forget(() => true);
@@ -81,14 +107,12 @@ export class Voices {
 
   /** A frame has come; after: how long until it is seen [ms]. */
   frame(tMs: number, after: number): void {
-    const shown = performance.now() + after - tMs;
-    if (this.shown === null || Math.abs(shown - this.shown) > LOST_MS) this.shown = shown;
-    else this.shown += FOLLOW * (shown - this.shown);
+    this.shown.add(performance.now() + after - tMs);
   }
 
   /** A message of voices. */
   take(data: ArrayBuffer): void {
-    if (!this.on || !this.context || this.shown === null) return;
+    if (!this.on || this.context?.state !== "running") return;
     const view = new DataView(data);
     for (let at = 1; at + HEAD_BYTES <= data.byteLength; ) {
       const size = view.getUint16(at, true);
@@ -130,7 +154,7 @@ export class Voices {
     const context = this.context!;
     const panner = new PannerNode(context, { panningModel: "HRTF", distanceModel: "inverse", refDistance: HEARD_M, rolloffFactor: 0.5 });
     panner.connect(this.gain!);
-    const talker: Talker = { decoder: null!, panner, next: 0, delayMs: 0, late: 0, heardAt: context.currentTime };
+    const talker: Talker = { decoder: null!, panner, next: 0, delayMs: 0, late: new Newest(ARRIVED), heardAt: context.currentTime };
     const decoder = new AudioDecoder({ output: (data) => this.play(talker, data), error: () => this.forget((t) => t === talker) });
     decoder.configure({ codec: "opus", sampleRate: RATE, numberOfChannels: 1 });
     talker.decoder = decoder;
@@ -151,8 +175,9 @@ export class Voices {
   private contextAt(ms: number): number {
     const context = this.context!;
     const { contextTime, performanceTime } = context.getOutputTimestamp();
-    if (contextTime && performanceTime) return contextTime + (ms - performanceTime) / 1000;
-    return context.currentTime - (context.outputLatency || context.baseLatency) + (ms - performance.now()) / 1000;
+    if (contextTime && performanceTime) this.clocked.add(contextTime * 1000 - performanceTime);
+    else this.clocked.add((context.currentTime - (context.outputLatency || context.baseLatency)) * 1000 - performance.now());
+    return (ms + this.clocked.below(0.5)!) / 1000;
   }
 
   private play(talker: Talker, data: AudioData): void {
@@ -161,26 +186,36 @@ export class Voices {
     data.copyTo(samples, { planeIndex: 0, format: "f32-planar" });
     const capturedMs = data.timestamp / 1000;
     data.close();
-    if (!samples.length || this.shown === null) return;
-    const wanted = this.contextAt(capturedMs + talker.delayMs + this.shown);
+    const shown = this.shown.below(0.5);
+    if (!samples.length || shown === null) return;
+    const wanted = this.contextAt(capturedMs + talker.delayMs + shown);
     const soonest = context.currentTime + SOON_S;
-    talker.late = Math.max(talker.late * FORGIVEN, soonest - wanted);
-    if (talker.late > 2) return void (talker.late = 0); // of long ago
-    let at = wanted + Math.max(0, talker.late);
-    const error = at - talker.next;
+    if (soonest - wanted > OLD_S) return;
+    talker.late.add(soonest - wanted);
+    let at = wanted + Math.max(0, talker.late.below(IN_TIME)!);
+    if (at < soonest - STILL_S) return; // the newest sound is worth more than all of it
     let rate = 1;
-    if (talker.next >= soonest - SOON_S && Math.abs(error) < JUMP_S) {
-      at = Math.max(talker.next, context.currentTime);
-      const most = Math.abs(error) > LARGE_S ? QUICKLY : SLOWLY;
-      if (Math.abs(error) > STILL_S) rate = 1 - Math.max(-most, Math.min(most, error));
-    } else for (let n = 0; n < Math.min(FADE, samples.length); n++) samples[n]! *= n / FADE;
+    if (talker.next >= context.currentTime) {
+      const error = at - talker.next;
+      if (error < -JUMP_S || (error < -STILL_S && loudness(samples) < QUIET)) return;
+      if (error < JUMP_S) {
+        at = talker.next;
+        const most = Math.abs(error) > LARGE_S ? QUICKLY : SLOWLY;
+        if (Math.abs(error) > STILL_S) rate = 1 - Math.max(-most, Math.min(most, error));
+      }
+    }
+    if (at !== talker.next) for (let n = 0; n < Math.min(FADE, samples.length); n++) samples[n]! *= n / FADE;
     const buffer = context.createBuffer(1, samples.length, RATE);
     buffer.copyToChannel(samples, 0);
     const source = new AudioBufferSourceNode(context, { buffer, playbackRate: rate });
     source.connect(talker.panner);
-    source.start(at);
-    talker.next = at + samples.length / RATE / rate;
+    source.start(Math.max(at, context.currentTime));
+    talker.next = Math.max(at, context.currentTime) + samples.length / RATE / rate;
     this.skews.push((at - wanted) * 1000);
     if (this.skews.length > 500) this.skews.shift();
   }
+}
+
+function loudness(samples: Float32Array): number {
+  return Math.sqrt(samples.reduce((sum, x) => sum + x * x, 0) / samples.length);
 }

@@ -4,8 +4,8 @@ const FRAME = 960;
 const FRAME_MS = 20;
 const BITRATE = 24_000;
 const LOOKAHEAD_MS = 6.5; // by which Opus delays: the first decoded sample is so much earlier than the first of its frame
-const JUMP_MS = 40; // samples are missing: time goes on without them
-const FOLLOW = 0.02; // of an error of time, with each block
+const JUMP_MS = 100; // samples are missing: time goes on without them
+const SLEW = 0.005; // the most by which time goes faster or slower than samples, for smaller errors
 const HEAD_BYTES = 12;
 const VOICE = 4; // vistel/audio/page_voice.py
 const FLOOR = 1e-5;
@@ -90,7 +90,10 @@ export class Microphone {
     if (Math.abs(counted) > JUMP_MS) {
       this.anchor = begin - this.frame * FRAME_MS;
       this.filled = 0;
-    } else this.anchor! += FOLLOW * counted;
+    } else {
+      const most = (SLEW * block.length * 1000) / RATE;
+      this.anchor! += Math.max(-most, Math.min(most, counted));
+    }
     this.level = Math.sqrt(block.reduce((sum, x) => sum + x * x, 0) / block.length);
     for (let at = 0; at < block.length; ) {
       const count = Math.min(block.length - at, FRAME - this.filled);

@@ -78,7 +78,6 @@ async def speak(room: GuestRoom, visit: GuestPage, sound: F32) -> float:
 
 
 @pytest.mark.alone
-@pytest.mark.xfail(reason="voices come up to 1.6 s after their pictures at a page with a busy processor", strict=False)
 def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_heard_there_with_their_lips(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -134,6 +133,7 @@ def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_h
                 at_site[begin : begin + FRAME] = decoder.decode(opus)
             with wave.open(str(tmp_path / "heard.wav")) as file:
                 played = np.frombuffer(file.readframes(file.getnframes()), "<i2").astype(np.float32).reshape(-1, 2)[:, 0] / 32767
+            print("skews", np.percentile(skews,[5,50,95]), len(skews), "late", late_ms, "played", likeness(envelope(played), envelope(at_site)), "uplink", likeness(envelope(at_site), envelope(np.tile(ann,3))), "heard", likeness(heard, envelope(bob)), len(said), len(own), len(tapped))
             assert np.abs(played).max() > 0.01 and heard.max() > 0.003
             if late_ms > BUSY_MS:
                 pytest.skip(f"heard both ways; this machine is too busy to tell how well: late by {late_ms:.0f} ms")
