@@ -25,3 +25,8 @@ def part(name: str, steps: int = 0) -> Iterator[Callable[[], None]]:
 
     yield done
     print(f"{chr(13) if live else ''}  {name}: {time.monotonic() - began:.1f} s    ", file=sys.stderr, flush=True)
+
+
+def skipped(what: str, why: str) -> None:
+    """Say in one line which figures of a benchmark are not measured here, and why."""
+    print(f"{what}: skipped, {why}", file=sys.stderr, flush=True)

@@ -23,6 +23,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.conferences.render_scene import save_scene
+from benchmarks.progress import skipped
 from benchmarks.row import Row, at_least, at_most, ratio_at_most
 from vistel.figure.posture.posture import ELBOW, NECK, SHOULDER, SPINE_ROTATION, Posture, Stance
 from vistel.geometry.pose import Pose
@@ -104,6 +105,7 @@ def _large() -> Iterator[Row]:
 def _beside() -> Iterator[Row]:
     """Against other renderers, each between two runs of ours."""
     if "VISTEL_PEER_PYTHON" not in os.environ:
+        skipped("render, other renderers", "VISTEL_PEER_PYTHON names no Python that has them")
         return
     plain, smooth = (View(*LARGE, "room", "", light="fast", samples=count) for count in (1, 4))
     ours = {1: "no antialiasing", 4: "4 samples"}
@@ -119,6 +121,7 @@ def _beside() -> Iterator[Row]:
             before = _picture_ms(view, 3)
             found = _peer(which, scene, Path(folder) / f"{which}.png")
             if found is None:
+                skipped(f"render, {which}", "it drew nothing")
                 continue
             ms = 0.5 * (before + _picture_ms(view, 3))
             case = f"3 figures, {triangles} triangles, 1280x720, posed, deformed, with shadows, {ours[view.samples or 1]}"

@@ -1,7 +1,6 @@
 """English commands: pocketsphinx over the room's grammar, scored on synthesised speech."""
 
 import random as stdrandom
-import sys
 import tomllib
 from collections.abc import Iterator
 from functools import cache
@@ -9,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.progress import skipped
 from benchmarks.row import Row, Target, at_least, at_most
 from benchmarks.voices.speech_score import false_accepts, score, share_of_core
 from benchmarks.voices.speech_sounds import NoisyRoom
@@ -67,13 +67,13 @@ def _talk(seconds: float) -> F32:
 def rows(count: int = COUNT, talk_s: float = TALK_S) -> Iterator[Row]:
     """Figures as they come; none where flite or pocketsphinx is missing."""
     if not any(v.startswith("flite:") for v in voices()):
-        print("speech, English: skipped, flite is not installed (apt-get install flite)", file=sys.stderr, flush=True)
+        skipped("speech, English", "flite is not installed (apt-get install flite)")
         return
     grammar, _ = checked_grammar()
     try:
         hears = recogniser("en", grammar)
     except RecogniserError as e:
-        print(f"speech, English: skipped, {e}", file=sys.stderr, flush=True)
+        skipped("speech, English", str(e))
         return
     late: list[float] = []
     for condition in TARGETS:

@@ -1,12 +1,12 @@
 """Japanese commands by voices the model was not trained on, other talk, how soon, what listening costs, what enrolment gives."""
 
-import sys
 from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from benchmarks.progress import skipped
 from benchmarks.row import Row, Target, at_least, at_most
 from benchmarks.voices.speech_score import CommandScore, false_accepts, score, share_of_core
 from benchmarks.voices.speech_sounds import CONDITIONS, HTS_TEST, NoisyRoom, SpokenCommand, commands, held_out, other_talk
@@ -32,7 +32,7 @@ _FAR_STEP = 1.25
 def rows() -> Iterator[Row]:
     reason = missing() or (None if held_out() else "none of the held-out voices (mei) is here; pip install pyopenjtalk-plus")
     if reason:
-        print(f"speech, Japanese: skipped, {reason}", file=sys.stderr, flush=True)
+        skipped("speech, Japanese", reason)
         return
     grammar, _ = load_grammar()
     voices = held_out()

@@ -7,14 +7,16 @@ Between the parts a centimetre is missing, and each lies a little off where it b
 """
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from PIL import Image
 
 from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.body_model import person as body_model
 from vistel.figure.making.assembly.piece import MeshPiece, cut
-from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.people.builtin import described
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_rotvec
 
@@ -119,7 +121,8 @@ def make(avatar: Avatar, planes_of: dict[str, list[tuple[str, np.ndarray, np.nda
 
 def main() -> None:
     folder = Path(sys.argv[1])
-    avatar = builtin_avatar("builtin:person=carla", name="eva", height=1.70)
+    in_paint = replace(described("builtin:person=carla", "eva", 1.70), dressed=False)  # a scan is one surface
+    avatar = body_model.make(in_paint, "eva")
     planes_of = cuts(avatar)
     make(avatar, planes_of, folder)
     print(f"{len(planes_of)} parts; assemble them: vistel avatar assemble {folder / 'parts.toml'} -o eva.usda")

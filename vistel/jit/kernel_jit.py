@@ -62,17 +62,21 @@ def stamp_of(file: Path, root: Path = _ROOT) -> str:
 def compiled(function: F) -> F: ...
 @overload
 def compiled(**options: Any) -> Callable[[F], F]: ...
-def compiled(function: Any = None, **options: Any) -> Any:
-    """`numba.njit` with a cache on disk that knows what the kernel is made of. Options as there."""
+def compiled(function: Any = None, *, specialised: bool = False, **options: Any) -> Any:
+    """`numba.njit` with a cache on disk that knows what the kernel is made of. Options as there.
+
+    specialised: other kernels get it compiled for each literal number among the arguments that they call it with.
+    """
     if function is None:
-        return partial(compiled, **options)
+        return partial(compiled, specialised=specialised, **options)
     # No kernel is called from C.
     kernel = _njit(cache=True, no_cfunc_wrapper=True, **options)(function)
     file = getattr(kernel._cache, "_cache_file", None)
     if file is not None:
         file._source_stamp = (file._source_stamp, stamp_of(Path(function.__code__.co_filename)))
         file._load_index = partial(_index_or_none, file._load_index)
-    kernel.get_call_template = partial(_typed_call, kernel.get_call_template)
+    if not specialised:
+        kernel.get_call_template = partial(_typed_call, kernel.get_call_template)
     return kernel
 
 
@@ -88,7 +92,7 @@ def is_cold(kernel: Any) -> bool:
 
 
 def _typed_call(resolve: Callable[..., Any], arguments: Iterable[Any], keywords: dict[str, Any]) -> Any:
-    """How a kernel is called by another. Numba would compile it anew for each literal number among its arguments."""
+    """How a kernel is called by another, where literal numbers among its arguments are nothing special."""
     return resolve([_unliteral(a) for a in arguments], {name: _unliteral(a) for name, a in keywords.items()})
 
 

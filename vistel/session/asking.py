@@ -19,6 +19,8 @@ AGAIN_NS = 1_000_000_000
 """How often a command without an answer is given again; the world does it once."""
 ENTER_NS = 5_000_000_000
 """How long `ask` waits for its participant to be in the room: just after a conference has started they are on their way."""
+ENTER_AGAIN_NS = 100_000_000
+"""How often `ask` tries again meanwhile."""
 POLL_NS = 20_000_000
 """How often `ask` looks for an answer: a little more often than the world steps."""
 
@@ -57,7 +59,7 @@ class Asker:
             answer = await self._answer(action)
             if answer.reason != absent(self.participant) or self._clock.now_ns() > begin_ns + ENTER_NS:
                 return answer
-            await self._clock.sleep_until_ns(self._clock.now_ns() + ENTER_NS // 10)
+            await self._clock.sleep_until_ns(self._clock.now_ns() + ENTER_AGAIN_NS)
 
     async def _answer(self, action: Action) -> Answer:
         message = message_of(action, secrets.token_hex(8), self.participant)

@@ -13,7 +13,7 @@ from vistel.wire.clock_sync import set_clock
 from vistel_cli.conference_choice import Hub, endpoint_of, newest, on_bus
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
+from vistel_cli.terminal import FAILED, USAGE, fail, load_conference
 
 PROBES = 2
 """Round trips by which the hub's time is learnt: a command need not tell its time to the millisecond."""
@@ -69,7 +69,7 @@ def ask(
     answer = on_bus(conference, site, router, asked, f"the world of {conference.name} at {router}")
     if not answer.done:
         fail(f"refused: {answer.reason}", FAILED)
-    out.print(f"done: {', '.join(answer.things)}" if answer.things else "done")
+    typer.echo(f"done: {', '.join(answer.things)}" if answer.things else "done")
 
 
 def _asker(people: dict[str, str], who: str | None) -> tuple[str, str]:

@@ -8,7 +8,6 @@ import math
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -98,6 +97,8 @@ def _is_path(path: Path) -> bool:
 
 def _close(path: Path) -> str:
     """A file beside it with a name like it."""
+    from difflib import get_close_matches
+
     beside = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
     like = get_close_matches(path.name, beside, 1, 0.7)
     return f"; did you mean {path.with_name(like[0])}?" if like else ""

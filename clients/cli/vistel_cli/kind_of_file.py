@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import shlex
-import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
@@ -146,6 +145,8 @@ def _text(path: Path, head: bytes) -> Kind:
 
 
 def _toml(path: Path) -> Kind | None:
+    import tomllib
+
     if path.stat().st_size > TOML_BYTES:
         return None
     try:

@@ -1,8 +1,11 @@
 """Commands whose modules are imported when they are called, so that `vistel --help` imports none of them."""
 
 import re
+import signal
 import sys
+import threading
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
@@ -13,6 +16,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 from typer.exceptions import Abort, TyperException
 
+from vistel_cli.plain_values import take_plain_values
 from vistel_cli.terminal import FAILED
 
 
@@ -31,15 +35,15 @@ class Lazy:
         from vistel_cli.waiting import waiting
 
         module, attribute = self.where.split(":")
-        with waiting(f"loading {name}"):
+        with waiting(f"loading {name}"), _interruptible():
             found = getattr(import_module(module), attribute)
         if isinstance(found, typer.Typer):
             group = typer.main.get_group(found)
             group.name, group.help = name, group.help or self.line
-            return _without_types_of_flags(guarded(group))
+            return _tuned(guarded(group))
         alone = typer.Typer(add_completion=False, rich_markup_mode="rich")
         alone.command(name)(found)
-        return _without_types_of_flags(guarded(typer.main.get_command(alone)))
+        return _tuned(guarded(typer.main.get_command(alone)))
 
     def first_line(self) -> str:
         """`line`, else the beginning of the function's docstring, read from the source: an import may take a second."""
@@ -52,6 +56,27 @@ class Lazy:
         return " ".join(found[1].split()) if found else ""
 
 
+@contextmanager
+def _interruptible() -> Iterator[None]:
+    """Ctrl-C within the block ends the command, also where a module that is being imported loses it."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    came: list[int] = []
+
+    def interrupt(number: int, _: object) -> None:
+        came.append(number)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came:
+        raise KeyboardInterrupt
+
+
 def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
     """The class of a group with `commands` after those that it has: `typer.Typer(cls=lazy_group({...}))`."""
 
@@ -60,7 +85,7 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
 
         def __init__(self, **given: Any) -> None:
             super().__init__(**given)
-            _without_types_of_flags(self)
+            _tuned(self)
             for name, lazy in commands.items():
                 self.add_command(TyperCommand(name, rich_help_panel=lazy.panel))
 
@@ -94,13 +119,14 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
     return LazyGroup
 
 
-def _without_types_of_flags(command: Any) -> Any:
-    """The command, or the group: a flag takes no value, and help shows no type of it."""
+def _tuned(command: Any) -> Any:
+    """The command, or the group: a flag takes no value, and help shows no type of it; what needs no conversion is not converted."""
     for option in (*command.params, command.get_help_option(typer.Context(command))):
         if getattr(option, "is_flag", False):
             option.metavar = ""
+        take_plain_values(option)
     for inner in getattr(command, "commands", {}).values():
-        _without_types_of_flags(inner)
+        _tuned(inner)
     return command
 
 

@@ -8,11 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
 import typer
-from rich.console import Console
-from rich.text import Text
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from vistel.conference.model import Conference
+
+    out: Console
+    err: Console
 
 _PLAIN: dict[str, Any] = {"highlight": False, "markup": False, "emoji": False}
 """What is printed is plain text: no square bracket or colon of a path is markup. Colours come with `style` and `Text`."""
@@ -24,8 +27,20 @@ def _columns(stream: TextIO) -> int | None:
     return None if stream.isatty() or "COLUMNS" in os.environ else _UNBROKEN
 
 
-out = Console(width=_columns(sys.stdout), **_PLAIN)
-err = Console(stderr=True, width=_columns(sys.stderr), **_PLAIN)
+def _console(name: str) -> Console:
+    return globals().get(name) or __getattr__(name)
+
+
+def __getattr__(name: str) -> Any:
+    """`out` and `err`, made when they are first used: rich takes longer to load than many a command needs for all else."""
+    if name not in ("out", "err"):
+        raise AttributeError(name)
+    from rich.console import Console
+
+    to_err = name == "err"
+    globals()[name] = made = Console(stderr=to_err, width=_columns(sys.stderr if to_err else sys.stdout), **_PLAIN)
+    return made
+
 
 FAILED = 1
 """Exit code of a command that could not do what was asked."""
@@ -35,12 +50,14 @@ USAGE = 2
 
 def print_error(text: str) -> None:
     """Print an error in one line on standard error."""
-    err.print(Text.assemble(("error:", "red"), f" {text}"), soft_wrap=True)
+    from rich.text import Text
+
+    _console("err").print(Text.assemble(("error:", "red"), f" {text}"), soft_wrap=True)
 
 
 def print_warning(text: str) -> None:
     """Print a warning in one line on standard error."""
-    err.print(text, style="yellow", soft_wrap=True)
+    _console("err").print(text, style="yellow", soft_wrap=True)
 
 
 def fail(text: str, code: int = FAILED) -> NoReturn:

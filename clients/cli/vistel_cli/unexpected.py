@@ -7,11 +7,11 @@ import shlex
 import sys
 import tempfile
 import traceback
-from importlib import metadata
 from pathlib import Path
 
 from vistel.conference.files import ConferenceError
 from vistel.wire.background import TaskFailedError
+from vistel.wire.release import release
 from vistel_cli.terminal import FAILED, print_error
 
 
@@ -42,7 +42,7 @@ def _only(error: BaseException) -> BaseException:
 
 def _reported(error: Exception) -> str:
     text = (
-        f"{shlex.join(sys.argv)}\nVISTEL {metadata.version('vistel')}, Python {sys.version}, {platform.platform()}\n\n"
+        f"{shlex.join(sys.argv)}\nVISTEL {release()}, Python {sys.version}, {platform.platform()}\n\n"
         f"{''.join(traceback.format_exception(error))}"
     )
     try:

@@ -7,10 +7,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from rich.text import Text
-
-from vistel_cli.terminal import err
-
 SILENT_S = 2.0
 """Nothing is said before so much time has passed [s]."""
 EVERY_S = 1.9
@@ -35,6 +31,10 @@ def _tell(what: str, silent_s: float, ended: threading.Event) -> None:
     began = time.monotonic()
     if ended.wait(silent_s):
         return
+    from rich.text import Text
+
+    from vistel_cli.terminal import err
+
     with err.status("") as status:  # shown on a terminal only
         while True:
             said = f"{what} … {time.monotonic() - began:.0f} s"

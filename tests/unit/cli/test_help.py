@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -46,7 +47,13 @@ def first_paragraph(text: str) -> str:
 def test_the_list_of_commands_imports_none_of_them() -> None:
     seen = modules_after("--help")
     own = {m for m in seen if m.startswith(("vistel.", "vistel_cli.", "vistel_s"))}
-    assert own <= {"vistel_cli.main", "vistel_cli.lazy", "vistel_cli.terminal", *(f"vistel_cli.{f}" for f in FOLDERS)}
+    assert own <= {
+        "vistel_cli.main",
+        "vistel_cli.lazy",
+        "vistel_cli.plain_values",
+        "vistel_cli.terminal",
+        *(f"vistel_cli.{f}" for f in FOLDERS),
+    }
     assert seen & OF_OTHERS == set()
 
 
@@ -98,3 +105,20 @@ def test_no_square_bracket_of_a_help_text_vanishes_as_markup() -> None:
 def test_an_error_keeps_its_square_brackets(capsys: Any) -> None:
     print_error("name certificates under [bus.tls]")
     assert capsys.readouterr().err == "error: name certificates under [bus.tls]\n"
+
+
+def test_ctrl_c_ends_a_command_whose_module_loses_it(tmp_path: Path) -> None:
+    (tmp_path / "losing.py").write_text(
+        "import os, signal\ntry:\n    os.kill(os.getpid(), signal.SIGINT)\nexcept KeyboardInterrupt:\n    pass\n"
+        "def run() -> None:\n    print('goes on')\n"
+    )
+    script = "from vistel_cli.lazy import Lazy\nLazy('losing:run').load('run')()"
+    done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert "goes on" not in done.stdout
+    assert done.stderr.splitlines()[-1] == "KeyboardInterrupt"
+
+
+@pytest.mark.parametrize("path", EVERY)
+def test_what_is_said_of_an_example_is_a_comment(path: str) -> None:
+    examples = [line.strip() for line in (EVERY[path].help or "").splitlines() if line.strip().startswith("vistel ")]
+    assert [line for line in examples if re.search(r"\S {2,}(?!#)\S", line)] == []

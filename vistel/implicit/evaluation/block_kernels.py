@@ -2,8 +2,8 @@
 
 # pyright: basic, reportCallIssue=false
 
+from vistel.implicit.evaluation.kind_kernels import evaluate_kind
 from vistel.implicit.graph.combine_kernels import combine
-from vistel.implicit.primitives.kinds import dispatcher
 from vistel.implicit.rows.layout import (
     CHILD0,
     CHILD1,
@@ -40,8 +40,6 @@ from vistel.implicit.rows.row_kernels import (
 from vistel.jit.numbers import ONE, ZERO
 from vistel.jit.pointers import at
 
-dispatch = dispatcher()
-
 
 @row
 def _rotate(p, x, y, z, lx, ly, lz, n):
@@ -73,10 +71,10 @@ def _add_leaf(table, scale, attribute, params, x, y, z, w, acc, channels, n, slo
         frame = at(params, f)
         lx, ly, lz = at(w, 7 * LANES), at(w, 8 * LANES), at(w, 9 * LANES)
         _rotate(frame, x, y, z, lx, ly, lz, n)
-        dispatch(table[KIND], p, lx, ly, lz, u, gx, gy, gz, n, slope)
+        evaluate_kind(table[KIND], p, lx, ly, lz, u, gx, gy, gz, n, slope)
     else:
         frame = params
-        dispatch(table[KIND], p, x, y, z, u, gx, gy, gz, n, slope)
+        evaluate_kind(table[KIND], p, x, y, z, u, gx, gy, gz, n, slope)
     if table[VALUE] != 0:
         fill(value, n, ZERO)
         add_scaled(value, u, weight, n)

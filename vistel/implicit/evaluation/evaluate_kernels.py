@@ -63,7 +63,7 @@ def _far(out, i, channels, far):
 
 
 @compiled(nogil=True, fastmath=FAST, error_model="numpy")
-def evaluate_points(stamp, P, origin, points, out, slope):
+def evaluate_points(P, origin, points, out, slope):
     """Field (and gradient, attributes) at points (n, 3) in float64, into out (n, channels) float32.
 
     The points are sorted into the cells of a lattice over the program's realm, so that neighbours share a block.
@@ -237,7 +237,7 @@ def _store(out, r, di, dj, dk, stride_i, stride_j):
 
 
 @compiled(nogil=True, fastmath=FAST, error_model="numpy")
-def evaluate_grid(stamp, P, xs_, ys_, zs_, out_, slope, begin, end):
+def evaluate_grid(P, xs_, ys_, zs_, out_, slope, begin, end):
     """Field (and more) on the lattice xs x ys x zs, planes begin to end, into out (C, X, Y, Z).
 
     `out` must hold the far value beforehand: blocks that no primitive reaches are not touched.

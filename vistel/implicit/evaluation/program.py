@@ -84,9 +84,9 @@ class FieldProgram:
         return float(self.arrays["number"][-1, FAR])
 
     @cached_property
-    def _machine(self) -> tuple[Any, Any, Any]:
-        """The compiled evaluators' arguments: kernels, type stamp, arrays."""
-        return _kernels(), _stamp(), _kernels().Arrays(**self.arrays)
+    def _machine(self) -> tuple[Any, Any]:
+        """The compiled evaluators' arguments: kernels, arrays."""
+        return _kernels(), _kernels().Arrays(**self.arrays)
 
     def evaluate(
         self, points: ArrayLike, *, gradient: bool = False, attributes: bool = False, threads: int | None = None
@@ -99,10 +99,10 @@ class FieldProgram:
         rows = query_points(points)
         channels = (4 if gradient else 1) + (self.layout.channels if attributes else 0)
         out = np.empty((len(rows), channels), np.float32)
-        machine, stamp, arrays = self._machine
+        machine, arrays = self._machine
 
         def run(piece: slice) -> None:
-            machine.evaluate_points(stamp, arrays, self.origin, rows[piece], out[piece], gradient)
+            machine.evaluate_points(arrays, self.origin, rows[piece], out[piece], gradient)
 
         _in_pieces(run, len(rows), _threads(threads, len(rows)))
         return self._unpack(out.reshape(*form, channels), gradient, attributes, points)
@@ -167,11 +167,11 @@ class FieldProgram:
             out[...] = 0.0
         if self.far != 0.0:
             out[0] = self.far
-        machine, stamp, arrays = self._machine
+        machine, arrays = self._machine
         target = out
 
         def run(piece: slice) -> None:
-            machine.evaluate_grid(stamp, arrays, *local, target, gradient, piece.start, piece.stop)
+            machine.evaluate_grid(arrays, *local, target, gradient, piece.start, piece.stop)
 
         _in_pieces(run, form[0], _threads(threads, int(np.prod(form))))
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1) if attributes and self.layout.textures else None
@@ -363,9 +363,3 @@ def _kernels() -> Any:
         if is_cold(kernels.evaluate_points) and sys.stderr.isatty():
             print("vistel.implicit: compiling field kernels (once) ...", file=sys.stderr, flush=True)
     return _loaded[0]
-
-
-def _stamp() -> Any:
-    from vistel.implicit.primitives.kinds import stamp
-
-    return stamp()

@@ -63,11 +63,11 @@ def march(
     padded = np.stack([span[0], span[0] + counts])
     axes = [(a - o).astype(np.float32) for a, o in zip(lattice.axes(padded), program.origin, strict=True)]
     table, many = kernel_table()
-    _, stamp, arrays = program._machine  # pyright: ignore[reportPrivateUsage]
+    _, arrays = program._machine  # pyright: ignore[reportPrivateUsage]
     done = np.zeros(2, np.int64)
 
     def run() -> Any:
-        return kernel(stamp, arrays, *axes, np.float32(threshold), np.float32(residual), table.ravel(), many, cells, done)
+        return kernel(arrays, *axes, np.float32(threshold), np.float32(residual), table.ravel(), many, cells, done)
 
     found = run() if progress is None else _watched(run, done, int(counts[0]), progress)
     points, normals, edge, worst, triangles, cell, blocks = found

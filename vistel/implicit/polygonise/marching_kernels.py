@@ -9,7 +9,6 @@ are the normals. A ring of two slabs is all that is held: memory grows with the 
 
 # pyright: basic, reportCallIssue=false
 
-import numba as nb
 import numpy as np
 
 from vistel.implicit.evaluation.evaluate_kernels import DI, DJ, DK, across
@@ -23,7 +22,7 @@ from vistel.jit.numbers import ZERO
 from vistel.jit.pointers import at, keep, pointer
 
 
-@nb.njit(nogil=True)
+@compiled(nogil=True, no_cpython_wrapper=True)
 def _more(array, needed):
     """`array` with room for `needed` rows and some more."""
     out = np.empty((max(needed, 2 * array.shape[0]), *array.shape[1:]), array.dtype)
@@ -204,7 +203,7 @@ def _join(ring, from_plane, to_plane, ny, nz, table, many, triangles, cells, fac
 
 
 @compiled(nogil=True, fastmath=FAST, error_model="numpy")
-def march(stamp, P, xs_, ys_, zs_, level, tolerance, table_, many_, want_cells, progress):
+def march(P, xs_, ys_, zs_, level, tolerance, table_, many_, want_cells, progress):
     """The surface F = level on the lattice xs x ys x zs of even float32 coordinates about the program's origin.
 
     The counts of points are multiples of DI, DJ and 64; two planes at every rim are far from the object. Returns

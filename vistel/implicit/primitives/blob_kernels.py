@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vistel.implicit.primitives.kinds import volume_dispatcher
+from vistel.implicit.primitives.volume_kernels import volume
 from vistel.implicit.rows.row_kernels import F32, blend_one, row
 from vistel.jit.numbers import HALF, ONE, THREE, TWO, ZERO
 from vistel.jit.pointers import at, keep, pointer
@@ -14,8 +14,6 @@ from vistel.jit.pointers import at, keep, pointer
 LEAST = F32(-1e30)
 CLOSE = F32(1e-7)
 C6 = F32(6.0)
-
-volume = volume_dispatcher()
 
 
 @row

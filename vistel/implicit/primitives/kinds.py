@@ -1,19 +1,14 @@
-"""The one table of primitive kinds. A new kind is one entry here: its shape, its kernel, how to make it from numbers.
+"""The one table of primitive kinds, in the order of their codes.
 
-The shape (NumPy, double precision) defines the field and packs its `parameters`; the kernel (Numba, float32 rows)
-reads them. The dispatcher that the evaluator compiles is written from this table.
+The shape (NumPy, double precision) defines the field and packs its `parameters`; a kernel (Numba, float32 rows), which
+`evaluation.kind_kernels` calls by the code, reads them.
 """
-
-# the table is read by shapes and by kernels, which it names in turn
 
 from __future__ import annotations
 
-import hashlib
-import importlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,14 +20,11 @@ if TYPE_CHECKING:
 class Kind:
     """A kind of primitive.
 
-    name: as in `Primitive.kind`; kernel: name of its row kernel in `module`, a room of this package and a module in it;
-    value: the kernel writes F and its gradient instead of d^2 and its gradient;
+    name: as in `Primitive.kind`; value: the kernel writes F and its gradient instead of d^2 and its gradient;
     make: builds the primitive from the flat list of *surface* sizes that messages carry, or None.
     """
 
     name: str
-    kernel: str
-    module: str = "primitives.primitive_kernels"
     value: bool = False
     make: Callable[[Sequence[float]], Primitive] | None = None
 
@@ -72,19 +64,17 @@ def _supertoroid(p: Sequence[float]) -> Primitive:
 
 
 KINDS: tuple[Kind, ...] = (
-    Kind("sphere", "sphere", make=_sphere),
-    Kind("sphylinder", "sphylinder"),
-    Kind("cone_sphere", "cone_sphere", make=_cone_sphere),
-    Kind("rounded_polygon", "rounded_polygon", make=_rounded_polygon),
-    Kind("superellipsoid", "superellipsoid", make=_superellipsoid),
-    Kind("supertoroid", "supertoroid", make=_supertoroid),
-    Kind("pointblob", "pointblob", module="primitives.blob_kernels", value=True),
-    Kind("point_setblob", "point_setblob", module="primitives.blob_kernels", value=True),
-    Kind("polyblob", "polyblob", module="primitives.polyblob_kernels"),
-    Kind("ramp", "ramp", module="graph.ghost_kernels", value=True),
+    Kind("sphere", make=_sphere),
+    Kind("sphylinder"),
+    Kind("cone_sphere", make=_cone_sphere),
+    Kind("rounded_polygon", make=_rounded_polygon),
+    Kind("superellipsoid", make=_superellipsoid),
+    Kind("supertoroid", make=_supertoroid),
+    Kind("pointblob", value=True),
+    Kind("point_setblob", value=True),
+    Kind("polyblob"),
+    Kind("ramp", value=True),
 )
-
-_IMPLICIT = Path(__file__).parents[1]
 
 KIND_INDEX = {kind.name: i for i, kind in enumerate(KINDS)}
 
@@ -106,36 +96,3 @@ def primitive_of(kind: str, params: Sequence[float]) -> Primitive:
         raise
     except ValueError:
         raise ShapeError(f"primitive_of: params has {len(numbers)} numbers, which do not make a {kind}") from None
-
-
-def _dispatcher(kinds: Sequence[tuple[int, Kind]]) -> Any:
-    """The compiled function (kind, p, x, y, z, u, gx, gy, gz, n, slope) that calls the kernel of one of `kinds`."""
-    from vistel.implicit.rows.row_kernels import row
-
-    lines = ["def dispatch(kind, p, x, y, z, u, gx, gy, gz, n, slope):"]
-    scope: dict[str, Any] = {}
-    for place, (code, kind) in enumerate(kinds):
-        scope[kind.kernel] = getattr(importlib.import_module(f"vistel.implicit.{kind.module}"), kind.kernel)
-        lines += [f"    {'elif' if place else 'if'} kind == {code}:", f"        {kind.kernel}(p, x, y, z, u, gx, gy, gz, n, slope)"]
-    exec("\n".join(lines), scope)
-    return row(scope["dispatch"])
-
-
-def dispatcher() -> Any:
-    """The function that calls the kernel of any kind in the table."""
-    return _dispatcher(tuple(enumerate(KINDS)))
-
-
-def volume_dispatcher() -> Any:
-    """The same for the analytic kinds alone, which may be the volumes of pointblobs."""
-    return _dispatcher([(code, kind) for code, kind in enumerate(KINDS) if kind.module == "primitives.primitive_kernels"])
-
-
-def stamp() -> np.ndarray:
-    """An array whose *type* names the kernels' source, so that compiled code on disk is never older than it."""
-    from vistel.jit.kernel_jit import stamp_of
-
-    modules = sorted({"evaluation.evaluate_kernels", *(kind.module for kind in KINDS)})
-    files = [_IMPLICIT.joinpath(*module.split(".")).with_suffix(".py") for module in modules]
-    source = "".join(map(stamp_of, files)) + repr([(k.name, k.kernel, k.value) for k in KINDS])
-    return np.zeros(1, dtype=[("s" + hashlib.sha256(source.encode()).hexdigest()[:12], np.int8)])

@@ -9,10 +9,10 @@ square root and no slope is singular on the skeleton.
 
 import math
 
-import numba as nb
 import numpy as np
 
 from vistel.implicit.rows.line_kernels import ROW, sphere_row
+from vistel.jit.kernel_jit import compiled
 from vistel.jit.numbers import FOUR, HALF, ONE, QUARTER, THREE, TWO, ZERO
 from vistel.jit.pointers import at
 
@@ -24,7 +24,8 @@ C22 = F32(2 / 9)
 SINGULAR = F32(1e6)
 
 FAST = {"contract", "reassoc", "nsz", "arcp"}
-row = nb.njit(fastmath=FAST, nogil=True, error_model="numpy")
+row = compiled(specialised=True, no_cpython_wrapper=True, fastmath=FAST, nogil=True, error_model="numpy")
+"""A function that only kernels call, compiled for each literal number among its arguments: a row's length is one."""
 
 
 @row
@@ -34,7 +35,7 @@ def fill(a, n, value):
         a[i] = value
 
 
-@nb.njit(fastmath=True, nogil=True)
+@compiled(specialised=True, no_cpython_wrapper=True, fastmath=True, nogil=True)
 def extent(a, n):
     """Smallest and largest of a row without NaN."""
     low = high = a[0]

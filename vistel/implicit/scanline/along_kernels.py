@@ -25,10 +25,10 @@ Polygon corners are pairs of float32 in the own frame, anticlockwise.
 from collections.abc import Callable
 from typing import Any
 
-import numba as nb
 import numpy as np
 
 from vistel.implicit.scanline.lanes_kernels import WIDTH, first_lanes, load, spread
+from vistel.jit.kernel_jit import compiled
 from vistel.jit.lanes import bits, choose, least, most, store
 from vistel.jit.numbers import HALF, ONE, TWO, ZERO
 from vistel.jit.pointers import at
@@ -72,7 +72,7 @@ LARGE = F(1e30)
 
 def scan_inner(function: Callable[..., Any]) -> Any:
     """A function that kernels call."""
-    return nb.njit(nogil=True, error_model="numpy", fastmath={"contract"})(function)
+    return compiled(specialised=True, no_cpython_wrapper=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
 
 
 @scan_inner

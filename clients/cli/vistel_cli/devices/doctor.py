@@ -39,9 +39,9 @@ def doctor(
 
       vistel doctor
 
-      vistel doctor conference.toml --site tokyo     before a meeting: the link to the router, and what it means
+      vistel doctor conference.toml --site tokyo  # the link to the router
 
-      vistel doctor --attack conference.toml     what one's own router stops
+      vistel doctor --attack conference.toml  # what your router stops
     """
     if file is None and site is not None:
         fail("expected the conference file of the site before --site", USAGE)

@@ -25,9 +25,9 @@ def record(
 
     [bold]Example[/bold]
 
-      vistel record --seconds 60                                       the conference that runs on this machine
+      vistel record --seconds 60  # the conference that runs here
 
-      vistel record conference.toml --raw --hub tls/192.0.2.7:7447     one that runs elsewhere
+      vistel record conference.toml --raw --hub tls/192.0.2.7:7447  # elsewhere
     """
     conference, endpoint = chosen(file, hub)
     if raw is not None:

@@ -54,7 +54,7 @@ def devices(
 
     [bold]Example[/bold]
 
-      vistel sim devices --ports /tmp/devices          then open /tmp/devices/dev/aiko-tracker at 115200 baud
+      vistel sim devices --ports /tmp/devices  # /tmp/devices/dev/aiko-tracker, 115200 baud
 
       vistel sim devices --fault aiko-tracker:unplug:10:3
     """

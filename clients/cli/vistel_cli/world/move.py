@@ -68,7 +68,7 @@ def move(
 
       vistel world move --place osaka
 
-      vistel world move conference.toml --place hub --anyway its place is gone; go on from the state known here
+      vistel world move conference.toml --place hub --anyway  # its place is gone
     """
     check_place(place)
     conference, endpoint = chosen(file, hub)
