@@ -30,10 +30,12 @@ GUESTS = {
 
 
 class GuestRoom:
-    """heard: who was said to be in the room, and who to have left; moved, pointed: messages of each participant and device."""
+    """heard: who was said to be in the room, and who to have left; moved, pointed: messages of each participant and device;
+    spoken: whose voice, and its messages."""
 
-    def __init__(self, folder: Path, console: ConsoleConfig | None = None) -> None:
-        self.conference = Conference.model_validate({"name": "c", "sites": [GUESTS]}).model_copy(
+    def __init__(self, folder: Path, console: ConsoleConfig | None = None, *more: dict[str, Any]) -> None:
+        """more: other sites, whose services the test runs."""
+        self.conference = Conference.model_validate({"name": "c", "sites": [GUESTS, *more]}).model_copy(
             update={"console": console or ConsoleConfig(at="127.0.0.1:0")}
         )
         self.paths = RunPaths(folder, folder)
@@ -43,7 +45,9 @@ class GuestRoom:
         self._about = watching.subscribe(BY_NAME["participant"], polled=True)
         self._motion = watching.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
         self._pointer = watching.subscribe(BY_NAME["pointer"], queue_all=True, polled=True)
+        self._voices = watching.subscribe(BY_NAME["voice"], queue_all=True, polled=True)
         self.heard: list[Any] = []
+        self.spoken: list[Any] = []
         self.moved: list[str] = []
         self.pointed: list[Any] = []
 
@@ -58,6 +62,7 @@ class GuestRoom:
         """Look at what has been published."""
         self.heard += [s.message for s in self._about.take()]
         self.moved += [s.names["participant"] for s in self._motion.take()]
+        self.spoken += [(s.names["participant"], s.message) for s in self._voices.take()]
         self.pointed += [s.message for s in self._pointer.take()]
 
     async def until(self, holds: Any, what: str) -> None:

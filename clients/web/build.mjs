@@ -10,6 +10,7 @@ const pages = {
 const made = {
   "console/main.tsx": "services/vistel_services/console/page/console.js",
   "join/main.tsx": "services/vistel_services/console/page/join.js",
+  "join/microphone_worklet.ts": "services/vistel_services/console/page/microphone.js",
 };
 const onlyConsole = process.argv.includes("--console");
 

@@ -8,9 +8,13 @@ from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import aiohttp
+import numpy as np
 import pytest
-from guest_room import GuestRoom
+from guest_room import GuestPage, GuestRoom
 
+from vistel.audio.forwarded_voices import FORMAT
+from vistel.audio.opus import FRAME, FRAME_NS, Encoder
+from vistel.audio.page_voice import MOST_PACKET_BYTES, voice_record
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.invitations import withdraw
 from vistel.protocol.pointer import guest_record, posture_record
@@ -169,5 +173,86 @@ def test_pages_that_show_no_link_are_bounded_and_let_go(tmp_path: Path, monkeypa
                     pass
             async with room.opened(room.invited()) as page:
                 await page.told("invited")
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+HUM = Encoder(1).encode((0.2 * np.sin(np.arange(FRAME) * 0.03)).astype(np.float32))
+
+
+async def speak(room: GuestRoom, page: GuestPage, frames: int = 10) -> None:
+    now_ns = room.clock.now_ns()
+    for n in range(frames):
+        await page.socket.send_bytes(voice_record(now_ns - (frames - n) * FRAME_NS, HUM))
+
+
+def test_a_guests_voice_is_published_as_theirs_once_they_are_in_the_room_and_heard_by_others_never_by_themselves(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def heard(page: GuestPage) -> bytes:
+        async for said in page.socket:
+            if said.type is aiohttp.WSMsgType.BINARY and said.data[0] == FORMAT:
+                return said.data
+        raise AssertionError
+
+    async def play(room: GuestRoom) -> None:
+        async with room.opened(room.invited()) as ann, room.opened(room.invited("guest-2", "Bob")) as bob:
+            await bob.socket.send_json({"hear": True})  # before he is in the room: nothing for him
+            for page in (ann, bob):
+                await page.told("invited")
+            await speak(room, ann, 3)  # before she is
+            await ann.socket.send_json({"person": "carla"})
+            await bob.socket.send_json({"person": "ben"})
+            for page in (ann, bob):
+                await page.socket.send_json({"hear": True})
+            await speak(room, ann)
+            await room.until(lambda: len(room.spoken) == 10, "ten packets")
+            assert {name for name, _ in room.spoken} == {"guest-1"} and room.spoken[-1][1].opus == HUM
+            assert b"guest-1" in await heard(bob)
+            await speak(room, bob)
+            data = await heard(ann)
+            assert b"guest-2" in data and b"guest-1" not in data
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_voice_that_none_of_ours_sends_reaches_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def play(room: GuestRoom) -> None:
+        now_ns = room.clock.now_ns()
+        async with room.opened(room.invited()) as page:
+            await page.enter()
+            for record in (
+                voice_record(now_ns + 3_600_000_000_000, HUM),  # from the future
+                voice_record(now_ns, bytes(MOST_PACKET_BYTES + 1)),
+                voice_record(0, HUM)[:4] + b"\xff" * 8 + HUM,  # at no time
+                voice_record(now_ns, b""),
+                voice_record(now_ns - 60_000_000_000, HUM),  # of a minute ago
+                *(voice_record(now_ns, HUM) for _ in range(5)),  # the same again and again: once
+                *(voice_record(now_ns + n * FRAME_NS // 10, b"\x18" + bytes(40)) for n in range(10, 15)),  # Opus, but of 60 ms
+            ):
+                await page.socket.send_bytes(record)
+            await speak(room, page, 1)
+            await page.socket.send_bytes(SITS)
+            await room.until(lambda: room.spoken and "guest-1" in room.moved, "what is in order")
+            assert len(room.spoken) <= 2 and all(m.opus == HUM for _, m in room.spoken)
+            for _ in range(guests.MOST_FAULTY):
+                await page.socket.send_bytes(voice_record(now_ns + 3_600_000_000_000, HUM))
+            assert await page.code() == guests.MISBEHAVED
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_thousand_packets_of_a_voice_at_once_end_the_visit_and_few_are_passed_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(room: GuestRoom) -> None:
+        async with room.opened(room.invited()) as page:
+            await page.enter()
+            begun_ns = room.clock.now_ns() - 1_900_000_000
+            for n in range(1000):
+                await page.socket.send_bytes(voice_record(begun_ns + n * FRAME_NS, HUM))
+            assert await page.code() == guests.MISBEHAVED
+            await room.until(lambda: room.spoken, "some")
+        assert len(room.spoken) < 130
 
     in_room(tmp_path, monkeypatch, play)

@@ -108,9 +108,7 @@ def devices_of(conference: Conference, site: str | None = None) -> list[Device]:
 
 def simulated_microphones_of(site: Site) -> list[Participant]:
     """Whose microphone is simulated."""
-    audio = site.audio
-    people = enumerate(site.participants)
-    return [p for n, p in people if audio.microphone_of(p.name, n == 0) == "sim"] if audio is not None else []
+    return [p for p in site.participants if site.microphone_of(p) == "sim"]
 
 
 def simulated_names(conference: Conference, site: str | None = None) -> list[str]:

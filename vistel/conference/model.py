@@ -164,6 +164,12 @@ class Site(Checked):
         alone = self.speech is not None and all("speech" not in group for group in listed)
         return [*listed, ("speech",)] if alone else listed
 
+    def microphone_of(self, person: Participant) -> str:
+        """What somebody here speaks into, as in the file; "page": that of a guest's page, "none"."""
+        if person.by_link:
+            return "page"
+        return self.audio.microphone_of(person.name, person == self.participants[0]) if self.audio is not None else "none"
+
     @model_validator(mode="after")
     def _speech_has_microphones(self) -> Site:
         here = [p.name for p in self.participants]

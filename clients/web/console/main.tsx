@@ -6,6 +6,7 @@ import { Labels } from "./labels";
 import { Link } from "./link";
 import { Looking } from "./looking";
 import { Room } from "./room";
+import { canHear, VOICES, Voices } from "./voices";
 import { decode, type Held, type Joints, type Numbers, type Table, type Words } from "./wire";
 import { type Chosen, Who } from "./who";
 
@@ -13,7 +14,7 @@ declare global {
   interface Window {
     /** For programs that drive the page. joints: places of somebody's joints in the room [m]; rate: pictures a second; ready: how many
      * have their own figures; sharp: see Room. */
-    vistel?: { joints(name: string): [number, number, number][]; rate(): number; ready(): number; sharp(): void };
+    vistel?: { joints(name: string): [number, number, number][]; rate(): number; ready(): number; sharp(): void; voices: Voices };
   }
 }
 
@@ -43,6 +44,7 @@ try {
 }
 const looking = room && new Looking(room, (now) => showViews((view = now)));
 const labels = room && new Labels(room, element("labels"));
+const voices = new Voices(room, (hears) => link.send(hears ? "hear" : "quiet"));
 
 /** Soon: what changes with every frame is laid out a few times a second. */
 function showSoon(): void {
@@ -86,6 +88,7 @@ function hear(words: Words): void {
   if (words.kind === "hello") {
     document.title = `${words.conference} – VISTEL`;
     element("conference").textContent = words.conference;
+    voices.again();
   } else if (words.kind === "joints") {
     joints = words;
     room?.begin(words);
@@ -106,9 +109,11 @@ function hear(words: Words): void {
 }
 
 function see(data: ArrayBuffer): void {
+  if (new Uint8Array(data)[0] === VOICES) return voices.take(data);
   const frame = joints && decode(data, joints);
   if (!frame) return;
   room?.receiveFrame(frame);
+  voices.frame(frame.tMs, room?.seenAfterMs ?? 0);
   const talks = new Set(frame.people.flatMap((p) => (p.talks ? [page.table?.people[p.who]?.name ?? ""] : [])));
   if (talks.size !== page.talks.size || [...talks].some((name) => !page.talks.has(name))) {
     page.talks = talks;
@@ -116,8 +121,28 @@ function see(data: ArrayBuffer): void {
   }
 }
 
+/** Browsers give sound where somebody has clicked. */
+function showSound(): void {
+  const turn = () => {
+    voices.turn(!voices.on);
+    showSound();
+  };
+  const text = canHear ? (voices.on ? "Sound is on" : "Hear the room") : "This browser cannot play voices";
+  render(
+    <>
+      <button type="button" aria-pressed={voices.on} disabled={!canHear} onClick={turn}>{text}</button>
+      {voices.on && (
+        <input type="range" aria-label="Volume" min={0} max={1.5} step={0.05} value={voices.volume}
+          onInput={(event) => (voices.volume = Number(event.currentTarget.value))} />
+      )}
+    </>,
+    element("sound"),
+  );
+}
+
 function draw(now: number): void {
   looking?.step();
+  voices.step();
   room?.draw(now);
   labels?.draw(view);
   requestAnimationFrame(draw);
@@ -142,9 +167,10 @@ if (room) {
     rate: () => drawn.picturesPerS,
     sharp: () => drawn.sharp(),
     ready: () => [...drawn.figures.values()].filter((f) => f.own).length,
+    voices,
   };
 }
-new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, {
+const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, {
   words: hear,
   frame: see,
   trouble: (text) => {
@@ -152,4 +178,5 @@ new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/li
     trouble.textContent = text;
   },
 });
+showSound();
 document.documentElement.dataset.begun = "true"; // missing.js says what is wrong where this does not come

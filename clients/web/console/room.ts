@@ -115,6 +115,11 @@ export class Room {
     }
   }
 
+  /** From the arrival of a frame until it is seen, about [ms]. */
+  get seenAfterMs(): number {
+    return Math.max(FRAME_MS, this.took);
+  }
+
   /** Draw; now: of `performance` [ms]. */
   draw(now: number): void {
     // Where pictures are slower than frames, the newest frame is shown as it is.

@@ -96,7 +96,12 @@ export interface Refused {
   reason: string;
   code: number;
 }
-export type Words = Hello | Joints | Table | Held | Numbers | Invited | Refused;
+export interface Time {
+  kind: "time";
+  asked: number; // as the page said it
+  ms: number; // conference time
+}
+export type Words = Hello | Joints | Table | Held | Numbers | Invited | Refused | Time;
 
 export interface PersonFrame {
   who: number;

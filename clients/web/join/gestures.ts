@@ -1,12 +1,12 @@
-// Gestures, in the order in which records number them (PointerFrame.Gesture), each with its key.
+// Gestures, in the order in which records number them (PointerFrame.Gesture), each with its key; their names are in words.ts.
 export const GESTURES = [
-  { name: "Wave", key: "W" },
-  { name: "Nod", key: "N" },
-  { name: "Shake head", key: "S" },
-  { name: "Point", key: "P" },
-  { name: "Thumb up", key: "T" },
-  { name: "Clap", key: "C" },
-];
+  { name: "wave", key: "W" },
+  { name: "nod", key: "N" },
+  { name: "shake", key: "S" },
+  { name: "point", key: "P" },
+  { name: "thumb", key: "T" },
+  { name: "clap", key: "C" },
+] as const;
 
 export class Gestures {
   newest = { gesture: 0, number: 0 };

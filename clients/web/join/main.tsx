@@ -4,17 +4,21 @@ import { Vector3 } from "three";
 import { Labels } from "../console/labels";
 import { Link } from "../console/link";
 import { Room } from "../console/room";
+import { canHear, VOICES, Voices } from "../console/voices";
 import { decode, type Frame, type Invited, type Joints, type Table, type Words } from "../console/wire";
+import { ConferenceTime } from "./conference_time";
 import { Eyes } from "./eyes";
 import { GESTURES, Gestures } from "./gestures";
 import { Hand } from "./hand";
+import { Microphone } from "./microphone";
 import { record } from "./record";
+import { switchLanguage, text, translated } from "./words";
 
 declare global {
   interface Window {
     /** For programs that drive the page. me: the guest's participant, once their figure is in the room; joints: places of somebody's
      * joints in the room [m]; seen: where a point of the room is on the page [px]; ready: how many have
-     * their own figures; sent: bytes of what the guest does. */
+     * their own figures; sent: bytes of what the guest does and says. */
     guest?: {
       me(): string | null;
       joints(name: string): [number, number, number][];
@@ -25,6 +29,9 @@ declare global {
       ready(): number;
       sent(): number;
       sharp(): void;
+      voices: Voices;
+      microphone: Microphone;
+      time: ConferenceTime;
     };
   }
 }
@@ -54,6 +61,10 @@ let movedAt = 0;
 let askedAt = 0;
 const pointer = { x: 0, y: 0, turning: false }; // where it is in the picture (-1 to 1, up)
 let speaker = "";
+const voices = new Voices(room, (hear) => person && link.send(JSON.stringify({ hear })));
+const time = new ConferenceTime((words) => invited && link.send(words));
+const microphone = new Microphone((ms) => time.at(ms), (data) => person && link.send(data), () => showWords());
+const meter = document.createElement("meter");
 
 function opened(): Room | null {
   try {
@@ -71,14 +82,19 @@ function hear(words: Words): void {
     element("conference").textContent = words.conference;
   } else if (words.kind === "refused") {
     say(words.reason, true);
+  } else if (words.kind === "time") {
+    time.hear(words.asked, words.ms);
   } else if (words.kind === "invited") {
     invited = words;
     if (room && !eyes) {
       eyes = new Eyes(room, words.participant, words.seat);
       hand = new Hand(room, eyes, words.participant);
     }
-    if (person) link.send(JSON.stringify({ person })); // after a break of the connection
-    else showDoor(words);
+    if (person) {
+      link.send(JSON.stringify({ person })); // after a break of the connection
+      voices.again();
+    }
+    showWords();
   } else if (words.kind === "joints") {
     joints = words;
     room?.begin(words);
@@ -91,9 +107,11 @@ function hear(words: Words): void {
 }
 
 function see(data: ArrayBuffer): void {
+  if (new Uint8Array(data)[0] === VOICES) return voices.take(data);
   const frame = joints && decode(data, joints);
   if (!frame) return;
   room?.receiveFrame(frame);
+  voices.frame(frame.tMs, room?.seenAfterMs ?? 0);
   speaker = who(frame.people.find((p) => p.talks && who(p) !== invited?.participant));
 }
 
@@ -101,11 +119,17 @@ function who(person: Frame["people"][number] | undefined): string {
   return (person && table?.people[person.who]?.name) ?? "";
 }
 
-function say(text: string | null, over = false): void {
-  trouble.hidden = text === null;
-  trouble.textContent = text;
+function say(what: string | null, over = false): void {
+  trouble.hidden = what === null;
+  trouble.textContent = translated(what);
   if (!over) return;
   element("door").hidden = element("does").hidden = true;
+}
+
+/** All that is written on the page now. */
+function showWords(): void {
+  if (person) showDoes();
+  else if (invited) showDoor(invited);
 }
 
 /** Before the room: as whom to enter. */
@@ -114,38 +138,71 @@ function showDoor(words: Invited): void {
   const enter = (chosen: string) => {
     person = chosen;
     link.send(JSON.stringify({ person }));
+    voices.turn(true);
     element("door").hidden = true;
     element("does").hidden = false;
     showDoes();
     canvas.focus();
   };
+  const called = (name: string) => name[0]!.toUpperCase() + name.slice(1);
   render(
     <>
-      <h2>Welcome, {words.name}</h2>
-      <p>You will sit at the table as one of these people. Nothing is sent but what you do here with mouse and keys.</p>
+      <button type="button" class="language" onClick={() => (switchLanguage(), showWords())}>{text("other")}</button>
+      <h2>{text("welcome", words.name)}</h2>
+      <p>{text("choose")}</p>
       <div class="people">
         {words.people.map((name) => (
           <button type="button" key={name} aria-current={name === own} onClick={() => enter(name)}>
-            {name[0]!.toUpperCase() + name.slice(1)}
+            {called(name)}
           </button>
         ))}
       </div>
-      {own && <p class="faint">{own[0]!.toUpperCase() + own.slice(1)} is ready at once; others may take some seconds to be seen.</p>}
+      {own && <p class="faint">{text("ready", called(own))}</p>}
+      <div class="sound">
+        <MicrophoneButton />
+        {microphone.state === "on" && <span class="faint">{text("test")}</span>}
+      </div>
     </>,
     element("door"),
   );
   element("door").hidden = false;
 }
 
+/** The microphone's state, which is also the button that changes it, and how loud it is. */
+function MicrophoneButton() {
+  const { state } = microphone;
+  const turn = () => void (state === "on" ? microphone.mute() : microphone.open());
+  return (
+    <>
+      <button type="button" id="microphone" aria-pressed={state === "on"} disabled={state === "asking"} onClick={turn}>
+        {text(`mic_${state}`)}
+      </button>
+      {state === "on" && <span ref={(at) => at?.append(meter)} />}
+    </>
+  );
+}
+
 function showDoes(): void {
+  const turn = () => {
+    voices.turn(!voices.on);
+    showDoes();
+  };
   render(
     <>
+      <MicrophoneButton />
+      <button type="button" id="sound" aria-pressed={voices.on} disabled={!canHear} onClick={turn}>
+        {text(canHear ? (voices.on ? "soundOn" : "soundOff") : "cannotHear")}
+      </button>
+      {voices.on && (
+        <input type="range" aria-label={text("volume")} min={0} max={1.5} step={0.05} value={voices.volume}
+          onInput={(event) => (voices.volume = Number(event.currentTarget.value))} />
+      )}
       {GESTURES.map(({ name, key }, n) => (
         <button type="button" key={name} onClick={() => gestures.make(n + 1)}>
-          {name} <kbd>{key}</kbd>
+          {text(name)} <kbd>{key}</kbd>
         </button>
       ))}
-      <span>Hold the left button on a thing to take it, on a person to touch them; the wheel brings the hand nearer or farther. Drag elsewhere to look round.</span>
+      <span>{text("hold")}</span>
     </>,
     element("does"),
   );
@@ -200,6 +257,8 @@ document.addEventListener("keydown", (event) => {
 /** Draw, and again; where pictures take long, a browser without a graphics card is left half of its time for what is to be sent. */
 function draw(now: number): void {
   eyes?.step();
+  voices.step();
+  meter.value = Math.min(1, 4 * microphone.level);
   room?.draw(now);
   labels?.draw(invited?.participant ?? "");
   const took = performance.now() - askedAt;
@@ -217,8 +276,8 @@ const link = new Link(
   { words: hear, frame: see, trouble: say },
   JSON.stringify({ token }),
 );
-if (!token) say("This address has no invitation in it. Open the whole link that the host has sent you.", true);
-if (!room) say("This browser has no WebGL 2, without which there is no picture of the room.", true);
+if (!token) say(text("noInvitation"), true);
+if (!room) say(text("noPicture"), true);
 else {
   ask();
   setInterval(tell, SEND_MS);
@@ -233,8 +292,12 @@ else {
     held: () => room.held.grasps,
     own: () => Boolean(invited && room.figures.get(invited.participant)?.own),
     ready: () => [...room.figures.values()].filter((f) => f.own).length,
-    sent: () => sent,
+    sent: () => sent + microphone.sent,
     sharp: () => room.sharp(),
+    voices,
+    microphone,
+    time,
   };
 }
+meter.setAttribute("aria-label", text("level"));
 document.documentElement.dataset.begun = "true"; // missing.js says what is wrong where this does not come

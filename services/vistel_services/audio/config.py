@@ -53,11 +53,11 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     if audio is None:
         return None
     microphones: list[Microphone] = []
-    for i, person in enumerate(site.participants):
-        source = audio.microphone_of(person.name, i == 0)
+    for person in site.participants:
+        source = site.microphone_of(person)
         if source == "sim":
             source = str(paths.device(microphone_name(person.name)))
-        if source != "none":
+        if source not in ("none", "page"):  # what a guest says at their page, the gateway passes on
             microphones.append(Microphone(person.name, source, audio.push_to_talk))
     loudspeaker = audio.loudspeaker
     if loudspeaker.lower().endswith(".wav"):

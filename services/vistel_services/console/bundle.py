@@ -5,6 +5,8 @@ from importlib import resources
 BUNDLE = "console.js"
 GUEST_BUNDLE = "join.js"
 """Of the page for guests; made with the other."""
+MICROPHONE_BUNDLE = "microphone.js"
+"""What that page's microphone is read with, on the browser's thread for sound."""
 FOLDER = resources.files("vistel_services.console") / "page"
 
 

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
+from vistel.audio.forwarded_voices import ForwardedVoices
 from vistel.conference.model import Conference
 from vistel.figure.face.arkit import SHAPES, coefficients
 from vistel.figure.face.countenance import Countenance
@@ -20,9 +21,10 @@ from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
+from vistel.v1.audio_pb2 import SoundStatus
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel.wire.motion.interest import MotionSubscriptions, nearest
+from vistel.wire.motion.interest import ChosenSubscriptions, MotionSubscriptions, nearest
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel_services.console.assets import Assets
@@ -33,6 +35,8 @@ _CHOOSE_NS = 500_000_000
 """From one choice of who of a crowd is received in full to the next."""
 _WHOLE_NS = 500_000_000
 """From one frame with all things to the next; between them those that have moved since."""
+_ON_S = 0.055
+"""From the arrival of a voice to the page that plays it: it waits for the next frame here, and for its turn there."""
 _MIDDLE = np.zeros(3)
 """Of the room: who sits near it is received in full."""
 
@@ -51,7 +55,10 @@ class Feed:
         self._stage = Stage(live_delay(conference.playout))
         self._sites = {p.name: s.name for s in conference.sites for p in s.participants}
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
-        self._sound = bus.subscribe(BY_NAME["sound_status"], polled=True)
+        crowd = conference.crowd
+        self._sound = bus.subscribe(BY_NAME["voice_level" if crowd else "voice"], queue_all=True, polled=True)
+        self._near = ChosenSubscriptions(bus, BY_NAME["voice"], crowd)
+        self._voices = ForwardedVoices()
         self._motion = MotionSubscriptions(bus, conference.crowd, ())
         self._world = WorldListener(bus, clock)
         self._avatars = Deliveries(bus, self._stage)
@@ -59,8 +66,6 @@ class Feed:
         self._furniture = RoomDeliveries(bus, clock, self._models)
         self._assets = Assets(conference, self._avatars.parcel, self._models, self._changed)
         self._faces: dict[str, Countenance] = {}
-        self._talking: dict[str, frozenset[str]] = {}
-        self._loudness: dict[str, float] = {}
         self.received = Counter[str]()
         """Motions of each participant since the beginning."""
         self._table, self._stale, self._newcomers = 0, True, True
@@ -69,6 +74,11 @@ class Feed:
         self._whole_ns = self._chosen_ns = 0
         self._poses: Mapping[str, Pose] = {}
         self._held = ""
+
+    def voices(self, instant: Instant) -> list[tuple[str, bytes]]:
+        """Who has spoken since the last call, and the packets, to be heard in time with the pictures of an instant."""
+        delays = {p.about.name: p.timing.delay_ns for p in instant.people}
+        return self._voices.records(lambda name: delays.get(name, 0))
 
     def step(self, now_ns: int) -> tuple[Instant, bytes, list[tuple[str, str]]]:
         """What is shown at `now_ns`, its frame, and what else has changed: kinds and JSON."""
@@ -88,7 +98,7 @@ class Feed:
 
     def close(self) -> None:
         """Receive no more."""
-        for part in (self._about, self._sound, self._motion, self._world, self._avatars, self._furniture, self._assets):
+        for part in (self._about, self._sound, self._near, self._motion, self._world, self._avatars, self._furniture, self._assets):
             part.close()
 
     def _take(self) -> None:
@@ -103,17 +113,21 @@ class Feed:
             stage.receive_motion(who, sample.message, sample.received_ns, thin=sample.topic.name == "motion_thin")
         for now, received_ns in self._world.take():
             stage.receive_world(now, received_ns)
-        for sample in self._sound.take():
-            heard = [s for s in sample.message.streams if s.talking]
-            self._talking[sample.message.site] = frozenset(s.participant for s in heard)
-            self._loudness |= {s.participant: s.level_db for s in heard}
+        for sample in (*self._sound.take(), *self._near.take()):
+            self._voices.receive(sample.names["participant"], sample.message, sample.received_ns)
 
     def _choose(self, shown: Instant) -> None:
         if shown.now_ns - self._chosen_ns < _CHOOSE_NS:
             return
         self._chosen_ns = shown.now_ns
         places = {p.about.name: p.posture.stance.position for p in shown.people}
-        self._motion.choose(nearest([_MIDDLE], places, self._motion.chosen))
+        near = nearest([_MIDDLE], places, self._motion.chosen)
+        self._motion.choose(near)
+        self._near.choose(near)
+        # Pictures wait for their voices, as at the sites (`Stage.receive_sound_status`).
+        needed = {name: t_ns * 1e-9 + _ON_S for name, t_ns in self._voices.needed_ns().items()}
+        streams = [SoundStatus.Stream(participant=name, needed_s=wait_s) for name, wait_s in needed.items()]
+        self._stage.receive_sound_status(SoundStatus(policy="match", streams=streams))
 
     def _changed(self) -> None:
         self._stale = True
@@ -167,12 +181,13 @@ class Feed:
 
     def _person(self, number: int, person: PersonNow, now_ns: int) -> bytes:
         name = person.about.name
-        talks = any(name in talking for talking in self._talking.values())
+        shown_ns = now_ns - person.timing.delay_ns
+        loud_db = self._voices.level_db(name, shown_ns)
         if name not in self._faces:
             self._faces[name] = Countenance()
-        state = self._faces[name].step(person.posture, now_ns - person.timing.delay_ns, self._loudness.get(name) if talks else None)
+        state = self._faces[name].step(person.posture, shown_ns, loud_db)
         joints = pose_joints(self._skeleton(person.about), person.posture)
-        return person_row(number, joints, coefficients(state.expression), talks=talks).tobytes()
+        return person_row(number, joints, coefficients(state.expression), talks=loud_db is not None).tobytes()
 
 
 def _same(pose: Pose, before: Pose | None) -> bool:

@@ -39,6 +39,8 @@ _LINGER_NS = 5_000_000_000
 _ENDED = 1001
 """What a page is told when the conference ends (RFC 6455 §7.4.1, "going away"), so that it can tell this from a loss."""
 _MOST_SAID_BYTES = 256
+HEAR = "hear"
+"""What a page says that wants voices; with anything else it wants them no more."""
 _FOR_EVER = "private, max-age=31536000, immutable"
 
 
@@ -78,7 +80,9 @@ class Gateway:
                     told_ns = instant.now_ns
                     now = numbers.now(instant, feed.received) | {"kind": "numbers", "viewers": len(self._viewers)}
                     told.append(("numbers", json.dumps(now)))
+                spoken = feed.voices(instant)
                 for viewer in self._viewers:
+                    viewer.put_voices(spoken)
                     for kind, words in told:
                         viewer.put(kind, words)
                     viewer.put(FRAME, frame)
@@ -94,9 +98,10 @@ class Gateway:
         if len(self._viewers) >= MOST_VIEWERS:
             raise web.HTTPServiceUnavailable(text=f"{MOST_VIEWERS} are watching already\n")
         connection = await prepared_socket(request, _MOST_SAID_BYTES)
-        with self.viewing(connection, Viewer()):
-            async for _ in connection:  # nothing a viewer says means anything yet; how much it may be is limited
-                pass
+        viewer = Viewer()
+        with self.viewing(connection, viewer):
+            async for said in connection:  # "hear" or anything else; how much it may be is limited
+                viewer.hears = said.data == HEAR
         return connection
 
     @contextlib.contextmanager

@@ -14,7 +14,8 @@ from pathlib import Path
 from aiohttp import WSMsgType, web
 from prometheus_client import Counter, Gauge
 
-from vistel.conference.device_names import pointer_name
+from vistel.audio.page_voice import VoiceGate, is_voice, voice_of
+from vistel.conference.device_names import microphone_name, pointer_name
 from vistel.conference.invitations import Invitation, RefusedError, invitations_in, invited
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
@@ -29,17 +30,18 @@ from vistel_services.serving.server import prepared_socket
 log = logging.getLogger("vistel.console")
 
 _GUESTS = Gauge("vistel_console_guests_count", "Guests who are in the room by a browser")
+_SPOKEN = Counter("vistel_console_guest_voice_packets_total", "Packets of guests' voices that were passed on")
 _TAKEN = Counter("vistel_console_guest_messages_total", "Messages of guests' pages that were passed on")
 _REFUSED = Counter("vistel_console_guest_refused_total", "Messages and links of guests' pages that were refused")
 
-_MOST_SAID_BYTES = 256
+_MOST_SAID_BYTES = 400
 """Of one message of a page."""
 _PATIENCE_S = 10.0
 """A page shows its link within this time [s]."""
 _EVERY_NS = 20_000_000
 """A page's messages are passed on no oftener; it sends thirty a second, and what comes sooner is left out."""
-MOST_A_SECOND = 100
-"""Messages of a page; with more, it is none of ours, and is closed."""
+MOST_A_SECOND = 200
+"""Messages of a page, which sends eighty, and more at once after it was held up; with more, it is none of ours, and is closed."""
 MOST_FAULTY = 10
 """The same of messages that say what nobody can do, in one visit."""
 _PRESENT_S = 0.25
@@ -136,12 +138,12 @@ class Guests:
 
     async def _visited(self, connection: web.WebSocketResponse, guest: Invitation) -> None:
         place = await asyncio.to_thread(seat_place, self._conference.room, self._conference.seat_of(guest.participant))
-        viewer = Viewer()
+        viewer = Viewer(guest.participant)
         words: dict[str, object] = {"kind": "invited", "participant": guest.participant, "name": guest.name, "avatar": guest.avatar}
         words |= {"people": sorted(PEOPLE), "seat": [*place[0].tolist(), place[1]]}
         viewer.put("invited", json.dumps(words))
         log.info("event=guest_came participant=%s", guest.participant)
-        visit = _Visit(self, connection, guest)
+        visit = _Visit(self, connection, guest, viewer)
         with self._view(connection, viewer):
             present = background.start(visit.stay(self._clock), "guest")
             try:
@@ -164,19 +166,21 @@ class Guests:
         return self._paths.device(pointer_name(participant))
 
     def _send(self, participant: str, record: bytes) -> None:
+        device = self._paths.device(microphone_name(participant)) if is_voice(record) else self._device(participant)
         with suppress(OSError, ValueError):  # the device is not there now
-            self._socket.sendto(record, ("127.0.0.1", int(self._device(participant).read_text())))
+            self._socket.sendto(record, ("127.0.0.1", int(device.read_text())))
 
     def pass_on(self, guest: Invitation, record: bytes) -> None:
-        """A record to the device of this guest's seat."""
+        """A record to the device or the microphone of this guest's seat."""
         self._send(guest.participant, record)
 
 
 class _Visit:
     """One guest at one page."""
 
-    def __init__(self, gateway: Guests, connection: web.WebSocketResponse, guest: Invitation) -> None:
-        self._gateway, self._connection, self._guest = gateway, connection, guest
+    def __init__(self, gateway: Guests, connection: web.WebSocketResponse, guest: Invitation, viewer: Viewer) -> None:
+        self._gateway, self._connection, self._guest, self._viewer = gateway, connection, guest, viewer
+        self._voice = VoiceGate()
         self._avatar = ""
         self._second_ns, self._in_second, self._faulty, self._passed_ns = 0, 0, 0, 0
         self.passed_on = 0
@@ -189,7 +193,9 @@ class _Visit:
                 await _close(self._connection, MISBEHAVED, f"This page sent more than {MOST_A_SECOND} messages a second.")
                 return
             if said.type is WSMsgType.TEXT:
-                self._choose(_read(said.data))
+                self._told(_read(said.data), now_ns)
+            elif said.type is WSMsgType.BINARY and is_voice(said.data):
+                self._speak(said.data, now_ns)
             elif said.type is WSMsgType.BINARY:
                 self._move(said.data, now_ns)
             if self._faulty > MOST_FAULTY:
@@ -210,6 +216,15 @@ class _Visit:
         self._in_second += 1
         return self._in_second <= MOST_A_SECOND
 
+    def _told(self, said: dict[str, object], now_ns: int) -> None:
+        """Words of the page: who is in the room may hear it; whoever asks is told the time."""
+        if isinstance(said.get("time"), int | float):
+            self._viewer.put("time", json.dumps({"kind": "time", "asked": said["time"], "ms": now_ns * 1e-6}))
+        elif isinstance(said.get("hear"), bool):
+            self._viewer.hears = bool(said["hear"] and self._avatar)
+        else:
+            self._choose(said)
+
     def _choose(self, said: dict[str, object]) -> None:
         """Enter as a built-in person."""
         person = said.get("person")
@@ -227,6 +242,14 @@ class _Visit:
             self._passed_ns = now_ns
             self.passed_on += 1
             _TAKEN.inc()
+            self._gateway.pass_on(self._guest, record)
+
+    def _speak(self, record: bytes, now_ns: int) -> None:
+        voice = voice_of(record, now_ns)
+        if not self._avatar or voice is None:
+            self._refuse()
+        elif self._voice.admits(voice[0], len(voice[1]), now_ns):
+            _SPOKEN.inc()
             self._gateway.pass_on(self._guest, record)
 
     def _refuse(self) -> None:

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+from collections import deque
 
+from vistel.audio.forwarded_voices import FORMAT
+
+_MOST_RECORDS = 150
+"""Of voices: what waits longer is too late to be heard."""
 FRAME = "frame"
 """The kind that gives way to all others."""
 
 
 class Viewer:
-    """Lives on the event loop. Whatever a viewer does, one message of each kind waits for it, no more."""
+    """Lives on the event loop. Whatever a viewer does, one message of each kind waits for it, no more, and few packets of voices.
+    own: whose voice is not sent there; hears: whether voices are."""
 
-    def __init__(self) -> None:
+    def __init__(self, own: str = "") -> None:
+        self.own, self.hears = own, False
         self.left_out = 0
         """Frames that a newer one has replaced before they were sent."""
         self._waiting: dict[str, str | bytes] = {}
+        self._voices: deque[bytes] = deque(maxlen=_MOST_RECORDS)
         self._something = asyncio.Event()
 
     def put(self, kind: str, message: str | bytes) -> None:
@@ -23,10 +31,20 @@ class Viewer:
         self._waiting[kind] = message
         self._something.set()
 
+    def put_voices(self, records: list[tuple[str, bytes]]) -> None:
+        """Packets of voices, each with whose it is."""
+        if self.hears and (heard := [record for name, record in records if name != self.own]):
+            self._voices.extend(heard)
+            self._something.set()
+
     async def next(self) -> str | bytes:
-        """What is sent next: words before frames."""
-        while not self._waiting:
+        """What is sent next: words, then voices, then frames."""
+        while not (self._waiting or self._voices):
             self._something.clear()
             await self._something.wait()
-        kind = next((k for k in self._waiting if k != FRAME), FRAME)
-        return self._waiting.pop(kind)
+        kind = next((k for k in self._waiting if k != FRAME), None)
+        if kind is None and self._voices:
+            voices = bytes((FORMAT,)) + b"".join(self._voices)
+            self._voices.clear()
+            return voices
+        return self._waiting.pop(kind or FRAME)

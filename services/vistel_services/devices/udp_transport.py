@@ -16,6 +16,8 @@ from vistel_services.devices.transport import OpenTransport, Received, Transport
 log = logging.getLogger("vistel.device")
 
 _LONGEST = 65535
+_AT_ONCE = 64
+"""Packets that are read before others have their turn."""
 
 
 class UdpTransport:
@@ -58,13 +60,17 @@ class UdpTransport:
 
     def _readable(self) -> None:
         with contextlib.suppress(OSError):
-            data, (sender, _) = self._socket.recvfrom(_LONGEST)
-            if self._senders and sender not in self._senders:
-                if not self._refused:
-                    self._refused = True
-                    log.warning("event=packets_refused port=%s sender=%s", self._socket.getsockname()[1], sender)
-            elif data:
-                self._received(data, self._clock.now_ns())
+            for _ in range(_AT_ONCE):
+                self._read()
+
+    def _read(self) -> None:
+        data, (sender, _) = self._socket.recvfrom(_LONGEST)
+        if self._senders and sender not in self._senders:
+            if not self._refused:
+                self._refused = True
+                log.warning("event=packets_refused port=%s sender=%s", self._socket.getsockname()[1], sender)
+        elif data:
+            self._received(data, self._clock.now_ns())
 
 
 def open_udp(port: int, keys: object, clock: Clock, announce: Path | None = None) -> OpenTransport:

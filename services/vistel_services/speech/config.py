@@ -39,12 +39,12 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
     """The speech of `site`; None where nobody speaks to the room, or none of them has a microphone."""
     if site is None:
         raise ValueError("speech: runs at a site, but none is given")
-    speech, audio = site.speech, site.audio
-    if speech is None or audio is None:
+    speech = site.speech
+    if speech is None:
         return None
     speakers: list[Speaker] = []
-    for i, person in enumerate(site.participants):
-        if audio.microphone_of(person.name, i == 0) == "none":
+    for person in site.participants:
+        if site.microphone_of(person) == "none":
             continue
         learnt = speech.voices / f"{person.name}.npz" if speech.voices is not None else None
         language = speech.language_of(person.name)
