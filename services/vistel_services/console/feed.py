@@ -80,11 +80,11 @@ class Feed:
         delays = {p.about.name: p.timing.delay_ns for p in instant.people}
         return self._voices.records(lambda name: delays.get(name, 0))
 
-    def step(self, now_ns: int) -> tuple[Instant, bytes, list[tuple[str, str]]]:
-        """What is shown at `now_ns`, its frame, and what else has changed: kinds and JSON."""
+    def step(self, now_ns: int, *, heard: bool = False) -> tuple[Instant, bytes, list[tuple[str, str]]]:
+        """What is shown at `now_ns`, its frame, and what else has changed: kinds and JSON. heard: whether a viewer hears voices."""
         self._take()
         instant = self._stage.instant(now_ns)
-        self._choose(instant)
+        self._choose(instant, heard)
         told = list(self._told(instant))
         return instant, self._frame(instant), told
 
@@ -116,7 +116,7 @@ class Feed:
         for sample in (*self._sound.take(), *self._near.take()):
             self._voices.receive(sample.names["participant"], sample.message, sample.received_ns)
 
-    def _choose(self, shown: Instant) -> None:
+    def _choose(self, shown: Instant, heard: bool) -> None:
         if shown.now_ns - self._chosen_ns < _CHOOSE_NS:
             return
         self._chosen_ns = shown.now_ns
@@ -124,8 +124,8 @@ class Feed:
         near = nearest([_MIDDLE], places, self._motion.chosen)
         self._motion.choose(near)
         self._near.choose(near)
-        # Pictures wait for their voices, as at the sites (`Stage.receive_sound_status`).
-        needed = {name: t_ns * 1e-9 + _ON_S for name, t_ns in self._voices.needed_ns().items()}
+        # Where somebody hears them, pictures wait for their voices, as at the sites (`Stage.receive_sound_status`).
+        needed = {name: t_ns * 1e-9 + _ON_S for name, t_ns in self._voices.needed_ns().items()} if heard else {}
         streams = [SoundStatus.Stream(participant=name, needed_s=wait_s) for name, wait_s in needed.items()]
         self._stage.receive_sound_status(SoundStatus(policy="match", streams=streams))
 
