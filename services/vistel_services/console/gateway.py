@@ -17,7 +17,6 @@ from vistel.conference.model import Conference
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel.wire.parcels import is_digest
 from vistel_services.console.viewer import FRAME, Viewer
 from vistel_services.serving.server import CLOSING_S, prepared_socket
 
@@ -110,7 +109,7 @@ class Gateway:
             self._feed.tell_all()
         _VIEWERS.set(len(self._viewers))
         log.info("event=watched viewers=%d", len(self._viewers))
-        sending = self._background.start(_send(connection, viewer), "console viewer")
+        sending = self._background.start(send(connection, viewer), "console viewer")
         try:
             yield
         finally:
@@ -123,20 +122,23 @@ class Gateway:
             _LEFT_OUT.inc(viewer.left_out)
             log.info("event=watched_no_more left_out=%d viewers=%d", viewer.left_out, len(self._viewers))
 
-    async def asset(self, request: web.Request) -> web.StreamResponse:
-        """A GLB file by its digest; it never changes."""
-        digest = request.match_info["digest"]
-        data = self._feed.file(digest) if self._feed is not None and is_digest(digest) else None
-        if data is None:
-            raise web.HTTPNotFound(text="no such file\n")
-        headers = {"Cache-Control": _FOR_EVER, "X-Content-Type-Options": "nosniff"}
-        return web.Response(body=data, content_type="model/gltf-binary", headers=headers)
+    def file(self, digest: str) -> bytes | None:
+        """A GLB file of the room."""
+        return self._feed.file(digest) if self._feed is not None else None
 
     async def close(self) -> None:
         """Tell viewers that the conference ends."""
         ending = [background.start(c.close(code=_ENDED), "console end") for c in self._connections]
         if ending:
             await asyncio.wait(ending, timeout=CLOSING_S)
+
+
+def glb(data: bytes | None) -> web.Response:
+    """A GLB file that never changes; raises 404 for None."""
+    if data is None:
+        raise web.HTTPNotFound(text="no such file\n")
+    headers = {"Cache-Control": _FOR_EVER, "X-Content-Type-Options": "nosniff"}
+    return web.Response(body=data, content_type="model/gltf-binary", headers=headers)
 
 
 def _load() -> None:
@@ -146,7 +148,8 @@ def _load() -> None:
     motion.warm_up()
 
 
-async def _send(connection: web.WebSocketResponse, viewer: Viewer) -> None:
+async def send(connection: web.WebSocketResponse, viewer: Viewer) -> None:
+    """What waits for a viewer, until cancelled."""
     with contextlib.suppress(ConnectionError):
         while True:
             data = await viewer.next()
