@@ -16,14 +16,17 @@ from vistel.log import Log
 from vistel.log.intervals import Intervals
 from vistel.log.numbers import skeleton_of
 from vistel.messages.postures import posture_of
+from vistel.render.room_gltf import FURNITURE
 from vistel.v1.device_pb2 import DeviceStatus
 from vistel.wire.log import LogRecord
 from vistel.wire.motion import MotionDecoder
 from vistel.wire.world.recorded import TOPICS as WORLD
 from vistel.wire.world.recorded import RecordedWorld
 
-BINS = 600
+MOST_BINS = 600
 """Of each lane of numbers."""
+SHORTEST_S = 0.1
+"""No bin is shorter [s]."""
 MOST_EVENTS = 2000
 """Of each kind; those after them are counted only."""
 MOST_LANES = 40
@@ -34,15 +37,15 @@ PIECES = 50
 """A summary is told after each of so many parts."""
 SAID = ("utterance", "command", "bond_torn")
 _JOINTS = [JOINT_INDEX[j] for j in ("hips", "head", "left_hand", "right_hand")]
-_APART_S = 0.08
+_APART_S = 0.03
 """Motion is looked at no oftener [s]: energy is of gestures, not of noise."""
 
 
 class _Mover:
-    def __init__(self, log: Log, who: str) -> None:
+    def __init__(self, log: Log, who: str, bins: int) -> None:
         self.skeleton = skeleton_of(log, who)
         self.decoder = MotionDecoder()
-        self.bins = np.zeros(BINS)
+        self.bins = np.zeros(bins)
         self.at: tuple[float, Any] | None = None
         self.last = 0.0
 
@@ -53,6 +56,7 @@ class Lanes:
     def __init__(self, log: Log) -> None:
         self._log = log
         self._end = max(log.duration, 1e-9)
+        self._bins = max(1, min(MOST_BINS, int(self._end / SHORTEST_S)))
         self._people: dict[str, _Mover] = {}
         self._voices: dict[str, Any] = {}
         self._world = RecordedWorld()
@@ -101,14 +105,16 @@ class Lanes:
             self._moved(record, t)
         elif topic in ("voice", "voice_level"):
             if record.message.talking:
-                self._voices.setdefault(record.names["participant"], np.zeros(BINS, bool))[self._bin(t)] = True
+                self._voices.setdefault(record.names["participant"], np.zeros(self._bins, bool))[self._bin(t)] = True
         elif topic == "device_status":
             self._device(record.message, t)
         elif topic in SAID:
             self._said(record, t)
         else:
             for now in self._world.take(record):
-                self._touching.note(t, frozenset(" and ".join(sorted((x.target, x.source))) for x in now.touches))
+                still = {name for name, thing in now.things.items() if thing.shape in FURNITURE}  # who sits touches a chair all along
+                pairs = [sorted((x.target, x.source)) for x in now.touches if not still & {x.target, x.source}]
+                self._touching.note(t, frozenset(" and ".join(pair) for pair in pairs))
                 self._holding.note(t, frozenset(f"{g.thing} by {g.participant}" for g in now.grasps))
 
     def _moved(self, record: LogRecord, t: float) -> None:
@@ -116,8 +122,7 @@ class Lanes:
         if who not in self._people:
             if len(self._people) >= MOST_LANES:
                 return
-            self._people[who] = _Mover(self._log, who)
-            self._people[who].last = 0.0
+            self._people[who] = _Mover(self._log, who, self._bins)
         mover = self._people[who]
         if t - mover.last > GAP_S:
             self._gaps.append((mover.last, t, who))
@@ -150,7 +155,7 @@ class Lanes:
         self._events.append({"t": round(t, 3), "kind": kind, "who": record.names.get("participant", ""), "text": text[:200]})
 
     def _bin(self, t: float) -> int:
-        return min(BINS - 1, max(0, int(t / self._end * BINS)))
+        return min(self._bins - 1, max(0, int(t / self._end * self._bins)))
 
 
 def command_text(message: Any) -> str:

@@ -160,7 +160,7 @@ def walk_on(file: BinaryIO, size: int, index: LogIndex) -> bool:
         begin = offset + _RECORD.size
         if begin + length > size or not 1 <= opcode <= 15:
             break
-        walk.take(opcode, offset, length)
+        walk.take(opcode, offset, begin, length)
         ended = opcode == Opcode.DATA_END
         offset = begin + length
     walk.chunk_ends(last=True)
@@ -177,12 +177,13 @@ class _Walk:
         self._has: set[int] = set()
         self._alike: dict[frozenset[int], frozenset[int]] = {}
 
-    def take(self, opcode: int, offset: int, length: int) -> None:
-        """A whole record, whose content begins where the file is."""
+    def take(self, opcode: int, offset: int, begin: int, length: int) -> None:
+        """A whole record. offset: where it stands, begin: where its content does, which has `length` bytes."""
         if opcode == Opcode.MESSAGE_INDEX:
             self._has.add(int.from_bytes(self._file.read(2), "little"))
             return
         self.chunk_ends()
+        self._file.seek(begin)
         if opcode == Opcode.CHUNK:
             self._place = ChunkPlace(offset, *_TIMES.unpack(self._file.read(_TIMES.size)))
         elif opcode == Opcode.ATTACHMENT:

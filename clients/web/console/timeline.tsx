@@ -312,9 +312,9 @@ interface Row {
 }
 
 function rows(lanes: Lanes): (readonly [string, Row])[] {
-  const bin = lanes.end / 600;
   const talks = (who: string) => {
     const of = lanes.voices.find((v) => v.name === who)?.talks ?? [];
+    const bin = lanes.end / of.length;
     return of.flatMap((on, n): [number, number][] => (on && !of[n - 1] ? [[n * bin, (of.indexOf(0, n) < 0 ? of.length : of.indexOf(0, n)) * bin]] : []));
   };
   const out: (readonly [string, Row])[] = lanes.people.map((p) => [p.name, { energy: p.energy, talks: talks(p.name) }]);

@@ -92,6 +92,7 @@ class Feed:
         self._stage, self._faces, self._talking = Stage(live_delay(self._conference.playout)), {}, {}
         self._avatars, self._world = Deliveries(self._bus, self._stage), WorldListener(self._bus, self._clock)
         self._whole_ns = self._chosen_ns = 0
+        self._world.take()
 
     def file(self, digest: str) -> bytes | None:
         """A GLB file of the room."""

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -44,8 +44,9 @@ _FOR_EVER = "private, max-age=31536000, immutable"
 class Gateway:
     """Lives on the event loop."""
 
-    def __init__(self, conference: Conference, bus: Bus, clock: Clock) -> None:
-        self._conference, self._bus, self._clock = conference, bus, clock
+    def __init__(self, conference: Conference, bus: Bus, clock: Clock, recorded: Callable[[], bool] = lambda: False) -> None:
+        """recorded: whether there is a log of the conference now."""
+        self._conference, self._bus, self._clock, self._recorded = conference, bus, clock, recorded
         self._viewers: set[Viewer] = set()
         self._connections: set[web.WebSocketResponse] = set()
         self._somebody = asyncio.Event()
@@ -101,7 +102,7 @@ class Gateway:
     @contextlib.contextmanager
     def viewing(self, connection: web.WebSocketResponse, viewer: Viewer) -> Generator[None]:
         """While entered, the room is sent there."""
-        viewer.put("hello", json.dumps({"kind": "hello", "conference": self._conference.name}))
+        viewer.put("hello", json.dumps({"kind": "hello", "conference": self._conference.name, "recorded": self._recorded()}))
         self._viewers.add(viewer)
         self._connections.add(connection)
         self._somebody.set()

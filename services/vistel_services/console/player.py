@@ -56,14 +56,13 @@ class Player:
 
     async def _leap(self, now_ns: int) -> None:
         self._numbers.close()
-        self.feed.begin_again()
+        self._log.clock.t_ns = now_ns - BEFORE_NS
+        self.feed.begin_again()  # it asks for the room
         self._log.begin(now_ns)
-        self._numbers = Numbers(self._conference, self._log.bus)
-        self._numbers.now(Instant(now_ns - BEFORE_NS), Counter(self.feed.received))
-        self.feed.step(now_ns - BEFORE_NS)  # it asks for the room
         for _ in range(_TURNS):
             await asyncio.sleep(0)
-        self.feed.tell_all()
+        self._numbers = Numbers(self._conference, self._log.bus)
+        self._numbers.now(Instant(now_ns - BEFORE_NS), Counter(self.feed.received))
 
     def grown(self) -> None:
         """The log has more."""

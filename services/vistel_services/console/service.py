@@ -37,7 +37,7 @@ POLICY = "connect-src 'self' blob:; img-src 'self' data: blob:"
 async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -> None:
     """Serve until cancelled."""
     address = console_address(conference.console)
-    gateway = Gateway(conference, bus, clock)
+    gateway = Gateway(conference, bus, clock, lambda: bool(paths.logs))
     guests = Guests(conference, paths, clock, gateway.viewing)
     replays = Replays(conference, lambda: paths.logs[-1] if paths.logs else None, clock)
 
