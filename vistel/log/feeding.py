@@ -61,8 +61,8 @@ class LogFeed:
         self._reader = reader
         self.clock = LogClock(reader.begin_ns)
         self._network = MemoryNetwork()
-        name = str((reader.conference or {}).get("name", "log"))
-        self.bus: MemoryBus = self._network.bus(name, "hub", self.clock, None)
+        names = {names["conference"] for _, names in reader.keys.values()}
+        self.bus: MemoryBus = self._network.bus(min(names, default="log"), "hub", self.clock, None)
         self._snapshot = SnapshotBuilder()
         self.bus.serve(BY_NAME["world_snapshot"], lambda _: self._snapshot.snapshot())
         self._kept: list[Packed] | None = None

@@ -112,7 +112,9 @@ class Lanes:
             self._said(record, t)
         else:
             for now in self._world.take(record):
-                still = {name for name, thing in now.things.items() if thing.shape in FURNITURE}  # who sits touches a chair all along
+                still = {
+                    name for name, thing in now.things.items() if thing.shape in FURNITURE
+                }  # who sits touches a chair all along
                 pairs = [sorted((x.target, x.source)) for x in now.touches if not still & {x.target, x.source}]
                 self._touching.note(t, frozenset(" and ".join(pair) for pair in pairs))
                 self._holding.note(t, frozenset(f"{g.thing} by {g.participant}" for g in now.grasps))
@@ -170,5 +172,3 @@ def _spans(found: Intervals[str], end: float) -> list[list[Any]]:
         edges = found.within(what, 0.0, end)
         out += [[round(a, 3), round(b, 3), what] for a, b in zip(edges[::2], edges[1::2], strict=True)]
     return sorted(out, key=lambda span: span[0])[:MOST_EVENTS]
-
-

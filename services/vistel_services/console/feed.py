@@ -58,7 +58,7 @@ class Feed:
         self._avatars = Deliveries(bus, self._stage)
         self._models = dict[str, Polymesh]()
         self._furniture = RoomDeliveries(bus, clock, self._models)
-        self._assets = Assets(conference, lambda digest: self._avatars.parcel(digest), self._models, self._changed)
+        self._assets = Assets(conference, self._parcel, self._models, self._changed)
         self._faces: dict[str, Countenance] = {}
         self._talking: dict[str, frozenset[str]] = {}
         self._loudness: dict[str, float] = {}
@@ -97,6 +97,9 @@ class Feed:
     def file(self, digest: str) -> bytes | None:
         """A GLB file of the room."""
         return self._assets.file(digest)
+
+    def _parcel(self, digest: str) -> bytes:
+        return self._avatars.parcel(digest)
 
     def close(self) -> None:
         """Receive no more."""

@@ -44,7 +44,7 @@ class Replays:
         self._conference, self._log_now, self._clock = conference, log_now, clock
         self._players: set[Player] = set()
         self._lanes: dict[tuple[Path, int], str] = {}
-        self._background = background.current()
+        self._summing = asyncio.Lock()
 
     def file(self, digest: str) -> bytes | None:
         """A GLB file of one of the logs that are seen now."""
@@ -65,13 +65,17 @@ class Replays:
             reader = await asyncio.to_thread(LogReader, path)
         except LogError as e:
             raise web.HTTPNotFound(text=f"{e}\n") from e
-        await asyncio.to_thread(_load)
+        await asyncio.to_thread(load)
         connection = await prepared_socket(request, _MOST_SAID_BYTES)
         await _Visit(self, connection, reader, self._conference, self._clock).stay(self._players)
         return connection
 
     async def tell_lanes(self, path: Path, end_ns: int, viewer: Viewer) -> None:
-        """The summary of a log, as it is computed in a process beside this one."""
+        """The summary of a log, as it is computed in a process beside this one; one at a time, for all who look at it."""
+        async with self._summing:
+            await self._tell_lanes(path, end_ns, viewer)
+
+    async def _tell_lanes(self, path: Path, end_ns: int, viewer: Viewer) -> None:
         known = self._lanes.get((path, end_ns))
         if known is not None:
             viewer.put("lanes", known)
@@ -160,8 +164,8 @@ class _Visit:
             self._player.grown()
 
 
-def _load() -> None:
-    """What is slow to load."""
+def load() -> None:
+    """What is slow to load; who comes first waits for it."""
     import_module("vistel_services.console.player")
     motion.warm_up()
 

@@ -29,7 +29,12 @@ _OF_GUESTS = {
     "/missing.js": "missing.js",
 }
 """What anybody may read: who opens it has no more than an empty page until the link's token is shown."""
-SERVED = _OF_GUESTS | {"/": "index.html", "/console.css": "console.css", "/timeline.css": "timeline.css", f"/{bundle.BUNDLE}": bundle.BUNDLE}
+SERVED = _OF_GUESTS | {
+    "/": "index.html",
+    "/console.css": "console.css",
+    "/timeline.css": "timeline.css",
+    f"/{bundle.BUNDLE}": bundle.BUNDLE,
+}
 _VISIT = "/guest"
 POLICY = "connect-src 'self' blob:; img-src 'self' data: blob:"
 

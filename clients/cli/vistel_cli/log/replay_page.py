@@ -13,7 +13,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogReader
 from vistel_cli.terminal import FAILED, fail, out
 from vistel_services.console import bundle
-from vistel_services.console.replays import Replays
+from vistel_services.console.replays import Replays, load
 from vistel_services.console.service import POLICY, SERVED
 from vistel_services.serving.address import PageAddress
 from vistel_services.serving.pages import PageFiles
@@ -42,9 +42,11 @@ async def _serve(reader: LogReader, conference: Conference, begin: float, port: 
         out.print(f"{path.name} at {address} (Ctrl-C ends it)", soft_wrap=True)
         if show:
             webbrowser.open(address)
+        loading = background.start(asyncio.to_thread(load), "loading")  # while the browser opens the page
         stop = asyncio.Event()
         for signum in (signal.SIGINT, signal.SIGTERM):
             asyncio.get_running_loop().add_signal_handler(signum, stop.set)
         await stop.wait()
+        loading.cancel()
     finally:
         await server.close()
