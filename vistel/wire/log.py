@@ -23,7 +23,7 @@ from mcap.records import Channel, ChunkIndex
 from mcap.records import Message as McapMessage
 from mcap.writer import CompressionType, Writer
 
-from vistel.wire.log_index import BrokenLogError, ChunkPlace, LogIndex, open_chunk, read_index
+from vistel.wire.log_index import BrokenLogError, ChunkPlace, LogIndex, open_chunk, read_index, walk_on
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION, TOPICS, Topic
 
 CHUNK_BYTES = 256 * 1024
@@ -184,6 +184,41 @@ class LogReader:
         self.conference: dict[str, Any] | None = self._parse(self.conference_toml)
         self.clock_offsets: dict[str, str] = index.metadata.get(OFFSETS, {})
 
+    @property
+    def grows(self) -> bool:
+        """Whether the file has no index yet: it is being written, or was cut off."""
+        return self._index.walked is not None
+
+    def grow(self) -> bool:
+        """See what has been appended to a log without an index since; True: there is more."""
+        index, before = self._index, len(self._index.chunks)
+        if index.walked is None:
+            return False
+        try:
+            with self.path.open("rb") as file:
+                size = os.fstat(file.fileno()).st_size
+                if size > index.walked:
+                    walk_on(file, size, index)
+        except OSError as e:
+            self._tell(f"cannot be read any more: {e.strerror}")
+        new = index.chunks[before:]
+        self.begin_ns = min((c.begin_ns for c in new), default=self.begin_ns) if before == 0 else self.begin_ns
+        self.end_ns = max([self.end_ns, *(c.end_ns for c in new)])
+        return bool(new)
+
+    @property
+    def keys(self) -> dict[str, tuple[Topic, dict[str, str]]]:
+        """Every key that is known to have messages: its topic and names."""
+        found = {channel.topic: self._topic_of(channel.topic) for channel in self._index.channels.values()}
+        return {key: (topic[0], topic[2]) for key, topic in found.items() if topic is not None}
+
+    def packed(
+        self, topics: tuple[str, ...], begin_ns: int | None = None, end_ns: int | None = None
+    ) -> Iterator[tuple[Topic, str, bytes, int]]:
+        """As `records`, as they stand in the log, whatever their version: topic, key, payload, log time [ns]."""
+        for (topic, _, _), channel, message in self._found(topics, begin_ns, end_ns, {}):
+            yield topic, channel.topic, message.data, message.log_time
+
     def records(
         self, topics: tuple[str, ...] | None = None, begin_ns: int | None = None, end_ns: int | None = None, **names: str
     ) -> Iterator[LogRecord]:
@@ -192,6 +227,14 @@ class LogReader:
         topics: names of the topics table; None gives all. names: what keys must say, such as participant="ben". Starts at once from
         any time, by the chunks' index; what is not asked for is not decoded.
         """
+        for found, channel, message in self._found(topics, begin_ns, end_ns, names):
+            parsed = self._decode(found[0], channel.topic, message)
+            if parsed is not None:
+                yield LogRecord(found[0], channel.topic, found[2], parsed, message.log_time, len(message.data))
+
+    def _found(
+        self, topics: tuple[str, ...] | None, begin_ns: int | None, end_ns: int | None, names: dict[str, str]
+    ) -> Iterator[tuple[tuple[Topic, str, dict[str, str]], Channel, McapMessage]]:
         wanted = {BY_NAME[name].name for name in topics} if topics is not None else None
         known: dict[int, tuple[Topic, str, dict[str, str]] | None] = {}
         begin = self.begin_ns if begin_ns is None else begin_ns
@@ -207,19 +250,19 @@ class LogReader:
         for channel, message in self._messages(begin, end, wants):
             found = known[channel.id]
             assert found is not None
-            parsed = self._decode(found[0], channel.topic, message)
-            if parsed is not None:
-                yield LogRecord(found[0], channel.topic, found[2], parsed, message.log_time, len(message.data))
+            yield found, channel, message
 
     def _messages(self, begin_ns: int, end_ns: int, wants: Callable[[Channel], bool]) -> Iterator[tuple[Channel, McapMessage]]:
         """Merge the chunks by time; they overlap only a little, so few are open at once."""
         chunks = [c for c in self._index.chunks if c.end_ns >= begin_ns and c.begin_ns < end_ns]
-        chunks.sort(key=lambda c: (c.begin_ns, c.offset), reverse=True)
         channels = dict(self._index.channels)
         heap: list[tuple[int, int, int, McapMessage]] = []
 
         def wanted(channel: int) -> bool:
             return channel not in channels or wants(channels[channel])
+
+        chunks = [c for c in chunks if c.channels is None or any(wanted(channel) for channel in c.channels)]
+        chunks.sort(key=lambda c: (c.begin_ns, c.offset), reverse=True)
 
         with self.path.open("rb") as file:
             while heap or chunks:

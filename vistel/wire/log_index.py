@@ -38,22 +38,25 @@ BROKEN = (McapError, ValueError, EOFError, RuntimeError, struct.error, LookupErr
 
 @dataclass(frozen=True)
 class ChunkPlace:
-    """A chunk of messages: where its record begins in the file [byte], and the log times it spans."""
+    """A chunk of messages: where its record begins in the file [byte], the log times it spans, and the ids of the channels that it
+    has messages of; None: not known."""
 
     offset: int
     begin_ns: int
     end_ns: int
+    channels: frozenset[int] | None = None
 
 
 @dataclass
 class LogIndex:
-    """Everything but the messages."""
+    """Everything but the messages. walked: byte up to which a file without a summary has been read; None: it has one."""
 
     chunks: list[ChunkPlace] = field(default_factory=list[ChunkPlace])
     channels: dict[int, Channel] = field(default_factory=dict[int, Channel])
     attachments: dict[str, bytes] = field(default_factory=dict[str, bytes])
     metadata: dict[str, dict[str, str]] = field(default_factory=dict[str, dict[str, str]])
     damage: list[str] = field(default_factory=list[str])
+    walked: int | None = None
 
 
 def read_index(file: BinaryIO, size: int) -> LogIndex:
@@ -125,8 +128,11 @@ def _from_summary(file: BinaryIO) -> LogIndex:
     if summary is None or (summary.statistics and summary.statistics.message_count and not summary.chunk_indexes):
         raise BrokenLogError("no summary")
     index = LogIndex(channels=dict(summary.channels))
+    alike: dict[frozenset[int], frozenset[int]] = {}  # most chunks have messages of the same channels
     for c in summary.chunk_indexes:
-        index.chunks.append(ChunkPlace(c.chunk_start_offset, c.message_start_time, c.message_end_time))
+        has = frozenset(c.message_index_offsets)
+        known = alike.setdefault(has, has) if has else None
+        index.chunks.append(ChunkPlace(c.chunk_start_offset, c.message_start_time, c.message_end_time, known))
     for attachment in reader.iter_attachments():
         index.attachments[attachment.name] = attachment.data
     for metadata in reader.iter_metadata():
@@ -136,34 +142,73 @@ def _from_summary(file: BinaryIO) -> LogIndex:
 
 def _by_walking(file: BinaryIO, size: int, remark: str | None) -> LogIndex:
     """Hop from record to record as long as they are whole."""
-    index = LogIndex(damage=[remark] if remark else [])
-    offset = len(MAGIC)
+    index = LogIndex(damage=[remark] if remark else [], walked=len(MAGIC))
+    ended = walk_on(file, size, index)
+    if not ended:
+        index.damage.append(_cut_off(index, index.walked or 0, size))
+    return index
+
+
+def walk_on(file: BinaryIO, size: int, index: LogIndex) -> bool:
+    """Read on where the walk through a file ended that has grown to `size` bytes since; True: its data have an end."""
+    offset = index.walked or len(MAGIC)
     ended = False
+    walk = _Walk(file, index)
     while not ended and offset + _RECORD.size <= size:
         file.seek(offset)
         opcode, length = _RECORD.unpack(file.read(_RECORD.size))
         begin = offset + _RECORD.size
         if begin + length > size or not 1 <= opcode <= 15:
             break
-        if opcode == Opcode.CHUNK:
-            place = ChunkPlace(offset, *_TIMES.unpack(file.read(_TIMES.size)))
-            index.chunks.append(place)
-            with contextlib.suppress(BrokenLogError):  # reading the messages will tell
-                # Channels stand only in the chunk that has their first message.
-                index.channels.update((r.id, r) for r in open_chunk(file, place, lambda _: False) if isinstance(r, Channel))
-        elif opcode == Opcode.ATTACHMENT:
-            with contextlib.suppress(*BROKEN):
-                attachment = Attachment.read(ReadDataStream(BytesIO(file.read(length))))
-                index.attachments[attachment.name] = attachment.data
-        elif opcode == Opcode.METADATA:
-            with contextlib.suppress(*BROKEN):
-                metadata = Metadata.read(ReadDataStream(BytesIO(file.read(length))))
-                index.metadata[metadata.name] = dict(metadata.metadata)
+        walk.take(opcode, offset, begin, length)
         ended = opcode == Opcode.DATA_END
         offset = begin + length
-    if not ended:
-        index.damage.append(_cut_off(index, offset, size))
-    return index
+    walk.chunk_ends(last=True)
+    index.walked = offset
+    return ended
+
+
+class _Walk:
+    """What is found on the way through a file. A chunk is opened only where it may have a channel that is not known."""
+
+    def __init__(self, file: BinaryIO, index: LogIndex) -> None:
+        self._file, self._index = file, index
+        self._place: ChunkPlace | None = None
+        self._has: set[int] = set()
+        self._alike: dict[frozenset[int], frozenset[int]] = {}
+
+    def take(self, opcode: int, offset: int, begin: int, length: int) -> None:
+        """A whole record. offset: where it stands, begin: where its content does, which has `length` bytes."""
+        if opcode == Opcode.MESSAGE_INDEX:
+            self._has.add(int.from_bytes(self._file.read(2), "little"))
+            return
+        self.chunk_ends()
+        self._file.seek(begin)
+        if opcode == Opcode.CHUNK:
+            self._place = ChunkPlace(offset, *_TIMES.unpack(self._file.read(_TIMES.size)))
+        elif opcode == Opcode.ATTACHMENT:
+            with contextlib.suppress(*BROKEN):
+                attachment = Attachment.read(ReadDataStream(BytesIO(self._file.read(length))))
+                self._index.attachments[attachment.name] = attachment.data
+        elif opcode == Opcode.METADATA:
+            with contextlib.suppress(*BROKEN):
+                metadata = Metadata.read(ReadDataStream(BytesIO(self._file.read(length))))
+                self._index.metadata[metadata.name] = dict(metadata.metadata)
+
+    def chunk_ends(self, *, last: bool = False) -> None:
+        """All that follows a chunk about its channels has been read; last: perhaps not all of it is there."""
+        place, has = self._place, frozenset(self._has)
+        self._place, self._has = None, set()
+        if place is None:
+            return
+        if last:
+            has = frozenset[int]()
+        if not has or not has <= self._index.channels.keys():
+            with contextlib.suppress(BrokenLogError):  # reading the messages will tell
+                # Channels stand only in the chunk that has their first message.
+                here = open_chunk(self._file, place, lambda _: False)
+                self._index.channels.update((r.id, r) for r in here if isinstance(r, Channel))
+        self._index.chunks.append(replace(place, channels=self._alike.setdefault(has, has) if has else None))
 
 
 def _cut_off(index: LogIndex, whole: int, size: int) -> str:

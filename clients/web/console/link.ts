@@ -68,6 +68,15 @@ export class Link {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(data);
   }
 
+  /** Come back no more. */
+  close(): void {
+    this.over = true;
+    clearTimeout(this.later);
+    const socket = this.socket;
+    this.socket = null;
+    socket?.close();
+  }
+
   private again(): void {
     if (this.socket || this.over) return;
     clearTimeout(this.later);

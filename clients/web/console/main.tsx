@@ -3,9 +3,9 @@ import { render } from "preact";
 import { Goes, Troubles } from "./goes";
 import { History } from "./history";
 import { Labels } from "./labels";
-import { Link } from "./link";
 import { Looking } from "./looking";
 import { Room } from "./room";
+import { Travel } from "./travel";
 import { canHear, VOICES, Voices } from "./voices";
 import { decode, type Held, type Joints, type Numbers, type Table, type Words } from "./wire";
 import { type Chosen, Who } from "./who";
@@ -15,6 +15,8 @@ declare global {
     /** For programs that drive the page. joints: places of somebody's joints in the room [m]; rate: pictures a second; ready: how many
      * have their own figures; sharp: see Room. */
     vistel?: { joints(name: string): [number, number, number][]; rate(): number; ready(): number; sharp(): void; voices: Voices };
+    /** Where in a log the page is [s], and how long the last scrub took from the hand's rest to its picture [ms]. */
+    vistelTravel?: { t(): number; scrubMs(): number; goTo(t: number): void };
   }
 }
 
@@ -44,7 +46,7 @@ try {
 }
 const looking = room && new Looking(room, (now) => showViews((view = now)));
 const labels = room && new Labels(room, element("labels"));
-const voices = new Voices(room, (hears) => link.send(hears ? "hear" : "quiet"));
+const voices = new Voices(room, (hears) => travel.wantVoices(hears));
 
 /** Soon: what changes with every frame is laid out a few times a second. */
 function showSoon(): void {
@@ -86,9 +88,12 @@ function showViews(now: string): void {
 
 function hear(words: Words): void {
   if (words.kind === "hello") {
-    document.title = `${words.conference} – VISTEL`;
-    element("conference").textContent = words.conference;
+    document.title = `${words.log ?? words.conference} – VISTEL`;
+    element("conference").textContent = words.log ?? words.conference;
+    travel.hello(words);
     voices.again();
+  } else if (words.kind === "playhead" || words.kind === "lanes") {
+    travel.hear(words);
   } else if (words.kind === "joints") {
     joints = words;
     room?.begin(words);
@@ -140,6 +145,12 @@ function showSound(): void {
   );
 }
 
+/** text: why nothing comes; null: it does. */
+function say(text: string | null): void {
+  trouble.hidden = text === null;
+  trouble.textContent = text;
+}
+
 function draw(now: number): void {
   looking?.step();
   voices.step();
@@ -170,13 +181,6 @@ if (room) {
     voices,
   };
 }
-const link = new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/live`, {
-  words: hear,
-  frame: see,
-  trouble: (text) => {
-    trouble.hidden = text === null;
-    trouble.textContent = text;
-  },
-});
+const travel = new Travel({ words: hear, frame: see, trouble: say });
 showSound();
 document.documentElement.dataset.begun = "true"; // missing.js says what is wrong where this does not come

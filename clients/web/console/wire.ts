@@ -1,4 +1,5 @@
 // What the gateway sends (vistel/render/frames.py says how): words as JSON, frames as bytes.
+import type { Lanes, Playhead } from "./lanes";
 
 export interface Joints {
   kind: "joints";
@@ -82,6 +83,10 @@ export interface Numbers {
 export interface Hello {
   kind: "hello";
   conference: string;
+  recorded?: boolean; // of the live room: it can be gone back in
+  log?: string; // the name of the log that is seen in place of the live room
+  grows?: boolean; // it is being written, or was cut off
+  damage?: string[];
 }
 export interface Invited {
   kind: "invited";
@@ -101,7 +106,7 @@ export interface Time {
   asked: number; // as the page said it
   ms: number; // conference time
 }
-export type Words = Hello | Joints | Table | Held | Numbers | Invited | Refused | Time;
+export type Words = Lanes | Playhead | Hello | Joints | Table | Held | Numbers | Invited | Refused | Time;
 
 export interface PersonFrame {
   who: number;

@@ -52,6 +52,7 @@ class Feed:
     """Lives on the event loop while somebody watches. Call `step` for each frame."""
 
     def __init__(self, conference: Conference, bus: Bus, clock: Clock) -> None:
+        self._conference, self._bus, self._clock = conference, bus, clock
         self._stage = Stage(live_delay(conference.playout))
         self._sites = {p.name: s.name for s in conference.sites for p in s.participants}
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
@@ -64,7 +65,7 @@ class Feed:
         self._avatars = Deliveries(bus, self._stage)
         self._models = dict[str, Polymesh]()
         self._furniture = RoomDeliveries(bus, clock, self._models)
-        self._assets = Assets(conference, self._avatars.parcel, self._models, self._changed)
+        self._assets = Assets(conference, self._parcel, self._models, self._changed)
         self._faces: dict[str, Countenance] = {}
         self.received = Counter[str]()
         """Motions of each participant since the beginning."""
@@ -92,9 +93,23 @@ class Feed:
         """Tell everything again with the next frame: somebody has come."""
         self._stale, self._newcomers, self._held, self._whole_ns = True, True, "", 0
 
+    def begin_again(self) -> None:
+        """Time has leapt: forget who is where. What has been made of figures and things stays."""
+        for part in (self._about, self._motion, self._sound):
+            part.take()
+        self._avatars.close()
+        self._world.close()
+        self._stage, self._faces, self._talking = Stage(live_delay(self._conference.playout)), {}, {}
+        self._avatars, self._world = Deliveries(self._bus, self._stage), WorldListener(self._bus, self._clock)
+        self._whole_ns = self._chosen_ns = 0
+        self._world.take()
+
     def file(self, digest: str) -> bytes | None:
         """A GLB file of the room."""
         return self._assets.file(digest)
+
+    def _parcel(self, digest: str) -> bytes:
+        return self._avatars.parcel(digest)
 
     def close(self) -> None:
         """Receive no more."""

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,6 @@ from vistel.conference.model import Conference
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel.wire.parcels import is_digest
 from vistel_services.console.viewer import FRAME, Viewer
 from vistel_services.serving.server import CLOSING_S, prepared_socket
 
@@ -47,8 +46,9 @@ _FOR_EVER = "private, max-age=31536000, immutable"
 class Gateway:
     """Lives on the event loop."""
 
-    def __init__(self, conference: Conference, bus: Bus, clock: Clock) -> None:
-        self._conference, self._bus, self._clock = conference, bus, clock
+    def __init__(self, conference: Conference, bus: Bus, clock: Clock, recorded: Callable[[], bool] = lambda: False) -> None:
+        """recorded: whether there is a log of the conference now."""
+        self._conference, self._bus, self._clock, self._recorded = conference, bus, clock, recorded
         self._viewers: set[Viewer] = set()
         self._connections: set[web.WebSocketResponse] = set()
         self._somebody = asyncio.Event()
@@ -107,7 +107,7 @@ class Gateway:
     @contextlib.contextmanager
     def viewing(self, connection: web.WebSocketResponse, viewer: Viewer) -> Generator[None]:
         """While entered, the room is sent there."""
-        viewer.put("hello", json.dumps({"kind": "hello", "conference": self._conference.name}))
+        viewer.put("hello", json.dumps({"kind": "hello", "conference": self._conference.name, "recorded": self._recorded()}))
         self._viewers.add(viewer)
         self._connections.add(connection)
         self._somebody.set()
@@ -115,7 +115,7 @@ class Gateway:
             self._feed.tell_all()
         _VIEWERS.set(len(self._viewers))
         log.info("event=watched viewers=%d", len(self._viewers))
-        sending = self._background.start(_send(connection, viewer), "console viewer")
+        sending = self._background.start(send(connection, viewer), "console viewer")
         try:
             yield
         finally:
@@ -128,20 +128,23 @@ class Gateway:
             _LEFT_OUT.inc(viewer.left_out)
             log.info("event=watched_no_more left_out=%d viewers=%d", viewer.left_out, len(self._viewers))
 
-    async def asset(self, request: web.Request) -> web.StreamResponse:
-        """A GLB file by its digest; it never changes."""
-        digest = request.match_info["digest"]
-        data = self._feed.file(digest) if self._feed is not None and is_digest(digest) else None
-        if data is None:
-            raise web.HTTPNotFound(text="no such file\n")
-        headers = {"Cache-Control": _FOR_EVER, "X-Content-Type-Options": "nosniff"}
-        return web.Response(body=data, content_type="model/gltf-binary", headers=headers)
+    def file(self, digest: str) -> bytes | None:
+        """A GLB file of the room."""
+        return self._feed.file(digest) if self._feed is not None else None
 
     async def close(self) -> None:
         """Tell viewers that the conference ends."""
         ending = [background.start(c.close(code=_ENDED), "console end") for c in self._connections]
         if ending:
             await asyncio.wait(ending, timeout=CLOSING_S)
+
+
+def glb(data: bytes | None) -> web.Response:
+    """A GLB file that never changes; raises 404 for None."""
+    if data is None:
+        raise web.HTTPNotFound(text="no such file\n")
+    headers = {"Cache-Control": _FOR_EVER, "X-Content-Type-Options": "nosniff"}
+    return web.Response(body=data, content_type="model/gltf-binary", headers=headers)
 
 
 def _load() -> None:
@@ -151,7 +154,8 @@ def _load() -> None:
     motion.warm_up()
 
 
-async def _send(connection: web.WebSocketResponse, viewer: Viewer) -> None:
+async def send(connection: web.WebSocketResponse, viewer: Viewer) -> None:
+    """What waits for a viewer, until cancelled."""
     with contextlib.suppress(ConnectionError):
         while True:
             data = await viewer.next()

@@ -13,8 +13,9 @@ from vistel.wire.bus import Bus
 from vistel.wire.certificates.errors import CertificateError
 from vistel.wire.clock import Clock
 from vistel_services.console import bundle
-from vistel_services.console.gateway import Gateway
+from vistel_services.console.gateway import Gateway, glb
 from vistel_services.console.guests import Guests
+from vistel_services.console.replays import Replays
 from vistel_services.serving.address import console_address
 from vistel_services.serving.pages import PageFiles
 from vistel_services.serving.server import open_server
@@ -29,22 +30,33 @@ _OF_GUESTS = {
     "/missing.js": "missing.js",
 }
 """What anybody may read: who opens it has no more than an empty page until the link's token is shown."""
-_SERVED = _OF_GUESTS | {"/": "index.html", "/console.css": "console.css", f"/{bundle.BUNDLE}": bundle.BUNDLE}
+SERVED = _OF_GUESTS | {
+    "/": "index.html",
+    "/console.css": "console.css",
+    "/timeline.css": "timeline.css",
+    f"/{bundle.BUNDLE}": bundle.BUNDLE,
+}
 _VISIT = "/guest"
-_POLICY = "connect-src 'self' blob:; img-src 'self' data: blob:"
+POLICY = "connect-src 'self' blob:; img-src 'self' data: blob:"
 
 
 async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -> None:
     """Serve until cancelled."""
     address = console_address(conference.console)
-    gateway = Gateway(conference, bus, clock)
+    gateway = Gateway(conference, bus, clock, lambda: bool(paths.logs))
     guests = Guests(conference, paths, clock, gateway.viewing)
-    more = {"/live": gateway.watch, "/asset/{digest}.glb": gateway.asset, _VISIT: guests.visit}
+    replays = Replays(conference, lambda: paths.logs[-1] if paths.logs else None, clock)
+
+    async def asset(request: web.Request) -> web.StreamResponse:
+        digest = request.match_info["digest"]
+        return glb(gateway.file(digest) or replays.file(digest))
+
+    more = {"/live": gateway.watch, "/past": replays.watch, "/asset/{digest}.glb": asset, _VISIT: guests.visit}
 
     def also(request: web.Request) -> bool:
         return request.path in (*_OF_GUESTS, _VISIT) or (request.path.startswith("/asset/") and guests.may_read(request))
 
-    files = PageFiles("console", bundle.FOLDER, _SERVED, _POLICY, also)
+    files = PageFiles("console", bundle.FOLDER, SERVED, POLICY, also)
     try:
         server = await open_server(f"{conference.name}-console", files, address, more, clock, datetime.now(UTC))
     except CertificateError as e:

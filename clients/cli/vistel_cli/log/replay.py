@@ -84,9 +84,15 @@ def replay(
     ] = 1.0,
     begin: Annotated[float, typer.Option("--from", min=0.0, help="Seconds after the log's beginning.")] = 0.0,
     end: Annotated[float | None, typer.Option("--to", help="Seconds after the log's beginning.")] = None,
+    page: Annotated[
+        bool, typer.Option("--page/--no-page", help="Show it in a browser, or play it through the services again.")
+    ] = True,
+    port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page; 0: any free port.")] = 0,
+    open_page: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
     source: Annotated[
-        PublishedKind, typer.Option(help="devices: their bytes; motion: postures; recorded: postures and the world as it was.")
-    ] = PublishedKind.MOTION,
+        PublishedKind | None,
+        typer.Option(help="devices: their bytes; motion (default): postures; recorded: postures and the world as it was."),
+    ] = None,
     site: Annotated[list[str] | None, typer.Option(help="Only this site's picture; may be given again.")] = None,
     output: OutFolder = None,
     force: Force = False,
@@ -111,9 +117,14 @@ def replay(
     most_apart: MostApart = APART_S,
     as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
 ) -> None:
-    """Play a recorded conference again through the same services.
+    """See a recorded conference in a browser, from any moment and at any speed; or play it again through the same services.
+
+    The page is served unless --no-page or an option is given that is about playing again: --source, --site, --speed, --out,
+    --verify, --render or --fast.
 
     [bold]Examples[/bold]
+
+      vistel replay out/latest/conference.mcap --open
 
       vistel replay out/latest/conference.mcap --from 12 --speed 0.5 --site tokyo
 
@@ -136,6 +147,14 @@ def replay(
         raise typer.Exit(verify_log(reader, as_json))
     if against is not None and not fast:
         fail("--against: compares what --fast computes; give both", USAGE)
+    again = verify or render or fast or site or output or source is not None or speed != 1.0
+    if page and not again:
+        from vistel_cli.log.replay_page import serve_replay  # loads the web server
+
+        begin, _ = piece_of(reader, begin, end)
+        serve_replay(reader, _conference(reader, log, site), begin, port, show=open_page)
+        return
+    source = source or PublishedKind.MOTION
     if fast and (render or site or speed != 1.0 or source is PublishedKind.RECORDED):
         fail("--fast: computes every site without pictures, from --source devices or motion; leave the other options out", USAGE)
     conference = with_recorded_avatars(_conference(reader, log, site), reader)

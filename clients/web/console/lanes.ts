@@ -1,0 +1,49 @@
+// What is known of a whole log (vistel/log/lanes.py), and how it is drawn.
+export type Span = [number, number, string]; // from, to [s], what
+
+export interface Playhead {
+  kind: "playhead";
+  t: number; // seconds after the log's beginning
+  end: number;
+  speed: number;
+  playing: boolean;
+  loop: [number, number] | null;
+}
+export interface Event {
+  t: number;
+  kind: "utterance" | "command" | "bond_torn";
+  who: string;
+  text: string;
+}
+export interface Lanes {
+  kind: "lanes";
+  done: number; // share of the log that has been read
+  end: number;
+  people: { name: string; energy: number[] }[]; // of the most
+  voices: { name: string; talks: number[] }[];
+  touches: Span[];
+  grasps: Span[];
+  events: Event[];
+  gaps: Span[];
+  faults: [number, string][];
+  left_out: number;
+  damage: string[];
+}
+
+/** The times at which spans begin, each once. */
+export function edges(spans: Span[]): number[] {
+  return [...new Set(spans.map(([begin]) => begin))].sort((a, b) => a - b);
+}
+
+/** An area of heights 0 to 1, as wide as there are of them. */
+export function filled(heights: number[]): string {
+  return `M0 1${heights.map((h, n) => `L${n} ${(1 - Math.sqrt(h)).toFixed(3)}L${n + 1} ${(1 - Math.sqrt(h)).toFixed(3)}`).join("")}L${heights.length} 1Z`;
+}
+
+/** "1:02:03.4". */
+export function clockText(t: number): string {
+  const hours = Math.floor(t / 3600);
+  const minutes = Math.floor(t / 60) % 60;
+  const seconds = (t % 60).toFixed(2).padStart(5, "0");
+  return hours ? `${hours}:${String(minutes).padStart(2, "0")}:${seconds}` : `${minutes}:${seconds}`;
+}
