@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import dataclass, replace
+from typing import cast
 
 SLOWEST = 0.1
 """Times real time."""
@@ -47,12 +48,12 @@ class Playhead:
         if len(said) > MOST_LETTERS:
             raise NotUnderstoodError(f"more than {MOST_LETTERS} letters")
         try:
-            asked = json.loads(said)
+            found: object = json.loads(said)
         except (ValueError, RecursionError) as e:
             raise NotUnderstoodError("no JSON") from e
-        if not isinstance(asked, dict):
+        if not isinstance(found, dict):
             raise NotUnderstoodError("no object")
-        now = self
+        asked, now = cast("dict[str, object]", found), self
         if "t" in asked:
             now = replace(now, t=min(self.end, max(0.0, _number(asked["t"]))))
         if "speed" in asked:
@@ -68,9 +69,10 @@ class Playhead:
     def _part(self, asked: object) -> tuple[float, float] | None:
         if asked is None:
             return None
-        if not isinstance(asked, list) or len(asked) != 2:
+        times = cast("list[object]", asked) if isinstance(asked, list) else []
+        if len(times) != 2:
             raise NotUnderstoodError("loop: expected two times")
-        begin, end = sorted(min(self.end, max(0.0, _number(t))) for t in asked)
+        begin, end = sorted(min(self.end, max(0.0, _number(t))) for t in times)
         return (begin, end) if end - begin >= 0.05 else None
 
 
