@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 _SERVICES = Path(__file__).parents[1]
 PAGE = _SERVICES.parents[1] / "docs/reference/metrics.md"
-_KINDS = ("Counter", "Gauge", "Histogram")
+_KINDS = {"Counter", "Gauge", "Histogram"}
 _SHARED = {"devices": "tracker, glove, face", "process": "every process"}
 """Whose metrics those of folders are that belong to no one service."""
 
@@ -48,8 +48,11 @@ and a machine those of all its processes where the conference file says;
 
 def _made_in(file: Path) -> Iterator[Metric]:
     inside = file.relative_to(_SERVICES).parts
-    for node in ast.walk(ast.parse(file.read_text("utf-8"))):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in _KINDS:
+    nodes = list(ast.walk(ast.parse(file.read_text("utf-8"))))
+    imports = (n for n in nodes if isinstance(n, ast.ImportFrom) and n.module == "prometheus_client")
+    kinds = {a.name for i in imports for a in i.names} & _KINDS  # collections has a Counter too
+    for node in nodes:
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in kinds:
             name, what, *more = (ast.literal_eval(argument) for argument in node.args)
             yield Metric(name, node.func.id, tuple(more[0]) if more else (), what, _SHARED.get(inside[0], inside[0]))
 
