@@ -6,7 +6,7 @@ import secrets
 from dataclasses import dataclass
 
 from vistel.messages.commands import message_of
-from vistel.space.actions import Action, absent
+from vistel.space.actions import Action, absent, unseen
 from vistel.space.commands.phrase import read
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.bus import Bus
@@ -54,10 +54,10 @@ class Asker:
         Raises PhraseError for a line that is no command.
         """
         action = read(command) if isinstance(command, str) else command
-        begin_ns = self._clock.now_ns()
+        coming, begin_ns = (absent(self.participant), unseen(self.participant)), self._clock.now_ns()
         while True:
             answer = await self._answer(action)
-            if answer.reason != absent(self.participant) or self._clock.now_ns() > begin_ns + ENTER_NS:
+            if answer.reason not in coming or self._clock.now_ns() > begin_ns + ENTER_NS:
                 return answer
             await self._clock.sleep_until_ns(self._clock.now_ns() + ENTER_AGAIN_NS)
 

@@ -40,6 +40,11 @@ def absent(participant: str) -> str:
     return f"{participant or 'nobody'} is not in the room"
 
 
+def unseen(participant: str) -> str:
+    """Why a command of somebody who is in the room, but whose posture has not come yet, is refused."""
+    return f"nobody knows yet where {participant} is"
+
+
 class Shown(Enum):
     """How somebody shows which thing they mean."""
 

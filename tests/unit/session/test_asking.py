@@ -8,7 +8,7 @@ import pytest
 from virtual_time import LoopClock, run
 
 from vistel.session.asking import ANSWER_NS, ENTER_NS, Answer, Asker
-from vistel.space.actions import absent
+from vistel.space.actions import absent, unseen
 from vistel.v1.command_pb2 import Command, CommandResult
 from vistel.wire import background
 from vistel.wire.memory_bus import MemoryNetwork
@@ -56,8 +56,9 @@ def test_a_world_that_starts_later_gets_the_same_command_again_and_does_it_once(
     assert len(set(ids)) == 1
 
 
-def test_somebody_on_their_way_into_the_room_is_waited_for() -> None:
-    answer, took, _ = asked(lambda command, t: result(command, absent("ada") if t < 2.0 else ""))
+@pytest.mark.parametrize("reason", [absent("ada"), unseen("ada")])
+def test_somebody_on_their_way_into_the_room_is_waited_for(reason: str) -> None:
+    answer, took, _ = asked(lambda command, t: result(command, reason if t < 2.0 else ""))
     assert answer.done
     assert 2.0 <= took < 2.7
 

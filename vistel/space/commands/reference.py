@@ -10,7 +10,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX
-from vistel.space.actions import Along, Refused, Shown, Size, Towards, Which
+from vistel.space.actions import Along, Refused, Shown, Size, Towards, Which, unseen
 from vistel.space.commands.names import COLOURS
 from vistel.space.people import Posed
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT
@@ -87,7 +87,7 @@ class Speaker:
     @property
     def _known(self) -> Posed:
         if self.posed is None:
-            raise Refused(f"nobody knows yet where {self.name} is")
+            raise Refused(unseen(self.name))
         return self.posed
 
     def before(self, distance: float) -> F64:
