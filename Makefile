@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz chaos soak first bench figures replays speech-model body-model proto web looks lock docs clean
+.PHONY: help setup demo test check house warm docs-commands fuzz chaos soak first bench figures replays speech-model body-model proto web wheel looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -19,8 +19,8 @@ demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
 test: setup  ## checks and tests
 	@./scripts/setup_tests.sh
 	@$(MAKE) --no-print-directory -j2 check warm
-	@$(PY) -m pytest -m "not alone and not docs" --numprocesses auto --dist loadscope --no-loadscope-reorder --max-worker-restart 0
-	@$(PY) -m pytest -m "alone and not docs"
+	@$(PY) -m pytest -m "not alone and not docs and not package" --numprocesses auto --dist loadscope --no-loadscope-reorder --max-worker-restart 0
+	@$(PY) -m pytest -m "alone and not docs and not package"
 
 check: setup  ## style, types, import arrows
 	@$(VENV)/bin/ruff check .
@@ -65,6 +65,14 @@ proto:  ## generate Python from proto/, after a check for breaking changes
 
 web:  ## check and bundle the pages of clients/web
 	@cd clients/web && npm ci --no-audit --no-fund --silent && npm run --silent check && npm run --silent build
+
+wheel: setup  ## build the package, dist/vistel-VERSION-py3-none-any.whl, and try it in an empty environment (some minutes)
+	@./scripts/console_page.sh
+	@rm -rf build  # else setuptools packs files that are gone
+	@$(PY) -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir dist .
+	@rm -rf build
+	@$(PY) -m pytest tests/system/test_wheel.py
+	@ls -1 dist/*.whl
 
 replays: setup  ## compute the logs of tests/replay anew and compare; ACCEPT=1 takes what differs, after it is shown
 	@$(PY) -m scripts.replays $(if $(ACCEPT),--accept)

@@ -15,11 +15,15 @@ if TYPE_CHECKING:
     from vistel import figure, implicit, log, render, session
     from vistel.session.blocking import join
 
-__all__ = ["figure", "implicit", "join", "log", "render", "session"]
+    __version__: str
+
+__all__ = ["__version__", "figure", "implicit", "join", "log", "render", "session"]
 
 
 def __getattr__(name: str) -> Any:
     """Load a public name when it is first used: `import vistel` alone loads no mathematics."""
+    if name == "__version__":
+        return import_module("vistel.wire.release").RELEASE
     if name == "join":
         return import_module("vistel.session.blocking").join
     if name in __all__:

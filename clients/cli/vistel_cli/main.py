@@ -4,6 +4,7 @@ import gc
 import logging
 import os
 import sys
+from typing import Annotated
 
 import typer
 
@@ -57,8 +58,18 @@ app = typer.Typer(
 )
 
 
+def _show_version(asked: bool) -> None:
+    if asked:
+        from vistel.wire.release import RELEASE
+
+        print(f"vistel {RELEASE}")
+        raise typer.Exit
+
+
 @app.callback()
-def vistel() -> None:
+def vistel(
+    version: Annotated[bool, typer.Option("--version", help="Print the version.", callback=_show_version, is_eager=True)] = False,
+) -> None:
     """Virtual Space Teleconferencing: people in different places meet as figures that move, touch and grasp."""
 
 

@@ -1,0 +1,118 @@
+"""The package as `make wheel` builds it, in an environment of its own and a folder without the repository."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import sysconfig
+from pathlib import Path
+
+import pytest
+from waiting import wait_until
+
+import vistel
+
+pytestmark = pytest.mark.slow
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ("pyproject.toml", "README.md", "LICENSE", "vistel", "services", "sim", "clients/cli")
+MOST_BYTES = 30_000_000
+CONFERENCE = """name = "small"
+
+[[sites]]
+name = "lab"
+processes = [["posture"]]
+
+[[sites.participants]]
+name = "ada"
+"""
+
+
+class Environment:
+    """A folder with nothing in it, and a Python that has the package; the packages that it needs are those of this one."""
+
+    def __init__(self, folder: Path, wheel: Path) -> None:
+        self.folder, self.python = folder / "empty", folder / "environment/bin/python"
+        self.folder.mkdir()
+        subprocess.run([sys.executable, "-m", "venv", "--without-pip", self.python.parents[1]], check=True)
+        self.of_user = {**os.environ, "XDG_RUNTIME_DIR": str(folder / "user")}
+        # Its packages come first; the .pth file that makes this environment read the repository counts only in this one.
+        self.of_user["PYTHONPATH"] = sysconfig.get_path("purelib")
+        pip = (sys.executable, "-m", "pip", "--python", str(self.python), "install", "--quiet", "--no-deps", str(wheel))
+        subprocess.run(pip, check=True)
+
+    def start(self, *words: str) -> subprocess.Popen[str]:
+        """A command in the empty folder."""
+        return subprocess.Popen(
+            [str(self.python), *words],
+            cwd=self.folder,
+            env=self.of_user,
+            text=True,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        )
+
+    def says(self, *words: str) -> str:
+        """What a command prints that does what it should."""
+        process = self.start(*words)
+        said, _ = process.communicate()
+        assert process.returncode == 0, said
+        return said
+
+    def vistel(self, *words: str) -> str:
+        return self.says("-m", "vistel_cli.main", *words)
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Built from a copy, so that nothing is left in the repository."""
+    copy = tmp_path_factory.mktemp("wheel")
+    for name in SOURCES:
+        if (ROOT / name).is_dir():
+            shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info"))
+        else:
+            shutil.copy(ROOT / name, copy / name)
+    build = (sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "--no-build-isolation", "--wheel-dir", "dist", ".")
+    subprocess.run(build, cwd=copy, check=True)
+    (made,) = (copy / "dist").iterdir()
+    return made
+
+
+@pytest.fixture(scope="module")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    return Environment(tmp_path_factory.mktemp("user"), wheel)
+
+
+def test_it_is_of_pure_python_small_and_of_the_version_that_it_says(wheel: Path, installed: Environment) -> None:
+    assert wheel.name == f"vistel-{vistel.__version__}-py3-none-any.whl"
+    assert wheel.stat().st_size < MOST_BYTES
+    assert installed.vistel("--version") == f"vistel {vistel.__version__}\n"
+    assert str(ROOT) not in installed.says("-c", "import vistel; print(vistel.__file__)")
+
+
+def test_its_examples_are_checked(installed: Environment) -> None:
+    installed.vistel("examples", "mine", "--no-recording")
+    assert "hub/world" in installed.vistel("up", "mine/conference.toml", "--plan")
+    assert "found   Python" in installed.vistel("doctor")
+
+
+@pytest.mark.package
+def test_a_conference_runs_and_is_recorded(installed: Environment) -> None:
+    (installed.folder / "small.toml").write_text(CONFERENCE)
+    up = installed.start("-m", "vistel_cli.main", "up", "small.toml", "--out", "run")
+    log = installed.folder / "run/conference.mcap"
+    wait_until(lambda: up.poll() is not None or (log.exists() and log.stat().st_size > 10_000), every_s=0.2)
+    up.send_signal(signal.SIGINT)
+    said, _ = up.communicate()
+    assert up.returncode == 0, said
+    assert "ada" in installed.vistel("log", "info", "run/conference.mcap")
+    installed.vistel("examples", "ours", "--no-recording")
+    installed.says("ours/examples/01_open_a_log.py", "run/conference.mcap")
+
+
+def test_pytest_finds_its_fixtures(installed: Environment) -> None:
+    shutil.copy(ROOT / "examples/test_an_integration/test_my_tracker.py", installed.folder)
+    assert "2 passed" in installed.says("-m", "pytest", "-p", "no:cacheprovider", "test_my_tracker.py")
