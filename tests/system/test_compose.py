@@ -84,6 +84,13 @@ class Containers:
         with (self.folder / f"{name}.txt").open("wb") as output:
             return subprocess.Popen(command, stdout=output, stderr=output, env=os.environ | {"PATH": path})
 
+    def said_by(self, *names: str) -> str:
+        """All that services and their processes have said."""
+        logs = [
+            log for name in names for log in (self.folder / f"{name}.txt", *(self.folder / "out" / name / "logs").glob("*.log"))
+        ]
+        return "\n".join(f"{log}:\n{log.read_text(errors='replace')}" for log in logs)
+
     def asked(self, name: str, path: str) -> str:
         """What a container answers at its address; empty while it does not."""
         with suppress(OSError), urlopen(f"http://127.0.0.1:{self.ports[name]}{path}", timeout=10) as answer:
@@ -103,7 +110,7 @@ def test_router_world_sites_and_recorder_meet_as_separate_commands_with_certific
     processes: dict[str, subprocess.Popen[bytes]] = {}
 
     def alive() -> None:
-        assert all(p.poll() is None for p in processes.values()), {n: (tmp_path / f"{n}.txt").read_text() for n in processes}
+        assert all(p.poll() is None for p in processes.values()), containers.said_by(*processes)
 
     def ready(*names: str) -> bool:
         alive()
@@ -130,11 +137,11 @@ def test_router_world_sites_and_recorder_meet_as_separate_commands_with_certific
             if name in processes:
                 processes[name].send_signal(signal.SIGTERM)
                 try:
-                    codes[name] = processes[name].wait(30)
+                    codes[name] = processes[name].wait(150)  # as the file gives them
                 except subprocess.TimeoutExpired:
                     processes[name].kill()  # none may go on after a test, whatever went wrong
                     codes[name] = processes[name].wait()
-    assert codes == dict.fromkeys(codes, 0)
+    assert codes == dict.fromkeys(codes, 0), containers.said_by(*(name for name, code in codes.items() if code))
     assert list((tmp_path / "room").glob("*.snapshot"))
     topics = {r.topic.name for r in LogReader(tmp_path / "out/recorder/conference.mcap").records()}
     assert {"motion", "world_state", "participant", "tracker", "glove", "heartbeat"} <= topics

@@ -48,16 +48,30 @@ class Ups:
         return running_conferences(name)[0]
 
     def end(self, name: str) -> int:
+        self.still_runs(name)
         process = self._processes.pop(name)
         process.send_signal(signal.SIGINT)
-        return process.wait()
+        code = process.wait()
+        if code:
+            print(self.said_by(name))
+        return code
+
+    def still_runs(self, name: str) -> None:
+        """Fails with all that the conference has said if it has ended."""
+        assert self._processes[name].poll() is None, self.said_by(name)
+
+    def said_by(self, name: str) -> str:
+        """All that a conference and its processes have said."""
+        logs = [self.folder / f"{name}.log", *(self.folder / "out").glob(f"*-{name}*/logs/*.log")]
+        return "\n".join(f"{log}:\n{log.read_text(errors='replace')}" for log in logs)
 
     def run(self, *words: str) -> subprocess.CompletedProcess[str]:
         return subprocess.run([*VISTEL, *words], cwd=self.folder, capture_output=True, text=True, check=False)
 
     def end_all(self) -> None:
-        for name in list(self._processes):
-            self.end(name)
+        for process in self._processes.values():
+            process.send_signal(signal.SIGINT)
+            process.wait()
 
 
 @pytest.fixture
@@ -90,7 +104,9 @@ def test_commands_find_the_conference_that_runs_and_each_run_has_its_own_folder(
     assert len({first.folder, second.folder, again.folder}) == 3
     assert (Path(second.folder) / "report.json").is_file()
 
+    ups.still_runs("first")
     assert ups.run("runs", "clear", "--keep", "1").returncode == 0
+    ups.still_runs("first")
     assert {p.name for p in (ups.folder / "out").iterdir()} == {"latest", Path(first.folder).name, Path(again.folder).name}
 
     assert ups.end("second") == ups.end("first") == 0

@@ -93,6 +93,14 @@ def _is_local(hubs: Sequence[str]) -> bool:
 
 
 async def _main(args: argparse.Namespace) -> int:
+    """Signs of life go on while the services end: who waits for a film to be written sees that it is worth it."""
+    async with background.service("life") as life:
+        if args.alive is not None:
+            life.start(alive.report(args.alive), "sign of life")
+        return await _run_until_told(args)
+
+
+async def _run_until_told(args: argparse.Namespace) -> int:
     conference = load(args.conference)
     plan = find(conference, args.node)
     paths = RunPaths(args.run, args.out)
@@ -105,8 +113,6 @@ async def _main(args: argparse.Namespace) -> int:
     bus: ZenohBus | None = None
     try:
         async with background.service("process") as process:
-            if args.alive is not None:
-                process.start(alive.report(args.alive), "sign of life")
             began = time.perf_counter()
             bus = await connect(conference, plan.site, clock, *args.hub)
             log.info("bus joined took_ms=%.0f", (time.perf_counter() - began) * 1e3)

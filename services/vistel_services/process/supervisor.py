@@ -15,7 +15,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from vistel.wire import alive, background
-from vistel_services.process.forking import ForkServer, Process, end, send_signal
+from vistel_services.process.forking import ForkServer, Process, send_signal
 
 log = logging.getLogger("vistel.supervisor")
 
@@ -29,6 +29,8 @@ STARTING_S = 300.0
 """As SILENT_S, before its first sign of life: it loads its modules until then, which may take long on a busy machine [s]."""
 ABORT_S = 2.0
 """How long a process that hangs may take to write down what it was doing [s]."""
+ENDING_S = 120.0
+"""How long a process that gives signs of life may take to end [s]: on a busy machine a film's last pictures take long."""
 STEADY_S = 10.0
 """A process that ran for less has failed early. The first failure in a row is mended at once, the next ones after a
 back-off and from nothing: what is loaded may be the cause."""
@@ -36,14 +38,14 @@ back-off and from nothing: what is loaded may be the cause."""
 
 @dataclass(frozen=True)
 class ProcessSpec:
-    """What to run. `stop_rank`: higher ranks are stopped first; `grace_s`: how long it may take to stop; `module`: what
-    has the `main` that runs, with `arguments`, so that it can be forked, None if it cannot; `alive`: the file of its signs of life
-    (`vistel.wire.alive`), None if it gives none; `server`: the fork server that has loaded what it needs."""
+    """What to run. `stop_rank`: higher ranks are stopped first; `grace_s`: how long it may stay silent while it stops; `module`:
+    what has the `main` that runs, with `arguments`, so that it can be forked, None if it cannot; `alive`: the file of its signs of
+    life (`vistel.wire.alive`), None if it gives none; `server`: the fork server that has loaded what it needs."""
 
     name: str
     argv: tuple[str, ...]
     stop_rank: int = 0
-    grace_s: float = 8.0
+    grace_s: float = 20.0
     env: dict[str, str] | None = None
     module: str | None = None
     arguments: tuple[str, ...] = ()
@@ -170,26 +172,55 @@ class Supervisor:
         await asyncio.sleep(ABORT_S)
         send_signal(process, signal.SIGKILL)
 
-    async def stop(self) -> dict[str, int]:
-        """Stop rank by rank: SIGTERM, then SIGKILL after the grace time. Returns the exit code of each; 0 for one that somebody
-        else killed just before: it would have been started again."""
+    async def stop(self, at_once: asyncio.Event | None = None) -> dict[str, int]:
+        """Stop rank by rank: SIGTERM, then SIGKILL for one that gives no sign of life for its grace time, takes longer than
+        ENDING_S, or is not to be waited for any longer because `at_once` is set. Returns the exit code of each; 0 for one that
+        somebody else killed just before: it would have been started again."""
+        hurry = at_once or asyncio.Event()
         for task in self._tasks.values():
             task.cancel()
         await asyncio.gather(*self._tasks.values(), return_exceptions=True)
         await asyncio.gather(*(server.stop() for server in self.fork_servers.values()))
         for rank in sorted({c.spec.stop_rank for c in self.children.values()}, reverse=True):
-            await asyncio.gather(*(_stop(c) for c in self.children.values() if c.spec.stop_rank == rank))
+            await asyncio.gather(*(_stop(c, hurry) for c in self.children.values() if c.spec.stop_rank == rank))
         return {n: 0 if c.killed else c.process.returncode or 0 for n, c in self.children.items() if c.process}
 
 
-async def _stop(child: Child) -> None:
+async def _stop(child: Child, hurry: asyncio.Event) -> None:
     if child.process is None:
         return
-    if await end(child.process, child.spec.grace_s):
-        log.error("killed process=%s reason=did not stop within %.0f s", child.spec.name, child.spec.grace_s)
+    send_signal(child.process, signal.SIGTERM)
+    if impatience := await _not_ended(child.process, child.spec, hurry):
+        send_signal(child.process, signal.SIGKILL)
+        await child.process.wait()
+        log.error("killed process=%s reason=%r", child.spec.name, impatience)
     elif child.process.returncode == -signal.SIGKILL:
         child.killed = True
         log.error("crashed process=%s signal=SIGKILL restart=no, everything stops", child.spec.name)
+
+
+async def _not_ended(process: Process, spec: ProcessSpec, hurry: asyncio.Event) -> str:
+    """Wait while `process` ends; why that is not worth waiting for any longer, empty when it has ended. Looks are counted, not
+    time, as the watchdog does."""
+    period_s = min(alive.PERIOD_S, spec.grace_s / 4)
+    seen, silent, looks = 0, 0, 0
+    ended, hurried = background.start(process.wait(), "end"), background.start(hurry.wait(), "hurry")
+    try:
+        while True:
+            await asyncio.wait({ended, hurried}, timeout=period_s, return_when=asyncio.FIRST_COMPLETED)
+            last = alive.last(spec.alive) if spec.alive is not None else 0
+            silent, seen, looks = silent + 1 if last == seen else 0, last, looks + 1
+            if ended.done():
+                return ""
+            if hurried.done():
+                return "not waited for"
+            if silent * period_s >= spec.grace_s:
+                return f"silent for {spec.grace_s:.0f} s while it stopped"
+            if looks * period_s >= ENDING_S:
+                return f"did not stop within {ENDING_S:.0f} s"
+    finally:
+        ended.cancel()
+        hurried.cancel()
 
 
 def _exit_text(code: int) -> str:

@@ -107,7 +107,7 @@ def test_a_container_has_no_rights_to_write_but_in_its_volumes(name: str) -> Non
     service = COMPOSE["services"][name]
     assert service.keys() <= {
         *("image", "build", "restart", "init", "read_only", "tmpfs", "cap_drop", "security_opt", "networks", "logging"),
-        *("command", "entrypoint", "depends_on", "ports", "volumes", "healthcheck"),
+        *("command", "entrypoint", "depends_on", "ports", "volumes", "healthcheck", "stop_grace_period"),
     }
     assert service["read_only"] is True and service["cap_drop"] == ["ALL"] and "no-new-privileges:true" in service["security_opt"]
     assert service["logging"]["options"].keys() == {"max-size", "max-file"}

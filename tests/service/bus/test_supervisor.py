@@ -69,6 +69,56 @@ def test_a_process_that_ignores_the_signal_is_killed_after_its_grace(tmp_path: P
     asyncio.run(scene())
 
 
+ENDS_SLOWLY = """
+import pathlib, signal, sys, time
+file, enough = pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2])
+told = []
+signal.signal(signal.SIGTERM, lambda *_: told.append(1))
+print("up", flush=True)
+while not told:
+    time.sleep(0.01)
+while not enough.exists():
+    file.touch()
+    print("ending", flush=True)
+    time.sleep(0.05)
+print("ended", flush=True)
+"""
+
+
+def _ends_slowly(folder: Path) -> ProcessSpec:
+    argv = (sys.executable, "-c", ENDS_SLOWLY, str(folder / "alive"), str(folder / "enough"))
+    return ProcessSpec("slow", argv, grace_s=0.4, alive=folder / "alive")
+
+
+def test_a_process_that_gives_signs_of_life_while_it_ends_is_waited_for(tmp_path: Path) -> None:
+    async def scene() -> None:
+        supervisor = Supervisor([_ends_slowly(tmp_path)], tmp_path)
+        await supervisor.start()
+        await until(lambda: "up" in supervisor.log_file("slow").read_text())
+        stopping = asyncio.create_task(supervisor.stop())
+        await until(lambda: supervisor.log_file("slow").read_text().count("ending") > 30)  # three times its grace
+        assert not stopping.done()
+        (tmp_path / "enough").touch()
+        assert await stopping == {"slow": 0}
+        assert supervisor.log_file("slow").read_text().endswith("ended\n")
+
+    asyncio.run(scene())
+
+
+def test_a_process_that_ends_is_waited_for_no_longer_than_its_user_wants(tmp_path: Path) -> None:
+    async def scene() -> None:
+        supervisor = Supervisor([_ends_slowly(tmp_path)], tmp_path)
+        await supervisor.start()
+        await until(lambda: "up" in supervisor.log_file("slow").read_text())
+        at_once = asyncio.Event()
+        stopping = asyncio.create_task(supervisor.stop(at_once))
+        await until(lambda: "ending" in supervisor.log_file("slow").read_text())
+        at_once.set()
+        assert await stopping == {"slow": -signal.SIGKILL}
+
+    asyncio.run(scene())
+
+
 def test_a_process_that_cannot_be_started_again_is_tried_until_it_can(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     program = tmp_path / "program"
 

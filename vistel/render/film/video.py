@@ -102,9 +102,9 @@ class VideoWriter:
         self._sounds.append((t_ns, opus))
 
     def close(self) -> None:
-        """Write what is left and end the file."""
+        """Write what is left and end the file, however long a busy machine takes for that."""
         self._queue.put(None)
-        self._thread.join(timeout=10.0)
+        self._thread.join()
 
     def _work(self) -> None:
         while (item := self._queue.get()) is not None:

@@ -29,8 +29,10 @@ from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_servers, until_loaded
 from vistel_cli.run.prepared import prepare
+from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.run.up import write_conference
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error, print_warning
+from vistel_cli.waiting import waiting
 from vistel_services.process import logs
 from vistel_services.process.clocks import ReplayClock, StandingClock
 from vistel_services.process.plan import HUB, hub_processes, site_processes
@@ -205,9 +207,8 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
 async def _play(
     reader: LogReader, conference: Conference, source: PublishedKind, speed: float, begin: float, end: float, output: Path
 ) -> int:
-    stop = asyncio.Event()
-    for signum in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+    told = Stopping()
+    stop = told.asked
     folder = output / "logs"
     folder.mkdir(exist_ok=True)
     logs.configure_file("hub/replay", folder / "replay.log")
@@ -262,7 +263,8 @@ async def _play(
                 stopping.cancel()
             await clock.sleep_until_ns(min(clock.now_ns(), end_ns) + int(conference.playout.longest_s * 1e9))
         finally:
-            codes = await supervisor.stop()
+            with waiting(ENDING, silent_s=1.0):
+                codes = await supervisor.stop(told.at_once)
         if leading is not None:
             leading.cancel()
             await asyncio.gather(leading, return_exceptions=True)

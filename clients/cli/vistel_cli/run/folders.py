@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import sys
 from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
@@ -12,6 +13,9 @@ from typing import Annotated
 import typer
 
 from vistel_cli.terminal import fail
+
+if sys.platform != "win32":
+    import fcntl
 
 OutFolder = Annotated[
     Path | None, typer.Option("-o", "--out", help="Folder for films, log and logs of processes; default: a new one in out/.")
@@ -24,7 +28,30 @@ _NAME = re.compile(r"\d{4}-\d{2}-\d{2}T\d{4}-.+")
 
 def run_folder(given: Path | None, name: str, *, latest: bool = True) -> Path:
     """The folder that the user gave, made where it is missing; else a new one, such as out/2026-11-22T0902-demo, for a run called
-    `name`. latest: out/latest leads to a new one from now on."""
+    `name`. It is in use until this process ends. latest: out/latest leads to a new one from now on."""
+    folder = _made(given, name, latest=latest)
+    if sys.platform != "win32":
+        with suppress(OSError):  # a file system without locks
+            fcntl.flock(os.open(folder, os.O_RDONLY), fcntl.LOCK_SH)
+    return folder
+
+
+def in_use(folder: Path) -> bool:
+    """Whether the process still lives that the folder was made for. (Never where the system has no such locks.)"""
+    if sys.platform == "win32":
+        return False
+    with suppress(OSError):
+        handle = os.open(folder, os.O_RDONLY)
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return True
+        finally:
+            os.close(handle)
+    return False
+
+
+def _made(given: Path | None, name: str, *, latest: bool) -> Path:
     if given is not None:
         try:
             given.mkdir(parents=True, exist_ok=True)

@@ -17,8 +17,10 @@ from vistel_cli.run.earlier_room import resume
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.pages import pages_of
 from vistel_cli.run.prepared import prepare
+from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.run.up import at_the_end, ended, write_conference
 from vistel_cli.terminal import FAILED, out, print_error, print_warning
+from vistel_cli.waiting import waiting
 from vistel_services.process import logs
 from vistel_services.process.monitoring import monitored
 from vistel_services.process.plan import ProcessPlan
@@ -53,9 +55,8 @@ async def _run(
     simulate: str | None = None,
     earlier: Path | None = None,
 ) -> int:
-    stop = asyncio.Event()
-    for signum in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+    stopping = Stopping()
+    stop = stopping.asked
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(Path(run), output.resolve())
         file = write_conference(conference, paths.run)
@@ -88,7 +89,8 @@ async def _run(
                     async with asyncio.timeout(seconds or None):
                         await stop.wait()
             finally:
-                codes = await supervisor.stop()
+                with waiting(ENDING, silent_s=1.0):
+                    codes = await supervisor.stop(stopping.at_once)
     for made in sorted(p for p in output.iterdir() if p.suffix in (".mp4", ".mcap")):
         out.print(f"  {made}  {made.stat().st_size / 1e6:.1f} MB", soft_wrap=True)
     bad = {n: c for n, c in codes.items() if c not in (0, -signal.SIGTERM)}

@@ -32,7 +32,7 @@ def host_spec(
     if measure_uplink:
         arguments += ("--measure-uplink",)
     rank = min(_STOP_RANK.get(s, 3) for s in plan.services)
-    return _spec(plan.node, "vistel_services.process.host", arguments, rank, paths, _server(plan), grace_s=10.0)
+    return _spec(plan.node, "vistel_services.process.host", arguments, rank, paths, _server(plan))
 
 
 def sim_spec(file: Path, paths: RunPaths, site: str | None = None) -> ProcessSpec:
@@ -93,13 +93,11 @@ def fork_server_spec(plans: Sequence[ProcessPlan], file: Path, *, simulators: bo
     return ForkServerSpec((sys.executable, "-m", "vistel_services.process.fork_server", str(file), *modules), _environment())
 
 
-def _spec(
-    name: str, module: str, arguments: tuple[str, ...], rank: int, paths: RunPaths, server: str, grace_s: float = 8.0
-) -> ProcessSpec:
+def _spec(name: str, module: str, arguments: tuple[str, ...], rank: int, paths: RunPaths, server: str) -> ProcessSpec:
     alive = paths.run / "alive" / name.replace("/", "-")
     arguments = (*arguments, "--alive", str(alive))
     argv = (sys.executable, "-m", module, *arguments)
-    return ProcessSpec(name, argv, rank, grace_s, _environment(), module, arguments, alive, server)
+    return ProcessSpec(name, argv, rank, env=_environment(), module=module, arguments=arguments, alive=alive, server=server)
 
 
 def _environment() -> dict[str, str]:

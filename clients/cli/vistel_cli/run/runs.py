@@ -11,7 +11,7 @@ import typer
 from rich.table import Table
 
 from vistel.conference.running import running_conferences
-from vistel_cli.run.folders import LATEST, RUNS, runs_in
+from vistel_cli.run.folders import LATEST, RUNS, in_use, runs_in
 from vistel_cli.terminal import fail, out
 
 app = typer.Typer(invoke_without_command=True)
@@ -71,11 +71,19 @@ def clear(keep: Annotated[int, typer.Option(min=0, help="How many of the newest 
 
 
 def _row(folder: Path) -> dict[str, Any]:
-    files = [f for f in folder.rglob("*") if f.is_file()]
+    files = list(folder.rglob("*"))
     return {
         "folder": str(folder),
-        "bytes": sum(f.stat().st_size for f in files),
+        "bytes": sum(_size(f) for f in files),
         "films": sum(f.suffix == ".mp4" for f in files),
         "log": any(f.suffix == ".mcap" for f in files),
-        "running": any(Path(r.folder).resolve() == folder.resolve() for r in running_conferences()),
+        "running": in_use(folder) or any(Path(r.folder).resolve() == folder.resolve() for r in running_conferences()),
     }
+
+
+def _size(file: Path) -> int:
+    """0 for a folder, and for what a run that goes on has just removed."""
+    try:
+        return file.stat().st_size if file.is_file() else 0
+    except FileNotFoundError:
+        return 0

@@ -45,6 +45,7 @@ from vistel_cli.run.observer import Observer
 from vistel_cli.run.pages import console_line, guests_line, pages_of, with_console
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.steps import Steps
+from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
 from vistel_cli.waiting import waiting
 from vistel_services.process import logs
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from vistel_cli.faults.links import Links
 
 START_LIMIT_S = 120.0
+"""Nothing more has come for so long: a run of some length has failed, one until Ctrl-C goes on without the rest [s]."""
 DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 
 
@@ -185,12 +187,13 @@ class _Run:
     ) -> None:
         self.conference, self.source, self.out, self.seconds, self.as_json = conference, source, output, seconds, as_json
         self.earlier, self.kept, self.simulate_links = earlier, dict[str, str](), links
-        self.stop, self.steps = asyncio.Event(), steps
+        self.stop, self.at_once, self.steps = asyncio.Event(), asyncio.Event(), steps
+        self.ready_s: float | None = None
+        """From the first process until all sites saw all participants; None: they never have."""
 
     async def run(self) -> int:
-        loop = asyncio.get_running_loop()
-        for signum in (signal.SIGINT, signal.SIGTERM):
-            loop.add_signal_handler(signum, self.stop.set)
+        stopping = Stopping()
+        self.stop, self.at_once = stopping.asked, stopping.at_once
         with tempfile.TemporaryDirectory(prefix="vistel-") as run:
             paths = RunPaths(Path(run), self.out.resolve())
             logs_folder = paths.out / "logs"
@@ -249,27 +252,25 @@ class _Run:
         running = _running(conference, self.source, endpoint, paths)
         if not self.as_json:
             self._print_beginning(running, len(specs))
-        ready_s: float | None = None
         cpu = CpuUse(supervisor)
         try:
             nodes = [p.node for p in plans]
             with announced(running), monitored(conference.monitoring.listen, paths.out / "metrics", nodes):
-                ready_s = await self._until_ready(observer, events, supervisor, started)
+                begun = await self._until_begun(observer, events, supervisor, started)
                 cpu.begin()
-                if ready_s is not None:
-                    self.steps.begin(f"everybody sees everybody after {ready_s:.1f} s")
-                    await self._until_done(observer, events)
+                if begun:
+                    await self._until_done(observer, events, started)
                 cpu.end()
         finally:
             if not self.as_json:
                 out.print("stopping …")
-            with waiting("ending films and log", silent_s=1.0):
+            with waiting(ENDING, silent_s=1.0):
                 await striker.mend()
-                codes = await supervisor.stop()
+                codes = await supervisor.stop(self.at_once)
                 await bus.close()
                 if struck.router:
                     struck.router.close()
-        return self._finish(observer, supervisor, codes, cpu, paths, ready_s)
+        return self._finish(observer, supervisor, codes, cpu, paths)
 
     def _print_beginning(self, running: Running, processes: int) -> None:
         title = Text.assemble((self.source.stem, "bold"), f": {len(self.conference.sites)} sites, {processes} processes")
@@ -288,12 +289,13 @@ class _Run:
         for what, where in (lines | {"folder": str(self.out)}).items():
             out.print(f"  {what:10}{where}", soft_wrap=True)
 
-    async def _until_ready(self, observer: Observer, events: Events, supervisor: Supervisor, started: float) -> float | None:
-        """Start everything. Returns the seconds until all sites saw all participants; None when stopped before."""
+    async def _until_begun(self, observer: Observer, events: Events, supervisor: Supervisor, started: float) -> bool:
+        """Start everything, and wait until all sites see all participants. Whether the conference begins, with all or without."""
         starting = background.start(start(supervisor, self.stop), "start")
         with _progress(self.as_json) as bar:
             pages = [d.name for d in devices_of(self.conference) if d.found_by_file]
             everything, starting_up = len(observer.missing()), {*simulated_names(self.conference), *pages}
+            fewest, since = everything, started
             task = bar.add_task("loading", total=everything)
             self.steps.begin("loading")
             while not self.stop.is_set():
@@ -306,31 +308,42 @@ class _Run:
                 if starting.done():
                     await starting
                 if not missing:
-                    return time.monotonic() - started
+                    self._ready(started)
+                    return True
                 self.steps.show(f"{shown}; {everything - len(missing)} of {everything} are there")
-                if time.monotonic() - started > START_LIMIT_S:
-                    what = f"not ready after {START_LIMIT_S:.0f} s: {', '.join(missing)}"
+                if len(missing) < fewest:
+                    fewest, since = len(missing), time.monotonic()
+                if starting.done() and time.monotonic() - since > START_LIMIT_S:
+                    what = f"for {START_LIMIT_S:.0f} s nothing more has come; missing: {', '.join(missing)}"
+                    if not self.seconds:
+                        print_warning(f"{what}; going on without; see {self.out / 'logs'}")
+                        return True
                     print_error(f"{what}; see {self.out / 'logs'}")
                     break
                 await _wait(self.stop, 0.1)
         starting.cancel()
         await asyncio.gather(starting, return_exceptions=True)
-        return None
+        return False
 
-    async def _until_done(self, observer: Observer, events: Events) -> None:
-        started = time.monotonic()
+    def _ready(self, started: float) -> None:
+        self.ready_s = time.monotonic() - started
+        self.steps.begin(f"everybody sees everybody after {self.ready_s:.1f} s")
+
+    async def _until_done(self, observer: Observer, events: Events, started: float) -> None:
+        begun = time.monotonic()
         with LiveTable(self.conference, observer, events, out, self.seconds, silent=self.as_json) as table:
             while not self.stop.is_set():
                 observer.poll()
-                elapsed = time.monotonic() - started
+                if self.ready_s is None and not observer.missing():
+                    self._ready(started)
+                elapsed = time.monotonic() - begun
                 table.update(elapsed)
                 if self.seconds and elapsed >= self.seconds:
                     return
                 await _wait(self.stop, 0.1)
 
-    def _finish(
-        self, observer: Observer, supervisor: Supervisor, codes: dict[str, int], cpu: CpuUse, paths: RunPaths, ready_s: float | None
-    ) -> int:
+    def _finish(self, observer: Observer, supervisor: Supervisor, codes: dict[str, int], cpu: CpuUse, paths: RunPaths) -> int:
+        ready_s = self.ready_s
         report: dict[str, Any] = {"conference": self.conference.name, "ready_after_s": ready_s and round(ready_s, 2)}
         report |= observer.report()
         report["processes"] = {
