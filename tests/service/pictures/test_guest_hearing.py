@@ -1,7 +1,7 @@
-"""What a guest's page plays, in a real browser: a voice sounds when its picture is seen, also while the page's own thread is held up.
+"""What a guest's page plays, in a real browser: a voice sounds when its picture is seen, also while the page's thread is held up.
 
-All services share one event loop here, and the processor draws: what is measured is whether voice and picture are late together, not
-how late (docs/how-to/invite-guests.md has figures of a whole conference).
+All services share one event loop here, and the processor draws: what is measured is whether voice and picture are late together,
+not how late (docs/how-to/invite-guests.md has figures of a whole conference).
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ HOLD = "(() => { const begun = performance.now(); while (performance.now() < beg
 
 
 def heard_later(heard: F64, said: F64, begin_ms: float, end_ms: float) -> tuple[float, float]:
-    """How much later than it was said a part is heard [ms], and how alike the two are (correlation). heard, said: (n, 2), times [ms]
-    and levels."""
+    """How much later than it was said a part is heard [ms], and how alike the two are (correlation). heard, said: (n, 2), times
+    [ms] and levels."""
     part = said[(said[:, 0] >= begin_ms) & (said[:, 0] < end_ms)]
     speaks = (part[:, 1] > 0.01).astype(float)
 
@@ -76,7 +76,7 @@ def test_a_voice_is_heard_when_its_picture_is_seen_also_while_the_page_is_held_u
             delay_ms = next(p["delay_ms"] for p in other.newest["numbers"]["people"] if p["name"] == "guest-2")
             # Both clocks are this machine's: what the page calls a time, in conference time.
             off_ms = room.clock.now_ns() * 1e-6 - time.time_ns() * 1e-6 + offset_ms
-            levels = np.array(heard) + (off_ms, 0.0)
+            levels = np.array(heard) + np.array((off_ms, 0.0))
             loud = envelope(sound, 96)
             said = np.stack((begun_ns * 1e-6 + np.arange(len(loud)) * 2 + 1, loud), 1)
             late_ms, alike = heard_later(levels, said, said[0, 0] + 3000, said[-1, 0])

@@ -41,7 +41,8 @@ console.log(JSON.stringify({ ...player.counts, skews }));
 
 @dataclass
 class Played:
-    """sound: what came out, from the clock's zero on; made, late, played: samples; skews: behind the picture after each chunk [ms]."""
+    """sound: what came out, from the clock's zero on; made, late, played: samples; skews: behind the picture after each chunk
+    [ms]."""
 
     sound: F32
     played: int
