@@ -7,8 +7,10 @@ missing() { echo "console: its page cannot be made: $1; run \`make web\` later" 
 
 pages=services/vistel_services/console/page
 stamp=clients/web/node_modules/.console-page
-wanted=$(cat clients/web/console/* clients/web/join/* clients/web/package-lock.json clients/web/build.mjs "$0" | sha256sum)
-if [ -f "$pages/console.js" ] && [ -f "$pages/join.js" ] && [ -f "$pages/microphone.js" ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
+wanted=$(cat clients/web/{connection,console,join,sound}/* clients/web/package-lock.json clients/web/build.mjs "$0" | sha256sum)
+made=yes
+for page in console join connection microphone player; do [ -f "$pages/$page.js" ] || made=no; done
+if [ $made = yes ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
 
 exec 9<"$0" # one at a time
 if command -v flock >/dev/null; then flock 9; fi

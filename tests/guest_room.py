@@ -112,10 +112,27 @@ class GuestRoom:
 
 
 class GuestPage:
-    """What a page does, without a browser."""
+    """What a page does, without a browser. newest: words of each kind, while it is `listening`."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self.socket = socket
+        self.newest: dict[str, dict[str, Any]] = {}
+
+    @contextlib.asynccontextmanager
+    async def listening(self) -> AsyncIterator[None]:
+        """As an open page: it takes whatever comes. The console lets go of one that does not, after some fifteen seconds."""
+
+        async def listen() -> None:
+            async for said in self.socket:
+                if said.type is aiohttp.WSMsgType.TEXT:
+                    self.newest[said.json()["kind"]] = said.json()
+
+        task = asyncio.create_task(listen())
+        try:
+            yield
+        finally:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
 
     async def told(self, kind: str) -> dict[str, Any]:
         """The next words of a kind."""

@@ -10,7 +10,9 @@ const pages = {
 const made = {
   "console/main.tsx": "services/vistel_services/console/page/console.js",
   "join/main.tsx": "services/vistel_services/console/page/join.js",
-  "join/microphone_worklet.ts": "services/vistel_services/console/page/microphone.js",
+  "connection/worker.ts": "services/vistel_services/console/page/connection.js",
+  "sound/microphone_worklet.ts": "services/vistel_services/console/page/microphone.js",
+  "sound/player_worklet.ts": "services/vistel_services/console/page/player.js",
 };
 const onlyConsole = process.argv.includes("--console");
 

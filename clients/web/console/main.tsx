@@ -1,12 +1,12 @@
 // The console: the room live, and how the conference goes.
 import { render } from "preact";
+import { canHear, Voices } from "../sound/voices";
 import { Goes, Troubles } from "./goes";
 import { History } from "./history";
 import { Labels } from "./labels";
 import { Looking } from "./looking";
 import { Room } from "./room";
 import { Travel } from "./travel";
-import { canHear, VOICES, Voices } from "./voices";
 import { decode, type Held, type Joints, type Numbers, type Table, type Words } from "./wire";
 import { type Chosen, Who } from "./who";
 
@@ -46,7 +46,7 @@ try {
 }
 const looking = room && new Looking(room, (now) => showViews((view = now)));
 const labels = room && new Labels(room, element("labels"));
-const voices = new Voices(room, (hears) => travel.wantVoices(hears));
+const voices = new Voices(room, () => travel.link, (hears) => travel.wantVoices(hears));
 
 /** Soon: what changes with every frame is laid out a few times a second. */
 function showSoon(): void {
@@ -114,11 +114,9 @@ function hear(words: Words): void {
 }
 
 function see(data: ArrayBuffer): void {
-  if (new Uint8Array(data)[0] === VOICES) return voices.take(data);
   const frame = joints && decode(data, joints);
   if (!frame) return;
   room?.receiveFrame(frame);
-  voices.frame(frame.tMs, room?.seenAfterMs ?? 0);
   const talks = new Set(frame.people.flatMap((p) => (p.talks ? [page.table?.people[p.who]?.name ?? ""] : [])));
   if (talks.size !== page.talks.size || [...talks].some((name) => !page.talks.has(name))) {
     page.talks = talks;
@@ -129,7 +127,7 @@ function see(data: ArrayBuffer): void {
 /** Browsers give sound where somebody has clicked. */
 function showSound(): void {
   const turn = () => {
-    voices.turn(!voices.on);
+    void voices.turn(!voices.on);
     showSound();
   };
   const text = canHear ? (voices.on ? "Sound is on" : "Hear the room") : "This browser cannot play voices";
@@ -181,6 +179,12 @@ if (room) {
     voices,
   };
 }
-const travel = new Travel({ words: hear, frame: see, trouble: say });
+const travel = new Travel({
+  words: hear,
+  frame: see,
+  trouble: say,
+  talker: (name, port) => voices.talker(name, port),
+  silent: (name) => voices.silent(name),
+});
 showSound();
 document.documentElement.dataset.begun = "true"; // missing.js says what is wrong where this does not come

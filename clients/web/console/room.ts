@@ -28,6 +28,8 @@ const COARSEST = 0.5;
 const COARSE = 0.7; // sharpness below which shadows are coarse, and drawn anew only
 const SELDOM = 3; // at every third picture
 const QUICK_MS = 14; // and finer again below
+const LOOK_MS = 4; // from one look whether a picture is there to the next
+const SEEN_MS = 200; // from one picture that is looked after to the next
 
 const SKIN_M = 0.05; // over a joint
 
@@ -43,6 +45,8 @@ export class Room {
   readonly things = new Map<string, { about: ThingRow; node: Group }>();
   held: Held = { kind: "held", grasps: [], touching: [] };
   picturesPerS = 0;
+  /** Told now and then: of which conference time a picture was, and when it was there (of `performance`) [ms]. */
+  seen: ((tMs: number, atMs: number) => void) | null = null;
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
   private readonly loader = new GLTFLoader();
@@ -50,6 +54,8 @@ export class Room {
   private joints: Joints | null = null;
   private table: Table | null = null;
   private shell: string | null = null;
+  private newest: { tMs: number; arrived: number } | null = null;
+  private seenAt = 0;
   private took = FRAME_MS;
   private last = 0;
   private drawn = 0;
@@ -101,6 +107,7 @@ export class Room {
   receiveFrame(frame: Frame): void {
     if (!this.table || frame.table !== this.table.table) return;
     const now = performance.now();
+    this.newest = { tMs: frame.tMs, arrived: now };
     for (const person of frame.people) {
       const about = this.table.people[person.who];
       if (about) this.figures.get(about.name)?.receive(person, now);
@@ -115,18 +122,18 @@ export class Room {
     }
   }
 
-  /** From the arrival of a frame until it is seen, about [ms]. */
-  get seenAfterMs(): number {
-    return Math.max(FRAME_MS, this.took);
-  }
-
   /** Draw; now: of `performance` [ms]. */
   draw(now: number): void {
     // Where pictures are slower than frames, the newest frame is shown as it is.
-    for (const figure of this.figures.values()) figure.step(now, this.took < FRAME_MS ? FRAME_MS : 0);
+    const overMs = this.took < FRAME_MS ? FRAME_MS : 0;
+    for (const figure of this.figures.values()) figure.step(now, overMs);
     this.drawn++;
     this.renderer.shadowMap.autoUpdate = this.sharpness > COARSE || this.drawn % SELDOM === 0;
     this.renderer.render(this.scene, this.camera);
+    if (this.seen && this.newest && now - this.seenAt > SEEN_MS) {
+      this.seenAt = now;
+      this.lookAfter(this.newest.tMs - Math.max(0, this.newest.arrived + overMs - now));
+    }
     this.adapt(now);
   }
 
@@ -158,6 +165,21 @@ export class Room {
       }
     }
     return found;
+  }
+
+  /** Tell when the picture that has just been asked for is there: drawing goes on after this thread has said what to draw. */
+  private lookAfter(tMs: number): void {
+    const gl = this.renderer.getContext() as WebGL2RenderingContext;
+    const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+    if (!drawn) return; // the context is lost
+    gl.flush();
+    const look = () => {
+      if (gl.isContextLost()) return;
+      if (gl.getSyncParameter(drawn, gl.SYNC_STATUS) !== gl.SIGNALED) return void setTimeout(look, LOOK_MS);
+      gl.deleteSync(drawn);
+      this.seen?.(tMs, performance.now());
+    };
+    setTimeout(look, LOOK_MS);
   }
 
   private async showThing(about: ThingRow): Promise<void> {

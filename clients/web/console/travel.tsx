@@ -1,14 +1,14 @@
 // The live room or a log of it: which of the two is seen, and how one gets from one to the other.
 import { render } from "preact";
+import { Link, type Listener } from "../connection/link";
 import type { Lanes, Playhead } from "./lanes";
-import { Link, type Listener } from "./link";
 import { Timeline } from "./timeline";
 import type { Hello } from "./wire";
 
 const BACK_S = 30;
 
 export class Travel {
-  private link: Link;
+  link: Link;
   private readonly timeline: Timeline;
   private past = false; // of a room that goes on
   private ofLog = false;

@@ -23,6 +23,7 @@ export function Who({ people, things, held, numbers, talks, chosen, choose }: Pr
   };
   const person = people.find((p) => p.name === chosen?.person);
   const thing = things.find((t) => t.id === chosen?.thing);
+  const muted = new Set(numbers?.people.filter((p) => p.muted).map((p) => p.name));
   const motion = numbers?.people.find((p) => p.name === person?.name);
   return (
     <>
@@ -33,7 +34,7 @@ export function Who({ people, things, held, numbers, talks, chosen, choose }: Pr
             <li key={p.name}>
               <button type="button" aria-pressed={person === p} onClick={() => choose(person === p ? null : { person: p.name })}>
                 {p.shown}
-                <small>{talks.has(p.name) ? "talks" : p.site}</small>
+                <small>{muted.has(p.name) ? "muted" : talks.has(p.name) ? "talks" : p.site}</small>
               </button>
             </li>
           ))}

@@ -56,6 +56,7 @@ export interface PersonNumbers {
   age_ms: number;
   jitter_ms: number;
   delay_ms: number;
+  muted: boolean; // by themselves or by the host
 }
 export interface Service {
   node: string;

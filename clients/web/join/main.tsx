@@ -1,16 +1,15 @@
 // The page of a guest: whoever has the link chooses a person, enters, and is in the room, led by mouse and keys.
 import { render } from "preact";
 import { Vector3 } from "three";
+import { Link } from "../connection/link";
 import { Labels } from "../console/labels";
-import { Link } from "../console/link";
 import { Room } from "../console/room";
-import { canHear, VOICES, Voices } from "../console/voices";
 import { decode, type Frame, type Invited, type Joints, type Table, type Words } from "../console/wire";
-import { ConferenceTime } from "./conference_time";
+import { Microphone } from "../sound/microphone";
+import { canHear, Voices } from "../sound/voices";
 import { Eyes } from "./eyes";
 import { GESTURES, Gestures } from "./gestures";
 import { Hand } from "./hand";
-import { Microphone } from "./microphone";
 import { record } from "./record";
 import { switchLanguage, text, translated } from "./words";
 
@@ -31,7 +30,6 @@ declare global {
       sharp(): void;
       voices: Voices;
       microphone: Microphone;
-      time: ConferenceTime;
     };
   }
 }
@@ -56,14 +54,14 @@ let invited: Invited | null = null;
 let eyes: Eyes | null = null;
 let hand: Hand | null = null;
 let person = ""; // as whom the guest has entered
+let muted = false; // by the host
 let sent = 0;
 let movedAt = 0;
 let askedAt = 0;
 const pointer = { x: 0, y: 0, turning: false }; // where it is in the picture (-1 to 1, up)
 let speaker = "";
-const voices = new Voices(room, (hear) => person && link.send(JSON.stringify({ hear })));
-const time = new ConferenceTime((words) => invited && link.send(words));
-const microphone = new Microphone((ms) => time.at(ms), (data) => person && link.send(data), () => showWords());
+const voices = new Voices(room, () => link, (hear) => person && link.send(JSON.stringify({ hear })));
+const microphone = new Microphone(() => link, () => Boolean(person), () => showWords());
 const meter = document.createElement("meter");
 
 function opened(): Room | null {
@@ -82,8 +80,12 @@ function hear(words: Words): void {
     element("conference").textContent = words.conference;
   } else if (words.kind === "refused") {
     say(words.reason, true);
-  } else if (words.kind === "time") {
-    time.hear(words.asked, words.ms);
+  } else if (words.kind === "numbers") {
+    const now = words.people.some((p) => p.muted && p.name === invited?.participant);
+    if (now !== muted) {
+      muted = now;
+      showWords();
+    }
   } else if (words.kind === "invited") {
     invited = words;
     if (room && !eyes) {
@@ -107,11 +109,9 @@ function hear(words: Words): void {
 }
 
 function see(data: ArrayBuffer): void {
-  if (new Uint8Array(data)[0] === VOICES) return voices.take(data);
   const frame = joints && decode(data, joints);
   if (!frame) return;
   room?.receiveFrame(frame);
-  voices.frame(frame.tMs, room?.seenAfterMs ?? 0);
   speaker = who(frame.people.find((p) => p.talks && who(p) !== invited?.participant));
 }
 
@@ -138,7 +138,8 @@ function showDoor(words: Invited): void {
   const enter = (chosen: string) => {
     person = chosen;
     link.send(JSON.stringify({ person }));
-    voices.turn(true);
+    microphone.tell();
+    void voices.turn(true).then(showDoes);
     element("door").hidden = true;
     element("does").hidden = false;
     showDoes();
@@ -177,6 +178,7 @@ function MicrophoneButton() {
       <button type="button" id="microphone" aria-pressed={state === "on"} disabled={state === "asking"} onClick={turn}>
         {text(`mic_${state}`)}
       </button>
+      {muted && state === "on" && <span role="status">{text("muted")}</span>}
       {state === "on" && <span ref={(at) => at?.append(meter)} />}
     </>
   );
@@ -184,8 +186,7 @@ function MicrophoneButton() {
 
 function showDoes(): void {
   const turn = () => {
-    voices.turn(!voices.on);
-    showDoes();
+    void voices.turn(!voices.on).then(showDoes);
   };
   render(
     <>
@@ -273,7 +274,15 @@ function ask(): void {
 
 const link = new Link(
   `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/guest`,
-  { words: hear, frame: see, trouble: say },
+  {
+    words: hear,
+    frame: see,
+    trouble: say,
+    talker: (name, port) => voices.talker(name, port),
+    silent: (name) => voices.silent(name),
+    spoken: (level, bytes) => Object.assign(microphone, { level, sent: bytes }),
+    speechless: () => microphone.lose("cannot"),
+  },
   JSON.stringify({ token }),
 );
 if (!token) say(text("noInvitation"), true);
@@ -296,7 +305,6 @@ else {
     sharp: () => room.sharp(),
     voices,
     microphone,
-    time,
   };
 }
 meter.setAttribute("aria-label", text("level"));

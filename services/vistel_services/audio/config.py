@@ -27,11 +27,12 @@ class Microphone:
 class Config:
     """listener: the participant for whom voices get directions; loudspeaker: as in the conference file; latency_s: from the
     sound card to the ear; delay_unit: name of the unit between sound card and loudspeaker, "" for none; memory: file of the
-    microphones' switches."""
+    microphones' switches; pages: guests of this site, whose voices the gateway passes on."""
 
     site: str
     listener: str
     microphones: tuple[Microphone, ...] = ()
+    pages: tuple[str, ...] = ()
     loudspeaker: str = "none"
     policy: Policy = MATCH
     spatial: SpatialMode = "pan"
@@ -57,7 +58,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         source = site.microphone_of(person)
         if source == "sim":
             source = str(paths.device(microphone_name(person.name)))
-        if source not in ("none", "page"):  # what a guest says at their page, the gateway passes on
+        if source not in ("none", "page"):
             microphones.append(Microphone(person.name, source, audio.push_to_talk))
     loudspeaker = audio.loudspeaker
     if loudspeaker.lower().endswith(".wav"):
@@ -67,6 +68,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         site.name,
         site.participants[0].name,
         tuple(microphones),
+        tuple(p.name for p in site.participants if p.by_link),
         loudspeaker,
         audio.policy,
         audio.spatial,

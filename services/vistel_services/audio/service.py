@@ -8,6 +8,7 @@ from prometheus_client import Counter, Gauge
 
 from vistel.arrays import F32
 from vistel.audio.capture import MicrophoneCapture
+from vistel.audio.microphone_switches import PAGE, MicrophoneSwitches
 from vistel.audio.opus import FRAME_NS, Encoder, version
 from vistel.audio.received_voices import ReceivedVoices
 from vistel.v1.audio_pb2 import Sound, SoundStatus
@@ -17,7 +18,6 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.audio.config import Config
 from vistel_services.audio.heads import Heads
 from vistel_services.audio.inputs import InputOpener
-from vistel_services.audio.microphone_switches import MicrophoneSwitches
 from vistel_services.audio.outputs import Loudspeaker
 from vistel_services.audio.unit import DelayUnit
 from vistel_services.audio.voice_sender import VoiceSender
@@ -72,7 +72,8 @@ class _Site:
 
     def __init__(self, config: Config, bus: Bus, clock: Clock) -> None:
         self._config = config
-        self._switches = MicrophoneSwitches(((m.participant, m.push_to_talk) for m in config.microphones), config.memory)
+        wanted = {m.participant: m.push_to_talk for m in config.microphones} | dict.fromkeys(config.pages, False)
+        self._switches = MicrophoneSwitches(wanted, config.memory)
         self._senders = [
             VoiceSender(
                 m.participant,
@@ -161,6 +162,8 @@ class _Site:
         self._voices_received.fill(message, now_ns, self._heard_ns, least_s)
         for sender in self._senders:
             sender.fill(message.microphones.add(), now_ns)
+        for name in self._config.pages:  # the service of guests does what the switch says
+            message.microphones.add(participant=name, source=PAGE, open=True, muted=not self._switches[name].open)
         _KNOWN.labels(self._config.site).set(float(message.acoustic_known))
         self._measure(message)
         self._status.put(message)

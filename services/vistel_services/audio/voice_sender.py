@@ -11,11 +11,11 @@ from prometheus_client import Counter, Gauge
 from vistel.arrays import F32
 from vistel.audio.capture import MicrophoneCapture
 from vistel.audio.levels import SILENT_DB, Level, Meter
+from vistel.audio.microphone_switches import MicrophoneSwitch
 from vistel.audio.opus import FRAME_NS, Encoder
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Publication
 from vistel.wire.uplink import MOST_FRAMES, Uplink
-from vistel_services.audio.microphone_switches import MicrophoneSwitch
 
 log = logging.getLogger("vistel.audio")
 

@@ -5,8 +5,9 @@ from importlib import resources
 BUNDLE = "console.js"
 GUEST_BUNDLE = "join.js"
 """Of the page for guests; made with the other."""
-MICROPHONE_BUNDLE = "microphone.js"
-"""What that page's microphone is read with, on the browser's thread for sound."""
+OF_BOTH = ("connection.js", "microphone.js", "player.js")
+"""What both pages load when they need it: the worker that holds the connection, and what a microphone is read and voices are played
+with, on the browser's thread for sound."""
 FOLDER = resources.files("vistel_services.console") / "page"
 
 

@@ -74,6 +74,8 @@ class Numbers:
     def _people(self, instant: Instant, received: Counter[str]) -> list[dict[str, Any]]:
         seconds = (instant.now_ns - self._counted_ns) * 1e-9
         since = received - self._counted if self._counted_ns else Counter[str]()
+        sounds: list[SoundStatus] = [s.message for s in self._newest["sound_status"].values()]
+        muted = {m.participant for sound in sounds for m in sound.microphones if m.muted}
         self._counted, self._counted_ns = received.copy(), instant.now_ns
         return [
             {
@@ -83,6 +85,7 @@ class Numbers:
                 "age_ms": p.timing.age_ns * 1e-6,
                 "jitter_ms": p.timing.jitter_ns * 1e-6,
                 "delay_ms": p.timing.delay_ns * 1e-6,
+                "muted": p.about.name in muted,
             }
             for p in instant.people
         ]

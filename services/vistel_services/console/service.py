@@ -26,8 +26,8 @@ _OF_GUESTS = {
     "/join": "join.html",
     "/join.css": "join.css",
     f"/{bundle.GUEST_BUNDLE}": bundle.GUEST_BUNDLE,
-    f"/{bundle.MICROPHONE_BUNDLE}": bundle.MICROPHONE_BUNDLE,
     "/missing.js": "missing.js",
+    **{f"/{name}": name for name in bundle.OF_BOTH},
 }
 """What anybody may read: who opens it has no more than an empty page until the link's token is shown."""
 SERVED = _OF_GUESTS | {

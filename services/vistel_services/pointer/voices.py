@@ -7,11 +7,13 @@ import logging
 from dataclasses import dataclass
 from pathlib import Path
 
+from vistel.audio.delay_policy import MATCH
+from vistel.audio.microphone_switches import PAGE, MicrophoneSwitches
 from vistel.audio.page_voice import PageVoice
 from vistel.conference.device_names import microphone_name
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
-from vistel.v1.audio_pb2 import Voice
+from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -23,50 +25,65 @@ _LEVEL_NS = 240_000_000
 """How often a crowd is told how loud a voice is."""
 _CONTROL_NS = 100_000_000
 """How soon a microphone is muted that somebody mutes."""
+_REPORT_NS = 250_000_000
 
 
 @dataclass(frozen=True)
 class Microphones:
-    """files: by participant, where the gateway finds the port; crowded: whether levels are published."""
+    """files: by participant, where the gateway finds the port; memory: file of their switches; crowded: whether levels are
+    published; reports: whether their state is, which the audio service does where the site has one."""
 
     site: str
     files: dict[str, Path]
+    memory: Path
     crowded: bool
+    reports: bool
 
 
 def microphones(conference: Conference, site: Site, paths: RunPaths) -> Microphones:
     """Those of the pages of a site."""
     files = {p.name: paths.device(microphone_name(p.name)) for p in site.participants if p.by_link}
-    return Microphones(site.name, files, bool(conference.crowd))
+    return Microphones(site.name, files, paths.run / f"{site.name}-pages.json", bool(conference.crowd), site.audio is None)
 
 
 async def run_microphones(config: Microphones, bus: Bus, clock: Clock) -> None:
     """Publish the voices of guests until cancelled."""
     controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
+    switches = MicrophoneSwitches(dict.fromkeys(config.files, False), config.memory)
+    status = bus.publish(BY_NAME["sound_status"])
     with contextlib.ExitStack() as open_now:
         open_now.callback(controls.close)
-        pages = {name: _Page(name, config, bus) for name in config.files}
         for name, file in config.files.items():
-            transport = UdpTransport(0, clock, pages[name].take, file, "", ())
+            transport = UdpTransport(0, clock, _Page(name, switches, config, bus).take, file, "", ())
             open_now.callback(transport.close)
-        due_ns = clock.now_ns()
+        due_ns = reported_ns = clock.now_ns()
         while True:
             for sample in controls.take():
-                if page := pages.get(sample.names["participant"]):
-                    page.open = not sample.message.muted and (sample.message.talk or not sample.message.push_to_talk)
+                switches.follow(sample.names["participant"], sample.message)
+            if config.reports and due_ns - reported_ns >= _REPORT_NS:
+                reported_ns = due_ns
+                status.put(_report(config, switches, due_ns))
             await clock.sleep_until_ns(due_ns := max(due_ns + _CONTROL_NS, clock.now_ns()))
 
 
+def _report(config: Microphones, switches: MicrophoneSwitches, now_ns: int) -> SoundStatus:
+    message = SoundStatus(site=config.site, policy=str(MATCH), loudspeaker=PAGE, acoustic_known=True)
+    message.header.t_ns = now_ns
+    for name in config.files:
+        message.microphones.add(participant=name, source=PAGE, open=True, muted=not switches[name].open)
+    return message
+
+
 class _Page:
-    def __init__(self, participant: str, config: Microphones, bus: Bus) -> None:
-        self.open = True
+    def __init__(self, participant: str, switches: MicrophoneSwitches, config: Microphones, bus: Bus) -> None:
+        self._participant, self._switches = participant, switches
         self._voice, self._told_ns = PageVoice(), 0
         self._publication = bus.publish(BY_NAME["voice"], participant=participant)
         self._levels = bus.publish(BY_NAME["voice_level"], participant=participant) if config.crowded else None
 
     def take(self, data: bytes, now_ns: int) -> None:
         """What the gateway has passed on."""
-        message = self._voice.message(data, now_ns) if self.open else None
+        message = self._voice.message(data, now_ns) if self._switches[self._participant].open else None
         if message is None:
             return
         self._publication.put(message)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import logging
 from dataclasses import replace
@@ -13,6 +14,7 @@ from vistel.messages.postures import sample_of
 from vistel.space.people import build_like, build_of
 from vistel.v1.device_pb2 import Guest
 from vistel.v1.motion_pb2 import Participant
+from vistel.wire import background
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock, on_thread
 from vistel.wire.motion.publication import MotionPublication
@@ -23,7 +25,9 @@ from vistel_services.posture.own_avatar import own_avatar
 log = logging.getLogger("vistel.posture")
 
 GONE_NS = 3_000_000_000
-"""Without a word of the gateway, which speaks four times a second, for so long, a guest has left."""
+"""Without a word of the gateway, which speaks four times a second, for so long, a guest has left,"""
+_GONE_ROUNDS = 60
+"""if it was listened for so often meanwhile: a machine that halts hears late, and nobody has left for that."""
 
 
 async def run_guests(config: Config, bus: Bus, clock: Clock) -> None:
@@ -40,7 +44,7 @@ async def run_guests(config: Config, bus: Bus, clock: Clock) -> None:
             for sample in pages.take():
                 seat = seats.get(sample.names["device"])
                 if seat is not None and sample.message.HasField("guest"):
-                    await seat.take_guest(sample.message.guest)
+                    seat.hear(sample.message.guest)
                 elif seat is not None and seat.capture is not None:
                     seat.capture.take(sample.message)
             for seat in seats.values():
@@ -55,26 +59,30 @@ class _Seat:
         self._motion = MotionPublication(bus, person.name, crowded=config.crowded, losses=config.losses, repeats=config.repeats)
         self._about: Publication = bus.publish(BY_NAME["participant"], participant=person.name)
         self._who = Guest()
-        self._heard_ns = 0
+        self._heard_ns = self._unheard = 0
+        self._entering: asyncio.Task[None] | None = None
         self.capture: PointerCapture | None = None
         """None: nobody is there."""
 
-    async def take_guest(self, who: Guest) -> None:
+    def hear(self, who: Guest) -> None:
         """What the gateway says of the seat."""
         if who.left:
             self._leave("page closed")
             return
-        self._heard_ns = self._clock.now_ns()
-        if self.capture is not None and who == self._who:
-            return
+        self._heard_ns, self._unheard = self._clock.now_ns(), 0
+        if self._entering is None and (self.capture is None or who != self._who):
+            self._entering = background.start(self._enter(who), "guest enters")
+            self._entering.add_done_callback(lambda _: setattr(self, "_entering", None))
+
+    async def _enter(self, who: Guest) -> None:
+        """Beside all else: that a figure is made takes seconds, and others move meanwhile."""
         person = replace(self._person, display_name=who.display_name or self._person.display_name)
         if who.avatar.startswith("builtin"):
             person = replace(person, avatar=who.avatar)
         own = await on_thread(self._clock, lambda: own_avatar(person))
         build = build_of(person.height_m, 1.0) if own is None else build_like(own.proportions)
         self.capture, self._who = PointerCapture(person.name, build, person.seat), who
-        self._heard_ns = self._clock.now_ns()
-        self._about.put(about(person, own, self._site, self._heard_ns))
+        self._about.put(about(person, own, self._site, self._clock.now_ns()))
         log.info("event=guest_entered participant=%s avatar=%s", person.name, person.avatar)
 
     def publish(self) -> None:
@@ -82,13 +90,16 @@ class _Seat:
         now_ns = self._clock.now_ns()
         if self.capture is None:
             return
-        if now_ns - self._heard_ns > GONE_NS:
+        self._unheard += 1
+        if now_ns - self._heard_ns > GONE_NS and self._unheard > _GONE_ROUNDS:
             self._leave("gateway silent")
             return
         posture = self.capture.solve(now_ns)
         self._motion.put(sample_of(posture, self._motion.next_seq, now_ns, gaze=posture.gaze, face=None, lids=posture.lids))
 
     def _leave(self, reason: str) -> None:
+        if self._entering is not None:
+            self._entering.cancel()
         if self.capture is None:
             return
         self.capture, self._who = None, Guest()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from pathlib import Path
 from typing import Any
 
@@ -43,8 +44,10 @@ def test_a_guest_opens_the_link_enters_looks_waves_touches_and_rests(monkeypatch
             page(tmp_path, *SOFTWARE_GL) as tab,
             GuestRoom(tmp_path).serving(monkeypatch) as room,
             room.opened(room.invited("guest-2", "Bob")) as other,
+            contextlib.AsyncExitStack() as there,
         ):
             await other.enter("ben")
+            await there.enter_async_context(other.listening())
             await entered(tab, room, room.invited())
             assert {m.participant for m in room.heard if not m.left} <= {"guest-1", "guest-2"}
             await tab.until("window.guest.joints('guest-2').length > 0")
@@ -73,7 +76,7 @@ def test_a_guest_opens_the_link_enters_looks_waves_touches_and_rests(monkeypatch
             room.moved.clear()
             await room.until(lambda: room.moved.count("guest-1") > 120, "the figure lives on")
             assert await tab.value("window.guest.sent()") <= sent + 26
-            assert not any(m.left for m in room.heard)
+            assert not [m.participant for m in room.heard if m.left]
             await tab.call("Page.navigate", url="about:blank")
             await room.until(lambda: any(m.left and m.participant == "guest-1" for m in room.heard), "the guest has left")
             assert not [m for m in tab.messages if "Error" in m], tab.messages

@@ -14,63 +14,22 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import page
-from guest_room import GuestPage, GuestRoom
+from guest_room import GuestRoom
+from page_speech import LISTEN, envelope, speak, talk
 
-from vistel.arrays import F32
-from vistel.audio.opus import FRAME, FRAME_NS, RATE, Decoder, Encoder
-from vistel.audio.page_voice import voice_record
+from vistel.audio.opus import RATE, Decoder
 from vistel_services import audio
 from vistel_services.console import bundle
 
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 LOUD, QUIET = 0.01, 0.001
-# What the page hears, each 10 ms: [performance.now(), level].
-TAP = """(() => {
-  const { voices } = window.guest, block = new Float32Array(1024);
-  const analyser = new AnalyserNode(voices.output.context, { fftSize: 1024 });
-  voices.output.connect(analyser);
-  window.tapped = [];
-  setInterval(() => {
-    analyser.getFloatTimeDomainData(block);
-    window.tapped.push([performance.now(), Math.sqrt(block.reduce((s, x) => s + x * x, 0) / 1024)]);
-  }, 10);
-  return true;
-})()"""
-
-
-def talk(seed: int, seconds: float) -> F32:
-    """Syllables and pauses of irregular length: a voice's envelope, which only itself matches."""
-    rng, out = np.random.default_rng(seed), np.zeros(int(seconds * RATE), np.float32)
-    at = RATE // 4
-    while at < len(out) - RATE:
-        long = int(rng.uniform(0.15, 0.5) * RATE)
-        t = np.arange(long) / RATE
-        tone = sum(np.sin(2 * np.pi * k * rng.uniform(110, 150) * t + rng.uniform(0, 6)) / k for k in range(1, 16))
-        out[at : at + long] = 0.15 * tone * np.hanning(long) ** 0.3
-        at += long + int(rng.uniform(0.15, 0.7) * RATE)
-    return out
-
-
-def envelope(sound: F32) -> F32:
-    """Loudness in steps of 10 ms."""
-    steps = sound[: len(sound) // 480 * 480].reshape(-1, 480)
-    return np.sqrt((steps**2).mean(axis=1))
-
-
-async def speak(room: GuestRoom, visit: GuestPage, sound: F32) -> None:
-    """As a page's microphone does, in real time."""
-    encoder, begun_ns = Encoder(), room.clock.now_ns()
-    for n in range(len(sound) // FRAME):
-        await room.clock.sleep_until_ns(begun_ns + (n + 1) * FRAME_NS)
-        packet = encoder.encode(sound[n * FRAME : (n + 1) * FRAME])
-        await visit.socket.send_bytes(voice_record(begun_ns + n * FRAME_NS - encoder.lookahead_ns, packet))
 
 
 @pytest.mark.alone
 def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_heard_at_the_page(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    if not (bundle.FOLDER / bundle.MICROPHONE_BUNDLE).is_file():
+    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
         pytest.skip("the page for guests has not been made (make web)")
     ann, bob = talk(1, 12.0), talk(2, 7.0)
     with wave.open(str(tmp_path / "ann.wav"), "wb") as file:
@@ -86,11 +45,13 @@ def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_h
             page(tmp_path, *SOFTWARE_GL, *fake) as tab,
             GuestRoom(tmp_path, None, hall).serving(monkeypatch) as room,
             room.opened(room.invited("guest-2", "Bob")) as other,
+            contextlib.AsyncExitStack() as there,
         ):
             site = room.conference.sites[1]
             config = audio.configure(room.conference, site, room.paths)
             listening = asyncio.create_task(audio.run(config, room.network.bus("c", "hall", room.clock), room.clock))
             await other.enter("ben")
+            await there.enter_async_context(other.listening())
             await tab.open(f"http://{room.address}/join#{room.invited()}", 560, 640)
             await tab.until("document.documentElement.dataset.begun")
             if not await tab.value("Boolean(window.guest)"):
@@ -104,11 +65,12 @@ def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_h
             await tab.click(".people button[aria-current=true]")
             await tab.until("window.guest.me() === 'guest-1' && window.guest.joints('guest-2').length > 0")
             await tab.until("window.guest.ready() >= 2")  # what takes long is done
-            assert await tab.value(TAP)
+            await tab.until("Boolean(window.guest.voices.output)")
+            assert await tab.value(LISTEN)
             await room.until(lambda: sum(name == "guest-1" and bool(m.opus) for name, m in room.spoken) > 50, "the page's voice")
-            alone = np.array(await tab.value("window.tapped"))[:, 1]
+            alone = np.array(await tab.value("window.heard()"))[:, 1]
             await speak(room, other, bob)
-            await tab.until("window.tapped.filter(([, level]) => level > 0.003).length > 50")
+            await tab.until("window.heard().filter(([, level]) => level > 0.003).length > 250")
             room.take()
             listening.cancel()
             with contextlib.suppress(asyncio.CancelledError):

@@ -217,12 +217,14 @@ async def _patiently(subscription: Subscription) -> AsyncIterator[Sample]:
 
 
 def _person(conference: Conference, who: str | None) -> tuple[str, str]:
-    people = {p.name: site.name for site in conference.sites for p in site.participants}
+    people = {p.name: (p, site.name) for site in conference.sites for p in site.participants}
     name = who or next(iter(people))
     if name not in people:
         fail(f"--as {name}: no such participant; there are {', '.join(people)}", USAGE)
-    _check_sound(conference, people[name])
-    return name, people[name]
+    person, site = people[name]
+    if not person.by_link:  # a guest speaks at their page, whatever their site has
+        _check_sound(conference, site)
+    return name, site
 
 
 def _check_sound(conference: Conference, *sites: str) -> None:

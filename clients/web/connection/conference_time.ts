@@ -35,11 +35,6 @@ export class ConferenceTime {
     return ms + this.offset;
   }
 
-  /** Half of the quickest answer's time: how far it may be wrong [ms]. */
-  get uncertainty(): number {
-    return Math.min(...this.answers.map((a) => a.took)) / 2;
-  }
-
   private go(): void {
     this.ask(JSON.stringify({ time: performance.now() }));
     setTimeout(() => this.go(), this.answers.length < 5 ? SOON_MS : ASK_MS);

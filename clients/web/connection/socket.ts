@@ -1,8 +1,8 @@
-// The WebSocket, which comes back by itself.
-import type { Words } from "./wire";
+// The WebSocket, which comes back by itself; it lives in a worker.
+import type { Words } from "../console/wire";
 
-const SILENT_MS = 5000; // while somebody watches, something comes thirty times a second
 const LOOK_MS = 1000;
+const MOST_UNHEARD = 5; // looks at which nothing had come since the one before: while somebody watches, frames come all the time
 const FIRST_WAIT_MS = 500;
 const MOST_WAIT_MS = 5000;
 const FINAL = 4400; // with such a code and above, there is nothing to come back to (services/vistel_services/console/guests.py)
@@ -10,18 +10,18 @@ const ENDED = 1001; // what the console closes with when the conference ends
 
 export interface Listener {
   words(words: Words): void;
-  frame(data: ArrayBuffer): void;
+  data(data: ArrayBuffer): void;
   /** text: why nothing comes; null: it does. */
   trouble(text: string | null): void;
 }
 
-export class Link {
+export class Socket {
   private socket: WebSocket | null = null;
   private wait = FIRST_WAIT_MS;
-  private heardAt = 0;
+  private unheard = 0; // looks, not time: after a halt of the machine, what has come meanwhile is taken first
   private ended = false;
   private over = false;
-  private later = 0;
+  private later: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
     private readonly address: string,
@@ -31,19 +31,17 @@ export class Link {
     this.open();
     setInterval(() => this.look(), LOOK_MS);
     addEventListener("online", () => this.again());
-    // A tab that was asleep finds out at once.
-    document.addEventListener("visibilitychange", () => document.hidden || this.look());
   }
 
   private open(): void {
     const socket = new WebSocket(this.address);
     socket.binaryType = "arraybuffer";
     this.socket = socket;
-    this.heardAt = performance.now();
+    this.unheard = 0;
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
-      this.heardAt = performance.now();
+      this.unheard = 0;
       this.wait = FIRST_WAIT_MS;
-      if (typeof event.data !== "string") return this.listener.frame(event.data);
+      if (typeof event.data !== "string") return this.listener.data(event.data);
       const words = JSON.parse(event.data) as Words;
       if (words.kind === "hello") {
         this.ended = false;
@@ -58,7 +56,7 @@ export class Link {
       if (event.code >= FINAL) return void (this.over = true);
       this.ended ||= event.code === ENDED;
       this.listener.trouble(this.ended ? "The conference has ended. This page waits for the next one." : "Nothing comes; trying again.");
-      this.later = window.setTimeout(() => this.open(), this.wait);
+      this.later = setTimeout(() => this.open(), this.wait);
       this.wait = Math.min(2 * this.wait, MOST_WAIT_MS);
     };
   }
@@ -68,22 +66,14 @@ export class Link {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(data);
   }
 
-  /** Come back no more. */
-  close(): void {
-    this.over = true;
-    clearTimeout(this.later);
-    const socket = this.socket;
-    this.socket = null;
-    socket?.close();
-  }
-
   private again(): void {
     if (this.socket || this.over) return;
     clearTimeout(this.later);
     this.open();
   }
 
-  private look(): void {
-    if (this.socket && performance.now() - this.heardAt > SILENT_MS) this.socket.close();
+  /** Whether it still lives; one that does not is opened anew. */
+  look(): void {
+    if (++this.unheard > MOST_UNHEARD) this.socket?.close();
   }
 }

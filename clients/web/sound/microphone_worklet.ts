@@ -1,4 +1,6 @@
-// Reads a microphone on the browser's thread for sound: blocks of 10 ms, mono, with the context's time at their end.
+// Reads a microphone on the browser's thread for sound: blocks of 10 ms, mono, go to the port that is given.
+import type { Block } from "../connection/messages";
+
 declare const currentTime: number;
 declare const sampleRate: number;
 declare const registerProcessor: (name: string, processor: new () => AudioWorkletProcessor) => void;
@@ -7,8 +9,14 @@ declare class AudioWorkletProcessor {
 }
 
 class Reader extends AudioWorkletProcessor {
+  private to: MessagePort | null = null;
   private block = new Float32Array(sampleRate / 100);
   private filled = 0;
+
+  constructor() {
+    super();
+    this.port.onmessage = ({ data }: MessageEvent<MessagePort>) => (this.to = data);
+  }
 
   process(inputs: Float32Array[][]): boolean {
     const samples = inputs[0]?.[0];
@@ -19,7 +27,7 @@ class Reader extends AudioWorkletProcessor {
       at += take;
       this.filled += take;
       if (this.filled < this.block.length) continue;
-      this.port.postMessage({ end: currentTime + at / sampleRate, block: this.block }, [this.block.buffer]);
+      this.to?.postMessage({ end: currentTime + at / sampleRate, block: this.block } satisfies Block, [this.block.buffer]);
       this.block = new Float32Array(sampleRate / 100);
       this.filled = 0;
     }

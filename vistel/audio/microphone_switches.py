@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import json
 import logging
-from collections.abc import Iterable
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from vistel.v1.audio_pb2 import VoiceControl
 
 log = logging.getLogger("vistel.audio")
+
+PAGE = "their page"
+"""The source of a guest's voice, in words."""
 
 
 @dataclass
@@ -23,15 +26,16 @@ class MicrophoneSwitch:
 
     @property
     def open(self) -> bool:
+        """Whether what it hears is sent."""
         return not self.muted and (self.held or not self.push_to_talk)
 
 
 class MicrophoneSwitches:
     """The switches of a site's microphones, by participant. memory: the file in which they are kept, or None."""
 
-    def __init__(self, push_to_talk: Iterable[tuple[str, bool]], memory: Path | None) -> None:
+    def __init__(self, push_to_talk: Mapping[str, bool], memory: Path | None) -> None:
         self._memory = memory
-        self._switches = {name: MicrophoneSwitch(push_to_talk=wanted) for name, wanted in push_to_talk}
+        self._switches = {name: MicrophoneSwitch(push_to_talk=wanted) for name, wanted in push_to_talk.items()}
         for name, kept in self._kept().items():
             if name in self._switches:
                 self._switches[name] = MicrophoneSwitch(bool(kept.get("muted")), bool(kept.get("push_to_talk")))
@@ -40,7 +44,7 @@ class MicrophoneSwitches:
         return self._switches[participant]
 
     def follow(self, participant: str, message: VoiceControl) -> None:
-        """Set a switch; those of other sites are ignored."""
+        """Set a switch; those of others are ignored."""
         switch = self._switches.get(participant)
         if switch is None:
             return

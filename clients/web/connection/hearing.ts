@@ -1,0 +1,75 @@
+// Voices of the room, from what the gateway sends (vistel/audio/forwarded_voices.py) to samples for the thread that plays them.
+import type { Sounding } from "./messages";
+
+export const VOICES = 2; // the first byte of a message of voices
+const RATE = 48_000;
+const HEAD_BYTES = 16;
+const KEPT_MS = 20_000; // of silence, after which a talker is forgotten
+
+interface Talker {
+  decoder: AudioDecoder;
+  delayMs: number;
+  heardAt: number; // of `performance` [ms]
+}
+
+export class Hearing {
+  private on = false;
+  private readonly talkers = new Map<string, Talker>();
+  private readonly names = new TextDecoder();
+
+  /** came: somebody's voice begins to come out of a port; went: nothing comes any more. */
+  constructor(
+    private readonly came: (name: string, port: MessagePort) => void,
+    private readonly went: (name: string) => void,
+  ) {
+    setInterval(() => this.forget((talker) => performance.now() - talker.heardAt > KEPT_MS), KEPT_MS / 4);
+  }
+
+  turn(on: boolean): void {
+    this.on = on;
+    if (!on) this.forget(() => true);
+  }
+
+  /** A message of voices. */
+  take(data: ArrayBuffer): void {
+    if (!this.on) return;
+    const view = new DataView(data);
+    for (let at = 1; at + HEAD_BYTES <= data.byteLength; ) {
+      const [size, named] = [view.getUint16(at, true), view.getUint8(at + 2)];
+      const name = this.names.decode(new Uint8Array(data, at + HEAD_BYTES, named));
+      const talker = this.talkers.get(name) ?? this.begin(name);
+      talker.delayMs = view.getFloat32(at + 12, true);
+      talker.heardAt = performance.now();
+      const packet = new Uint8Array(data, at + HEAD_BYTES + named, size - HEAD_BYTES - named);
+      const timestamp = Math.round(view.getFloat64(at + 4, true) * 1000);
+      if (talker.decoder.state === "configured") talker.decoder.decode(new EncodedAudioChunk({ type: "key", timestamp, data: packet }));
+      at += size;
+    }
+  }
+
+  private begin(name: string): Talker {
+    const { port1, port2 } = new MessageChannel();
+    const decoder = new AudioDecoder({ output: (data) => put(data), error: () => this.forget((t) => t === talker) });
+    const talker: Talker = { decoder, delayMs: 0, heardAt: 0 };
+    const put = (data: AudioData) => {
+      const samples = new Float32Array(data.numberOfFrames);
+      data.copyTo(samples, { planeIndex: 0, format: "f32-planar" });
+      const sounding: Sounding = { capturedMs: data.timestamp / 1000, delayMs: talker.delayMs, samples };
+      data.close();
+      port1.postMessage(sounding, [samples.buffer]);
+    };
+    decoder.configure({ codec: "opus", sampleRate: RATE, numberOfChannels: 1 });
+    this.talkers.set(name, talker);
+    this.came(name, port2);
+    return talker;
+  }
+
+  private forget(which: (talker: Talker) => boolean): void {
+    for (const [name, talker] of this.talkers) {
+      if (!which(talker)) continue;
+      if (talker.decoder.state !== "closed") talker.decoder.close();
+      this.talkers.delete(name);
+      this.went(name);
+    }
+  }
+}

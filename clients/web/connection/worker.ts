@@ -1,0 +1,45 @@
+// The page's worker: the connection, and the way of all voices, decoded for the browser's thread for sound and encoded from there.
+import { ConferenceTime } from "./conference_time";
+import { Hearing, VOICES } from "./hearing";
+import type { FromWorker, ToWorker } from "./messages";
+import { Socket } from "./socket";
+import { Speaking } from "./speaking";
+
+const tell = (said: FromWorker, transfer: Transferable[] = []) => postMessage(said, { transfer });
+let socket: Socket | null = null;
+let time: ConferenceTime | null = null; // of a guest, who speaks by it
+const hearing = new Hearing(
+  (name, port) => tell({ kind: "talker", name, port }, [port]),
+  (name) => tell({ kind: "silent", name }),
+);
+const speaking = new Speaking(
+  (ms) => time?.at(ms) ?? null,
+  (record) => socket?.send(record),
+  (level, bytes) => tell({ kind: "spoken", level, bytes }),
+  () => tell({ kind: "speechless" }),
+);
+
+function open(address: string, first: string | undefined): void {
+  socket = new Socket(
+    address,
+    {
+      words: (words) => {
+        if (words.kind === "time") return time?.hear(words.asked, words.ms);
+        if (words.kind === "invited") time ??= new ConferenceTime((asked) => socket?.send(asked));
+        tell({ kind: "words", words });
+      },
+      data: (data) => (new Uint8Array(data)[0] === VOICES ? hearing.take(data) : tell({ kind: "frame", data }, [data])),
+      trouble: (text) => tell({ kind: "trouble", text }),
+    },
+    first,
+  );
+}
+
+onmessage = ({ data }: MessageEvent<ToWorker>) => {
+  if (data.kind === "open") open(data.address, data.first);
+  else if (data.kind === "send") socket?.send(data.data);
+  else if (data.kind === "look") socket?.look();
+  else if (data.kind === "hear") hearing.turn(data.hears);
+  else if (data.kind === "microphone") speaking.begin(data.port, data.latencyMs);
+  else speaking.on = data.speaks;
+};
