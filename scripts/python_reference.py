@@ -43,7 +43,7 @@ def _module(name: str) -> str:
     parts = [f"## `{name}`", first, *([f"```python\n{textwrap.dedent(code)}\n```"] if code else [])]
     for public in sorted(module.__all__):
         value = getattr(module, public)
-        if not inspect.ismodule(value):
+        if not inspect.ismodule(value) and not public.startswith("__"):
             parts.append(_entry(public, value))
     return "\n\n".join(parts)
 
