@@ -25,7 +25,7 @@ _sym_db = _symbol_database.Default()
 from vistel.v1 import envelope_pb2 as vistel_dot_v1_dot_envelope__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17vistel/v1/service.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\"\xd3\x02\n\nImageDelay\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0c\n\x04site\x18\x02 \x01(\t\x12-\n\x07streams\x18\x03 \x03(\x0b\x32\x1c.vistel.v1.ImageDelay.Stream\x12\x14\n\x0c\x66rames_per_s\x18\x04 \x01(\x02\x12\x14\n\x0c\x66rame_time_s\x18\x05 \x01(\x02\x12\x0e\n\x06\x66rames\x18\x06 \x01(\x04\x12\x11\n\tstand_ins\x18\x07 \x01(\r\x1a\x95\x01\n\x06Stream\x12\x13\n\x0bparticipant\x18\x01 \x01(\t\x12\x0f\n\x07\x64\x65lay_s\x18\x02 \x01(\x02\x12\r\n\x05\x61ge_s\x18\x03 \x01(\x02\x12\x10\n\x08jitter_s\x18\x04 \x01(\x02\x12\x10\n\x08shown_ns\x18\x05 \x01(\x06\x12\x11\n\tplayout_s\x18\x06 \x01(\x02\x12\x11\n\ttowards_s\x18\x07 \x01(\x02\x12\x0c\n\x04rate\x18\x08 \x01(\x02\"q\n\nClockProbe\x12\x13\n\x0bt_client_ns\x18\x01 \x01(\x06\x12\x0f\n\x07release\x18\x02 \x01(\t\x12\x17\n\x0fmessage_version\x18\x03 \x01(\r\x12\x0f\n\x07padding\x18\x04 \x01(\x0c\x12\x13\n\x0breply_bytes\x18\x05 \x01(\r\"q\n\nClockReply\x12\x13\n\x0bt_client_ns\x18\x01 \x01(\x06\x12\x13\n\x0bt_server_ns\x18\x02 \x01(\x06\x12\x0f\n\x07release\x18\x03 \x01(\t\x12\x17\n\x0fmessage_version\x18\x04 \x01(\r\x12\x0f\n\x07padding\x18\x05 \x01(\x0c\"i\n\x0b\x43lockOffset\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0c\n\x04node\x18\x02 \x01(\t\x12\x11\n\toffset_ns\x18\x03 \x01(\x12\x12\x16\n\x0euncertainty_ns\x18\x04 \x01(\x04\"\x84\x01\n\tHeartbeat\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0c\n\x04node\x18\x02 \x01(\t\x12\x10\n\x08services\x18\x03 \x03(\t\x12\x11\n\tuptime_ns\x18\x04 \x01(\x04\x12\x0b\n\x03pid\x18\x05 \x01(\r\x12\x14\n\x0cmetrics_port\x18\x06 \x01(\r\"n\n\x0c\x46\x61ultRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x0e\n\x06target\x18\x02 \x01(\t\x12\x14\n\x07seconds\x18\x03 \x01(\x01H\x00\x88\x01\x01\x12\x13\n\x06\x61mount\x18\x04 \x01(\x01H\x01\x88\x01\x01\x42\n\n\x08_secondsB\t\n\x07_amount\"-\n\nFaultReply\x12\x0f\n\x07refused\x18\x01 \x01(\t\x12\x0e\n\x06struck\x18\x02 \x01(\t\"M\n\x12\x43\x65rtificateRequest\x12\x13\n\x0b\x63\x65rtificate\x18\x01 \x01(\x0c\x12\x0f\n\x07request\x18\x02 \x01(\x0c\x12\x11\n\tsignature\x18\x03 \x01(\x0c\"8\n\x10\x43\x65rtificateReply\x12\x0f\n\x07refused\x18\x01 \x01(\t\x12\x13\n\x0b\x63\x65rtificate\x18\x02 \x01(\x0c\"?\n\x0bRevocations\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\r\n\x05names\x18\x02 \x03(\tb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x17vistel/v1/service.proto\x12\tvistel.v1\x1a\x18vistel/v1/envelope.proto\"\xd3\x02\n\nImageDelay\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0c\n\x04site\x18\x02 \x01(\t\x12-\n\x07streams\x18\x03 \x03(\x0b\x32\x1c.vistel.v1.ImageDelay.Stream\x12\x14\n\x0c\x66rames_per_s\x18\x04 \x01(\x02\x12\x14\n\x0c\x66rame_time_s\x18\x05 \x01(\x02\x12\x0e\n\x06\x66rames\x18\x06 \x01(\x04\x12\x11\n\tstand_ins\x18\x07 \x01(\r\x1a\x95\x01\n\x06Stream\x12\x13\n\x0bparticipant\x18\x01 \x01(\t\x12\x0f\n\x07\x64\x65lay_s\x18\x02 \x01(\x02\x12\r\n\x05\x61ge_s\x18\x03 \x01(\x02\x12\x10\n\x08jitter_s\x18\x04 \x01(\x02\x12\x10\n\x08shown_ns\x18\x05 \x01(\x06\x12\x11\n\tplayout_s\x18\x06 \x01(\x02\x12\x11\n\ttowards_s\x18\x07 \x01(\x02\x12\x0c\n\x04rate\x18\x08 \x01(\x02\"\x80\x01\n\nClockProbe\x12\x13\n\x0bt_client_ns\x18\x01 \x01(\x06\x12\x0f\n\x07release\x18\x02 \x01(\t\x12\x17\n\x0fmessage_version\x18\x03 \x01(\r\x12\x0f\n\x07padding\x18\x04 \x01(\x0c\x12\x13\n\x0breply_bytes\x18\x05 \x01(\r\x12\r\n\x05sites\x18\x06 \x01(\x08\"\x97\x01\n\nClockReply\x12\x13\n\x0bt_client_ns\x18\x01 \x01(\x06\x12\x13\n\x0bt_server_ns\x18\x02 \x01(\x06\x12\x0f\n\x07release\x18\x03 \x01(\t\x12\x17\n\x0fmessage_version\x18\x04 \x01(\r\x12\x0f\n\x07padding\x18\x05 \x01(\x0c\x12$\n\x05sites\x18\x06 \x03(\x0b\x32\x15.vistel.v1.SiteDigest\"*\n\nSiteDigest\x12\x0c\n\x04site\x18\x01 \x01(\t\x12\x0e\n\x06\x64igest\x18\x02 \x01(\x0c\"i\n\x0b\x43lockOffset\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0c\n\x04node\x18\x02 \x01(\t\x12\x11\n\toffset_ns\x18\x03 \x01(\x12\x12\x16\n\x0euncertainty_ns\x18\x04 \x01(\x04\"\x84\x01\n\tHeartbeat\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\x0c\n\x04node\x18\x02 \x01(\t\x12\x10\n\x08services\x18\x03 \x03(\t\x12\x11\n\tuptime_ns\x18\x04 \x01(\x04\x12\x0b\n\x03pid\x18\x05 \x01(\r\x12\x14\n\x0cmetrics_port\x18\x06 \x01(\r\"n\n\x0c\x46\x61ultRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x0e\n\x06target\x18\x02 \x01(\t\x12\x14\n\x07seconds\x18\x03 \x01(\x01H\x00\x88\x01\x01\x12\x13\n\x06\x61mount\x18\x04 \x01(\x01H\x01\x88\x01\x01\x42\n\n\x08_secondsB\t\n\x07_amount\"-\n\nFaultReply\x12\x0f\n\x07refused\x18\x01 \x01(\t\x12\x0e\n\x06struck\x18\x02 \x01(\t\"M\n\x12\x43\x65rtificateRequest\x12\x13\n\x0b\x63\x65rtificate\x18\x01 \x01(\x0c\x12\x0f\n\x07request\x18\x02 \x01(\x0c\x12\x11\n\tsignature\x18\x03 \x01(\x0c\"8\n\x10\x43\x65rtificateReply\x12\x0f\n\x07refused\x18\x01 \x01(\t\x12\x13\n\x0b\x63\x65rtificate\x18\x02 \x01(\x0c\"?\n\x0bRevocations\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Header\x12\r\n\x05names\x18\x02 \x03(\tb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -36,22 +36,24 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_IMAGEDELAY']._serialized_end=404
   _globals['_IMAGEDELAY_STREAM']._serialized_start=255
   _globals['_IMAGEDELAY_STREAM']._serialized_end=404
-  _globals['_CLOCKPROBE']._serialized_start=406
-  _globals['_CLOCKPROBE']._serialized_end=519
-  _globals['_CLOCKREPLY']._serialized_start=521
-  _globals['_CLOCKREPLY']._serialized_end=634
-  _globals['_CLOCKOFFSET']._serialized_start=636
-  _globals['_CLOCKOFFSET']._serialized_end=741
-  _globals['_HEARTBEAT']._serialized_start=744
-  _globals['_HEARTBEAT']._serialized_end=876
-  _globals['_FAULTREQUEST']._serialized_start=878
-  _globals['_FAULTREQUEST']._serialized_end=988
-  _globals['_FAULTREPLY']._serialized_start=990
-  _globals['_FAULTREPLY']._serialized_end=1035
-  _globals['_CERTIFICATEREQUEST']._serialized_start=1037
-  _globals['_CERTIFICATEREQUEST']._serialized_end=1114
-  _globals['_CERTIFICATEREPLY']._serialized_start=1116
-  _globals['_CERTIFICATEREPLY']._serialized_end=1172
-  _globals['_REVOCATIONS']._serialized_start=1174
-  _globals['_REVOCATIONS']._serialized_end=1237
+  _globals['_CLOCKPROBE']._serialized_start=407
+  _globals['_CLOCKPROBE']._serialized_end=535
+  _globals['_CLOCKREPLY']._serialized_start=538
+  _globals['_CLOCKREPLY']._serialized_end=689
+  _globals['_SITEDIGEST']._serialized_start=691
+  _globals['_SITEDIGEST']._serialized_end=733
+  _globals['_CLOCKOFFSET']._serialized_start=735
+  _globals['_CLOCKOFFSET']._serialized_end=840
+  _globals['_HEARTBEAT']._serialized_start=843
+  _globals['_HEARTBEAT']._serialized_end=975
+  _globals['_FAULTREQUEST']._serialized_start=977
+  _globals['_FAULTREQUEST']._serialized_end=1087
+  _globals['_FAULTREPLY']._serialized_start=1089
+  _globals['_FAULTREPLY']._serialized_end=1134
+  _globals['_CERTIFICATEREQUEST']._serialized_start=1136
+  _globals['_CERTIFICATEREQUEST']._serialized_end=1213
+  _globals['_CERTIFICATEREPLY']._serialized_start=1215
+  _globals['_CERTIFICATEREPLY']._serialized_end=1271
+  _globals['_REVOCATIONS']._serialized_start=1273
+  _globals['_REVOCATIONS']._serialized_end=1336
 # @@protoc_insertion_point(module_scope)

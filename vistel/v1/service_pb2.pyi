@@ -45,32 +45,44 @@ class ImageDelay(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., site: _Optional[str] = ..., streams: _Optional[_Iterable[_Union[ImageDelay.Stream, _Mapping]]] = ..., frames_per_s: _Optional[float] = ..., frame_time_s: _Optional[float] = ..., frames: _Optional[int] = ..., stand_ins: _Optional[int] = ...) -> None: ...
 
 class ClockProbe(_message.Message):
-    __slots__ = ("t_client_ns", "release", "message_version", "padding", "reply_bytes")
+    __slots__ = ("t_client_ns", "release", "message_version", "padding", "reply_bytes", "sites")
     T_CLIENT_NS_FIELD_NUMBER: _ClassVar[int]
     RELEASE_FIELD_NUMBER: _ClassVar[int]
     MESSAGE_VERSION_FIELD_NUMBER: _ClassVar[int]
     PADDING_FIELD_NUMBER: _ClassVar[int]
     REPLY_BYTES_FIELD_NUMBER: _ClassVar[int]
+    SITES_FIELD_NUMBER: _ClassVar[int]
     t_client_ns: int
     release: str
     message_version: int
     padding: bytes
     reply_bytes: int
-    def __init__(self, t_client_ns: _Optional[int] = ..., release: _Optional[str] = ..., message_version: _Optional[int] = ..., padding: _Optional[bytes] = ..., reply_bytes: _Optional[int] = ...) -> None: ...
+    sites: bool
+    def __init__(self, t_client_ns: _Optional[int] = ..., release: _Optional[str] = ..., message_version: _Optional[int] = ..., padding: _Optional[bytes] = ..., reply_bytes: _Optional[int] = ..., sites: _Optional[bool] = ...) -> None: ...
 
 class ClockReply(_message.Message):
-    __slots__ = ("t_client_ns", "t_server_ns", "release", "message_version", "padding")
+    __slots__ = ("t_client_ns", "t_server_ns", "release", "message_version", "padding", "sites")
     T_CLIENT_NS_FIELD_NUMBER: _ClassVar[int]
     T_SERVER_NS_FIELD_NUMBER: _ClassVar[int]
     RELEASE_FIELD_NUMBER: _ClassVar[int]
     MESSAGE_VERSION_FIELD_NUMBER: _ClassVar[int]
     PADDING_FIELD_NUMBER: _ClassVar[int]
+    SITES_FIELD_NUMBER: _ClassVar[int]
     t_client_ns: int
     t_server_ns: int
     release: str
     message_version: int
     padding: bytes
-    def __init__(self, t_client_ns: _Optional[int] = ..., t_server_ns: _Optional[int] = ..., release: _Optional[str] = ..., message_version: _Optional[int] = ..., padding: _Optional[bytes] = ...) -> None: ...
+    sites: _containers.RepeatedCompositeFieldContainer[SiteDigest]
+    def __init__(self, t_client_ns: _Optional[int] = ..., t_server_ns: _Optional[int] = ..., release: _Optional[str] = ..., message_version: _Optional[int] = ..., padding: _Optional[bytes] = ..., sites: _Optional[_Iterable[_Union[SiteDigest, _Mapping]]] = ...) -> None: ...
+
+class SiteDigest(_message.Message):
+    __slots__ = ("site", "digest")
+    SITE_FIELD_NUMBER: _ClassVar[int]
+    DIGEST_FIELD_NUMBER: _ClassVar[int]
+    site: str
+    digest: bytes
+    def __init__(self, site: _Optional[str] = ..., digest: _Optional[bytes] = ...) -> None: ...
 
 class ClockOffset(_message.Message):
     __slots__ = ("header", "node", "offset_ns", "uncertainty_ns")

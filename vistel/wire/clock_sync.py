@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 from google.protobuf.message import DecodeError, Message
 
-from vistel.v1.service_pb2 import ClockOffset, ClockProbe, ClockReply
+from vistel.v1.service_pb2 import ClockOffset, ClockProbe, ClockReply, SiteDigest
 from vistel.wire.bus import Bus
 from vistel.wire.clock import STEP_NS, Clock, SystemClock
+from vistel.wire.owners import Owners
 from vistel.wire.release import objection, release
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
 
@@ -59,9 +60,9 @@ class ClocksBefore:
             (self._there.add if alive else self._there.discard)(token)
 
 
-def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> ClocksBefore:
+def serve_clock(bus: Bus, clock: Clock, rank: int = 0, owners: Owners | None = None) -> ClocksBefore:
     """Answer probes with `clock`'s time: the hub's part. rank: clocks of a lower rank, which are returned, come first, and this one
-    answers while none of them is there."""
+    answers while none of them is there. owners: of the hub's conference file, told to who asks."""
     first = ClocksBefore(bus, rank)
     strangers: set[str] = set()
     paddings = _Paddings(clock)
@@ -86,6 +87,7 @@ def serve_clock(bus: Bus, clock: Clock, rank: int = 0) -> ClocksBefore:
             release=here,
             message_version=MESSAGE_VERSION,
             padding=paddings.take(probe.reply_bytes),
+            sites=[SiteDigest(site=s, digest=d) for s, d in owners.digests().items()] if probe.sites and owners else (),
         )
 
     bus.serve(BY_NAME["clock"], answer)
@@ -128,6 +130,16 @@ async def measure_offset(bus: Bus, clock: Clock, probes: int = PROBES) -> Offset
         if best is None or half < best.uncertainty_ns:
             best = Offset(reply.t_server_ns - sent_ns - half, half, objection(reply.release, reply.message_version))
     return best
+
+
+async def other_sites(bus: Bus, owners: Owners) -> list[str]:
+    """Sites to which the hub's conference file gives other people and things than `owners`, or that only one of both has. Empty
+    where the hub does not say."""
+    reply: ClockReply | None = await bus.query(BY_NAME["clock"], ClockProbe(sites=True, message_version=MESSAGE_VERSION))
+    if reply is None or not reply.sites:
+        return []
+    here, there = owners.digests(), {each.site: each.digest for each in reply.sites}
+    return sorted(site for site in here.keys() | there.keys() if here.get(site) != there.get(site))
 
 
 async def set_clock(bus: Bus, clock: SystemClock, probes: int = PROBES) -> Offset | None:

@@ -5,6 +5,7 @@ A router's access rules (`vistel.wire.zenoh.access`) hold every certificate to t
 the names in those keys belong to. That is asked here, by every subscription, and there only.
 """
 
+import hashlib
 import logging
 import threading
 from collections.abc import Collection, Mapping
@@ -33,6 +34,11 @@ class Owners:
     no people and no devices, such as the hub, has an empty entry; who has none is unknown."""
 
     sites: Mapping[str, Mapping[str, Collection[str]]]
+
+    def digests(self) -> dict[str, bytes]:
+        """Of each site with something of its own: what tells whether another file gives it the same."""
+        own = {site: sorted((kind, sorted(names)) for kind, names in given.items()) for site, given in self.sites.items() if given}
+        return {site: hashlib.sha256(repr(given).encode()).digest()[:8] for site, given in own.items()}
 
     def owner(self, kind: str, name: str) -> str:
         """The first site that has it; empty: none."""

@@ -15,6 +15,12 @@ CACHE_MESSAGES = 4096
 CACHE_BYTES = 4 << 20
 REPLY_LIMIT = 512
 """Messages repeated per request."""
+WAITING_BYTES = 16 << 20
+"""Of all messages behind gaps that one receiver keeps. What comes beyond counts as dropped, and is asked for again."""
+MESSAGE_BYTES = 100
+"""What keeping a message takes beside its payload."""
+MOST_RETIRED = 8
+"""Earlier lives of a sender that are remembered, so that nothing late of them is delivered."""
 
 _STAMP = struct.Struct("<QQQ")
 
@@ -80,6 +86,13 @@ class SendCache:
 
 
 @dataclass
+class Quota:
+    """What the gaps of all keys of one receiver may hold together, whoever sends."""
+
+    left: int = WAITING_BYTES
+
+
+@dataclass
 class ReceiveOrder:
     """One key's messages at a receiver: put in order, doubles removed, gaps named.
 
@@ -93,13 +106,16 @@ class ReceiveOrder:
     heard: int = 0
     """Messages, words and answers of the sender in this life."""
     waiting: dict[int, bytes] = field(default_factory=dict[int, bytes])
-    retired: set[int] = field(default_factory=set[int])
+    """What has come behind a gap."""
+    quota: Quota = field(default_factory=Quota)
+    retired: deque[int] = field(default_factory=lambda: deque[int](maxlen=MOST_RETIRED))
 
     @staticmethod
-    def starting(stamp: Stamp, *, from_last: bool) -> "ReceiveOrder":
-        """A key seen for the first time. From_last: deliver the last value and what follows; else all that is kept."""
+    def starting(stamp: Stamp, *, from_last: bool, quota: Quota | None = None) -> "ReceiveOrder":
+        """A key seen for the first time. From_last: deliver the last value and what follows; else all that is kept. quota: shared
+        with other keys."""
         first = max(1, stamp.seq) if from_last else max(1, stamp.oldest)
-        return ReceiveOrder(epoch=stamp.epoch, next=first)
+        return ReceiveOrder(epoch=stamp.epoch, next=first, quota=quota or Quota())
 
     def offer(self, stamp: Stamp, payload: bytes) -> list[bytes]:
         """Take a message (or, without payload, word of one); what can be delivered now, in order."""
@@ -108,16 +124,16 @@ class ReceiveOrder:
             if stamp.epoch in self.retired:
                 return out
             out = self._finish()
-            self.retired.add(self.epoch)
+            self.retired.append(self.epoch)
             self.epoch, self.next, self.highest = stamp.epoch, 1, 0
         self.highest = max(self.highest, stamp.seq)
         self.heard += 1
-        if payload and stamp.seq >= self.next:
-            self.waiting[stamp.seq] = payload
-        out += self._deliver()
         if stamp.oldest > self.next:
             out += self.skip_to(stamp.oldest)
-        return out
+        if payload and self._takes(stamp.seq, payload):
+            self.waiting[stamp.seq] = payload
+            self.quota.left -= MESSAGE_BYTES + len(payload)
+        return out + self._deliver()
 
     def missing(self) -> tuple[int, int] | None:
         """The first gap: numbers first..last, both included."""
@@ -133,7 +149,7 @@ class ReceiveOrder:
     def skip_to(self, seq: int) -> list[bytes]:
         """Count what is missing before `seq` as lost and go on there."""
         due = sorted(n for n in self.waiting if n < seq)
-        out = [self.waiting.pop(n) for n in due]
+        out = [self._taken(n) for n in due]
         self.lost += max(0, seq - self.next) - len(out)
         self.next = max(self.next, seq)
         return out + self._deliver()
@@ -141,9 +157,20 @@ class ReceiveOrder:
     def _deliver(self) -> list[bytes]:
         out: list[bytes] = []
         while self.next in self.waiting:
-            out.append(self.waiting.pop(self.next))
+            out.append(self._taken(self.next))
             self.next += 1
         return out
+
+    def _takes(self, seq: int, payload: bytes) -> bool:
+        """Whether a message is new and may wait; one that may not counts as dropped by the network."""
+        if seq == self.next:
+            return True
+        return seq > self.next and seq not in self.waiting and MESSAGE_BYTES + len(payload) <= self.quota.left
+
+    def _taken(self, seq: int) -> bytes:
+        payload = self.waiting.pop(seq)
+        self.quota.left += MESSAGE_BYTES + len(payload)
+        return payload
 
     def _finish(self) -> list[bytes]:
         return self.skip_to(self.highest + 1)

@@ -32,7 +32,7 @@ from vistel.wire.zenoh.bus import BusError, ZenohBus
 from vistel.wire.zenoh.endpoints import is_local
 from vistel_services.process import logs, metrics
 from vistel_services.process.clocks import clock_from_text
-from vistel_services.process.plan import ProcessPlan, find
+from vistel_services.process.plan import ProcessPlan, find, process_token
 
 log = logging.getLogger("vistel.host")
 
@@ -42,11 +42,6 @@ SENDERS = frozenset({"posture", "audio"})
 """Services that send less where the uplink is thin."""
 GIVE_WAY_AFTER_S = 6.0
 """Starting, and starting again after a crash, goes at full priority."""
-
-
-def process_token(label: str) -> str:
-    """The presence token of a process."""
-    return f"process-{label}"
 
 
 async def run_process(conference: Conference, plan: ProcessPlan, paths: RunPaths, bus: Bus, clock: Clock) -> None:
@@ -93,16 +88,19 @@ def _is_local(hubs: Sequence[str]) -> bool:
 
 
 async def _main(args: argparse.Namespace) -> int:
-    """Signs of life go on while the services end: who waits for a film to be written sees that it is worth it."""
+    """Signs of life begin when all is loaded: until then the supervisor is patient with a busy machine. They go on while services
+    end: who waits for a film to be written sees that it is worth it."""
+    conference = load(args.conference)
+    plan = find(conference, args.node)
+    for name in plan.services:
+        importlib.import_module(f"vistel_services.{name}")
     async with background.service("life") as life:
         if args.alive is not None:
             life.start(alive.report(args.alive), "sign of life")
-        return await _run_until_told(args)
+        return await _run_until_told(args, conference, plan)
 
 
-async def _run_until_told(args: argparse.Namespace) -> int:
-    conference = load(args.conference)
-    plan = find(conference, args.node)
+async def _run_until_told(args: argparse.Namespace, conference: Conference, plan: ProcessPlan) -> int:
     paths = RunPaths(args.run, args.out)
     clock = clock_from_text(args.clock)
     stop = asyncio.Event()

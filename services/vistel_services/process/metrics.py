@@ -9,12 +9,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from prometheus_client import Counter, Gauge, start_http_server
+from prometheus_client import Counter, Gauge
 
 from vistel.wire.bus import BusCounters
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import Offset
 from vistel.wire.uplink import Uplink
+from vistel_services.process.metrics_server import MetricsRequest, MetricsServer
 
 log = logging.getLogger("vistel.metrics")
 _UP = Gauge("vistel_process_start_time_seconds", "When this process started", ["node", "services"])
@@ -70,7 +71,7 @@ def serve(node: str, services: tuple[str, ...], started_s: float, port: int = 0,
     """Serve this process's metrics; port 0 takes a free one. Returns the port, 0 when none could be had."""
     _UP.labels(node, ",".join(services)).set(started_s)
     try:
-        server, _ = start_http_server(port, addr=address)
+        server = MetricsServer(f"{address}:{port}", MetricsRequest)
     except OSError as e:
         log.error("metrics not served address=%s:%d reason=%s", address, port, e.strerror)
         return 0

@@ -7,23 +7,20 @@ import asyncio
 import contextlib
 import json
 import logging
-import socket
-import threading
 import time
 from collections.abc import Iterable, Iterator, Sequence
-from http.server import ThreadingHTTPServer
 from pathlib import Path
 from typing import cast
 from urllib.request import urlopen
 
 from prometheus_client import REGISTRY, CollectorRegistry
-from prometheus_client.exposition import MetricsHandler
 from prometheus_client.metrics_core import Metric
 from prometheus_client.parser import text_string_to_metric_families  # pyright: ignore[reportUnknownVariableType]
 from prometheus_client.registry import Collector
 
 from vistel.wire import background
-from vistel.wire.zenoh.endpoints import answers, host_and_port
+from vistel.wire.zenoh.endpoints import answers
+from vistel_services.process.metrics_server import MetricsRequest, MetricsServer
 
 log = logging.getLogger("vistel.monitoring")
 
@@ -85,20 +82,18 @@ def _answers(file: Path) -> bool:
         return False
 
 
-class _Handler(MetricsHandler):
-    timeout = 10.0
+class _Request(MetricsRequest):
     machine: Machine
 
-    def do_GET(self) -> None:
+    def answer(self) -> bool:
         if self.path == "/healthz":
             self._say("this process hangs" if self.machine.hangs else "")
         elif self.path == "/readyz":
             missing = self.machine.missing()
             self._say(f"not running: {', '.join(missing)}" if missing else "")
-        elif self.path == "/metrics":
-            super().do_GET()
         else:
-            self.send_error(404)
+            return super().answer()
+        return True
 
     def _say(self, fault: str) -> None:
         text = (fault or "ok").encode() + b"\n"
@@ -118,7 +113,9 @@ def monitored(address: str, folder: Path, nodes: Sequence[str]) -> Iterator[int]
     if nodes:
         registry.register(machine)
     try:
-        server = _opened(address, type("Handler", (_Handler,), {"registry": registry, "machine": machine})) if address else None
+        server = (
+            MetricsServer(address, type("Request", (_Request,), {"registry": registry, "machine": machine})) if address else None
+        )
     except OSError as e:
         log.error("not monitored address=%s reason=%r", address, e.strerror)
         server = None
@@ -126,20 +123,8 @@ def monitored(address: str, folder: Path, nodes: Sequence[str]) -> Iterator[int]
         yield 0
         return
     beating = background.start(machine.beat(), "beat")
-    threading.Thread(target=server.serve_forever, daemon=True, name="monitoring").start()
     try:
         yield server.server_port
     finally:
         beating.cancel()
-        server.shutdown()
-        server.server_close()
-
-
-def _opened(address: str, handler: type[_Handler]) -> ThreadingHTTPServer:
-    host, port = host_and_port(f"tcp/{address}")
-
-    class Server(ThreadingHTTPServer):
-        address_family = socket.AF_INET6 if ":" in host else socket.AF_INET
-        daemon_threads = True
-
-    return Server((host, int(port)), handler)
+        server.close()

@@ -26,6 +26,11 @@ class ProcessPlan:
         return f"{self.site}/{self.label}"
 
 
+def process_token(label: str) -> str:
+    """The presence token of a process."""
+    return f"process-{label}"
+
+
 def site_processes(conference: Conference, site: str) -> list[ProcessPlan]:
     """The processes of one site, as the conference file groups its services, and a world if one is to run there."""
     for s in conference.sites:

@@ -22,8 +22,7 @@ from vistel_cli.run.launch import DRAWING, OTHERS, fork_server_spec, host_spec, 
 from vistel_cli.run.up import write_conference
 from vistel_services.process import forking, supervisor
 from vistel_services.process.forking import READY, ForkServer, ForkServerSpec
-from vistel_services.process.host import process_token
-from vistel_services.process.plan import ProcessPlan, hub_processes, site_processes
+from vistel_services.process.plan import ProcessPlan, hub_processes, process_token, site_processes
 from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 pytestmark = pytest.mark.skipif(

@@ -7,7 +7,7 @@ import random
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.wire.reliable import CACHE_MESSAGES, ReceiveOrder, SendCache, Stamp
+from vistel.wire.reliable import CACHE_MESSAGES, Quota, ReceiveOrder, SendCache, Stamp
 
 
 def sent(count: int, epoch: int = 7) -> tuple[SendCache, list[tuple[Stamp, bytes]]]:
@@ -89,6 +89,21 @@ def test_an_absurd_stamp_costs_no_time() -> None:
     order = ReceiveOrder.starting(Stamp(1, 1, 1), from_last=False)
     order.offer(Stamp(1, 2**63, 2**63), b"x")
     assert order.next == 2**63 + 1
+
+
+@settings(max_examples=20)
+@given(count=st.integers(1, 200), loss=st.floats(0.0, 0.95), left=st.integers(0, 2000), seed=st.integers(0, 2**32))
+def test_with_little_room_behind_gaps_everything_arrives_once_and_in_order_all_the_same(
+    count: int, loss: float, left: int, seed: int
+) -> None:
+    rng = random.Random(seed)
+    cache, messages = sent(count)
+    quota = Quota(left)
+    order = ReceiveOrder.starting(Stamp(7, 1, 1), from_last=False, quota=quota)
+    got = [p for stamp, payload in messages if rng.random() >= loss for p in order.offer(stamp, payload)]
+    got += order.offer(cache.beat(), b"") + repair(order, cache)
+    assert got == [p for _, p in messages]
+    assert order.lost == 0 and quota.left == left
 
 
 @given(data=st.binary(max_size=40))

@@ -11,7 +11,7 @@ import asyncio
 import contextlib
 import logging
 import threading
-from collections import deque
+from collections import Counter, deque
 
 import zenoh
 
@@ -20,7 +20,7 @@ from vistel.wire import inbox as inboxes
 from vistel.wire.bus import BusCounters
 from vistel.wire.clock import Clock
 from vistel.wire.inbox import Inbox, wake
-from vistel.wire.reliable import ReceiveOrder, Stamp
+from vistel.wire.reliable import Quota, ReceiveOrder, Stamp
 from vistel.wire.zenoh.pump import Pump
 
 log = logging.getLogger("vistel.bus")
@@ -31,6 +31,9 @@ GONE_S = 30.0
 again is known at once; one behind a link that is cut comes back."""
 PATIENCE_S = 120.0
 """The same with a sender that is heard: it, or what is between, is only too busy to answer in time."""
+
+MOST_REPAIRS = 64
+"""Keys of one sender whose gaps are repaired at once. For the others it is asked at the sender's next word."""
 
 LOG_S = 1.0
 """Losses are logged together, once in so many seconds."""
@@ -58,8 +61,10 @@ class ReliableReader:
         self._inbox = inbox
         self._counters = counters
         self._orders: dict[str, ReceiveOrder] = {}
+        self._quota = Quota()
         self._lost: dict[str, int] = {}
         self._repairs: dict[str, asyncio.Task[None]] = {}
+        self._repairing: Counter[str] = Counter()
         self._lock = threading.Lock()  # of the next three
         self._arrivals: deque[_Arrival] = deque()
         self._arrived_bytes = 0
@@ -108,12 +113,13 @@ class ReliableReader:
             if order is None:
                 # A key that was not in the history began after this subscription: everything it said counts.
                 from_last = repeated or not self._history_done
-                order = self._orders[key] = ReceiveOrder.starting(stamp, from_last=from_last)
+                order = self._orders[key] = ReceiveOrder.starting(stamp, from_last=from_last, quota=self._quota)
             lost_before = order.lost
             for message in order.offer(stamp, payload):
                 self._inbox.push(key, message, now_ns)
             self._report_lost(key, order.lost - lost_before)
-            if order.missing() and key not in self._repairs and not self._closed:
+            if order.missing() and key not in self._repairs and not self._closed and self._repairing[_sender(key)] < MOST_REPAIRS:
+                self._repairing[_sender(key)] += 1
                 self._repairs[key] = self._background.start(self._repair(key, order), f"repair {key}")
 
     def _next_arrival(self) -> _Arrival | None:
@@ -164,6 +170,7 @@ class ReliableReader:
                     await asyncio.sleep(RETRY_S)
         finally:
             self._repairs.pop(key, None)
+            self._repairing[_sender(key)] -= 1
 
     async def _ask(self, selector: str, timeout_s: float) -> None:
         """Send a request; the answers come in through `_arrived`. Returns when all who could answer have."""
@@ -198,3 +205,8 @@ class ReliableReader:
         for key, count in self._lost.items():
             log.error("reliable messages lost key=%s count=%d", key, count)
         self._lost.clear()
+
+
+def _sender(key: str) -> str:
+    """The site, or world, whose key it is."""
+    return "/".join(key.split("/", 4)[:4])

@@ -18,7 +18,7 @@ import typer
 from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
-from vistel.conference.connect import connect
+from vistel.conference.connect import connect, owners_of
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.device_list import devices_of, simulated_names
 from vistel.conference.files import DEMO_FILE
@@ -234,7 +234,7 @@ class _Run:
         from vistel_services.process.monitoring import monitored  # loads an HTTP server
 
         bus = await connect(conference, HUB, clock, endpoint)
-        serve_clock(bus, clock)
+        serve_clock(bus, clock, owners=owners_of(conference))
         observer = Observer(conference, bus, clock)
         events = Events(observer, LoggedErrors(logs_folder))
         specs = list[ProcessSpec]()

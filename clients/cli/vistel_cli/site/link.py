@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import socket
 import ssl
 from typing import TYPE_CHECKING
 
-from vistel.conference.connect import tls_files
+from vistel.conference.connect import owners_of, tls_files
 from vistel.conference.model import HUB_PLACE, Conference
 from vistel.wire.clock import SystemClock
-from vistel.wire.clock_sync import Offset, machine_is_off, set_clock
+from vistel.wire.clock_sync import Offset, machine_is_off, other_sites, set_clock
 from vistel.wire.zenoh.bus import BusError
+from vistel.wire.zenoh.config import LEASE_MS
 from vistel.wire.zenoh.endpoints import answers, host_and_port, objection
 from vistel_cli.conference_choice import on_bus
 from vistel_cli.site.router import fault_now
 from vistel_cli.terminal import fail, print_warning
+from vistel_services.process.plan import process_token, site_processes
 
 if TYPE_CHECKING:
     from vistel.wire.bus import Bus
@@ -23,6 +26,8 @@ if TYPE_CHECKING:
 
 PATIENCE_S = 3.0
 """For a router to answer."""
+LOOK_S = 0.1
+LEASE_LOOKS = round(1.5 * LEASE_MS * 1e-3 / LOOK_S)
 
 
 def check_link(conference: Conference, place: str, endpoint: str) -> None:
@@ -58,13 +63,25 @@ def check_link(conference: Conference, place: str, endpoint: str) -> None:
 
 
 def _greet(conference: Conference, place: str, endpoint: str) -> bool:
-    """Whether the hub's clock answers. Ends the command where its version cannot be met; tells of a clock that is off."""
-    clock = SystemClock()
+    """Whether the hub's clock answers. Ends the command where its version cannot be met, or this site is there already; tells of a
+    clock that is off, and of another conference file."""
+    clock, others, there = SystemClock(), list[str](), list[str]()
 
     async def asked(bus: Bus) -> Offset | None:
-        return await set_clock(bus, clock)
+        twin = Twin(conference, place, bus)
+        offset = await set_clock(bus, clock)
+        others.extend(await other_sites(bus, owners_of(conference)))
+        there.extend(await twin.stays())
+        return offset
 
     offset = on_bus(conference, place, endpoint, asked, f"the clock at {endpoint}")
+    if there:
+        fail(f"{place} is in the conference already ({', '.join(there)}): one site cannot be in two places; end the other one")
+    if others:
+        print_warning(
+            f"this machine's conference file and the hub's give other people or devices to {', '.join(others)}; what only one of "
+            "them knows is not heard. Take the hub's file"
+        )
     if offset is None:
         return False
     if offset.objection:
@@ -72,6 +89,29 @@ def _greet(conference: Conference, place: str, endpoint: str) -> bool:
     if machine_is_off(clock):
         print_warning(f"{machine_is_off(clock)}; VISTEL corrects it for itself. Set the time of the machine that is wrong")
     return True
+
+
+class Twin:
+    """Whether a site's processes are there already: two of one name would each take what the other says for their own."""
+
+    def __init__(self, conference: Conference, place: str, bus: Bus) -> None:
+        """For the hub there may be several: worlds that wait."""
+        sites = [site.name for site in conference.sites]
+        self._tokens = {process_token(p.label): p.label for p in site_processes(conference, place)} if place in sites else {}
+        self._place, self._there = place, set[str]()
+        bus.watch_presence(self._seen)
+
+    def _seen(self, site: str, token: str, alive: bool) -> None:
+        if site == self._place and token in self._tokens:
+            (self._there.add if alive else self._there.discard)(self._tokens[token])
+
+    async def stays(self) -> list[str]:
+        """Those that are there; a process that died without a word is taken for present until its lease ends."""
+        for _ in range(LEASE_LOOKS):
+            if not self._there:
+                break
+            await asyncio.sleep(LOOK_S)
+        return sorted(self._there)
 
 
 def refusal(endpoint: str, files: TlsFiles) -> str:

@@ -11,7 +11,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from vistel.conference.connect import connect, tls_files
+from vistel.conference.connect import connect, owners_of, tls_files
 from vistel.conference.model import Conference
 from vistel.v1.service_pb2 import ClockProbe
 from vistel.wire import background
@@ -65,7 +65,7 @@ async def _at_router(conference: Conference, hub: str, seconds: float, *, clock:
     if clock:
         if await bus.query(BY_NAME["clock"], ClockProbe()) is not None:
             fail(f"another clock answers at {hub}; one is enough")
-        serve_clock(bus, SystemClock())
+        serve_clock(bus, SystemClock(), owners=owners_of(conference))
     start_certificates(conference, bus, tls_files(conference, HUB), routes=False)
     out.print(f"{'clock' if clock else 'authority'} of {conference.name} at {hub}; Ctrl-C stops", soft_wrap=True)
     with contextlib.suppress(TimeoutError):
@@ -130,7 +130,7 @@ async def _run(
     clock = SystemClock()
     reach = listen.replace("0.0.0.0", "127.0.0.1").replace("[::]", "[::1]")
     bus = await ZenohBus.open(conference=conference.name, site=HUB, clock=clock, endpoints=[reach], tls=files)
-    before = _Before(bus, serve_clock(bus, clock, len(others)))
+    before = _Before(bus, serve_clock(bus, clock, len(others), owners_of(conference)))
     start_certificates(conference, bus, files, routes=True)
     if others:
         background.start(follow_hub(bus, clock, f"router-{len(others)}"), "clock")
