@@ -24,7 +24,7 @@ export class Link {
   constructor(address: string, private readonly listener: Listener, first?: string) {
     this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
       if (data.kind === "words") listener.words(data.words);
-      else if (data.kind === "frame") listener.frame(data.data);
+      else if (data.kind === "frame") this.tell({ kind: "next" }), listener.frame(data.data);
       else if (data.kind === "trouble") listener.trouble(data.text);
       else if (data.kind === "talker") this.talkers.add(data.name), listener.talker(data.name, data.port);
       else if (data.kind === "silent") this.talkers.delete(data.name), listener.silent(data.name);

@@ -7,6 +7,8 @@ import { Speaking } from "./speaking";
 
 const tell = (said: FromWorker, transfer: Transferable[] = []) => postMessage(said, { transfer });
 let socket: Socket | null = null;
+let newest: ArrayBuffer | null = null; // frame that waits: a page that is slow gets the newest only
+let taking = false; // the page has not yet taken the last one
 let time: ConferenceTime | null = null; // of a guest, who speaks by it
 const hearing = new Hearing(
   (name, port) => tell({ kind: "talker", name, port }, [port]),
@@ -19,6 +21,13 @@ const speaking = new Speaking(
   () => tell({ kind: "speechless" }),
 );
 
+function show(frame: ArrayBuffer | null): void {
+  newest = frame;
+  if (!newest || taking) return;
+  tell({ kind: "frame", data: newest }, [newest]);
+  [newest, taking] = [null, true];
+}
+
 function open(address: string, first: string | undefined): void {
   socket = new Socket(
     address,
@@ -28,7 +37,7 @@ function open(address: string, first: string | undefined): void {
         if (words.kind === "invited") time ??= new ConferenceTime((asked) => socket?.send(asked));
         tell({ kind: "words", words });
       },
-      data: (data) => (new Uint8Array(data)[0] === VOICES ? hearing.take(data) : tell({ kind: "frame", data }, [data])),
+      data: (data) => (new Uint8Array(data)[0] === VOICES ? hearing.take(data) : show(data)),
       trouble: (text) => tell({ kind: "trouble", text }),
     },
     first,
@@ -38,6 +47,7 @@ function open(address: string, first: string | undefined): void {
 onmessage = ({ data }: MessageEvent<ToWorker>) => {
   if (data.kind === "open") open(data.address, data.first);
   else if (data.kind === "send") socket?.send(data.data);
+  else if (data.kind === "next") show(((taking = false), newest));
   else if (data.kind === "look") socket?.look();
   else if (data.kind === "hear") hearing.turn(data.hears);
   else if (data.kind === "microphone") speaking.begin(data.port, data.latencyMs);

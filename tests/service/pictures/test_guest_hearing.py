@@ -56,7 +56,7 @@ def test_a_voice_is_heard_when_its_picture_is_seen_also_while_the_page_is_held_u
         ):
             await other.enter("ben")
             async with other.listening():
-                await tab.open(f"http://{room.address}/join#{room.invited()}", 320, 240)
+                await tab.open(f"http://{room.address}/join#{room.invited()}", 480, 420)
                 await tab.until("document.documentElement.dataset.begun")
                 if not await tab.value("Boolean(window.guest)"):
                     pytest.skip("this Chromium has no WebGL")
