@@ -8,7 +8,7 @@ import type { Sounding } from "../connection/messages";
 const PER_MS = 48;
 const FRAME = 960; // samples of 20 ms
 const FRAME_MS = 20;
-const KEPT = 100; // frames behind the newest
+const KEPT = 250; // frames behind the newest: pictures may be some seconds late
 const FOLLOW = 0.02; // share of an error of a frame's time by which the clock of the frames follows
 const NEW_MS = 200; // a frame so far from its place begins a new clock
 export const CHUNK = 384; // samples made at once: three blocks of a browser

@@ -7,6 +7,7 @@ import type { Played, Told } from "./player_worklet";
 
 const RATE = 48_000;
 const SEEN = 15; // pictures that tell when pictures are seen, and how the sound's clock goes
+const TELL_MS = 100; // how often a talker's player is told when pictures are seen, also where none are drawn
 const HEARD_M = 0.5; // voices grow no louder than from here
 const STORED = "vistel-volume";
 
@@ -51,6 +52,7 @@ export class Voices {
     private readonly link: () => Link,
     private readonly ask: (hears: boolean) => void,
   ) {
+    setInterval(() => this.tell(), TELL_MS);
     if (room) room.seen = (tMs, atMs) => this.pictures.add(atMs - tMs);
   }
 
@@ -106,6 +108,7 @@ export class Voices {
     node.connect(panner).connect(this.gain);
     node.port.onmessage = ({ data }: MessageEvent<Played>) => this.played.set(name, data);
     this.talkers.set(name, { node, panner });
+    this.tell();
     this.place();
     node.port.postMessage({ port } satisfies Told, [port]);
   }
@@ -119,21 +122,24 @@ export class Voices {
     this.talkers.delete(name);
   }
 
-  /** When pictures are seen, and where heads and ears are now; to be called with each picture. */
+  /** Where heads and ears are now; to be called with each picture. */
   step(): void {
     if (this.on && this.context && this.talkers.size) this.place();
   }
 
-  private place(): void {
-    const context = this.context!;
-    const told: Told = { clockMs: this.clockMs(context), pictureMs: this.pictures.value };
+  private tell(): void {
+    if (!this.on || !this.context || !this.talkers.size) return;
+    const told: Told = { clockMs: this.clockMs(this.context), pictureMs: this.pictures.value };
     for (const { node } of this.talkers.values()) node.port.postMessage(told);
+  }
+
+  private place(): void {
     if (!this.room) return;
     const { camera, figures } = this.room;
     const ear = camera.getWorldPosition(new Vector3());
     const turned = camera.getWorldQuaternion(new Quaternion());
     const [ahead, up] = [new Vector3(0, 0, -1).applyQuaternion(turned), new Vector3(0, 1, 0).applyQuaternion(turned)];
-    const { listener } = context;
+    const { listener } = this.context!;
     if ("positionX" in listener) {
       [listener.positionX.value, listener.positionY.value, listener.positionZ.value] = ear.toArray();
       [listener.forwardX.value, listener.forwardY.value, listener.forwardZ.value] = ahead.toArray();
