@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz chaos soak first bench figures replays speech-model body-model proto web wheel looks lock docs clean
+.PHONY: help setup demo test check house warm docs-commands fuzz hearing chaos soak first bench figures replays speech-model body-model proto web wheel looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -19,8 +19,8 @@ demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
 test: setup  ## checks and tests
 	@./scripts/setup_tests.sh
 	@$(MAKE) --no-print-directory -j2 check warm
-	@$(PY) -m pytest -m "not alone and not docs and not package" --numprocesses auto --dist loadscope --no-loadscope-reorder --max-worker-restart 0
-	@$(PY) -m pytest -m "alone and not docs and not package"
+	@$(PY) -m pytest -m "not alone and not docs and not package and not measures" --numprocesses auto --dist loadscope --no-loadscope-reorder --max-worker-restart 0
+	@$(PY) -m pytest -m "alone and not docs and not package and not measures"
 
 check: setup  ## style, types, import arrows
 	@$(VENV)/bin/ruff check .
@@ -45,6 +45,9 @@ bench: setup  ## every benchmark, one JSON object per line
 
 figures: setup  ## run every benchmark, or BENCH="field deform", and write docs/performance.md
 	@$(PY) -m scripts.figures $(or $(BENCH),--all)
+
+hearing: setup  ## whether a guest's page plays voices with their pictures on this machine, with nothing else to do
+	@$(PY) -m pytest tests/service/pictures/test_guest_hearing.py
 
 chaos: setup  ## random faults under a conference of four sites, MINUTES=30 SEED=1, and whether it stood them
 	@$(PY) -m vistel_sim.chaos --minutes $(or $(MINUTES),30) --seed $(or $(SEED),1)
