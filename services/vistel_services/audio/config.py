@@ -32,7 +32,6 @@ class Config:
     site: str
     listener: str
     microphones: tuple[Microphone, ...] = ()
-    pages: tuple[str, ...] = ()
     loudspeaker: str = "none"
     policy: Policy = MATCH
     spatial: SpatialMode = "pan"
@@ -44,6 +43,7 @@ class Config:
     memory: Path | None = None
     crowd: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     """See `Conference.crowd`."""
+    pages: tuple[str, ...] = ()
 
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config | None:
@@ -68,7 +68,6 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         site.name,
         site.participants[0].name,
         tuple(microphones),
-        tuple(p.name for p in site.participants if p.by_link),
         loudspeaker,
         audio.policy,
         audio.spatial,
@@ -79,4 +78,5 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
         unit,
         paths.run / f"{site.name}-microphones.json",
         conference.crowd,
+        tuple(p.name for p in site.participants if p.by_link),
     )
