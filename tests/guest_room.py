@@ -10,6 +10,7 @@ from typing import Any
 
 import aiohttp
 import pytest
+from browser import Page
 from waiting import until
 
 from vistel.conference.console import ConsoleConfig
@@ -109,6 +110,15 @@ class GuestRoom:
         async with aiohttp.ClientSession() as session, session.ws_connect(f"http://{self.address}/guest") as socket:
             await socket.send_json({"token": token})
             yield GuestPage(socket)
+
+
+async def at_the_door(tab: Page, room: GuestRoom, token: str, width: int, height: int) -> None:
+    """Open a link in a browser, until a person can be chosen. Skips where the browser cannot draw."""
+    await tab.open(f"http://{room.address}/join#{token}", width, height)
+    await tab.until("document.documentElement.dataset.begun")
+    if not await tab.value("Boolean(window.guest)"):
+        pytest.skip("this Chromium has no WebGL")
+    await tab.until("!document.getElementById('door').hidden")
 
 
 class GuestPage:

@@ -112,9 +112,8 @@ class Lanes:
             self._said(record, t)
         else:
             for now in self._world.take(record):
-                still = {
-                    name for name, thing in now.things.items() if thing.shape in FURNITURE
-                }  # who sits touches a chair all along
+                # Who sits touches a chair all along.
+                still = {name for name, thing in now.things.items() if thing.shape in FURNITURE}
                 pairs = [sorted((x.target, x.source)) for x in now.touches if not still & {x.target, x.source}]
                 self._touching.note(t, frozenset(" and ".join(pair) for pair in pairs))
                 self._holding.note(t, frozenset(f"{g.thing} by {g.participant}" for g in now.grasps))

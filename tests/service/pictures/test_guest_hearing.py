@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import page
-from guest_room import GuestRoom
+from guest_room import GuestRoom, at_the_door
 from page_speech import LISTEN, envelope, speak, talk
 
 from vistel.arrays import F64
@@ -56,11 +56,7 @@ def test_a_voice_is_heard_when_its_picture_is_seen_also_while_the_page_is_held_u
         ):
             await other.enter("ben")
             async with other.listening():
-                await tab.open(f"http://{room.address}/join#{room.invited()}", 480, 420)
-                await tab.until("document.documentElement.dataset.begun")
-                if not await tab.value("Boolean(window.guest)"):
-                    pytest.skip("this Chromium has no WebGL")
-                await tab.until("!document.getElementById('door').hidden")
+                await at_the_door(tab, room, room.invited(), 480, 420)
                 await tab.click(".people button[aria-current=true]")
                 await tab.until("window.guest.me() === 'guest-1' && window.guest.ready() >= 2 && window.guest.voices.pictureMs")
                 assert await tab.value(LISTEN)

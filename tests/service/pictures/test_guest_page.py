@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from browser import Page, page
-from guest_room import GuestRoom
+from guest_room import GuestRoom, at_the_door
 
 from vistel.v1.device_pb2 import PointerFrame
 from vistel_services.console import bundle
@@ -22,11 +22,7 @@ async def mouse(tab: Page, kind: str, at: list[float], **more: Any) -> None:
 
 
 async def entered(tab: Page, room: GuestRoom, link: str) -> None:
-    await tab.open(f"http://{room.address}/join#{link}", 480, 320)
-    await tab.until("document.documentElement.dataset.begun")
-    if not await tab.value("Boolean(window.guest)"):
-        pytest.skip("this Chromium has no WebGL")
-    await tab.until("!document.getElementById('door').hidden")
+    await at_the_door(tab, room, link, 480, 320)
     assert "Welcome, Ann" in await tab.value("document.body.innerText")
     await tab.click(".people button[aria-current=true]")
     await tab.until("window.guest.me() === 'guest-1'")

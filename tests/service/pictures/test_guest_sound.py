@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import page
-from guest_room import GuestRoom
+from guest_room import GuestRoom, at_the_door
 from page_speech import LISTEN, envelope, speak, talk
 
 from vistel.audio.opus import RATE, Decoder
@@ -52,11 +52,7 @@ def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_h
             listening = asyncio.create_task(audio.run(config, room.network.bus("c", "hall", room.clock), room.clock))
             await other.enter("ben")
             await there.enter_async_context(other.listening())
-            await tab.open(f"http://{room.address}/join#{room.invited()}", 560, 640)
-            await tab.until("document.documentElement.dataset.begun")
-            if not await tab.value("Boolean(window.guest)"):
-                pytest.skip("this Chromium has no WebGL")
-            await tab.until("!document.getElementById('door').hidden")
+            await at_the_door(tab, room, room.invited(), 560, 640)
             # Nothing is drawn: on a busy machine without a graphics card that would leave the page no time for sound.
             await tab.value("(window.requestAnimationFrame = () => 0) && 1")
             await tab.click("#microphone")
