@@ -11,11 +11,11 @@ def read_poses(port: str, count: int) -> dict[int, tuple[float, float, float]]:
     stations = (1, 2, 3, 4)
     settings = [fastrak.output_list(n) + polhemus.hemisphere(n, (0.0, 0.0, -1.0)) for n in stations]
     parser, poses = fastrak.FastrakParser(), {}
-    with serial.Serial(port, 115200, timeout=1.0) as line:
+    with serial.Serial(port, 115200, timeout=10.0) as line:
         line.write(b"".join(settings) + fastrak.CENTIMETRES + fastrak.BINARY + b"C")
         while count > 0:
             if not (data := line.read(33)):
-                raise TimeoutError(f"{port}: no record for a second")
+                raise TimeoutError(f"{port}: no record for ten seconds")
             records = parser.feed(data, 0)
             poses |= {r.station: r.position for r in records}
             count -= len(records)

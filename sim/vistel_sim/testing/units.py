@@ -40,6 +40,7 @@ class Unit(ABC, Generic[D, T]):
         self._device = device
         self._clock, self._start_ns = clock, start_ns
         self._faults: tuple[Fault, ...] = ()
+        truth(self.now_s())  # compiles what measuring takes, so that the device answers as soon as it can be reached
         self._thread = DeviceThread(device.name, device.run())
 
     @property
