@@ -11,6 +11,7 @@ import aiohttp
 import numpy as np
 import pytest
 from guest_room import GuestPage, GuestRoom
+from waiting import until
 
 from vistel.audio.forwarded_voices import FORMAT
 from vistel.audio.opus import FRAME, FRAME_NS, Encoder
@@ -18,6 +19,7 @@ from vistel.audio.page_voice import MOST_PACKET_BYTES, voice_record
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.invitations import withdraw
 from vistel.protocol.pointer import guest_record, posture_record
+from vistel.session.chat import Chat
 from vistel.v1.device_pb2 import PointerFrame
 from vistel_services.console import guests
 
@@ -254,5 +256,30 @@ def test_a_thousand_packets_of_a_voice_at_once_end_the_visit_and_few_are_passed_
             assert await page.code() == guests.MISBEHAVED
             await room.until(lambda: room.spoken, "some")
         assert len(room.spoken) < 130
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_guest_writes_to_all_in_their_own_name_and_no_more_than_a_person_types(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(room: GuestRoom) -> None:
+        chat = Chat(room.network.bus("c", "hub", room.clock))
+        async with room.opened(room.invited()) as page, room.opened(room.invited("guest-2", "Bob")) as other:
+            await page.told("invited")
+            await page.socket.send_json({"write": "from the door"})  # who has not entered is not heard
+            await page.socket.send_json({"person": "ben"})
+            await other.enter("carla")
+            async with other.listening():
+                for n in range(guests.MOST_LINES + 5):
+                    await page.socket.send_json({"write": f"<b>line {n}</b>\n\u202e"})
+                await page.socket.send_json({"write": "x" * 301})
+                await page.socket.send_json({"write": {"text": "no text"}})
+                await until(lambda: "chat" in other.newest and "line 19" in json.dumps(other.newest["chat"]), "the lines")
+                lines = other.newest["chat"]["lines"]
+        assert {line["who"] for line in lines} == {"guest-1"}
+        assert [line["text"] for line in lines] == [f"<b>line {n}</b>" for n in range(guests.MOST_LINES)]
+        chat.take()
+        assert len(chat.lines) == guests.MOST_LINES
 
     in_room(tmp_path, monkeypatch, play)

@@ -1,4 +1,5 @@
-"""What a guest's page says: a record for what its mouse and keys do, and two by which the console's gateway vouches for the guest.
+"""What a guest's page says: a record for what its mouse and keys do, and
+three of the console's gateway, which vouches for the guest: who is there, that they left, and what they wrote.
 
 Every record is a datagram of its own and begins with "VP" and its kind. Numbers are little-endian; lengths are in millimetres and
 angles in units of 1e-4 rad, as signed 16-bit numbers. Only `posture_record` may come from a page; it is passed on as it is.
@@ -16,6 +17,10 @@ GUEST = 2
 """The kind of the gateway's record of who is there."""
 LEFT = 3
 """The kind of the gateway's record that they left."""
+LINE = 6
+"""The kind of the gateway's record of a line that the guest wrote to all."""
+MOST_LINE_BYTES = 1200
+"""Of a line: 300 letters of any script."""
 _HEAD = b"VP"
 _POSTURE = struct.Struct("<2s4B2h4h4h")
 POSTURE_BYTES = _POSTURE.size
@@ -85,6 +90,18 @@ def guest_record(display_name: str, avatar: str) -> bytes:
 def left_record() -> bytes:
     """What the gateway sends when the page was closed."""
     return _HEAD + bytes((LEFT,))
+
+
+def line_record(text: str) -> bytes:
+    """What the gateway sends of a line that a guest wrote."""
+    return _HEAD + bytes((LINE,)) + text.encode()
+
+
+def line_of(data: bytes) -> str | None:
+    """The text of a `line_record`; None where it is none."""
+    if data[:3] != _HEAD + bytes((LINE,)) or len(data) > 3 + MOST_LINE_BYTES:
+        return None
+    return data[3:].decode(errors="replace")
 
 
 def posture_of(data: bytes) -> PointerFrame | None:

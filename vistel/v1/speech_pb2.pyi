@@ -62,3 +62,13 @@ class Utterance(_message.Message):
     readings: _containers.RepeatedCompositeFieldContainer[Utterance.Reading]
     spoken: str
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., language: _Optional[str] = ..., text: _Optional[str] = ..., confidence: _Optional[float] = ..., start_ns: _Optional[int] = ..., end_ns: _Optional[int] = ..., state: _Optional[_Union[Utterance.State, str]] = ..., reply: _Optional[str] = ..., command: _Optional[str] = ..., things: _Optional[_Iterable[str]] = ..., readings: _Optional[_Iterable[_Union[Utterance.Reading, _Mapping]]] = ..., spoken: _Optional[str] = ...) -> None: ...
+
+class ChatLine(_message.Message):
+    __slots__ = ("header", "id", "text")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    ID_FIELD_NUMBER: _ClassVar[int]
+    TEXT_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    id: str
+    text: str
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., text: _Optional[str] = ...) -> None: ...

@@ -140,6 +140,8 @@ TOPICS: tuple[Topic, ...] = (
           "delays of voices, state of microphones and loudspeakers"),
     Topic("utterance", f"{_SITE}/participant/{{participant}}/utterance", speech_pb2.Utterance, 0, _R, _S, True,
           "a recognised utterance and its outcome"),
+    Topic("chat", f"{_SITE}/participant/{{participant}}/chat", speech_pb2.ChatLine, 0, _R, _S, True,
+          "a line that a participant wrote to all"),
     Topic("spoken_reply", f"{_SITE}/participant/{{participant}}/spoken_reply", audio_pb2.Voice, 50, _N, _S, False,
           "spoken answers of the room, played at the participant's site"),
     Topic("equipment_request", f"{_SITE}/equipment/{{equipment}}/request", audio_pb2.EquipmentRequest, 0, _R, _S, True,

@@ -10,10 +10,10 @@ import typer
 from vistel.wire.bus import Bus
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import set_clock
-from vistel_cli.conference_choice import Hub, endpoint_of, newest, on_bus
+from vistel_cli.conference_choice import Hub, as_participant, on_bus, participants
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import FAILED, USAGE, fail, load_conference
+from vistel_cli.terminal import FAILED, USAGE, fail
 
 PROBES = 2
 """Round trips by which the hub's time is learnt: a command need not tell its time to the millisecond."""
@@ -47,13 +47,8 @@ def ask(
         action = read(" ".join(words))
     except PhraseError as e:
         fail(f"{e}\n{usage()}", USAGE)
-    if file is None:
-        conference = newest()
-        people, router = conference.people, hub or conference.hub
-    else:
-        conference = load_conference(file)
-        people, router = {p.name: s.name for s in conference.sites for p in s.participants}, endpoint_of(conference, hub)
-    name, site = _asker(people, who)
+    conference, people, router = participants(file, hub)
+    name, site = as_participant(people, who)
 
     async def asked(bus: Bus) -> Answer:
         clock = SystemClock()
@@ -70,13 +65,3 @@ def ask(
     if not answer.done:
         fail(f"refused: {answer.reason}", FAILED)
     typer.echo(f"done: {', '.join(answer.things)}" if answer.things else "done")
-
-
-def _asker(people: dict[str, str], who: str | None) -> tuple[str, str]:
-    """A participant and their site."""
-    if not people:
-        fail("nobody takes part in this conference; add a participant to a site of the file")
-    name = who or next(iter(people))
-    if name not in people:
-        fail(f"--as {name}: no such participant; there are {', '.join(people)}", USAGE)
-    return name, people[name]

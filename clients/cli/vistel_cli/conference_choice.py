@@ -14,7 +14,7 @@ from vistel.conference.running import Running, router_of, running_conferences
 from vistel.wire.clock import SystemClock
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import fail, load_conference, print_warning
+from vistel_cli.terminal import USAGE, fail, load_conference, print_warning
 from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
@@ -50,6 +50,26 @@ def joined(file: Path | None, hub: str | None) -> tuple[Conference | Running, st
         return running, next(iter(running.people.values())), hub or running.hub
     conference, endpoint = chosen(file, hub)
     return conference, conference.sites[0].name, endpoint
+
+
+def participants(file: Path | None, hub: str | None) -> tuple[Conference | Running, dict[str, str], str]:
+    """As `chosen`, with the participants and their sites; the file of a conference that runs here, which takes long to load, is not
+    read."""
+    if file is None:
+        running = newest()
+        return running, running.people, hub or running.hub
+    conference, router = chosen(file, hub)
+    return conference, {p.name: s.name for s in conference.sites for p in s.participants}, router
+
+
+def as_participant(people: dict[str, str], who: str | None) -> tuple[str, str]:
+    """The participant `who`, else the first, and their site. Ends the command where there is none."""
+    if not people:
+        fail("nobody takes part in this conference; add a participant to a site of the file")
+    name = who or next(iter(people))
+    if name not in people:
+        fail(f"--as {name}: no such participant; there are {', '.join(people)}", USAGE)
+    return name, people[name]
 
 
 def newest() -> Running:

@@ -1,13 +1,14 @@
 // The console: the room live, and how the conference goes.
 import { render } from "preact";
 import { canHear, Voices } from "../sound/voices";
+import { Lines } from "./chat";
 import { Goes, Troubles } from "./goes";
 import { History } from "./history";
 import { Labels } from "./labels";
 import { Looking } from "./looking";
 import { Room } from "./room";
 import { Travel } from "./travel";
-import { decode, type Held, type Joints, type Numbers, type Table, type Words } from "./wire";
+import { decode, type Held, type Joints, type Line, type Numbers, type Table, type Words } from "./wire";
 import { type Chosen, Who } from "./who";
 
 declare global {
@@ -25,12 +26,13 @@ const CLICK_PX = 5; // a press that moves farther turns the view
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 const canvas = element<HTMLCanvasElement>("room");
 const trouble = element("trouble");
-const page: { table: Table | null; held: Held; numbers: Numbers | null; chosen: Chosen; talks: Set<string> } = {
+const page: { table: Table | null; held: Held; numbers: Numbers | null; chosen: Chosen; talks: Set<string>; lines: Line[] } = {
   table: null,
   held: { kind: "held", grasps: [], touching: [] },
   numbers: null,
   chosen: null,
   talks: new Set(),
+  lines: [],
 };
 const history = new History();
 let joints: Joints | null = null;
@@ -57,7 +59,7 @@ function showPanel(): void {
   clearTimeout(later);
   later = 0;
   shownAt = performance.now();
-  const { table, held, numbers, chosen, talks } = page;
+  const { table, held, numbers, chosen, talks, lines } = page;
   const choose = (next: Chosen) => {
     page.chosen = next;
     showPanel();
@@ -66,6 +68,12 @@ function showPanel(): void {
     <>
       {numbers && <Troubles lines={numbers.troubles} />}
       {table && <Who people={table.people} things={table.things} {...{ held, numbers, talks, chosen, choose }} />}
+      {lines.length > 0 && (
+        <section>
+          <h2>Chat</h2>
+          <Lines lines={lines} people={table?.people ?? []} label="What is written to all" />
+        </section>
+      )}
       {numbers && <Goes numbers={numbers} history={history} />}
     </>,
     element("panel"),
@@ -104,6 +112,8 @@ function hear(words: Words): void {
   } else if (words.kind === "held") {
     page.held = words;
     if (room) room.held = words;
+  } else if (words.kind === "chat") {
+    page.lines = words.lines;
   } else if (words.kind === "numbers") {
     page.numbers = words;
     history.add(words);

@@ -107,7 +107,17 @@ export interface Time {
   asked: number; // as the page said it
   ms: number; // conference time
 }
-export type Words = Lanes | Playhead | Hello | Joints | Table | Held | Numbers | Invited | Refused | Time;
+export interface Line {
+  id: string;
+  who: string; // participant
+  ms: number; // when it was written: UTC
+  text: string;
+}
+export interface Chat {
+  kind: "chat";
+  lines: Line[]; // the newest, the oldest first
+}
+export type Words = Lanes | Playhead | Hello | Joints | Table | Held | Numbers | Invited | Refused | Time | Chat;
 
 export interface PersonFrame {
   who: number;

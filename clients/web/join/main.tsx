@@ -2,9 +2,10 @@
 import { render } from "preact";
 import { Vector3 } from "three";
 import { Link } from "../connection/link";
+import { Lines } from "../console/chat";
 import { Labels } from "../console/labels";
 import { Room } from "../console/room";
-import { decode, type Frame, type Invited, type Joints, type Table, type Words } from "../console/wire";
+import { decode, type Frame, type Invited, type Joints, type Line, type Table, type Words } from "../console/wire";
 import { Microphone } from "../sound/microphone";
 import { canHear, Voices } from "../sound/voices";
 import { Eyes } from "./eyes";
@@ -35,6 +36,7 @@ declare global {
 }
 
 const SEND_MS = 1000 / 30;
+const MOST_LETTERS = 300; // of a line of the chat
 const STILL_MS = 3000; // without a move of the pointer for so long, the head turns to who speaks
 const SLOW_MS = 60; // from asking for a picture until it is drawn
 const MOST_REST_MS = 300;
@@ -60,6 +62,9 @@ let movedAt = 0;
 let askedAt = 0;
 const pointer = { x: 0, y: 0, turning: false }; // where it is in the picture (-1 to 1, up)
 let speaker = "";
+let lines: Line[] = [];
+let read = 0; // lines that have been seen: when the newest of them was written [ms]
+let chatOpen = false;
 const voices = new Voices(room, () => link, (hear) => person && link.send(JSON.stringify({ hear })));
 const microphone = new Microphone(() => link, () => Boolean(person), () => showWords());
 const meter = document.createElement("meter");
@@ -86,6 +91,9 @@ function hear(words: Words): void {
       muted = now;
       showWords();
     }
+  } else if (words.kind === "chat") {
+    lines = words.lines;
+    showWords();
   } else if (words.kind === "invited") {
     invited = words;
     if (room && !eyes) {
@@ -128,6 +136,7 @@ function say(what: string | null, over = false): void {
 
 /** All that is written on the page now. */
 function showWords(): void {
+  showChat();
   if (person) showDoes();
   else if (invited) showDoor(invited);
 }
@@ -184,7 +193,44 @@ function MicrophoneButton() {
   );
 }
 
+/** What people write to all, and a place to write in, once it is opened. */
+function showChat(): void {
+  if (chatOpen) read = Math.max(read, ...lines.map((line) => line.ms));
+  const box = element("chat");
+  box.hidden = !chatOpen || !person;
+  const write = (event: Event) => {
+    event.preventDefault();
+    const input = (event.target as HTMLFormElement).elements.namedItem("line") as HTMLInputElement;
+    const line = input.value.trim();
+    if (!line || !trouble.hidden) return; // it stays there until there is a connection again
+    link.send(JSON.stringify({ write: line }));
+    input.value = "";
+  };
+  const close = (event: KeyboardEvent) => {
+    event.stopPropagation(); // letters are gestures elsewhere
+    if (event.key === "Escape") turnChat();
+  };
+  render(
+    <>
+      {lines.length ? <Lines lines={lines} people={table?.people ?? []} label={text("chat")} /> : <p>{text("noLines")}</p>}
+      <form onSubmit={write} onKeyDown={close}>
+        <input name="line" type="text" maxLength={MOST_LETTERS} autocomplete="off" aria-label={text("write")} placeholder={text("write")} />
+        <button type="submit">{text("send")}</button>
+      </form>
+    </>,
+    box,
+  );
+}
+
+function turnChat(): void {
+  chatOpen = !chatOpen;
+  showWords();
+  if (chatOpen) element("chat").querySelector("input")?.focus();
+  else canvas.focus();
+}
+
 function showDoes(): void {
+  const unread = lines.filter((line) => line.ms > read && line.who !== invited?.participant).length;
   const turn = () => {
     void voices.turn(!voices.on).then(showDoes);
   };
@@ -198,6 +244,9 @@ function showDoes(): void {
         <input type="range" aria-label={text("volume")} min={0} max={1.5} step={0.05} value={voices.volume}
           onInput={(event) => (voices.volume = Number(event.currentTarget.value))} />
       )}
+      <button type="button" id="chat-button" aria-pressed={chatOpen} aria-controls="chat" onClick={turnChat}>
+        {text("chat")} {unread > 0 && <b aria-label={text("unread", `${unread}`)}>{unread}</b>}
+      </button>
       {GESTURES.map(({ name, key }, n) => (
         <button type="button" key={name} onClick={() => gestures.make(n + 1)}>
           {text(name)} <kbd>{key}</kbd>

@@ -19,6 +19,7 @@ from vistel.render.config import live_delay
 from vistel.render.frames import BODY, FINGERS, SHIFT_M, SHIFTED, header, person_row, thing_rows
 from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
+from vistel.session.chat import Chat, Line
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
 from vistel.v1.audio_pb2 import SoundStatus
@@ -51,8 +52,8 @@ def joints_told() -> str:
 class Feed:
     """Lives on the event loop while somebody watches. Call `step` for each frame."""
 
-    def __init__(self, conference: Conference, bus: Bus, clock: Clock) -> None:
-        self._conference, self._bus, self._clock = conference, bus, clock
+    def __init__(self, conference: Conference, bus: Bus, clock: Clock, chat: Chat) -> None:
+        self._conference, self._bus, self._clock, self._chat = conference, bus, clock, chat
         self._stage = Stage(live_delay(conference.playout))
         self._sites = {p.name: s.name for s in conference.sites for p in s.participants}
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
@@ -75,6 +76,7 @@ class Feed:
         self._whole_ns = self._chosen_ns = 0
         self._poses: Mapping[str, Pose] = {}
         self._held = ""
+        self._lines: tuple[Line, ...] = ()
 
     def voices(self, instant: Instant) -> list[tuple[str, bytes]]:
         """Who has spoken since the last call, and the packets, to be heard in time with the pictures of an instant."""
@@ -91,7 +93,7 @@ class Feed:
 
     def tell_all(self) -> None:
         """Tell everything again with the next frame: somebody has come."""
-        self._stale, self._newcomers, self._held, self._whole_ns = True, True, "", 0
+        self._stale, self._newcomers, self._held, self._lines, self._whole_ns = True, True, "", (), 0
 
     def begin_again(self) -> None:
         """Time has leapt: forget who is where. What has been made of figures and things stays."""
@@ -99,6 +101,7 @@ class Feed:
             part.take()
         self._avatars.close()
         self._world.close()
+        self._chat.forget()
         self._stage, self._faces, self._talking = Stage(live_delay(self._conference.playout)), {}, {}
         self._avatars, self._world = Deliveries(self._bus, self._stage), WorldListener(self._bus, self._clock)
         self._whole_ns = self._chosen_ns = 0
@@ -118,6 +121,7 @@ class Feed:
 
     def _take(self) -> None:
         stage = self._stage
+        self._chat.take()
         for sample in self._about.take():
             stage.receive_participant(sample.message)
         self._avatars.take()
@@ -162,6 +166,11 @@ class Feed:
         if held != self._held:
             self._held = held
             yield "held", held
+
+        if self._chat.lines != self._lines:
+            self._lines = self._chat.lines
+            lines = [{"id": n.id, "who": n.participant, "ms": round(n.t_ns * 1e-6), "text": n.text} for n in self._lines]
+            yield "chat", json.dumps({"kind": "chat", "lines": lines})
 
     def _rows(self, people: tuple[ParticipantInfo, ...], things: Mapping[str, Thing]) -> dict[str, object]:
         rows: list[dict[str, object]] = []

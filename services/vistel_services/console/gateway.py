@@ -14,6 +14,7 @@ from aiohttp import web
 from prometheus_client import Counter, Gauge
 
 from vistel.conference.model import Conference
+from vistel.session.chat import Chat
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
@@ -49,6 +50,7 @@ class Gateway:
     def __init__(self, conference: Conference, bus: Bus, clock: Clock, recorded: Callable[[], bool] = lambda: False) -> None:
         """recorded: whether there is a log of the conference now."""
         self._conference, self._bus, self._clock, self._recorded = conference, bus, clock, recorded
+        self._chat = Chat(bus)  # from the beginning: who comes later reads what was written before
         self._viewers: set[Viewer] = set()
         self._connections: set[web.WebSocketResponse] = set()
         self._somebody = asyncio.Event()
@@ -67,7 +69,7 @@ class Gateway:
         from vistel_services.console.numbers import Numbers
 
         clock, period_ns = self._clock, round(1e9 / RATE_HZ)
-        feed = self._feed = Feed(self._conference, self._bus, clock)
+        feed = self._feed = Feed(self._conference, self._bus, clock, self._chat)
         numbers = Numbers(self._conference, self._bus)
         try:
             due_ns = told_ns = clock.now_ns()
@@ -134,6 +136,7 @@ class Gateway:
 
     async def close(self) -> None:
         """Tell viewers that the conference ends."""
+        self._chat.close()
         ending = [background.start(c.close(code=_ENDED), "console end") for c in self._connections]
         if ending:
             await asyncio.wait(ending, timeout=CLOSING_S)

@@ -7,6 +7,7 @@ import asyncio
 import json
 import logging
 import socket
+from collections import deque
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
@@ -21,7 +22,8 @@ from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.seats import seat_place
 from vistel.figure.body_model.builtin_people import PEOPLE
-from vistel.protocol.pointer import guest_record, left_record, posture_of
+from vistel.messages.chat import ChatError, line_message
+from vistel.protocol.pointer import guest_record, left_record, line_of, line_record, posture_of
 from vistel.wire import background
 from vistel.wire.clock import Clock, sleep, within
 from vistel_services.console.viewer import Viewer
@@ -34,8 +36,11 @@ _SPOKEN = Counter("vistel_console_guest_voice_packets_total", "Packets of guests
 _TAKEN = Counter("vistel_console_guest_messages_total", "Messages of guests' pages that were passed on")
 _REFUSED = Counter("vistel_console_guest_refused_total", "Messages and links of guests' pages that were refused")
 
-_MOST_SAID_BYTES = 400
-"""Of one message of a page."""
+_MOST_SAID_BYTES = 3000
+"""Of one message of a page: a line of 300 letters, each written as six."""
+MOST_LINES = 20
+"""Lines of the chat that a guest may write within `_LINES_NS`."""
+_LINES_NS = 30_000_000_000
 _PATIENCE_S = 10.0
 """A page shows its link within this time [s]."""
 _EVERY_NS = 20_000_000
@@ -166,7 +171,8 @@ class Guests:
         return self._paths.device(pointer_name(participant))
 
     def _send(self, participant: str, record: bytes) -> None:
-        device = self._paths.device(microphone_name(participant)) if is_voice(record) else self._device(participant)
+        said = is_voice(record) or line_of(record) is not None
+        device = self._paths.device(microphone_name(participant)) if said else self._device(participant)
         with suppress(OSError, ValueError):  # the device is not there now
             self._socket.sendto(record, ("127.0.0.1", int(device.read_text())))
 
@@ -182,6 +188,7 @@ class _Visit:
         self._gateway, self._connection, self._guest, self._viewer = gateway, connection, guest, viewer
         self._voice = VoiceGate()
         self._avatar = ""
+        self._written_ns = deque[int](maxlen=MOST_LINES)
         self._second_ns, self._in_second, self._faulty, self._passed_ns = 0, 0, 0, 0
         self.passed_on = 0
 
@@ -222,6 +229,8 @@ class _Visit:
             self._viewer.put("time", json.dumps({"kind": "time", "asked": said["time"], "ms": now_ns * 1e-6}))
         elif isinstance(said.get("hear"), bool):
             self._viewer.hears = bool(said["hear"] and self._avatar)
+        elif isinstance(said.get("write"), str):
+            self._write(str(said["write"]), now_ns)
         else:
             self._choose(said)
 
@@ -251,6 +260,17 @@ class _Visit:
         elif self._voice.admits(voice[0], len(voice[1]), now_ns):
             _SPOKEN.inc()
             self._gateway.pass_on(self._guest, record)
+
+    def _write(self, text: str, now_ns: int) -> None:
+        """A line for all. With more than a person types, it is none of our pages."""
+        try:
+            line = line_message(text, now_ns).text
+        except ChatError:
+            return self._refuse()
+        if not self._avatar or (len(self._written_ns) == MOST_LINES and now_ns - self._written_ns[0] < _LINES_NS):
+            return self._refuse()
+        self._written_ns.append(now_ns)
+        self._gateway.pass_on(self._guest, line_record(line))
 
     def _refuse(self) -> None:
         self._faulty += 1

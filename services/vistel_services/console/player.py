@@ -10,6 +10,7 @@ from vistel.conference.model import Conference
 from vistel.log.feeding import BEFORE_NS, LogFeed
 from vistel.log.playhead import Playhead
 from vistel.render.stage.stage import Instant
+from vistel.session.chat import Chat
 from vistel.wire.log import LogReader
 from vistel_services.console.feed import Feed
 from vistel_services.console.numbers import Numbers
@@ -30,7 +31,8 @@ class Player:
         self._delay_ns = round(playout.recorded_s * 1e9)
         self._reader, self._viewer = reader, viewer
         self._log = LogFeed(reader)
-        self.feed = Feed(conference.model_copy(update={"playout": playout}), self._log.bus, self._log.clock)
+        self._chat = Chat(self._log.bus)
+        self.feed = Feed(conference.model_copy(update={"playout": playout}), self._log.bus, self._log.clock, self._chat)
         self._numbers = Numbers(conference, self._log.bus)
         self._conference = conference
         self._shown: float | None = None
@@ -72,6 +74,7 @@ class Player:
         """Receive no more."""
         self.feed.close()
         self._numbers.close()
+        self._chat.close()
 
 
 def told_of(head: Playhead) -> str:

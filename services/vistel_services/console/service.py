@@ -25,6 +25,7 @@ log = logging.getLogger("vistel.console")
 _OF_GUESTS = {
     "/join": "join.html",
     "/join.css": "join.css",
+    "/chat.css": "chat.css",
     f"/{bundle.GUEST_BUNDLE}": bundle.GUEST_BUNDLE,
     "/missing.js": "missing.js",
     **{f"/{name}": name for name in bundle.OF_BOTH},

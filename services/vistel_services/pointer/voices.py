@@ -1,4 +1,5 @@
-"""The microphones of guests' pages: what the console's gateway passes on becomes the voice of the guest, as any microphone's."""
+"""What guests' pages say: what the console's gateway passes on becomes the voice of the guest, as any microphone's, and their lines
+of the chat."""
 
 from __future__ import annotations
 
@@ -13,6 +14,8 @@ from vistel.audio.page_voice import PageVoice
 from vistel.conference.device_names import microphone_name
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
+from vistel.messages.chat import ChatError, line_message
+from vistel.protocol.pointer import line_of
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
@@ -79,10 +82,15 @@ class _Page:
         self._participant, self._switches = participant, switches
         self._voice, self._told_ns = PageVoice(), 0
         self._publication = bus.publish(BY_NAME["voice"], participant=participant)
+        self._chat = bus.publish(BY_NAME["chat"], participant=participant)
         self._levels = bus.publish(BY_NAME["voice_level"], participant=participant) if config.crowded else None
 
     def take(self, data: bytes, now_ns: int) -> None:
         """What the gateway has passed on."""
+        if (line := line_of(data)) is not None:
+            with contextlib.suppress(ChatError):
+                self._chat.put(line_message(line, now_ns))
+            return
         message = self._voice.message(data, now_ns) if self._switches[self._participant].open else None
         if message is None:
             return

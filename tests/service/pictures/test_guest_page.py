@@ -65,6 +65,20 @@ def test_a_guest_opens_the_link_enters_looks_waves_touches_and_rests(monkeypatch
             assert not (led.left.close or led.right.close)  # people are touched, not taken
             await mouse(tab, "mouseReleased", chest, button="left", clickCount=1)
             await room.until(lambda: not (newest(room).HasField("left") or newest(room).HasField("right")), "the hand rests")
+            # The letters of a line are no gestures; its addresses can be followed, and what looks like a page's code is text.
+            waved = newest(room).gesture_number
+            await tab.click("#chat-button")
+            await other.socket.send_json({"write": "<img src=x> see https://example.org/a?b=1"})
+            await tab.until("document.querySelector('#chat .lines a')?.href === 'https://example.org/a?b=1'")
+            assert await tab.value("document.querySelector('#chat img')") is None
+            await tab.value("document.querySelector('#chat input').focus()")
+            for letter in "wow":
+                await tab.call("Input.dispatchKeyEvent", type="keyDown", key=letter, text=letter)
+            await tab.call("Input.dispatchKeyEvent", type="keyDown", key="Enter", text="\r")
+            await tab.until("document.querySelector('#chat .lines').innerText.includes('wow')")
+            await tab.call("Input.dispatchKeyEvent", type="keyDown", key="Escape")
+            await tab.until("document.getElementById('chat').hidden")
+            assert newest(room).gesture_number == waved
             # In the background it says nothing, and the guest stays.
             await tab.value("Object.defineProperty(document, 'hidden', { get: () => true }) && 1")
             sent = await tab.value("window.guest.sent()")

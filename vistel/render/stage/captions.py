@@ -2,7 +2,8 @@
 
 from dataclasses import dataclass, replace
 
-from vistel.v1.speech_pb2 import Utterance
+from vistel.messages.chat import text_of
+from vistel.v1.speech_pb2 import ChatLine, Utterance
 
 SHOWN_NS = 5_000_000_000
 """How long a caption stays; a question stays twice as long."""
@@ -47,6 +48,13 @@ class Captions:
         if message.state not in _STATES or now_ns - message.header.t_ns > SHOWN_NS:
             return
         self._said[message.participant] = message, now_ns
+
+    def receive_line(self, participant: str, message: ChatLine, now_ns: int) -> None:
+        """Somebody wrote to all: shown as what asks nothing of the room."""
+        text = text_of(message)
+        self.receive(
+            Utterance(header=message.header, participant=participant, text=text, spoken=text, state=Utterance.STATE_NOTED), now_ns
+        )
 
     def shown(self, now_ns: int, names: dict[str, str]) -> tuple[Caption, ...]:
         """The newest of each speaker, oldest first; names: of people, by participant."""
