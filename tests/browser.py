@@ -5,12 +5,14 @@ from __future__ import annotations
 import asyncio
 import base64
 import contextlib
+import ctypes
 import itertools
 import json
 import os
 import shutil
 import signal
 from collections.abc import AsyncIterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +23,8 @@ import pytest
 from waiting import until
 
 _PATIENCE_S = 40.0
+_DIE_WITH_PARENT = 1
+"""PR_SET_PDEATHSIG of prctl(2): no browser stays behind a test that is killed."""
 
 
 def chromium() -> str:
@@ -113,6 +117,7 @@ async def page(folder: Path, *more: str) -> AsyncIterator[Page]:
         stdout=asyncio.subprocess.DEVNULL,
         stderr=asyncio.subprocess.DEVNULL,
         start_new_session=True,
+        preexec_fn=partial(ctypes.CDLL(None).prctl, _DIE_WITH_PARENT, signal.SIGKILL),
     )
     try:
         port = await _port(profile / "DevToolsActivePort", process)

@@ -1,5 +1,6 @@
 """Lines of the chat: what may be written, and what is shown of what others have written."""
 
+import asyncio
 import unicodedata
 
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from vistel.messages.chat import MOST_LETTERS, ChatError, line_message, text_of
 from vistel.session.chat import KEPT, Chat
 from vistel.v1.speech_pb2 import ChatLine
+from vistel.wire import background
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
@@ -40,16 +42,19 @@ def test_nothing_and_too_much_are_refused_with_what_is_expected() -> None:
 
 
 def test_a_line_that_comes_twice_is_shown_once_and_only_the_newest_are_kept() -> None:
-    network, clock = MemoryNetwork(), SimulatedClock()
-    chat = Chat(network.bus("c", "lab", clock))
-    lines = network.bus("c", "tokyo", clock).publish(BY_NAME["chat"], participant="aiko")
-    first = line_message("hello", 5)
-    lines.put(first)
-    lines.put(first)
-    assert [(n.participant, n.t_ns, n.text) for n in chat.take()] == [("aiko", 5, "hello")]
-    for n in range(2 * KEPT):
-        lines.put(line_message(f"line {n}", n))
-        chat.take()
-    assert [n.text for n in chat.lines] == [f"line {n}" for n in range(KEPT, 2 * KEPT)]
-    chat.forget()
-    assert chat.lines == ()
+    async def meeting() -> None:
+        network, clock = MemoryNetwork(), SimulatedClock()
+        chat = Chat(network.bus("c", "lab", clock))
+        lines = network.bus("c", "tokyo", clock).publish(BY_NAME["chat"], participant="aiko")
+        first = line_message("hello", 5)
+        lines.put(first)
+        lines.put(first)
+        assert [(n.participant, n.t_ns, n.text) for n in chat.take()] == [("aiko", 5, "hello")]
+        for n in range(2 * KEPT):
+            lines.put(line_message(f"line {n}", n))
+            chat.take()
+        assert [n.text for n in chat.lines] == [f"line {n}" for n in range(KEPT, 2 * KEPT)]
+        chat.forget()
+        assert chat.lines == ()
+
+    asyncio.run(background.as_service("test", meeting()))
