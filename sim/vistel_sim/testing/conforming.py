@@ -1,0 +1,33 @@
+"""VISTEL's own simulators, as the suites of `vistel.testing.conformance` check them."""
+
+import math
+from collections.abc import Callable, Generator
+from contextlib import AbstractContextManager, contextmanager
+
+import numpy as np
+
+from vistel.arrays import F64
+from vistel.testing.conformance import Target
+from vistel_sim.fastrak import Fastrak
+from vistel_sim.simulation import RESTART_S
+from vistel_sim.testing.instrument_line import InstrumentLine
+
+
+def pose(station: int, t_s: float) -> tuple[F64, F64]:
+    """Receivers of nobody that turn slowly, in the transmitter's frame: position [m], quaternion (x, y, z, w)."""
+    half = 0.1 * station + 0.05 * t_s
+    return np.array((0.4 + 0.05 * station, 0.1, -0.5)), np.array((0.0, 0.0, math.sin(half), math.cos(half)))
+
+
+@contextmanager
+def fastrak() -> Generator[Target]:
+    yield Target(lambda: InstrumentLine(Fastrak(pose, restart_s=RESTART_S)), overwrite=True)
+
+
+SIMULATED: dict[str, Callable[[], AbstractContextManager[Target]]] = {"fastrak": fastrak}
+"""By protocol. Within the block the simulator can be reached."""
+
+
+def simulated(protocol: str) -> AbstractContextManager[Target]:
+    """The simulator of a protocol that there is a suite of."""
+    return SIMULATED[protocol]()
