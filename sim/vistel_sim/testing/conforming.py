@@ -8,7 +8,9 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.testing.conformance import Target
+from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.fastrak import Fastrak
+from vistel_sim.liberty import Liberty
 from vistel_sim.simulation import RESTART_S
 from vistel_sim.testing.instrument_line import InstrumentLine
 
@@ -19,12 +21,37 @@ def pose(station: int, t_s: float) -> tuple[F64, F64]:
     return np.array((0.4 + 0.05 * station, 0.1, -0.5)), np.array((0.0, 0.0, math.sin(half), math.cos(half)))
 
 
+def hand(t_s: float) -> list[float]:
+    """A hand that slowly closes and opens: 20 angles [rad], order of `Posture.hands`."""
+    return [0.3 + 0.2 * math.sin(t_s + k) for k in range(20)]
+
+
 @contextmanager
 def fastrak() -> Generator[Target]:
     yield Target(lambda: InstrumentLine(Fastrak(pose, restart_s=RESTART_S)), overwrite=True)
 
 
-SIMULATED: dict[str, Callable[[], AbstractContextManager[Target]]] = {"fastrak": fastrak}
+@contextmanager
+def liberty() -> Generator[Target]:
+    yield Target(lambda: InstrumentLine(Liberty(pose, restart_s=RESTART_S)))
+
+
+@contextmanager
+def patriot() -> Generator[Target]:
+    yield Target(lambda: InstrumentLine(Liberty(pose, model="patriot", restart_s=RESTART_S)))
+
+
+@contextmanager
+def cyberglove() -> Generator[Target]:
+    yield Target(lambda: InstrumentLine(CyberGlove(hand, sensors=22, right=True, restart_s=RESTART_S)))
+
+
+SIMULATED: dict[str, Callable[[], AbstractContextManager[Target]]] = {
+    "fastrak": fastrak,
+    "liberty": liberty,
+    "patriot": patriot,
+    "cyberglove": cyberglove,
+}
 """By protocol. Within the block the simulator can be reached."""
 
 

@@ -17,14 +17,16 @@ from pathlib import Path
 from typing import Any
 
 from vistel.testing.conformance import fastrak_commands
+from vistel.testing.conformance.cyberglove import CYBERGLOVE
 from vistel.testing.conformance.fastrak_records import FASTRAK
+from vistel.testing.conformance.liberty import LIBERTY, PATRIOT
 from vistel.testing.conformance.line import Line, LineError, NonconformityError, NotApplicable
 from vistel.testing.conformance.suite import Check, Outcome, Suite, Target
 
 __all__ = ["SUITES", "Check", "Line", "LineError", "NonconformityError", "NotApplicable", "Outcome", "Target", "checks", "run"]
 
 _ = fastrak_commands  # its checks follow those of the records
-SUITES: dict[str, Suite[Any]] = {s.protocol: s for s in (FASTRAK,)}
+SUITES: dict[str, Suite[Any]] = {s.protocol: s for s in (FASTRAK, LIBERTY, PATRIOT, CYBERGLOVE)}
 """By protocol."""
 
 

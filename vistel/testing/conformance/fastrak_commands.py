@@ -4,7 +4,7 @@ import math
 
 from vistel.testing.conformance.fastrak_records import FASTRAK
 from vistel.testing.conformance.fastrak_unit import FastrakUnit
-from vistel.testing.conformance.line import LineError, NonconformityError, NotApplicable, Talk, require, shown
+from vistel.testing.conformance.line import NonconformityError, NotApplicable, Talk, require, shown
 
 _RESTART_S = 15.0
 """A unit is back from a re-initialisation within this time [s]."""
@@ -270,18 +270,7 @@ def what_is_saved_outlives_a_restart(unit: FastrakUnit) -> str:
 @FASTRAK.check()
 def it_comes_back_when_plugged_in_again(unit: FastrakUnit) -> str:
     """A unit that was pulled out cannot be reached, and answers when it is back."""
-    if unit.target.unplugged is None:
-        raise NotApplicable("not tried: nobody can unplug it")
-    with unit.target.unplugged():
-        gone = False
-        try:
-            unit.talk.send(b"S")
-            unit.talk.find(rb"2[1-4]S", "nothing")
-        except (LineError, NonconformityError):
-            gone = True
-        require(gone, "it answers while it is unplugged")
-    unit.talk = unit.open()
-    return f"answers after {_answers(unit.talk):.1f} s"
+    return unit.comes_back(unit.flags)
 
 
 def _answers(talk: Talk) -> float:

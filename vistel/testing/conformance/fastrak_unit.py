@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 
 from vistel.testing.conformance.line import NonconformityError, require, shown
-from vistel.testing.conformance.suite import Session
+from vistel.testing.conformance.suite import Unit
 
 TEXT = {0: 1, 1: 2, 11: 28, 50: 1, 51: 2, 61: 52} | dict.fromkeys(range(2, 8), 21) | dict.fromkeys(range(52, 58), 39)
 """Bytes of each item as text."""
@@ -31,14 +31,10 @@ class Record:
     length: int
 
 
-class FastrakUnit:
+class FastrakUnit(Unit):
     """See `Unit`: polled, text, inches, position and angles of every station."""
 
-    def __init__(self, session: Session) -> None:
-        self.talk = session.talk
-        self.target = session.target
-        self.open = session.open
-        self.stations: tuple[int, ...] = ()
+    stations: tuple[int, ...] = ()
 
     def begin(self) -> None:
         """See `Unit`. Raises NonconformityError where no FASTRAK answers."""

@@ -93,7 +93,7 @@ class Talk:
         A busy machine may be later than `for_s`: where an answer can be asked for, ask, and take what came before it."""
         came, self._rest = self._rest, b""
         end_s = self.line.now_s() + within_s
-        while data := self.line.read(for_s):
+        while data := self.line.read(for_s * self._patience):
             came += data
             if self.line.now_s() > end_s or len(came) > _MOST:
                 raise NonconformityError(f"expected silence, {len(came)} bytes came: {shown(came[-_SHOWN:])}")

@@ -1,10 +1,11 @@
 """A suite of checks of one protocol, run against any implementation of the device's side."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Generic, Literal, Protocol, TypeVar
+from typing import Generic, Literal, TypeVar
 
 from vistel.testing.conformance.line import Line, LineError, NonconformityError, NotApplicable, Talk
 from vistel.testing.conformance.ports import opener
@@ -34,21 +35,6 @@ class Target:
         return name if at and not callable(self.device) else ""
 
 
-class Unit(Protocol):
-    """A device with which a check talks, in the state that its suite begins with."""
-
-    def begin(self) -> None:
-        """Bring the device to the state that every check begins with. Raises NonconformityError."""
-        ...
-
-    def end(self) -> None:
-        """Leave the device silent."""
-        ...
-
-
-U = TypeVar("U", bound=Unit)
-
-
 @dataclass(frozen=True)
 class Session:
     """An open talk with the target, and how another one is opened."""
@@ -56,6 +42,40 @@ class Session:
     talk: Talk
     target: Target
     open: Callable[[], Talk]
+
+
+class Unit(ABC):
+    """A device with which a check talks, in the state that its suite begins with."""
+
+    def __init__(self, session: Session) -> None:
+        self.talk, self.target, self.open = session.talk, session.target, session.open
+
+    @abstractmethod
+    def begin(self) -> None:
+        """Bring the device to the state that every check begins with. Raises NonconformityError."""
+
+    @abstractmethod
+    def end(self) -> None:
+        """Leave the device silent."""
+
+    def comes_back(self, ask: Callable[[], object]) -> str:
+        """Unplug the device and plug it in again; `ask` asks it something. Raises NonconformityError when it answers while it is
+        unplugged, or not afterwards, NotApplicable when nobody can unplug it."""
+        if self.target.unplugged is None:
+            raise NotApplicable("not tried: nobody can unplug it")
+        with self.target.unplugged():
+            try:
+                ask()
+            except (LineError, NonconformityError):
+                pass
+            else:
+                raise NonconformityError("it answers while it is unplugged")
+        self.talk = self.open()
+        ask()
+        return "unplugged and plugged in: it answers"
+
+
+U = TypeVar("U", bound=Unit)
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def check(
     ] = None,
     baud: Annotated[int, typer.Option(help="Speed of a serial port; default: the usual one of the protocol.")] = 0,
     only: Annotated[list[str] | None, typer.Option(help="Try only this check, after identification; repeatable.")] = None,
-    memory: Annotated[bool, typer.Option("--memory", help="What the device keeps when it is switched off may be overwritten.")] = False,
+    memory: Annotated[bool, typer.Option("--memory", help="Overwrite what the device keeps when it is switched off.")] = False,
     patience: Annotated[float, typer.Option(min=1.0, help="How many times longer than usual answers may take.")] = 1.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object for each check.")] = False,
 ) -> None:
