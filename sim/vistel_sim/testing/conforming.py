@@ -3,16 +3,22 @@
 import math
 from collections.abc import Callable, Generator
 from contextlib import AbstractContextManager, contextmanager
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.protocol.vrpn import SIMULATED as SIMULATED_TRACKER
 from vistel.testing.conformance import Target
+from vistel.wire.clock import SystemClock
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.fastrak import Fastrak
 from vistel_sim.liberty import Liberty
 from vistel_sim.simulation import RESTART_S
 from vistel_sim.testing.instrument_line import InstrumentLine
+from vistel_sim.testing.units import VrpnUnit
+from vistel_sim.vrpn_server import SimulatedVrpn, Tracker
 
 
 def pose(station: int, t_s: float) -> tuple[F64, F64]:
@@ -46,11 +52,26 @@ def cyberglove() -> Generator[Target]:
     yield Target(lambda: InstrumentLine(CyberGlove(hand, sensors=22, right=True, restart_s=RESTART_S)))
 
 
+@contextmanager
+def vrpn() -> Generator[Target]:
+    with TemporaryDirectory() as folder:
+        clock, announce = SystemClock(), Path(folder) / "port"
+        start_ns = clock.now_ns()
+        server = SimulatedVrpn("tracker", SIMULATED_TRACKER, Tracker(pose, (1, 2, 3, 4)), announce, clock, start_ns)
+        unit = VrpnUnit(server, clock, start_ns, lambda t_s: {n: pose(n, t_s) for n in (1, 2, 3, 4)}, announce, SIMULATED_TRACKER)
+        try:
+            unit.wait_until_plugged()
+            yield Target(unit.address)
+        finally:
+            unit.end()
+
+
 SIMULATED: dict[str, Callable[[], AbstractContextManager[Target]]] = {
     "fastrak": fastrak,
     "liberty": liberty,
     "patriot": patriot,
     "cyberglove": cyberglove,
+    "vrpn": vrpn,
 }
 """By protocol. Within the block the simulator can be reached."""
 

@@ -22,11 +22,12 @@ from vistel.testing.conformance.fastrak_records import FASTRAK
 from vistel.testing.conformance.liberty import LIBERTY, PATRIOT
 from vistel.testing.conformance.line import Line, LineError, NonconformityError, NotApplicable
 from vistel.testing.conformance.suite import Check, Outcome, Suite, Target
+from vistel.testing.conformance.vrpn import VRPN
 
 __all__ = ["SUITES", "Check", "Line", "LineError", "NonconformityError", "NotApplicable", "Outcome", "Target", "checks", "run"]
 
 _ = fastrak_commands  # its checks follow those of the records
-SUITES: dict[str, Suite[Any]] = {s.protocol: s for s in (FASTRAK, LIBERTY, PATRIOT, CYBERGLOVE)}
+SUITES: dict[str, Suite[Any]] = {s.protocol: s for s in (FASTRAK, LIBERTY, PATRIOT, CYBERGLOVE, VRPN)}
 """By protocol."""
 
 

@@ -105,6 +105,11 @@ class Talk:
         if came:
             raise NonconformityError(f"expected silence, got {shown(came)}")
 
+    def more(self, within_s: float = ANSWER_S) -> bool:
+        """Whether there is something to take, or it comes within `within_s` [s]."""
+        self._rest = self._rest or self.line.read(within_s * self._patience)
+        return bool(self._rest)
+
     def _until(self, matcher: "_Matcher", what: str, within_s: float) -> re.Match[bytes]:
         end_s = self.line.now_s() + within_s * self._patience
         while (found := matcher(self._rest)) is None:
