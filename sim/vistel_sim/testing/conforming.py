@@ -13,11 +13,13 @@ from vistel.protocol.vrpn import SIMULATED as SIMULATED_TRACKER
 from vistel.testing.conformance import Target
 from vistel.wire.clock import SystemClock
 from vistel_sim.cyberglove import CyberGlove
+from vistel_sim.equipment.delay_unit import SimulatedDelayUnit
 from vistel_sim.fastrak import Fastrak
+from vistel_sim.fivedt import Glove5, Glove16
 from vistel_sim.liberty import Liberty
 from vistel_sim.simulation import RESTART_S
 from vistel_sim.testing.instrument_line import InstrumentLine
-from vistel_sim.testing.units import VrpnUnit
+from vistel_sim.testing.units import DelayUnit, VrpnUnit
 from vistel_sim.vrpn_server import SimulatedVrpn, Tracker
 
 
@@ -53,6 +55,16 @@ def cyberglove() -> Generator[Target]:
 
 
 @contextmanager
+def glove_16() -> Generator[Target]:
+    yield Target(lambda: InstrumentLine(Glove16(hand), 19200))
+
+
+@contextmanager
+def glove_5() -> Generator[Target]:
+    yield Target(lambda: InstrumentLine(Glove5(hand), 19200))
+
+
+@contextmanager
 def vrpn() -> Generator[Target]:
     with TemporaryDirectory() as folder:
         clock, announce = SystemClock(), Path(folder) / "port"
@@ -66,12 +78,29 @@ def vrpn() -> Generator[Target]:
             unit.end()
 
 
+@contextmanager
+def delay_unit(baud: int = 0) -> Generator[Target]:
+    """baud: of a serial line; 0: by TCP."""
+    with TemporaryDirectory() as folder:
+        clock, announce = SystemClock(), Path(folder) / "unit"
+        start_ns = clock.now_ns()
+        unit = DelayUnit(SimulatedDelayUnit("delay", announce, clock, start_ns, baud=baud), clock, start_ns, announce)
+        try:
+            unit.wait_until_plugged()
+            yield Target(unit.address, baud)
+        finally:
+            unit.end()
+
+
 SIMULATED: dict[str, Callable[[], AbstractContextManager[Target]]] = {
     "fastrak": fastrak,
     "liberty": liberty,
     "patriot": patriot,
     "cyberglove": cyberglove,
+    "5dt_16": glove_16,
+    "5dt_5": glove_5,
     "vrpn": vrpn,
+    "delay_unit": delay_unit,
 }
 """By protocol. Within the block the simulator can be reached."""
 

@@ -6,9 +6,10 @@ from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
-from vistel.arrays import F64
+from vistel.arrays import F32, F64
 from vistel.wire.clock import Clock
 from vistel_sim.device import SimulatedDevice, Simulator
+from vistel_sim.equipment.delay_unit import SimulatedDelayUnit
 from vistel_sim.faults import Fault, Kind
 from vistel_sim.phone import SimulatedSender
 from vistel_sim.testing.device_thread import DeviceThread
@@ -171,3 +172,25 @@ class PhoneUnit(Unit[SimulatedSender, T]):
         new = self._announce.with_name(f".{self._announce.name}.new")
         new.write_text(str(port))
         new.replace(self._announce)
+
+
+class DelayUnit(Unit[SimulatedDelayUnit, list[float]]):
+    """An audio delay unit on Modbus, by TCP or on a serial line. After it was unplugged it is at its defaults, and maybe at another
+    port."""
+
+    def __init__(self, device: SimulatedDelayUnit, clock: Clock, start_ns: int, announce: Path) -> None:
+        self._announce = announce
+        super().__init__(device, clock, start_ns, lambda t_s: device.delays_s)
+
+    @property
+    def plugged(self) -> bool:
+        return self._announce.exists()
+
+    @property
+    def address(self) -> str:
+        """HOST:PORT, or the path of its serial port. Raises FileNotFoundError while it is unplugged."""
+        return self._announce.read_text().partition(":")[2]
+
+    def heard(self, channel: int, samples: F32) -> F32:
+        """What comes out of a channel (from 1) for (n,) samples at 48 kHz."""
+        return self._device.process(channel - 1, samples)

@@ -18,7 +18,10 @@ from typing import Any
 
 from vistel.testing.conformance import fastrak_commands
 from vistel.testing.conformance.cyberglove import CYBERGLOVE
+from vistel.testing.conformance.delay_unit import DELAY
 from vistel.testing.conformance.fastrak_records import FASTRAK
+from vistel.testing.conformance.fivedt_5 import GLOVE_5
+from vistel.testing.conformance.fivedt_16 import GLOVE_16
 from vistel.testing.conformance.liberty import LIBERTY, PATRIOT
 from vistel.testing.conformance.line import Line, LineError, NonconformityError, NotApplicable
 from vistel.testing.conformance.suite import Check, Outcome, Suite, Target
@@ -27,7 +30,7 @@ from vistel.testing.conformance.vrpn import VRPN
 __all__ = ["SUITES", "Check", "Line", "LineError", "NonconformityError", "NotApplicable", "Outcome", "Target", "checks", "run"]
 
 _ = fastrak_commands  # its checks follow those of the records
-SUITES: dict[str, Suite[Any]] = {s.protocol: s for s in (FASTRAK, LIBERTY, PATRIOT, CYBERGLOVE, VRPN)}
+SUITES: dict[str, Suite[Any]] = {s.protocol: s for s in (FASTRAK, LIBERTY, PATRIOT, CYBERGLOVE, GLOVE_16, GLOVE_5, VRPN, DELAY)}
 """By protocol."""
 
 

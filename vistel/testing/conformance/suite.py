@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Generic, Literal, TypeVar
 
 from vistel.testing.conformance.line import Line, LineError, NonconformityError, NotApplicable, Talk
-from vistel.testing.conformance.ports import opener
+from vistel.testing.conformance.ports import TcpLine, opener
 
 Verdict = Literal["pass", "fail", "skip"]
 
@@ -42,6 +42,11 @@ class Session:
     talk: Talk
     target: Target
     open: Callable[[], Talk]
+
+    @property
+    def on_network(self) -> bool:
+        """Whether the line is a TCP connection."""
+        return isinstance(self.talk.line, TcpLine)
 
 
 class Unit(ABC):
