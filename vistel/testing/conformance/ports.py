@@ -32,12 +32,14 @@ class SerialLine(Line):
         self._path = path
 
     def write(self, data: bytes) -> None:
+        """See `Line`."""
         try:
             self._serial.write(data)
         except (serial.SerialException, OSError) as e:
             raise LineError(f"{self._path}: unplugged, or takes no more bytes") from e
 
     def read(self, within_s: float) -> bytes:
+        """See `Line`."""
         try:
             self._serial.timeout = within_s
             data = self._serial.read(1)
@@ -46,12 +48,14 @@ class SerialLine(Line):
             raise LineError(f"{self._path}: unplugged") from e
 
     def set_baud(self, baud: int) -> None:
+        """See `Line`."""
         try:
             self._serial.baudrate = baud
         except (serial.SerialException, OSError, ValueError) as e:
             raise LineError(f"{self._path}: does not run at {baud} baud") from e
 
     def close(self) -> None:
+        """See `Line`."""
         self._serial.close()
 
 
@@ -67,12 +71,14 @@ class TcpLine(Line):
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
     def write(self, data: bytes) -> None:
+        """See `Line`."""
         try:
             self._socket.sendall(data)
         except OSError as e:
             raise LineError(f"{self._where}: the connection was closed") from e
 
     def read(self, within_s: float) -> bytes:
+        """See `Line`."""
         try:
             if not select.select([self._socket], [], [], within_s)[0]:
                 return b""
@@ -84,6 +90,7 @@ class TcpLine(Line):
         return data
 
     def close(self) -> None:
+        """See `Line`."""
         self._socket.close()
 
 
