@@ -19,7 +19,8 @@ from vistel_sim.fivedt import Glove5, Glove16
 from vistel_sim.liberty import Liberty
 from vistel_sim.simulation import RESTART_S
 from vistel_sim.testing.instrument_line import InstrumentLine
-from vistel_sim.testing.units import DelayUnit, VrpnUnit
+from vistel_sim.testing.room_units import DelayUnit
+from vistel_sim.testing.units import VrpnUnit
 from vistel_sim.vrpn_server import SimulatedVrpn, Tracker
 
 

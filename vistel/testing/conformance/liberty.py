@@ -17,7 +17,7 @@ _USUAL = (2, 7, 9, 1)
 _MARKS = {"liberty": b"LY", "patriot": b"PA"}
 _MOST_STATIONS = {"liberty": 16, "patriot": 2}
 _HEADER = struct.Struct("<2sBcccH")
-_RESTART_S = 15.0
+_RESTART_S = 40.0
 """A unit is back from a re-initialisation within this time [s]."""
 _MANY = 20
 """Frames that are enough to see cuts."""
@@ -72,11 +72,11 @@ class LibertyUnit(Unit):
         require(frame.station == 0, f"{shown(command)} was answered by a record of station {frame.station}")
         return frame
 
-    def settle(self) -> bytes:
-        """What comes before the answer to ^V that is asked for now."""
+    def settle(self, *, patient: bool = True) -> bytes:
+        """What comes before the answer to ^V that is asked for now. patient: as of `Talk.find`."""
         self.talk.send(b"\x16\r")
         head = self.mark + b"\0\x16.\0"
-        found = self.talk.find(head.replace(b"\0", rb"\0") + rb"([\0-\xff][\0-\3])(?=.)", "answer to ^V")
+        found = self.talk.find(head.replace(b"\0", rb"\0") + rb"([\0-\xff][\0-\3])(?=.)", "answer to ^V", patient=patient)
         self.talk.exactly(int.from_bytes(found[1], "little"), "the answer to ^V")
         return found.string[: found.start()]
 
@@ -280,7 +280,7 @@ def it_restarts(unit: LibertyUnit) -> str:
     while True:
         unit.talk.send(b"\rF1\r")
         try:
-            unit.settle()
+            unit.settle(patient=False)
         except NonconformityError:
             require(unit.talk.line.now_s() - begun_s < _RESTART_S, f"it does not answer {_RESTART_S:g} s after a restart")
         else:

@@ -74,9 +74,11 @@ class Talk:
         """The next bytes, which must match `pattern`. Raises NonconformityError when they do not within `within_s` [s]."""
         return self._until(re.compile(pattern, re.DOTALL).match, what, within_s)
 
-    def find(self, pattern: bytes, what: str, within_s: float = ANSWER_S) -> re.Match[bytes]:
-        """The next match of `pattern`; what comes before it is dropped. Raises NonconformityError as `expect` does."""
-        return self._until(re.compile(pattern, re.DOTALL).search, what, within_s)
+    def find(self, pattern: bytes, what: str, within_s: float = ANSWER_S, *, patient: bool = True) -> re.Match[bytes]:
+        """The next match of `pattern`; what comes before it is dropped. Raises NonconformityError as `expect` does.
+
+        patient: whether patience makes `within_s` longer."""
+        return self._until(re.compile(pattern, re.DOTALL).search, what, within_s if patient else within_s / self._patience)
 
     def ask(self, command: bytes, pattern: bytes, within_s: float = ANSWER_S) -> re.Match[bytes]:
         """Send `command`; the answer, which must match `pattern`."""
