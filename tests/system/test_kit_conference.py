@@ -68,7 +68,7 @@ def test_a_conference_runs_is_joined_recorded_and_stopped(conference: StartConfe
 
 
 def test_a_conference_that_cannot_begin_says_why(conference: StartConference) -> None:
-    with pytest.raises(RuntimeError, match="exit code 1(.|\n)*participants"):
+    with pytest.raises(RuntimeError, match=r"exit code 1(.|\n)*participants"):
         conference('name = "empty"\n\n[[sites]]\nname = "here"\nparticipants = []\n')
 
 

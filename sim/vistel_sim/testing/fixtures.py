@@ -28,6 +28,14 @@ class PlayLog(Protocol):
         ...
 
 
+class StartTracker(Protocol):
+    """The fixture `simulated_tracker`."""
+
+    def __call__(self, kind: str, **keys: object) -> "SerialUnit[dict[int, Pose]]":
+        """A tracker of a kind, also one of another package, on a serial port; keys: as in a conference file."""
+        ...
+
+
 class StartConference(Protocol):
     """The fixture `conference`."""
 
@@ -42,6 +50,20 @@ def simulated_fastrak(tmp_path: Path, request: pytest.FixtureRequest) -> "Iterat
     """A Polhemus FASTRAK with four receivers on somebody who moves; `.path` is its serial port."""
     with _person(tmp_path, request) as person:
         yield person.fastrak()
+
+
+@pytest.fixture
+def simulated_tracker(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[StartTracker]:
+    """Starts a tracker of any kind that has a serial port: `simulated_tracker("liberty").path`, or a kind of your own package."""
+    from vistel.conference.devices import TrackerConfig
+
+    with ExitStack() as ends:
+
+        def start(kind: str, **keys: object) -> "SerialUnit[dict[int, Pose]]":
+            config = TrackerConfig.model_validate({"kind": kind, **keys})
+            return ends.enter_context(_person(tmp_path, request, tracker=config)).fastrak()
+
+        yield start
 
 
 @pytest.fixture

@@ -84,7 +84,8 @@ class Person:
         self._ends.close()
 
     def fastrak(self) -> SerialUnit[dict[int, Pose]]:
-        """Start their FASTRAK. Its truth: t [s] -> pose of each receiver, by station."""
+        """Start their tracker, a FASTRAK unless another one on a serial port was chosen. Its truth: t [s] -> pose of each receiver,
+        by station."""
         return self._serial(device_names.tracker_name(self.participant), self._receivers)
 
     def gloves(self) -> Gloves:
