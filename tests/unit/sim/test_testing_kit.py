@@ -36,8 +36,9 @@ from vistel_sim.testing.waiting import wait_until
 ROOT = Path(__file__).resolve().parents[3]
 EXAMPLE = ROOT / "examples/test_an_integration/test_my_tracker.py"
 PAGE = ROOT / "docs/how-to/test-your-integration.md"
+REFERENCE = ROOT / "docs/reference/test-kit.md"
 FIXTURES = (
-    *("simulated_fastrak", "simulated_gloves", "simulated_vrpn", "simulated_phone"),
+    *("simulated_fastrak", "simulated_tracker", "simulated_gloves", "simulated_vrpn", "simulated_phone"),
     *("simulated_helmet", "simulated_microphone", "simulated_delay_unit", "recording", "network", "conference"),
 )
 LOG = ROOT / "tests/replay/meeting.mcap"
@@ -73,7 +74,7 @@ def test_the_fixtures_are_listed_with_what_they_are(pytester: pytest.Pytester) -
     listed = pytester.runpytest_inprocess("--fixtures").stdout.str()
     for name in FIXTURES:
         assert re.search(rf"^{name} -- .*\n    \w+", listed, re.MULTILINE), name
-        assert f"`{name}`" in PAGE.read_text("utf-8")
+        assert f"`{name}`" in REFERENCE.read_text("utf-8")
 
 
 def test_a_tracker_that_is_pulled_out_hangs_up_and_comes_back(simulated_fastrak: SerialUnit[dict[int, Pose]]) -> None:

@@ -1,15 +1,16 @@
-"""Suites of checks that run against any implementation of a device's side of a protocol.
+"""Checks of a device's side of a protocol, for any implementation of it.
 
-```python
-from vistel.testing import conformance
+    from vistel.testing import conformance
 
-for outcome in conformance.run("fastrak", "/dev/ttyUSB0"):
-    print(outcome.verdict, outcome.name, outcome.line)
+    for outcome in conformance.run("fastrak", "/dev/ttyUSB0"):
+        print(outcome.verdict, outcome.name, outcome.line)
 
-@pytest.mark.parametrize("check", conformance.checks("fastrak"), ids=str)
-def test_my_simulator(check, my_port):
-    check(my_port)
-```
+    @pytest.mark.parametrize("check", conformance.checks("fastrak"), ids=str)
+    def test_my_simulator(check, my_port):
+        check(my_port)
+
+A device is a serial port, "host:port", "Tracker0@host:port", "module:object", or a class or function that gives a `Line`.
+`vistel testing check` does the same on the command line.
 """
 
 from collections.abc import Callable, Iterator
@@ -27,7 +28,7 @@ from vistel.testing.conformance.line import Line, LineError, NonconformityError,
 from vistel.testing.conformance.suite import Check, Outcome, Suite, Target
 from vistel.testing.conformance.vrpn import VRPN
 
-__all__ = ["SUITES", "Check", "Line", "LineError", "NonconformityError", "NotApplicable", "Outcome", "Target", "checks", "run"]
+__all__ = ["Check", "Line", "LineError", "NonconformityError", "NotApplicable", "Outcome", "Target", "checks", "run"]
 
 _ = fastrak_commands  # its checks follow those of the records
 SUITES: dict[str, Suite[Any]] = {s.protocol: s for s in (FASTRAK, LIBERTY, PATRIOT, CYBERGLOVE, GLOVE_16, GLOVE_5, VRPN, DELAY)}

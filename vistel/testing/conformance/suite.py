@@ -15,9 +15,10 @@ Verdict = Literal["pass", "fail", "skip"]
 
 @dataclass(frozen=True)
 class Target:
-    """An implementation under test. device: as `vistel.testing.conformance.ports.opener` takes it.
+    """An implementation under test.
 
-    baud: of its serial port; 0: the protocol's usual one. overwrite: whether what it keeps when it is switched off may be
+    device: a serial port, "host:port", "Tracker0@host:port" for a device of a VRPN server, "module:object" for a class or function
+    without arguments that gives a `Line`, or such a thing itself. baud: of its serial port; 0: the protocol's usual one. overwrite: whether what it keeps when it is switched off may be
     overwritten. unplugged: a block within which it cannot be reached; None: nobody can unplug it. patience: how many times longer
     than usual it may take to answer.
     """
