@@ -171,9 +171,12 @@ def logged(path: Path, participant: str | None, folder: Path) -> Person:
         log = Log(path)
         name = participant or next(iter(log.participants), "")
         log.check_participant(name)
-        conference = Conference.model_validate(log.conference)
     except (LogError, ValueError) as e:
-        raise MotionError(f"{path}: cannot be played: {e}") from e
+        raise MotionError(str(e)) from e
+    try:
+        conference = Conference.model_validate(log.conference)
+    except ValueError as e:
+        raise MotionError(f"{path}: its conference file is none of this version: {str(e).splitlines()[0]}") from e
 
     def motion(played: Conference) -> MotionSource:
         return LoggedMotion(path, {name: simulated_people(played)[name]})

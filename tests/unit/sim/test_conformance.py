@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import random
 import re
 import struct
 from collections.abc import Callable
@@ -10,6 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from typer.testing import CliRunner, Result
 
 from vistel.testing import conformance
@@ -19,6 +22,7 @@ from vistel_cli.main import app
 from vistel_sim.cyberglove import CyberGlove
 from vistel_sim.device import Reply
 from vistel_sim.fastrak import Fastrak
+from vistel_sim.fivedt import Glove5, Glove16
 from vistel_sim.liberty import Liberty
 from vistel_sim.testing.conforming import SIMULATED, hand, pose, simulated
 from vistel_sim.testing.instrument_line import InstrumentLine
@@ -130,6 +134,58 @@ def test_a_liberty_whose_stations_are_not_measured_together_fails() -> None:
 def test_what_does_not_identify_itself_is_asked_nothing_more() -> None:
     outcomes = list(conformance.run("fastrak", lambda: InstrumentLine(CyberGlove(hand))))
     assert [o.verdict for o in outcomes] == ["fail", *["skip"] * (len(outcomes) - 1)]
+
+
+class Babbler(Line):
+    """Says what nobody asked for. Its time passes while somebody reads."""
+
+    def __init__(self, said: bytes) -> None:
+        self._said, self._t_s = said, 0.0
+
+    def write(self, data: bytes) -> None:
+        pass
+
+    def read(self, within_s: float) -> bytes:
+        self._t_s += 0.02
+        now, self._said = self._said[:37], self._said[37:]
+        self._t_s += 0.0 if now else within_s
+        return now
+
+    def now_s(self) -> float:
+        return self._t_s
+
+
+@pytest.mark.parametrize("protocol", sorted(SUITES))
+@given(said=st.binary(max_size=300))
+@settings(max_examples=20, deadline=None)
+def test_whatever_a_device_says_is_an_outcome_in_one_line(protocol: str, said: bytes) -> None:
+    outcomes = list(conformance.run(protocol, lambda: Babbler(said)))
+    assert outcomes[0].verdict == "fail"
+    assert all("\n" not in o.line for o in outcomes)
+
+
+@pytest.mark.parametrize(
+    ("protocol", "unit"),
+    [
+        ("fastrak", lambda: Fastrak(pose, restart_s=0.3)),
+        ("liberty", lambda: Liberty(pose, restart_s=0.3)),
+        ("cyberglove", lambda: CyberGlove(hand, restart_s=0.3)),
+        ("5dt_16", lambda: Glove16(hand)),
+        ("5dt_5", lambda: Glove5(hand)),
+    ],
+)
+@given(seed=st.integers(0, 2**32))
+@settings(max_examples=5, deadline=None)
+def test_a_device_on_a_noisy_line_is_found_faulty_and_ends_nothing(protocol: str, unit: Callable[[], Any], seed: int) -> None:
+    rng = random.Random(seed)
+
+    def noisy(data: bytes) -> bytes:
+        at = rng.randrange(len(data)) if data and rng.random() < 0.1 else None
+        return data if at is None else data[:at] + bytes((rng.randrange(256),)) + data[at + 1 :]
+
+    outcomes = list(conformance.run(protocol, lambda: InstrumentLine(Altered(unit(), noisy))))
+    assert len(outcomes) == len(conformance.checks(protocol))
+    assert all("\n" not in o.line for o in outcomes)
 
 
 def test_at_a_wrong_speed_nothing_is_understood() -> None:

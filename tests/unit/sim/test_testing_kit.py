@@ -244,7 +244,7 @@ def test_a_log_is_played_into_a_tracker_and_gloves(recording: PlayLog) -> None:
 
 @pytest.mark.parametrize(
     ("log", "participant", "expected"),
-    [(LOG, "zoe", "zoe"), (EXAMPLE, None, "cannot be played"), (ROOT / "no.mcap", None, "no.mcap")],
+    [(LOG, "zoe", "zoe"), (EXAMPLE, None, "is not an MCAP log"), (ROOT / "no.mcap", None, "no.mcap")],
 )
 def test_what_cannot_be_played_is_named_in_one_line(log: Path, participant: str | None, expected: str, recording: PlayLog) -> None:
     with pytest.raises(MotionError, match=expected) as error:

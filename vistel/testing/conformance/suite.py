@@ -18,9 +18,9 @@ class Target:
     """An implementation under test.
 
     device: a serial port, "host:port", "Tracker0@host:port" for a device of a VRPN server, "module:object" for a class or function
-    without arguments that gives a `Line`, or such a thing itself. baud: of its serial port; 0: the protocol's usual one. overwrite: whether what it keeps when it is switched off may be
-    overwritten. unplugged: a block within which it cannot be reached; None: nobody can unplug it. patience: how many times longer
-    than usual it may take to answer.
+    without arguments that gives a `Line`, or such a thing itself. baud: of its serial port; 0: the protocol's usual one. overwrite:
+    whether what it keeps when it is switched off may be overwritten. unplugged: a block within which it cannot be reached; None:
+    nobody can unplug it. patience: how many times longer than usual it may take to answer.
     """
 
     device: str | Path | Callable[[], Line]
