@@ -11,7 +11,7 @@ from vistel.arrays import F64
 
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs/reference/python.md"
-MODULES = ("vistel", "vistel.log", "vistel.figure", "vistel.render", "vistel.session")
+MODULES = ("vistel", "vistel.log", "vistel.figure", "vistel.render", "vistel.session", "vistel.testing.conformance")
 """Modules whose `__all__` is the public interface, beside `vistel.implicit`, which has a page of its own."""
 
 

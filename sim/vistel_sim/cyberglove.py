@@ -51,8 +51,8 @@ class CyberGlove:
         self._streaming = False
         self._once = self._as_text = 0
         self._pending = b""
-        self._values = self.sensors
         self._mask = MASKS[self.sensors]
+        self._chosen = list(range(self.sensors))
         self._words = (1152, 1)
         self._on = dict.fromkeys(_SWITCHES, False) | {ord("F"): True}
 
@@ -75,17 +75,17 @@ class CyberGlove:
     def next_length(self) -> int:
         """Bytes of the coming sample, 0 when none is due."""
         if self._as_text:
-            return 4 + 4 * self._values
+            return 4 + 4 * len(self._chosen)
         if not (self._streaming or self._once):
             return 0
-        return 2 + self._values + 5 * self._on[ord("D")] + self._on[ord("U")] + 2 * (not self.plugged)
+        return 2 + len(self._chosen) + 5 * self._on[ord("D")] + self._on[ord("U")] + 2 * (not self.plugged)
 
     def measure(self, t_s: float) -> bytes:
         counts = np.array(self._calibration.counts([float(a) for a in self._angles(t_s)], self.sensors))
         counts += self._drift + self._noise * self._rng.standard_normal(self.sensors)
         if self._saturated:
             counts[:] = 255.0
-        values = bytes(np.clip(np.rint(counts), 1, 255).astype(np.uint8))[: self._values]
+        values = bytes(np.clip(np.rint(counts[self._chosen]), 1, 255).astype(np.uint8))
         if self._as_text:
             self._as_text -= 1
             return b"g " + " ".join(map(str, values)).encode() + b"\r\n\0"
@@ -145,7 +145,9 @@ class CyberGlove:
             replies.append(Reply(self._set(c, data[1:end])))
             return end
         elif c in b"tufdljwg":
-            end = data.find(b"\r")
+            end, given_up = data.find(b"\r"), data.find(b"\x03")
+            if given_up >= 0 and (end < 0 or given_up < end):
+                return given_up  # ^C is next
             if end < 0:
                 return 0
             if c == ord("g"):
@@ -162,7 +164,7 @@ class CyberGlove:
         answers: dict[int, bytes] = {
             ord("G"): bytes((1 | 2 * self.plugged,)),
             ord("S"): bytes((self.sensors,)),
-            ord("N"): bytes((self._values,)),
+            ord("N"): bytes((len(self._chosen),)),
             ord("R"): bytes((self.right,)),
             ord("K"): MASKS[self.sensors],
             ord("M"): self._mask,
@@ -178,12 +180,19 @@ class CyberGlove:
         if c in _SWITCHES:
             self._on[c] = value in (b"\x01", b"1")
         elif c == ord("N"):
-            self._values = min(max(value[0], 1), self.sensors)
+            self._choose(value[0])
         elif c == ord("M"):
             self._mask = value
+            self._choose(self.sensors)
         else:
             self._words = (int.from_bytes(value[:2], "little"), int.from_bytes(value[2:], "little"))
         return bytes((c, 0))
+
+    def _choose(self, most: int) -> None:
+        """Send the sensors in the mask, at most so many; at least one."""
+        there, wanted = (int.from_bytes(m, "little") for m in (MASKS[self.sensors], self._mask))
+        slots = [k for k in range(24) if there >> k & 1]
+        self._chosen = [i for i, k in enumerate(slots) if wanted >> k & 1][: max(1, most)] or [0]
 
     def _text(self, c: str, argument: bytes) -> bytes:
         numbers = [int(n) for n in re.findall(rb"\d+", argument)]

@@ -19,11 +19,13 @@ _WRONG_BAUD = 9600
 
 @dataclass(frozen=True)
 class Reply:
-    """Bytes for the host, `delay_s` from now. baud: new speed of the line; 0: unchanged."""
+    """Bytes for the host, `delay_s` from now. baud: new speed of the line; 0: unchanged. measured: they are a measurement, which
+    faults damage."""
 
     data: bytes
     delay_s: float = 0.0
     baud: int = 0
+    measured: bool = False
 
 
 class Instrument(Protocol):
@@ -116,11 +118,14 @@ class SimulatedDevice:
                     continue
                 await clock.sleep_until_ns(port.reserve(length, tick_ns + round(instrument.latency_s * 1e9)))
                 if instrument.next_length() == length:  # not stopped meanwhile
-                    instrument.disturb(self._faults.progress("drift", t_s), self._faults.active("saturation", t_s))
+                    self._disturb(t_s)
                     if data := instrument.measure(t_s):
                         port.put(self._faults.damage(data, t_s))
         finally:
             port.unplug()
+
+    def _disturb(self, t_s: float) -> None:
+        self._instrument.disturb(self._faults.progress("drift", t_s), self._faults.active("saturation", t_s))
 
     def _plug_or_unplug(self, t_s: float) -> None:
         if self._faults.active("unplug", t_s):
@@ -138,9 +143,10 @@ class SimulatedDevice:
         t_s = (self._clock.now_ns() - self._start_ns) * 1e-9
         if self._faults.active("stall", t_s):
             return
+        self._disturb(t_s)
         for reply in self._instrument.receive(data, t_s):
             if reply.data:
-                self.port.answer(reply.data, reply.delay_s)
+                self.port.answer(self._faults.damage(reply.data, t_s) if reply.measured else reply.data, reply.delay_s)
             if reply.baud:
                 self.port.baud = reply.baud
 

@@ -10,7 +10,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel_sim import rotations
 from vistel_sim.device import Reply
-from vistel_sim.fastrak_record import encode_record, known_items, record_length
+from vistel_sim.fastrak_record import encode_record, record_length, unknown_item
 from vistel_sim.fastrak_settings import Settings, Station, copy_of
 
 PoseSource = Callable[[int, float], tuple[Sequence[float] | F64, Sequence[float] | F64]]
@@ -22,12 +22,44 @@ FIRMWARE = "2.08  "
 _IMMEDIATE = b"PCcFfUuSWDd\x0b\x19\x13\x11"
 _LINE = b"OlHBbGARrNIVQxvyoeXT"
 _BAUD_RATES = (2400, 4800, 9600, 19200, 38400, 57600, 115200)
+_FIELDS = (
+    {"O": 33, "A": 10} | dict.fromkeys("VQ", 7) | dict.fromkeys("HGrNxv", 4) | dict.fromkeys("lIe", 2) | dict.fromkeys("BbRy", 1)
+)
+"""How many fields the commands have, of which the station is one."""
+_LONGEST_LINE = 256
+"""A command line is shorter [bytes]."""
+_LONGEST_RECORD = 254
+"""A record is no longer, in either format [bytes]."""
+_PRESETS = (2.0, 5.0)
+"""The first and the last preset of a filter: none to heavy."""
 _RANGE_M = 3.05
 _DRIFT_M_PER_S = np.array([0.01, 0.005, -0.005])
 
 
 class _RefusedError(Exception):
-    """A command that is refused; args: the manual's error code."""
+    """A command that is refused; args: the manual's error code, and the field at fault, from 0."""
+
+    def __init__(self, code: int, field: int = 0) -> None:
+        super().__init__(code, field)
+        self.code, self.field = code, field
+
+
+class _Fields(list[float | None]):
+    """The numbers of a command; an omitted one is None. Field 0 is the station, where there is one."""
+
+    def bounded(self, k: int, low: float, high: float) -> float:
+        """Field `k`, which must be there and within its limits."""
+        value = self[k] if k < len(self) else None
+        if value is None:
+            raise _RefusedError(-1, k)
+        if not low <= value <= high:
+            raise _RefusedError(-3, k)
+        return value
+
+    def three(self, old: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Fields 1 to 3; omitted ones are as they were."""
+        a, b, c = (o if k >= len(self) or self[k] is None else self.bounded(k, -1e4, 1e4) for k, o in enumerate(old, 1))
+        return a, b, c
 
 
 class Fastrak:
@@ -68,6 +100,7 @@ class Fastrak:
     def _restart(self) -> None:
         self.settings = copy_of(self._saved)
         self._line = bytearray()
+        self._line_fits = True
         self._turn = 0
         self._polled: list[int] = []
         self._suspended = False
@@ -170,18 +203,21 @@ class Fastrak:
                 break
             if c in b"\x0b\x19\x13\x11":
                 self._line.clear()
+                self._line_fits = True
                 self._immediate(c, replies)
             elif c in b"\r\n":
                 if self._line:
                     self._execute(replies)
             elif self._line:
-                self._line.append(c)
+                self._line_fits = len(self._line) < _LONGEST_LINE
+                if self._line_fits:
+                    self._line.append(c)
             elif c in _IMMEDIATE:
                 self._immediate(c, replies)
             elif c in _LINE:
                 self._line.append(c)
             else:
-                replies.append(_error(bytes((c,)), -99))
+                replies.append(_error(bytes((c,)), _RefusedError(-99)))
         return replies
 
     def _immediate(self, c: int, replies: list[Reply]) -> None:
@@ -221,11 +257,25 @@ class Fastrak:
 
     def _execute(self, replies: list[Reply]) -> None:
         line, self._line = bytes(self._line), bytearray()
+        fits, self._line_fits = self._line_fits, True
         self._new_baud = 0
         try:
-            reply = self._command(chr(line[0]), line[1:].decode("ascii", "replace"))
+            if not fits:
+                raise _RefusedError(-5)
+            letter, text = chr(line[0]), line[1:].decode("ascii", "replace")
+            if letter in "XTo":
+                reply = self._of_port(letter, text)
+            else:
+                fields = _numbers(text)
+                if len(fields) > _FIELDS[letter]:
+                    raise _RefusedError(-5 if letter == "O" else -3, _FIELDS[letter])
+                if letter in "xvy":
+                    reply = self._of_unit(letter, text, fields)
+                else:
+                    station = int(fields.bounded(0, 1, 4))
+                    reply = self._of_station(letter, station, self.settings.stations[station - 1], fields)
         except _RefusedError as e:
-            replies.append(_error(line, e.args[0]))
+            replies.append(_error(line, e))
             return
         if reply is not None:
             replies.append(Reply(reply.encode("ascii") + b"\r\n"))
@@ -233,8 +283,8 @@ class Fastrak:
             replies.append(Reply(b"", baud=self._new_baud))
             self._new_baud = 0
 
-    def _command(self, letter: str, text: str) -> str | None:
-        """Execute one line; returns the text of its reply, if any."""
+    def _of_port(self, letter: str, text: str) -> str | None:
+        """Commands with words: identification, built-in test, line. Returns the text of the reply, if any; so do the next two."""
         s = self.settings
         if letter == "X":
             if not text:
@@ -243,56 +293,57 @@ class Fastrak:
             return None
         if letter == "T":
             return None if text else "2 T  0 no errors"
-        if letter == "o":
-            (rate, *_) = _numbers(text.split(",", maxsplit=1)[0]) or [None]
-            self._new_baud = 100 * int(_bounded(rate, 24, 1152))
-            if self._new_baud not in _BAUD_RATES:
-                self._new_baud = 0
-                raise _RefusedError(-3)
-            return None
-        numbers = _numbers(text)
-        if letter in "xv":
-            s.filters[letter] = text
-            return None
-        if letter == "y":
-            if not numbers:
-                return f"2 y{s.sync}"
-            s.sync = int(_bounded(numbers[0], 0, 2))
-            return None
-        if not numbers or numbers[0] is None:
-            raise _RefusedError(-1)
-        number = int(_bounded(numbers[0], 1, 4))
-        return self._of_station(letter, number, s.stations[number - 1], numbers[1:])
+        self._new_baud = 100 * int(_numbers(text.split(",", maxsplit=1)[0]).bounded(0, 24, 1152))
+        if self._new_baud not in _BAUD_RATES:
+            self._new_baud = 0
+            raise _RefusedError(-3)
+        return None
 
-    def _of_station(self, letter: str, number: int, st: Station, values: list[float | None]) -> str | None:
-        head = f"2{number}{letter}"
+    def _of_unit(self, letter: str, text: str, fields: _Fields) -> str | None:
+        """Filters and synchronisation."""
+        s = self.settings
+        if letter == "y":
+            if not fields:
+                return f"2 y{s.sync}"
+            s.sync = int(fields.bounded(0, 0, 2))
+            return None
+        if len(fields) != 1 or not _PRESETS[0] <= fields.bounded(0, 0.0, _PRESETS[1]):
+            for k, value in enumerate(fields):
+                if value is not None:
+                    fields.bounded(k, 0.0, 1.0)
+        s.filters[letter] = text
+        return None
+
+    def _of_station(self, letter: str, number: int, st: Station, fields: _Fields) -> str | None:
+        head, values = f"2{number}{letter}", fields[1:]
         match letter:
             case "l":
                 if not values:
                     return head + "".join(str(int(x.enabled)) for x in self.settings.stations)
-                on = bool(_bounded(values[0], 0, 1))
-                st.enabled = on
+                st.enabled = bool(fields.bounded(1, 0, 1))
             case "O":
                 if not values:
                     return head + "".join(f"{i:2d}" for i in st.items)
-                items = tuple(int(_bounded(v, 0, 69)) for v in values)
-                if not known_items(items):
-                    raise _RefusedError(-3)
+                items = tuple(int(fields.bounded(k, 0, 69)) for k in range(1, len(fields)))
+                if (unknown := unknown_item(items)) is not None:
+                    raise _RefusedError(-3, 1 + unknown)
+                if max(record_length(items, binary) for binary in (False, True)) > _LONGEST_RECORD:
+                    raise _RefusedError(-5, len(items))
                 st.items = items
             case "H":
                 if not values:
                     return head + _fixed(st.hemisphere, 2)
-                st.hemisphere = _three(values, st.hemisphere)
+                st.hemisphere = fields.three(st.hemisphere)
             case "G":
                 if not values:
                     return head + _fixed(st.reference, 2)
-                st.reference = _three(values, st.reference)
+                st.reference = fields.three(st.reference)
             case "r":
                 if not values:
                     return head + _fixed(st.mounting, 3)
-                st.mounting = _three(values, st.mounting)
+                st.mounting = fields.three(st.mounting)
             case "N":
-                st.tip = _three(values, st.tip)
+                st.tip = fields.three(st.tip)
             case "B":
                 _, attitude, _ = self._measured(number, dataclasses.replace(st, boresight=np.eye(3)), self._now_s)
                 st.boresight = rotations.from_euler(np.radians(st.reference)) @ attitude.T
@@ -306,52 +357,42 @@ class Fastrak:
                     origin, axes = st.origin * unit, st.alignment.T
                     points = (*origin, *(origin + axes[0]), *(origin + axes[1]))
                     return head + _fixed(points, 2)
-                self._align(st, values)
+                self._align(st, fields)
             case "I":
-                st.increment = _bounded(values[0], 0.0, 1e4) if values else st.increment
+                st.increment = fields.bounded(1, 0.0, 1e4) if values else st.increment
             case "V":
-                if len(values) == 6:
-                    st.envelope = tuple(_bounded(v, -1e4, 1e4) for v in values)
+                if values:
+                    st.envelope = tuple(fields.bounded(k, -1e4, 1e4) for k in range(1, 7))
             case "Q":
-                if len(values) == 6:
-                    st.angular_envelope = tuple(_bounded(v, -360.0, 360.0) for v in values)
+                if values:
+                    st.angular_envelope = tuple(fields.bounded(k, -360.0, 360.0) for k in range(1, 7))
             case "e":
-                st.stylus_mode = int(_bounded(values[0], 0, 1)) if values else st.stylus_mode
+                st.stylus_mode = int(fields.bounded(1, 0, 1)) if values else st.stylus_mode
             case _:
                 pass  # all other letters are commands without a station
         return None
 
-    def _align(self, st: Station, values: list[float | None]) -> None:
+    def _align(self, st: Station, fields: _Fields) -> None:
         """A: a frame from its origin, a point on +X and a point in the XY plane on the side of +Y."""
-        if len(values) != 9 or any(v is None for v in values):
-            raise _RefusedError(-1)
         unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
-        points: F64 = np.array(values, np.float64).reshape(3, 3) / unit
+        points: F64 = np.array([fields.bounded(k, -1e4, 1e4) for k in range(1, 10)]).reshape(3, 3) / unit
         origin, on_x, on_y = points
         frame = rotations.from_plane(on_x - origin, on_y - origin)
         if frame is None:
-            raise _RefusedError(-3)
+            raise _RefusedError(-3, 1)
         st.origin = st.origin + st.alignment @ origin
         st.alignment = st.alignment @ frame
 
 
-def _numbers(text: str) -> list[float | None]:
+def _numbers(text: str) -> _Fields:
     """Comma separated numbers; an omitted one is None."""
     fields = [f.strip() for f in text.split(",")] if text.strip() else []
     while fields and not fields[-1]:
         fields.pop()
-    for f in fields:
+    for k, f in enumerate(fields):
         if f and not re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)([Ee][+-]?\d+)?", f):
-            raise _RefusedError(-2)
-    return [float(f) if f else None for f in fields]
-
-
-def _bounded(value: float | None, low: float, high: float) -> float:
-    if value is None:
-        raise _RefusedError(-1)
-    if not low <= value <= high:
-        raise _RefusedError(-3)
-    return value
+            raise _RefusedError(-2, k)
+    return _Fields(float(f) if f else None for f in fields)
 
 
 def _outside(values: F64, envelope: tuple[float, ...]) -> bool:
@@ -359,16 +400,15 @@ def _outside(values: F64, envelope: tuple[float, ...]) -> bool:
     return bool(np.any(values > np.array(envelope[:3])) or np.any(values < np.array(envelope[3:])))
 
 
-def _three(values: list[float | None], old: tuple[float, float, float]) -> tuple[float, float, float]:
-    new = [*values, None, None, None]
-    a, b, c = (o if v is None else _bounded(v, -1e4, 1e4) for v, o in zip(new, old, strict=False))
-    return a, b, c
-
-
 def _fixed(values: Sequence[float], digits: int) -> str:
     return "".join(f"{v: {5 + digits}.{digits}f}" for v in values)
 
 
-def _error(line: bytes, code: int) -> Reply:
+def _error(line: bytes, refused: _RefusedError) -> Reply:
+    """The error record. Characters, fields and stations are counted from 0, fields after the command's letter."""
+    starts = [1, *(k + 1 for k, c in enumerate(line) if c == ord(","))] if refused.code not in (-99, -5) else [0]
+    position = starts[min(refused.field, len(starts) - 1)]
+    station = re.match(rb"[^XToxvy] *([1-4]) *(?:,|$)", line)
+    numbers = (refused.code, position, refused.field, int(station[1]) - 1 if station else 0)
     shown = bytes(c for c in line if 32 <= c < 127)
-    return Reply(b"2 E*ERROR*" + shown + b"*ERROR* EC %d *PS 0 *FL 0 *ST 0\r\n" % code)
+    return Reply(b"2 E*ERROR*" + shown + b"*ERROR* EC %d *PS %d *FL %d *ST %d\r\n" % numbers)

@@ -14,9 +14,9 @@ _BYTES = {0: (1, 1), 1: (2, 2), 2: (21, 12), 3: (21, 12), 4: (21, 12), 5: (21, 1
 """Length of each item as text and in binary; item + 50 is its extended form, 13 bytes a number as text."""
 
 
-def known_items(items: Sequence[int]) -> bool:
-    """Whether all items exist."""
-    return all(item % 50 in _BYTES for item in items)
+def unknown_item(items: Sequence[int]) -> int | None:
+    """The place of the first item that does not exist; None: all do."""
+    return next((k for k, item in enumerate(items) if item % 50 not in _BYTES), None)
 
 
 @functools.cache

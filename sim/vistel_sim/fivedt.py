@@ -1,5 +1,6 @@
 """5DT Data Gloves as they behave on their wire: the Ultra (HID reports and wireless kit), the 16 and the 5."""
 
+import math
 import struct
 from collections.abc import Callable, Sequence
 
@@ -8,6 +9,11 @@ import numpy as np
 from vistel.protocol.fivedt import SLOTS, SLOTS_5
 from vistel.protocol.fivedt_calibration import FiveDtCalibration, default_calibration
 from vistel_sim.device import Reply
+
+_TILT = 40.0
+"""How far a hand pitches and rolls to either side [counts]."""
+_TILT_PERIODS_S = (7.0, 11.0)
+"""Of pitch and of roll [s]."""
 
 
 class _Glove:
@@ -88,10 +94,19 @@ class Ultra(_Glove):
 
 
 class Glove16(_Glove):
-    """The Data Glove 16: 50 records a second at 19200 baud, and once a second its description."""
+    """The Data Glove 16: 50 records a second at 19200 baud, and once a second its description. Slots 14 and 15 are those of the
+    thumb across the palm, and of the wrist, which is held straight."""
 
     period_s = 1.0 / 50.0
     _sent = 0
+
+    def values(self, t_s: float) -> list[int]:
+        """As `_Glove.values`, with the two sensors of the palm."""
+        palm = np.array((0.35 + 0.33 * self._angles(t_s)[0], 0.5)) * self.highest + self._drift
+        palm += self._noise * self._rng.standard_normal(2)
+        if self._saturated:
+            palm[:] = self.highest
+        return [*super().values(t_s)[:14], *np.clip(np.rint(palm), 1, self.highest).astype(int).tolist()]
 
     def next_length(self) -> int:
         return 36 if self._sent % 51 else 7
@@ -105,11 +120,10 @@ class Glove16(_Glove):
 
 
 class Glove5(_Glove):
-    """The Data Glove 5: answers HELLO and INFO, streams on command."""
+    """The Data Glove 5: answers HELLO and INFO, gives a record when asked, streams on command."""
 
     highest = 255
     _streaming = False
-    _once = 0
 
     def __init__(self, angles: Callable[[float], Sequence[float]], *, sensors: int = 5, **options) -> None:
         super().__init__(angles, sensors=sensors, **options)
@@ -119,12 +133,12 @@ class Glove5(_Glove):
         return 1.0 / 100.0
 
     def next_length(self) -> int:
-        return 9 if self._streaming or self._once else 0
+        return 9 if self._streaming else 0
 
     def measure(self, t_s: float) -> bytes:
-        self._once = max(0, self._once - 1)
         slots = dict(zip(SLOTS, self.values(t_s), strict=False))
-        values = bytes([slots[name] for name in SLOTS_5] + [128, 128])
+        tilt = (128 + round(_TILT * math.sin(2.0 * math.pi * t_s / period_s)) for period_s in _TILT_PERIODS_S)
+        values = bytes((*(slots[name] for name in SLOTS_5), *tilt))
         check = 0
         for v in values:
             check ^= v
@@ -140,7 +154,7 @@ class Glove5(_Glove):
                 info = b"BR\x01\x02" + bytes((self.right, 0x10))
                 replies.append(Reply(info.ljust(16, b"\0") + b"DataGlove 5".ljust(16, b"\0")))
             elif c == ord("C"):
-                self._once += 1
+                replies.append(Reply(self.measure(t_s), measured=True))
             elif c == ord("D"):
                 self._streaming = True
         return replies

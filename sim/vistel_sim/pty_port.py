@@ -36,6 +36,8 @@ class PtyPort:
         self.baud = baud
         self.strict = strict
         self.dropped = 0
+        self.tap: Callable[[str, bytes], None] = lambda way, data: None
+        """Called with "<" and what came from the client, with ">" and what goes to it."""
         self._clock = clock
         self._received = received
         self._master = self._slave = -1
@@ -97,6 +99,7 @@ class PtyPort:
             self._unseen = _LOOK_EVERY
         if self.strict and not self._speed_matches():
             data = data.translate(_GARBLED)
+        self.tap(">", data)
         self._rest += data
         self._hand_over()
 
@@ -135,6 +138,7 @@ class PtyPort:
             return
         except OSError:
             data = b""
+        self.tap("<", data)
         if data and self._speed_matches():
             self._received(data)
 

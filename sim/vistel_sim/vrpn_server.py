@@ -16,6 +16,8 @@ from vistel_sim.faults import DeviceFaults, Fault
 from vistel_sim.fivedt import UltraReports
 
 _MOST_WAITING = 65_536
+_MOST_NAMES = 100
+"""Names of clients that a server takes on; a real one takes any number."""
 _NAMES = ("vrpn_Base text_message", vrpn.PING, vrpn.PONG, vrpn.POSE, vrpn.ANALOG, vrpn.BUTTON)
 _BENT = 0.7
 """Flexion of the middle joint of a finger that touches the thumb [rad]."""
@@ -130,6 +132,7 @@ class SimulatedVrpn:
         self._faults = DeviceFaults(faults, name, np.random.default_rng(seed))
         self._cookie = f"vrpn: ver. {version}  0".encode().ljust(vrpn.COOKIE_LENGTH, b"\0")
         self._clients: set[asyncio.StreamWriter] = set()
+        self._senders = [vrpn.CONTROL, called]
         self._stalled = False
 
     def set_faults(self, *faults: Fault) -> None:
@@ -179,7 +182,7 @@ class SimulatedVrpn:
 
     async def _joined(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.write(self._cookie)
-        writer.write(vrpn.describe(vrpn.SENDER, 0, vrpn.CONTROL) + vrpn.describe(vrpn.SENDER, 1, self._called))
+        writer.write(b"".join(vrpn.describe(vrpn.SENDER, k, name) for k, name in enumerate(self._senders)))
         writer.write(b"".join(vrpn.describe(vrpn.TYPE, k, name) for k, name in enumerate(_NAMES)))
         self._clients.add(writer)
         try:
@@ -205,8 +208,17 @@ class SimulatedVrpn:
             if kind in (vrpn.SENDER, vrpn.TYPE):
                 text = payload[4 : 4 + int.from_bytes(payload[:4], "big")].rstrip(b"\0").decode("ascii", "replace")
                 (senders if kind == vrpn.SENDER else kinds)[sender] = text
+                if kind == vrpn.SENDER:
+                    self._take_on(text)
             elif kinds.get(kind) == vrpn.PING and senders.get(sender) == self._called and not self._stalled:
                 writer.write(vrpn.message(_NAMES.index(vrpn.PONG), 1, t_ns=self._clock.now_ns()))
+
+    def _take_on(self, name: str) -> None:
+        """As VRPN's own server: a name that a client sends becomes one of the server's, and is told to all."""
+        if name and name not in self._senders and len(self._senders) < _MOST_NAMES and name.isascii():
+            self._senders.append(name)
+            for client in (c for c in self._clients if not c.is_closing()):
+                client.write(vrpn.describe(vrpn.SENDER, len(self._senders) - 1, name))
 
     def _report(self, number: int, t_s: float) -> None:
         if not self._clients:
@@ -217,5 +229,5 @@ class SimulatedVrpn:
             for kind, payload in self._device.reports(number, t_s)
         )
         for client in self._clients if data else ():
-            if client.transport.get_write_buffer_size() < _MOST_WAITING:
+            if not client.is_closing() and client.transport.get_write_buffer_size() < _MOST_WAITING:
                 client.write(data)

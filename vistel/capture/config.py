@@ -53,6 +53,11 @@ class Person:
     distortion: Distortion | None = None
     """Measured distortion of their tracker's field by metal."""
 
+    @property
+    def not_worn(self) -> frozenset[str]:
+        """Names of gloves, as a posture's silent sensors have them, that this person does not wear."""
+        return frozenset({"left_glove", "right_glove"} - {f"{side}_glove" for side in self.gloves.values()})
+
 
 @dataclass(frozen=True)
 class TrackedProp:

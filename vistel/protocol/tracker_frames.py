@@ -30,19 +30,31 @@ class Stations:
         self._device = device
         self._newest: dict[int, TrackerReceiver] = {}
 
-    def frame(
+    def take(
         self, station: int, pose: DevicePose, t_ns: int, error: str = "", health: Health = TrackerReceiver.HEALTH_GOOD
-    ) -> TrackerFrame:
-        """The message about a new pose; its header's time is that measurement's."""
+    ) -> TrackerReceiver:
+        """Keep a new pose."""
         receiver = TrackerReceiver(station=station, health=health, error=error, t_ns=max(0, t_ns))
         p, q = receiver.position, receiver.rotation
         p.x, p.y, p.z = pose[0]
         q.x, q.y, q.z, q.w = pose[1]
         self._newest[station] = receiver
+        return receiver
+
+    def message(self, t_ns: int) -> TrackerFrame:
+        """The message about poses of which the last was measured at `t_ns`. Its header's time is the newest measurement's: stations
+        are timed one by one, and what is published must not go back in time."""
+        around = [r for _, r in sorted(self._newest.items()) if abs(r.t_ns - t_ns) < _STALE_NS]
         frame = TrackerFrame(device=self._device)
-        frame.header.t_ns = receiver.t_ns
-        frame.receivers.extend(r for _, r in sorted(self._newest.items()) if r.t_ns > receiver.t_ns - _STALE_NS)
+        frame.header.t_ns = max((r.t_ns for r in around), default=t_ns)
+        frame.receivers.extend(around)
         return frame
+
+    def frame(
+        self, station: int, pose: DevicePose, t_ns: int, error: str = "", health: Health = TrackerReceiver.HEALTH_GOOD
+    ) -> TrackerFrame:
+        """The message about a single new pose."""
+        return self.message(self.take(station, pose, t_ns, error, health).t_ns)
 
 
 class _Parser(Protocol[R_co]):

@@ -20,6 +20,7 @@ everything over TCP.
 import math
 import re
 import struct
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from vistel.protocol.stream import INCOMPLETE, NO_MATCH, StreamParser
@@ -305,6 +306,12 @@ def pose_payload(sensor: int, position: tuple[float, float, float], rotation: tu
 def analog_payload(channels: tuple[float, ...]) -> bytes:
     """Of an ANALOG message."""
     return struct.pack(f">{len(channels) + 1}d", float(len(channels)), *channels)
+
+
+def ping_all(devices: Iterable[str]) -> bytes:
+    """Ask devices whether they are there, after `hello`. A name at a server proves nothing: it takes on those that clients send."""
+    asked = list(enumerate(devices, 1))
+    return b"".join(describe(SENDER, number, name) + message(0, number) for number, name in asked)
 
 
 def parse_address(text: str) -> tuple[str, str, int]:

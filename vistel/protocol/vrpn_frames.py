@@ -19,7 +19,7 @@ _WORDS = struct.Struct(">16H")
 
 
 class VrpnTrackerDecoder:
-    """A TrackerFrame per report of the wanted device, with the newest pose of each station."""
+    """A TrackerFrame per measurement of the wanted device, with the newest pose of each station."""
 
     def __init__(self, device: str, tracker: str) -> None:
         """`tracker`: its name at the server; empty takes any."""
@@ -33,12 +33,18 @@ class VrpnTrackerDecoder:
         return self.parser.bytes_skipped
 
     def feed(self, data: bytes, t_ns: int) -> list[TrackerFrame]:
-        """The messages of bytes read at `t_ns`."""
-        return [
-            self._stations.frame(r.sensor + 1, (r.position, r.rotation), r.t_ns)
-            for r in self.parser.feed(data, t_ns)
-            if isinstance(r, PoseReport) and self._tracker in ("", r.device)
-        ]
+        """The messages of bytes read at `t_ns`: one for reports that a server sent together, until a station comes again."""
+        frames: list[TrackerFrame] = []
+        together: set[int] = set()
+        for r in self.parser.feed(data, t_ns):
+            if not isinstance(r, PoseReport) or self._tracker not in ("", r.device):
+                continue
+            if r.sensor in together:
+                frames.append(self._stations.message(t_ns))
+                together.clear()
+            together.add(r.sensor)
+            self._stations.take(r.sensor + 1, (r.position, r.rotation), r.t_ns)
+        return [*frames, self._stations.message(t_ns)] if together else frames
 
 
 class VrpnGloveDecoder:

@@ -40,6 +40,9 @@ COMMANDS = {
     "log": Lazy("vistel_cli.log.log:app", RESEARCHERS, "Inspect, repair, cut and export logs."),
     "bench": Lazy("vistel_cli.bench:bench", RESEARCHERS),
     "sim": Lazy("vistel_cli.run.sim:app", INTEGRATORS, "Simulate the devices of a conference, or a crowd in one room."),
+    "testing": Lazy(
+        "vistel_cli.testing.testing:app", INTEGRATORS, "Test drivers and devices: check a protocol, begin a package of a driver."
+    ),
     "wrinkle": Lazy(
         "vistel_cli.wrinkle.wrinkle:app", MODELLERS, "Wrinkles of cloth and skin: shapes, displacement maps, textures."
     ),

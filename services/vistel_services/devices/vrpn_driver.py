@@ -66,12 +66,11 @@ class VrpnDriver:
         if self.beat is not None:
             link.send(self.beat[1])
         if await link.wait_for(lambda: link.frames if link.frames > seen else None, _REPORT_S) is None:
+            link.send(vrpn.ping_all(parser.devices))
             await link.quiet(_GREETING_S, 2 * _GREETING_S)
-            if self._device not in parser.devices:
-                there = ", ".join(parser.devices) or "nothing"
-                raise DeviceError(f"the server has no {self._device}; it has {there}")
             if self._device not in parser.pongs:
-                raise NoAnswerError(f"{self._device} is known to the server and not running")
+                there = ", ".join(sorted(parser.pongs)) or "none that answers"
+                raise DeviceError(f"the server has no {self._device}; it has {there}")
             raise NoAnswerError(f"{self._device} is there and reports nothing")
         return f"{self._device} of a VRPN server {parser.version}, {self._has}"
 

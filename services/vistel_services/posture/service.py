@@ -177,8 +177,8 @@ class _Maker:
         _SOLVE.labels(self.person.name).observe(time.perf_counter() - started)
         self._motion.put(self._sample(t_ns, solved))
         _MOTIONS.labels(self.person.name).inc()
-        if solved.stale != self._silent:
-            self._note(solved.stale)
+        if (silent := solved.stale - self.person.not_worn) != self._silent:
+            self._note(silent)
 
     def _sample(self, t_ns: int, solved: Solved) -> MotionSample:
         gaze, marks, lids = self.face.for_motion()

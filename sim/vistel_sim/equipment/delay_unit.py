@@ -5,12 +5,12 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 
 import numpy as np
-from pymodbus.constants import ExcCodes
 
 from vistel.arrays import F32
 from vistel.protocol.equipment import CHANNELS_MOST, MAGIC, MAP_VERSION
 from vistel.wire.clock import Clock
-from vistel_sim.equipment.modbus_unit import HOLDING, SimulatedUnit
+from vistel_sim.equipment.modbus import COILS, HOLDING, Refusal
+from vistel_sim.equipment.modbus_unit import SimulatedUnit
 from vistel_sim.faults import Fault
 
 RATE = 48_000
@@ -22,6 +22,14 @@ _DEFAULT_RAMP = 500
 """How fast a delay changes after power-on [0.1 ms per second]."""
 _RAMP = 8
 """Holding register of the rate of change."""
+_GAIN = 9
+"""Holding register of the first channel's gain, with a sign."""
+_GAINS = (-1000, 120)
+"""Least and most gain [0.1 dB]."""
+_LAST = 11
+"""The last holding register."""
+_WRITES = 10
+"""Input register that counts accepted writes."""
 _WATCHDOG = 10
 """Holding register of the watchdog's time."""
 
@@ -77,6 +85,11 @@ class SimulatedDelayUnit(SimulatedUnit):
         self.lines = [DelayLine() for _ in range(channels)]
         self.reset()
 
+    @property
+    def delays_s(self) -> list[float]:
+        """From input to output of each channel now, with the converters' share [s]."""
+        return [line.actual_s + OWN_LATENCY * 1e-4 for line in self.lines]
+
     def process(self, channel: int, block: F32) -> F32:
         """Output of a channel (from 0) for (n,) input samples at 48 kHz."""
         line = self.lines[channel]
@@ -94,14 +107,18 @@ class SimulatedDelayUnit(SimulatedUnit):
     def written(self) -> None:
         self._written_s, self._tripped = self.t_s, False
         self._writes += 1
+        self.tables.inputs[_WRITES] = self._writes & 0xFFFF
 
-    def refusal(self, table: int, address: int, values: Sequence[int | bool]) -> ExcCodes | None:
-        for channel, value in enumerate(values, address):
-            if table == HOLDING and channel < CHANNELS_MOST:
-                if channel >= self._channels:
-                    return ExcCodes.ILLEGAL_ADDRESS
-                if value > MOST_DELAY:
-                    return ExcCodes.ILLEGAL_VALUE
+    def refusal(self, table: int, address: int, values: Sequence[int | bool]) -> Refusal | None:
+        for at, value in enumerate(values, address):
+            if at % CHANNELS_MOST >= self._channels and (table == COILS or at < CHANNELS_MOST):
+                return Refusal.ILLEGAL_ADDRESS
+            if table == HOLDING and at > _LAST:
+                return Refusal.ILLEGAL_ADDRESS
+            if table == HOLDING and at < CHANNELS_MOST and value > MOST_DELAY:
+                return Refusal.ILLEGAL_VALUE
+            if table == HOLDING and at == _GAIN and not _GAINS[0] <= (value + 0x8000) % 0x10000 - 0x8000 <= _GAINS[1]:
+                return Refusal.ILLEGAL_VALUE
         return None
 
     def _target_s(self, channel: int) -> float:

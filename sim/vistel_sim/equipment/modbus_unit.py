@@ -6,30 +6,20 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from pymodbus import FramerType, ModbusDeviceIdentification
-from pymodbus.constants import ExcCodes
-from pymodbus.server import ModbusSerialServer, ModbusTcpServer
-from pymodbus.simulator import DataType, SimData, SimDevice
 
 from vistel.wire.clock import Clock
+from vistel_sim.equipment.modbus import COILS, DISCRETE, HOLDING, INPUT, Refusal, SerialFraming, TcpFraming, answer
 from vistel_sim.faults import DeviceFaults, Fault
 from vistel_sim.pty_port import PtyPort
 
-COILS = 1
-"""Function code that reads coils."""
-DISCRETE = 2
-"""Function code that reads discrete inputs."""
-HOLDING = 3
-"""Function code that reads holding registers."""
-INPUT = 4
-"""Function code that reads input registers."""
 _TICK_S = 0.05
 """Time between two changes of what the unit measures [s]."""
-_WRITES_BITS = (5, 15)
-"""Function codes that write coils."""
+_GAP_NS = 50_000_000
+"""A silence on the serial line after which a new request begins [ns]; the 3.5 characters of the standard pass unseen here."""
+_READ_MOST = 4096
+"""Bytes that are read at once."""
 
 
 @dataclass
@@ -45,7 +35,7 @@ class Tables:
 class SimulatedUnit(ABC):
     """Serves until cancelled. `path` has its address while it is plugged in. baud: of its serial line; 0: on TCP.
 
-    Faults: stall (it no longer answers), garbage (every request is refused with exception 4), cut (busy: exception 6),
+    Faults: stall (it does not answer), garbage (every request is refused with exception 4), cut (busy: exception 6),
     unplug (the connection goes; it comes back at its defaults).
     """
 
@@ -68,8 +58,10 @@ class SimulatedUnit(ABC):
         self._path, self._clock, self._start_ns = path, clock, start_ns
         self._baud, self._id = baud, device_id
         self._faults = DeviceFaults(faults, name, np.random.default_rng(seed))
-        self._server: ModbusTcpServer | ModbusSerialServer | None = None
-        self._line: tuple[PtyPort, PtyPort] | None = None
+        self.identity = ("VISTEL", self.product, "1.0")
+        self._server: asyncio.Server | None = None
+        self._clients: set[asyncio.StreamWriter] = set()
+        self._port: PtyPort | None = None
 
     def set_faults(self, *faults: Fault) -> None:
         """Replace the faults; none: no faults."""
@@ -81,9 +73,9 @@ class SimulatedUnit(ABC):
             while True:
                 if self._faults.active("unplug", self.t_s):
                     await self._unplug()
-                elif self._server is None:
+                elif self._server is None and self._port is None:
                     await self._plug()
-                await self._tick()
+                self.tick()
                 await self._clock.sleep_until_ns(self._clock.now_ns() + round(_TICK_S * 1e9))
         finally:
             await self._unplug()
@@ -98,7 +90,7 @@ class SimulatedUnit(ABC):
         """Set the state after power-on."""
 
     @abstractmethod
-    def refusal(self, table: int, address: int, values: Sequence[int | bool]) -> ExcCodes | None:
+    def refusal(self, table: int, address: int, values: Sequence[int | bool]) -> Refusal | None:
         """The exception for a write to coils or holding registers; None: accepted."""
 
     @abstractmethod
@@ -108,86 +100,86 @@ class SimulatedUnit(ABC):
     def written(self) -> None:  # noqa: B027  few units need it
         """Called after an accepted write."""
 
-    async def _tick(self) -> None:
-        self.tick()
-        if self._server is not None:
-            await self._server.async_setValues(self._id, INPUT, 0, list(self.tables.inputs))
-            await self._server.async_setValues(self._id, DISCRETE, 0, list(self.tables.discrete))
+    def table(self, function: int) -> list[bool] | list[int]:
+        """See `Registers`."""
+        t = self.tables
+        return {COILS: t.coils, DISCRETE: t.discrete, HOLDING: t.holding, INPUT: t.inputs}[function]
+
+    def write(self, table: int, address: int, values: Sequence[int]) -> Refusal | None:
+        """See `Registers`."""
+        if (refused := self.refusal(table, address, values)) is not None:
+            return refused
+        for i, value in enumerate(values, address):
+            if table == COILS:
+                self.tables.coils[i] = bool(value)
+            else:
+                self.tables.holding[i] = int(value)
+        self.written()
+        return None
+
+    def _answer(self, request: bytes) -> bytes:
+        if self._faults.active("stall", self.t_s):
+            return b""
+        if self._faults.active("garbage", self.t_s):
+            return bytes((request[0] | 0x80, Refusal.DEVICE_FAILURE))
+        if self._faults.active("cut", self.t_s):
+            return bytes((request[0] | 0x80, Refusal.DEVICE_BUSY))
+        return answer(self, request)
 
     async def _plug(self) -> None:
         self.tables = Tables()
         self.reset()
-        t = self.tables
-        coils, discrete = ([SimData(0, values=list(v), datatype=DataType.BITS)] for v in (t.coils, t.discrete))
-        holding, inputs = ([SimData(0, values=list(v), datatype=DataType.REGISTERS)] for v in (t.holding, t.inputs))
-        device = SimDevice(id=self._id, simdata=(coils, discrete, holding, inputs), action=self._on_request)
-        about = ModbusDeviceIdentification(
-            info_name={"VendorName": "VISTEL", "ProductCode": self.product, "MajorMinorRevision": "1.0"}
-        )
+        self.tick()
         self._path.parent.mkdir(parents=True, exist_ok=True)
-        address = await (self._serve_line(device, about) if self._baud else self._serve_tcp(device, about))
+        address = self._serve_line() if self._baud else await self._serve_tcp()
         new = self._path.with_name(f".{self._path.name}.new")
         new.write_text(address)
         new.replace(self._path)
 
-    async def _serve_tcp(self, device: SimDevice, about: ModbusDeviceIdentification) -> str:
-        self._server = ModbusTcpServer(device, address=("127.0.0.1", 0), identity=about)
-        await self._server.serve_forever(background=True)
-        listening: Any = self._server.transport
-        return f"tcp:127.0.0.1:{listening.sockets[0].getsockname()[1]}"
+    async def _serve_tcp(self) -> str:
+        self._server = await asyncio.start_server(self._joined, "127.0.0.1", 0)
+        return f"tcp:127.0.0.1:{self._server.sockets[0].getsockname()[1]}"
 
-    async def _serve_line(self, device: SimDevice, about: ModbusDeviceIdentification) -> str:
-        """Two pseudo-terminals, joined at the line's speed."""
-        ends = [self._path.with_name(f"{self._path.name}.{end}") for end in ("line", "unit")]
+    async def _joined(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._clients.add(writer)
+        framing, goes_on = TcpFraming(self._id, self._answer), True
+        try:
+            while goes_on and (data := await reader.read(_READ_MOST)):
+                out, goes_on = framing.feed(data)
+                writer.write(out)
+                await writer.drain()
+        except ConnectionError:
+            pass
+        finally:
+            self._clients.discard(writer)
+            with contextlib.suppress(ConnectionError):
+                writer.close()
 
-        def to_unit(data: bytes) -> None:
-            ours.answer(data)
+    def _serve_line(self) -> str:
+        framing, last_ns = SerialFraming(self._id, self._answer), 0
 
-        theirs = PtyPort(ends[0], self._clock, to_unit, self._baud)
-        ours = PtyPort(ends[1], self._clock, theirs.answer, self._baud)
-        self._line = theirs, ours
-        for port in self._line:
-            port.plug()
-        self._server = ModbusSerialServer(
-            device, framer=FramerType.RTU, port=str(ends[1]), baudrate=self._baud, identity=about, reconnect_delay=0
-        )
-        await self._server.serve_forever(background=True)
-        return f"rtu:{ends[0]}"
+        def received(data: bytes) -> None:
+            nonlocal last_ns
+            now_ns = self._clock.now_ns()
+            if now_ns - last_ns > _GAP_NS:
+                framing.silence()
+            last_ns = now_ns
+            if out := framing.feed(data):
+                port.answer(out)
+
+        port = PtyPort(self._path.with_name(f"{self._path.name}.line"), self._clock, received, self._baud)
+        port.plug()
+        self._port = port
+        return f"rtu:{port.path}"
 
     async def _unplug(self) -> None:
-        if self._server is None:
+        if self._server is None and self._port is None:
             return
         self._path.unlink(missing_ok=True)
-        server, self._server = self._server, None
-        with contextlib.suppress(asyncio.CancelledError):
-            await server.shutdown()
-        for port in self._line or ():
-            port.unplug()
-        self._line = None
-
-    async def _on_request(
-        self, function: int, base: int, address: int, count: int, registers: list[int], values: list[int] | list[bool] | None
-    ) -> ExcCodes | None:
-        """Called before a request is answered; for a write with the values, and again without them. Also called for the
-        unit's own updates."""
-        if function in (DISCRETE, INPUT) and values is not None:
-            return None
-        while self._faults.active("stall", self.t_s):
-            await asyncio.sleep(_TICK_S)
-        if self._faults.active("garbage", self.t_s):
-            return ExcCodes.DEVICE_FAILURE
-        if self._faults.active("cut", self.t_s):
-            return ExcCodes.DEVICE_BUSY
-        if values is None:
-            return None
-        table = COILS if function in _WRITES_BITS else HOLDING
-        refused = self.refusal(table, address, values)
-        if refused is not None:
-            return refused
-        for i, value in enumerate(values):
-            if table == COILS:
-                self.tables.coils[address + i] = bool(value)
-            else:
-                self.tables.holding[address + i] = int(value)
-        self.written()
-        return None
+        if self._server is not None:
+            self._server.close()
+            for client in list(self._clients):
+                client.close()
+        if self._port is not None:
+            self._port.unplug()
+        self._server = self._port = None

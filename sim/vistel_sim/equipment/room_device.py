@@ -3,11 +3,10 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
-from pymodbus.constants import ExcCodes
-
 from vistel.protocol.equipment import Register
 from vistel.wire.clock import Clock
-from vistel_sim.equipment.modbus_unit import COILS, DISCRETE, HOLDING, INPUT, SimulatedUnit, Tables
+from vistel_sim.equipment.modbus import COILS, DISCRETE, HOLDING, INPUT, Refusal
+from vistel_sim.equipment.modbus_unit import SimulatedUnit, Tables
 from vistel_sim.faults import Fault
 
 _FUNCTIONS = {"coil": COILS, "discrete": DISCRETE, "holding": HOLDING, "input": INPUT}
@@ -39,28 +38,24 @@ class SimulatedRoomDevice(SimulatedUnit):
     def holds(self, name: str) -> float:
         """A register's value, in its unit."""
         r = self._registers[name]
-        table = _table(self.tables, _FUNCTIONS[r.table])
+        table = self.table(_FUNCTIONS[r.table])
         return r.value(table[r.address : r.address + r.words])
 
     def reset(self) -> None:
         size = 1 + max((r.address + r.words for r in self._registers.values()), default=0)
         self.tables = Tables([False] * size, [False] * size, [0] * size, [0] * size)
 
-    def refusal(self, table: int, address: int, values: Sequence[int | bool]) -> ExcCodes | None:
+    def refusal(self, table: int, address: int, values: Sequence[int | bool]) -> Refusal | None:
         for at, value in enumerate(values, address):
             register = self._written.get((table, at))
             if register is None:
-                return ExcCodes.ILLEGAL_ADDRESS
+                return Refusal.ILLEGAL_ADDRESS
             if register.words > 1:
                 continue
             meant = register.value([value])
             if (register.low is not None and meant < register.low) or (register.high is not None and meant > register.high):
-                return ExcCodes.ILLEGAL_VALUE
+                return Refusal.ILLEGAL_VALUE
         return None
 
     def tick(self) -> None:
         """Nothing changes by itself."""
-
-
-def _table(tables: Tables, function: int) -> list[bool] | list[int]:
-    return {COILS: tables.coils, DISCRETE: tables.discrete, HOLDING: tables.holding, INPUT: tables.inputs}[function]

@@ -1,63 +1,201 @@
-"""The pytest plugin (entry point `pytest11`): simulated devices at real ports, for one test each."""
+"""The pytest plugin (entry point `pytest11`): simulated devices at real ports, links and whole conferences, for one test each."""
 
-from collections.abc import Iterator
-from contextlib import ExitStack
+from collections.abc import Generator, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Protocol
 
 import pytest
 
+from vistel_sim.testing.kept import keep, pytest_addoption, pytest_runtest_makereport
+
 if TYPE_CHECKING:
-    from vistel_sim.testing.person import Gloves
-    from vistel_sim.testing.units import PhoneUnit, Pose, SerialUnit, VrpnUnit
+    from vistel_sim.testing.live_conference import LiveConference
+    from vistel_sim.testing.network import Network
+    from vistel_sim.testing.person import Gloves, Person
+    from vistel_sim.testing.room_units import DelayUnit, Helmet, MicrophoneUnit
+    from vistel_sim.testing.units import PhoneUnit, Pose, SerialUnit, Unit, VrpnUnit
+
+__all__ = ["pytest_addoption", "pytest_runtest_makereport"]  # hooks of the plugin
+
+
+class PlayLog(Protocol):
+    """The fixture `recording`."""
+
+    def __call__(self, log: Path | str, participant: str | None = None) -> "Person":
+        """Somebody who moves as in `log`, by default its first participant: `.fastrak()`, `.gloves()`, ... start their devices.
+        Raises MotionError, one line, for what is no log or has no such participant."""
+        ...
+
+
+class StartTracker(Protocol):
+    """The fixture `simulated_tracker`."""
+
+    def __call__(self, kind: str, **keys: object) -> "SerialUnit[dict[int, Pose]]":
+        """A tracker of a kind, also one of another package, on a serial port; keys: as in a conference file."""
+        ...
+
+
+class StartConference(Protocol):
+    """The fixture `conference`."""
+
+    def __call__(self, file: Path | str | None = None, *, renderers: bool = False) -> "LiveConference":
+        """A conference that runs: of a file, of the text of one, or of two people at two sites. renderers: whether its sites draw;
+        without them, files that it names are given by their whole paths."""
+        ...
 
 
 @pytest.fixture
-def simulated_fastrak(tmp_path: Path) -> "Iterator[SerialUnit[dict[int, Pose]]]":
+def simulated_fastrak(tmp_path: Path, request: pytest.FixtureRequest) -> "Iterator[SerialUnit[dict[int, Pose]]]":
     """A Polhemus FASTRAK with four receivers on somebody who moves; `.path` is its serial port."""
-    from vistel_sim.testing.person import Person
-
-    with ExitStack() as ends:
-        unit = Person(tmp_path).fastrak()
-        ends.callback(unit.end)
-        unit.wait_until_plugged()
-        yield unit
+    with _person(tmp_path, request) as person:
+        yield person.fastrak()
 
 
 @pytest.fixture
-def simulated_gloves(tmp_path: Path) -> "Iterator[Gloves]":
+def simulated_tracker(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[StartTracker]:
+    """Starts a tracker of any kind that has a serial port: `simulated_tracker("liberty").path`, or a kind of your own package."""
+    from vistel.conference.devices import TrackerConfig
+
+    with ExitStack() as ends:
+
+        def start(kind: str, **keys: object) -> "SerialUnit[dict[int, Pose]]":
+            config = TrackerConfig.model_validate({"kind": kind, **keys})
+            return ends.enter_context(_person(tmp_path, request, tracker=config)).fastrak()
+
+        yield start
+
+
+@pytest.fixture
+def simulated_gloves(tmp_path: Path, request: pytest.FixtureRequest) -> "Iterator[Gloves]":
     """Two CyberGloves: `.left.path` and `.right.path` are their serial ports."""
-    from vistel_sim.testing.person import Person
-
-    with ExitStack() as ends:
-        gloves = Person(tmp_path).gloves()
-        for unit in (gloves.left, gloves.right):
-            ends.callback(unit.end)
-        for unit in (gloves.left, gloves.right):
-            unit.wait_until_plugged()
-        yield gloves
+    with _person(tmp_path, request) as person:
+        yield person.gloves()
 
 
 @pytest.fixture
-def simulated_vrpn(tmp_path: Path) -> "Iterator[VrpnUnit[dict[int, Pose]]]":
+def simulated_vrpn(tmp_path: Path, request: pytest.FixtureRequest) -> "Iterator[VrpnUnit[dict[int, Pose]]]":
     """A VRPN server with a tracker; `.address` is DEVICE@127.0.0.1:PORT."""
     from vistel.conference.devices import TrackerConfig
-    from vistel_sim.testing.person import Person
 
+    with _person(tmp_path, request, tracker=TrackerConfig(kind="vrpn")) as person:
+        yield person.vrpn()
+
+
+@pytest.fixture
+def simulated_phone(tmp_path: Path, request: pytest.FixtureRequest) -> "Iterator[PhoneUnit[dict[str, float]]]":
+    """A phone with Live Link Face that sends UDP packets to `.address`."""
+    from vistel.conference.devices import FaceConfig
+
+    with _person(tmp_path, request, face=FaceConfig(port="sim")) as person:
+        yield person.phone()
+
+
+@pytest.fixture
+def simulated_helmet(tmp_path: Path, request: pytest.FixtureRequest) -> "Iterator[Helmet]":
+    """A helmet with two cameras: `.face.address` and `.eye.address` stream JPEG pictures over HTTP."""
+    from vistel.conference.devices import EyeConfig, FaceConfig
+
+    with _person(tmp_path, request, face=FaceConfig(kind="camera"), eye=EyeConfig()) as person:
+        yield person.helmet()
+
+
+@pytest.fixture
+def simulated_microphone(tmp_path: Path, request: pytest.FixtureRequest) -> "Iterator[MicrophoneUnit]":
+    """A microphone into which somebody speaks; `.path` is a pipe with 16-bit samples, mono, 48 kHz."""
+    with _person(tmp_path, request) as person:
+        yield person.microphone()
+
+
+@pytest.fixture
+def simulated_delay_unit(tmp_path: Path, request: pytest.FixtureRequest) -> "Iterator[DelayUnit]":
+    """An audio delay unit on Modbus TCP; `.address` is 127.0.0.1:PORT."""
+    from vistel.wire.clock import SystemClock
+    from vistel_sim.equipment.delay_unit import SimulatedDelayUnit
+    from vistel_sim.testing.room_units import DelayUnit
+
+    clock, announce = SystemClock(), tmp_path / "dev" / "delay-unit"
+    start_ns = clock.now_ns()
     with ExitStack() as ends:
-        unit = Person(tmp_path, tracker=TrackerConfig(kind="vrpn")).vrpn()
+        unit = DelayUnit(SimulatedDelayUnit("delay-unit", announce, clock, start_ns), clock, start_ns, announce)
         ends.callback(unit.end)
+        keep(request, tmp_path, lambda folder: _logs(folder, [unit]))
         unit.wait_until_plugged()
         yield unit
 
 
 @pytest.fixture
-def simulated_phone(tmp_path: Path) -> "Iterator[PhoneUnit[dict[str, float]]]":
-    """A phone with Live Link Face that sends UDP packets to `.address`."""
-    from vistel.conference.devices import FaceConfig
-    from vistel_sim.testing.person import Person
+def recording(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[PlayLog]:
+    """Plays a log into simulated devices: `recording(LOG, "aiko").fastrak()` is a FASTRAK on somebody who moves as aiko did."""
+    from vistel_sim.testing.person import logged
 
     with ExitStack() as ends:
-        unit = Person(tmp_path, face=FaceConfig(port="sim")).phone()
-        ends.callback(unit.end)
-        yield unit
+
+        def played(log: Path | str, participant: str | None = None) -> "Person":
+            person = logged(Path(log), participant, tmp_path)
+            ends.callback(person.end)
+            keep(request, tmp_path, lambda folder: _logs(folder, person.units))
+            return person
+
+        yield played
+
+
+@pytest.fixture
+def network() -> "Iterator[Network]":
+    """Links with delay, jitter, loss and cuts: connect to `network.tcp(PORT, Conditions(delay_s=0.05)).port` instead of PORT."""
+    from vistel_sim.testing.network import Network
+
+    links = Network()
+    try:
+        yield links
+    finally:
+        links.end()
+
+
+@pytest.fixture
+def conference(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[StartConference]:
+    """Starts whole conferences: `conference()` is one of two people at two sites, `conference("mine.toml")` that of a file."""
+    from vistel_sim.testing.live_conference import TWO, LiveConference, without_renderers
+
+    with ExitStack() as ends:
+        started: list[LiveConference] = []
+
+        def start(file: Path | str | None = None, *, renderers: bool = False) -> LiveConference:
+            name = f"conference-{len(started) + 1}" if started else "conference"
+            whole = isinstance(file, Path) or (file is not None and "\n" not in file)
+            path = Path(str(file)) if whole else tmp_path / f"{name}.toml"
+            text = path.read_text("utf-8") if whole else str(file or TWO)
+            if not (whole and renderers):
+                path = tmp_path / f"{name}.toml"
+                path.write_text(text if renderers else without_renderers(text), "utf-8")
+            running = LiveConference(path, tmp_path / name)
+            ends.callback(running.end)
+            keep(request, tmp_path, lambda folder: running.kept())
+            started.append(running)
+            running.wait_until_running()
+            return running
+
+        yield start
+
+
+@contextmanager
+def _person(folder: Path, request: pytest.FixtureRequest, **worn: Any) -> "Generator[Person]":
+    """Somebody in a meeting, whose devices end with the block and whose logs are kept when the test fails."""
+    from vistel_sim.testing.person import Person
+
+    person = Person(folder, **worn)
+    keep(request, folder, lambda into: _logs(into, person.units))
+    try:
+        yield person
+    finally:
+        person.end()
+
+
+def _logs(folder: Path, units: "list[Unit[Any, Any]]") -> list[Path]:
+    """The log of each unit, written into the folder."""
+    written: list[Path] = []
+    for unit in units:
+        if lines := unit.log():
+            written.append(folder / f"{unit.name}.log")
+            written[-1].write_text("\n".join(lines) + "\n", "utf-8")
+    return written

@@ -1,6 +1,7 @@
 """Simulated units as a test sees them: where they are found, the truth behind their bytes, faults."""
 
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -15,6 +16,8 @@ from vistel_sim.testing.device_thread import DeviceThread
 from vistel_sim.testing.waiting import wait_until
 from vistel_sim.vrpn_server import SimulatedVrpn
 
+_KEPT = 20_000
+"""Reads and writes of a port that are kept for the report of a test that fails."""
 Pose = tuple[F64, F64]
 """Position [m] and quaternion (x, y, z, w), in the transmitter's frame."""
 
@@ -40,6 +43,7 @@ class Unit(ABC, Generic[D, T]):
         self._device = device
         self._clock, self._start_ns = clock, start_ns
         self._faults: tuple[Fault, ...] = ()
+        self._events: list[tuple[float, str]] = []
         truth(self.now_s())  # compiles what measuring takes, so that the device answers as soon as it can be reached
         self._thread = DeviceThread(device.name, device.run())
 
@@ -59,6 +63,10 @@ class Unit(ABC, Generic[D, T]):
     def end(self) -> None:
         """Stop the device; its port vanishes. Raises RuntimeError when it failed before."""
         self._thread.end()
+
+    def log(self) -> list[str]:
+        """What happened to it, a line each, with the time since its start [s]; kept when a test fails."""
+        return [f"{t_s:12.6f} {what}" for t_s, what in self._events]
 
     @contextmanager
     def unplugged(self, *, within_s: float = 30.0) -> Iterator[None]:
@@ -91,9 +99,11 @@ class Unit(ABC, Generic[D, T]):
     def _struck(self, kind: Kind) -> Iterator[None]:
         fault = Fault(self.name, kind, self.now_s(), float("inf"))
         self._set((*self._faults, fault))
+        self._events.append((self.now_s(), f"{kind} begins"))
         try:
             yield
         finally:
+            self._events.append((self.now_s(), f"{kind} ends"))
             self._set(tuple(f for f in self._faults if f is not fault))
 
     def _set(self, faults: tuple[Fault, ...]) -> None:
@@ -104,6 +114,11 @@ class Unit(ABC, Generic[D, T]):
 class SerialUnit(Unit[SimulatedDevice, T]):
     """A device on a pseudo-terminal."""
 
+    def __init__(self, device: SimulatedDevice, clock: Clock, start_ns: int, truth: Callable[[float], T]) -> None:
+        self._traffic: deque[tuple[float, str, bytes]] = deque(maxlen=_KEPT)
+        device.port.tap = lambda way, data: self._traffic.append((self.now_s(), way, data))
+        super().__init__(device, clock, start_ns, truth)
+
     @property
     def path(self) -> Path:
         """The serial port: open it like /dev/ttyUSB0."""
@@ -112,6 +127,10 @@ class SerialUnit(Unit[SimulatedDevice, T]):
     @property
     def plugged(self) -> bool:
         return self._device.port.plugged and self.path.exists()
+
+    def log(self) -> list[str]:
+        """See `Unit.log`: what crossed the port; "<" is what the program sent, ">" what the device did."""
+        return [*super().log(), *(f"{t_s:12.6f} {way} {data.hex(' ')}  {_printable(data)}" for t_s, way, data in self._traffic)]
 
     def drifting(self) -> AbstractContextManager[None]:
         """Within the block measurements change slowly."""
@@ -171,3 +190,7 @@ class PhoneUnit(Unit[SimulatedSender, T]):
         new = self._announce.with_name(f".{self._announce.name}.new")
         new.write_text(str(port))
         new.replace(self._announce)
+
+
+def _printable(data: bytes) -> str:
+    return "".join(chr(c) if 32 <= c < 127 else "." for c in data)

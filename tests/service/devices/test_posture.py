@@ -146,12 +146,12 @@ class Stage:
         return self.source.posture("ann", (sample.t_ns - self.start_ns) * 1e-9)
 
 
-def perform(script: Callable[[Stage], Coroutine[Any, Any, None]], tmp_path: Path) -> Stage:
+def perform(script: Callable[[Stage], Coroutine[Any, Any, None]], tmp_path: Path, conference: Conference = CONFERENCE) -> Stage:
     """Run the service while `script` plays."""
 
     async def scenario() -> Stage:
         stage = Stage()
-        config = posture.configure(CONFERENCE, CONFERENCE.sites[0], RunPaths(tmp_path, tmp_path))
+        config = posture.configure(conference, conference.sites[0], RunPaths(tmp_path, tmp_path))
         task = asyncio.create_task(posture.run(config, stage.bus, stage.clock))  # type: ignore[arg-type]
         await ready(stage.bus, task)
         await script(stage)
@@ -228,6 +228,20 @@ def test_a_silent_receiver_is_flagged_and_neither_its_loss_nor_its_return_snaps(
     assert not any(stale[10:120]) and all(stale[150:295]) and not any(stale[320:])
     # 10 cm in a sixtieth of a second is 6 m/s: nobody at a table is that quick.
     assert joint_steps(samples[20:]).max() < 0.10
+
+
+def test_gloves_that_nobody_wears_are_not_called_silent_and_those_that_are_worn_are(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    async def script(stage: Stage) -> None:
+        stage.silent = {"left_glove", "right_glove"}
+        await stage.play(2.0)
+
+    bare = Conference(sites=[Site(name="a", participants=[Participant(name="ann", avatar=AVERAGE, gloves={})])])
+    perform(script, tmp_path, bare)
+    assert [r.getMessage() for r in caplog.records if "silent" in r.getMessage()] == []
+    perform(script, tmp_path)
+    assert "sensor silent participant=ann sensor=left_glove" in [r.getMessage() for r in caplog.records]
 
 
 def test_a_backlog_of_three_seconds_that_arrives_at_once_makes_no_sensor_look_silent(tmp_path: Path) -> None:

@@ -119,6 +119,8 @@ def test_a_tracker_that_the_server_does_not_have_is_reported_with_those_it_has(t
         async with joined(site, tracker="Head0"):
             await site.until(lambda: site.bus.status(T).state == STATE.STATE_FAULT)
             assert site.bus.status(T).detail == "the server has no Tracker0; it has Head0"
+            await site.until(lambda: site.bus.states(T).count(STATE.STATE_FAULT) > 1)  # the server has taken on the name by now
+            assert site.bus.status(T).detail == "the server has no Tracker0; it has Head0"
 
     run(scenario())
 
@@ -263,6 +265,19 @@ def test_vrpns_own_server_with_its_fastrak_driver_on_the_simulated_fastrak_is_re
                     # Inches on VRPN's side of the FASTRAK, metres on ours.
                     assert [r.position.x, r.position.y, r.position.z] == pytest.approx(p, abs=1e-4)
                     assert [r.rotation.x, r.rotation.y, r.rotation.z, r.rotation.w] == pytest.approx(q, abs=1e-3)
+
+    asyncio.run(scenario())
+
+
+@needs_vrpn
+def test_a_tracker_that_vrpns_own_server_does_not_have_is_reported_with_those_it_has(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        site = DeviceSite(tmp_path, clock=SystemClock())
+        async with real_server(tmp_path, Glove5(lambda t_s: HAND), "vrpn_Tracker_NULL Null0 4 60\n", 19200) as port:
+            person = {"gloves": {}, "tracker": {"kind": "vrpn", "port": f"Nosuch@127.0.0.1:{port}"}}
+            async with site.running({}, person=person):
+                await site.until(lambda: site.bus.states(T).count(STATE.STATE_FAULT) > 1)
+                assert site.bus.status(T).detail == "the server has no Nosuch; it has Null0"
 
     asyncio.run(scenario())
 

@@ -10,7 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vistel.protocol import vrpn
+from vistel.protocol.tracker_frames import Stations
 from vistel.protocol.vrpn import AnalogReport, PoseReport, VrpnParser
+from vistel.protocol.vrpn_frames import VrpnTrackerDecoder
 
 TURN = (0.0, 0.6, 0.0, 0.8)
 GREETING = (
@@ -95,3 +97,35 @@ def test_addresses(text: str, found: tuple[str, str, int]) -> None:
 def test_bad_addresses_are_reported(text: str) -> None:
     with pytest.raises(ValueError, match="Tracker0@host"):
         vrpn.parse_address(text)
+
+
+def report(sensor: int) -> bytes:
+    return vrpn.message(4, 3, vrpn.pose_payload(sensor, (0.1 * sensor, 0.0, 0.0), TURN))
+
+
+def test_reports_that_come_together_are_one_frame_until_a_station_comes_again() -> None:
+    decoder = VrpnTrackerDecoder("tracker", "Tracker0")
+    assert decoder.feed(GREETING, 1) == []
+    together = decoder.feed(b"".join(map(report, (0, 1, 2, 3))), 2)
+    assert [[r.station for r in f.receivers] for f in together] == [[1, 2, 3, 4]]
+    twice = decoder.feed(b"".join(map(report, (0, 1, 0, 1))), 3)
+    assert [[r.t_ns for r in f.receivers] for f in twice] == [[3, 3, 2, 2], [3, 3, 2, 2]]
+    assert [len(decoder.feed(report(k), 4 + k)) for k in range(4)] == [1, 1, 1, 1]
+
+
+@given(st.lists(st.tuples(st.integers(1, 4), st.integers(-20, 20)), min_size=1, max_size=60))
+def test_times_of_a_trackers_frames_never_go_back_though_stations_are_timed_one_by_one(said: list[tuple[int, int]]) -> None:
+    stations, before, own = Stations("tracker"), 0, dict[int, int]()
+    for k, (station, late_ms) in enumerate(said):
+        t_ns = max(own.get(station, 0) + 1, 2_000_000_000 + k * 8_000_000 + late_ms * 1_000_000)
+        own[station] = t_ns  # of one station they never go back
+        frame = stations.frame(station, ((0.0, 0.0, 0.0), TURN), t_ns)
+        assert frame.header.t_ns >= before and frame.header.t_ns == max(r.t_ns for r in frame.receivers)
+        before = frame.header.t_ns
+
+
+def test_after_the_clock_was_set_back_by_seconds_frames_follow_it() -> None:
+    stations = Stations("tracker")
+    stations.frame(1, ((0.0, 0.0, 0.0), TURN), 10_000_000_000)
+    frame = stations.frame(2, ((0.0, 0.0, 0.0), TURN), 5_000_000_000)
+    assert (frame.header.t_ns, [r.station for r in frame.receivers]) == (5_000_000_000, [2])

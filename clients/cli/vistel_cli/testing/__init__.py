@@ -1,0 +1,1 @@
+"""`vistel testing`: the test kit on the command line."""
