@@ -1,4 +1,4 @@
-"""What a page makes of messages of voices (clients/web/connection/hearing.ts), in node: each record once, and no more of a broken one."""
+"""What a page makes of messages of voices (clients/web/connection/hearing.ts), in node: each record once, none of a broken one."""
 
 from __future__ import annotations
 
@@ -44,7 +44,9 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def read(page: Path, *messages: bytes) -> list[list[Any]]:
     """The records of each message; one that is never done with fails."""
     given_to_it = json.dumps([m.hex() for m in messages])
-    done = subprocess.run(["node", "read.mjs"], cwd=page, check=True, capture_output=True, text=True, input=given_to_it, timeout=120)
+    done = subprocess.run(
+        ["node", "read.mjs"], cwd=page, check=True, capture_output=True, text=True, input=given_to_it, timeout=120
+    )
     return json.loads(done.stdout)
 
 
