@@ -23,13 +23,24 @@ from mcap.records import Channel, ChunkIndex
 from mcap.records import Message as McapMessage
 from mcap.writer import CompressionType, Writer
 
+from vistel.wire.limits import most_bytes, objection_to_texts, short_bytes
 from vistel.wire.log_index import BrokenLogError, ChunkPlace, LogIndex, open_chunk, read_index, walk_on
-from vistel.wire.topics import BY_NAME, MESSAGE_VERSION, TOPICS, Topic
+from vistel.wire.topics import BY_NAME, MESSAGE_VERSION, TOPICS, Publisher, Topic
 
 CHUNK_BYTES = 256 * 1024
 FLUSH_NS = 1_000_000_000
 CONFERENCE_FILE = "conference.toml"
 OFFSETS = "vistel.clock_offsets"
+MOST_TOLD = 100
+"""Lines about what is damaged; more tell nothing new."""
+MOST_LETTERS = 200
+"""Of what such a line says of a file's own words."""
+MOST_LENGTH_NS = 31 * 24 * 3600 * 1_000_000_000
+"""Of a log: no meeting takes a month, and who plays one to its end should see it [ns]."""
+MOST_OPEN_BYTES = 256 << 20
+"""Of messages of chunks that overlap in time, which are all in memory until their order is known."""
+MESSAGE_BYTES = 300
+"""What a message takes there beside its payload."""
 
 
 class LogError(ValueError):
@@ -70,15 +81,16 @@ class LogWriter:
             self.abandon()
             raise
 
-    def write(self, topic: Topic, key: str, message: Message, log_ns: int) -> None:
-        """Append a message of `topic` that arrived on `key` at `log_ns`."""
+    def write(self, topic: Topic, key: str, message: Message, log_ns: int) -> int:
+        """Append a message of `topic` that arrived on `key` at `log_ns`. Returns the bytes of its payload."""
+        data = message.SerializeToString()
         header = getattr(message, "header", None)
         if topic.name == "clock_offset":
             self._note_offset(message)
         self._writer.add_message(
             self._channel(topic, key),
             log_time=log_ns,
-            data=message.SerializeToString(),
+            data=data,
             publish_time=header.t_ns if header is not None else log_ns,
             sequence=header.seq & 0xFFFFFFFF if header is not None else 0,
         )
@@ -88,6 +100,7 @@ class LogWriter:
         elif not 0 <= log_ns - self._flushed_ns < FLUSH_NS:
             self.flush()
             self._flushed_ns = log_ns
+        return len(data)
 
     def flush(self) -> None:
         """Close the open chunk and hand it to the operating system."""
@@ -134,10 +147,8 @@ class LogWriter:
         descriptor = topic.message.DESCRIPTOR
         found = self._schemas.get(descriptor.full_name)
         if found is None:
-            files = FileDescriptorSet()
-            _add_with_imports(files, descriptor.file, set())
             found = self._schemas[descriptor.full_name] = self._writer.register_schema(
-                descriptor.full_name, "protobuf", files.SerializeToString()
+                descriptor.full_name, "protobuf", descriptor_set(descriptor)
             )
         return found
 
@@ -178,7 +189,7 @@ class LogReader:
         self._index: LogIndex = index
         self.damage: list[str] = list(index.damage)
         self.begin_ns: int = min((c.begin_ns for c in index.chunks), default=0)
-        self.end_ns: int = max((c.end_ns for c in index.chunks), default=0)
+        self.end_ns: int = self._believed(max((c.end_ns for c in index.chunks), default=0))
         text = index.attachments.get(CONFERENCE_FILE)
         self.conference_toml: str | None = text.decode("utf-8", "replace") if text is not None else None
         self.conference: dict[str, Any] | None = self._parse(self.conference_toml)
@@ -203,7 +214,7 @@ class LogReader:
             self._tell(f"cannot be read any more: {e.strerror}")
         new = index.chunks[before:]
         self.begin_ns = min((c.begin_ns for c in new), default=self.begin_ns) if before == 0 else self.begin_ns
-        self.end_ns = max([self.end_ns, *(c.end_ns for c in new)])
+        self.end_ns = self._believed(max([self.end_ns, *(c.end_ns for c in new)]))
         return bool(new)
 
     @property
@@ -256,6 +267,7 @@ class LogReader:
         """Merge the chunks by time; they overlap only a little, so few are open at once."""
         chunks = [c for c in self._index.chunks if c.end_ns >= begin_ns and c.begin_ns < end_ns]
         channels = dict(self._index.channels)
+        held = 0
         heap: list[tuple[int, int, int, McapMessage]] = []
 
         def wanted(channel: int) -> bool:
@@ -268,13 +280,18 @@ class LogReader:
             while heap or chunks:
                 while chunks and (not heap or chunks[-1].begin_ns <= heap[0][0]):
                     place = chunks.pop()
+                    if held > MOST_OPEN_BYTES:
+                        self._lack(place, "too much of the log claims to be of the same time")
+                        continue
                     for n, record in enumerate(self._open_chunk(file, place, wanted)):
                         if isinstance(record, Channel):
                             channels[record.id] = record
                         elif begin_ns <= record.log_time < end_ns:
+                            held += MESSAGE_BYTES + len(record.data)
                             heapq.heappush(heap, (record.log_time, place.offset, n, record))
                 while heap and not (chunks and chunks[-1].begin_ns <= heap[0][0]):
                     message = heapq.heappop(heap)[3]
+                    held -= MESSAGE_BYTES + len(message.data)
                     if message.channel_id in channels and wanted(message.channel_id):
                         yield channels[message.channel_id], message
 
@@ -282,24 +299,34 @@ class LogReader:
         try:
             return open_chunk(file, place, wants)
         except BrokenLogError as e:
-            at, until = ((t - self.begin_ns) * 1e-9 for t in (place.begin_ns, place.end_ns))
-            self._tell(f"a chunk at byte {place.offset} is broken ({e}): messages from {at:.3f} s to {until:.3f} s are missing")
+            self._lack(place, shown(str(e)))
             return []
+
+    def _lack(self, place: ChunkPlace, why: str) -> None:
+        at, until = ((t - self.begin_ns) * 1e-9 for t in (place.begin_ns, place.end_ns))
+        self._tell(f"a chunk at byte {place.offset} is broken ({why}): messages from {at:.3f} s to {until:.3f} s are missing")
 
     def _topic_of(self, key: str) -> tuple[Topic, str, dict[str, str]] | None:
         for topic in TOPICS:
             names = topic.match(key)
             if names is not None:
                 return topic, key, names
-        self._tell(f"channel {key} is not in this version's table of topics; it is left out")
+        self._tell(f"channel {shown(key)} is not in this version's table of topics; it is left out")
         return None
 
     def _decode(self, topic: Topic, key: str, record: McapMessage) -> Any | None:
         message = topic.message()
+        if len(record.data) > most_bytes(topic):
+            self._tell(f"channel {key} holds messages of more than {most_bytes(topic)} bytes; they are left out")
+            return None
         try:
             message.ParseFromString(record.data)
         except DecodeError:
             self._tell(f"channel {key} holds messages that are no {topic.message.DESCRIPTOR.name}; they are left out")
+            return None
+        reason = objection_to_texts(message) if len(record.data) > self._short_bytes(topic) else ""
+        if reason:
+            self._tell(f"channel {key} holds messages whose {reason}; they are left out")
             return None
         version = getattr(message, "header").version  # noqa: B009
         if version != MESSAGE_VERSION:
@@ -307,16 +334,40 @@ class LogReader:
             return None
         return message
 
+    def _short_bytes(self, topic: Topic) -> int:
+        """As a subscription: what sites say is looked at, and what the world says is not."""
+        return short_bytes(topic.message.DESCRIPTOR) if topic.publisher is Publisher.SITE else most_bytes(topic)
+
     def _parse(self, text: str | None) -> dict[str, Any] | None:
         try:
             return tomllib.loads(text) if text is not None else None
-        except tomllib.TOMLDecodeError as e:
-            self._tell(f"the conference file inside is not valid TOML: {e}")
+        except (ValueError, RecursionError) as e:
+            self._tell(f"the conference file inside is not valid TOML: {shown(str(e))}")
             return None
 
+    def _believed(self, end_ns: int) -> int:
+        if end_ns - self.begin_ns <= MOST_LENGTH_NS:
+            return end_ns
+        days = (end_ns - self.begin_ns) / (24 * 3600e9)
+        self._tell(f"its times span {days:.0f} days; what is later than 31 days after its first message is left out")
+        return self.begin_ns + MOST_LENGTH_NS
+
     def _tell(self, line: str) -> None:
-        if line not in self.damage:
-            self.damage.append(line)
+        if len(self.damage) < MOST_TOLD and line not in self.damage:
+            self.damage.append(line if len(self.damage) < MOST_TOLD - 1 else "and more, which is not told")
+
+
+def shown(text: str) -> str:
+    """What a file says, cut, and without what would move a terminal's cursor."""
+    plain = "".join(c if c.isprintable() else "�" for c in text[:MOST_LETTERS])
+    return plain if len(text) <= MOST_LETTERS else f"{plain}…"
+
+
+def descriptor_set(descriptor: Any) -> bytes:
+    """What a reader needs to know of a message type: its file and those that this one imports, as the schema of a channel."""
+    files = FileDescriptorSet()
+    _add_with_imports(files, descriptor.file, set())
+    return files.SerializeToString()
 
 
 def _add_with_imports(files: FileDescriptorSet, file: Any, seen: set[str]) -> None:

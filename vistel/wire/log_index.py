@@ -13,27 +13,39 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.reader import SeekingReader
-from mcap.records import Attachment, Channel, Chunk, Message, Metadata
+from mcap.records import Attachment, AttachmentIndex, Channel, Chunk, ChunkIndex, Message, Metadata, MetadataIndex, Statistics
 
 MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")
 _TIMES = struct.Struct("<QQ")
 _MESSAGE = struct.Struct("<HIQQ")
 """What stands before a message's data: channel, sequence, log time, publish time."""
+_FOOTER = struct.Struct("<BQQQI")
+"""The last record: opcode, length, where the summary begins, where the offsets in it do, a checksum of both."""
 
-
-MAX_CHUNK_BYTES = 1 << 30
-MOST_UNPACKED_BYTES = 256 << 20
+# A file of somebody else takes no more memory than this, whatever it says of itself.
+MOST_UNPACKED_BYTES = 64 << 20
 """Of a chunk: what VISTEL and others write has some megabytes."""
+MOST_MESSAGES = 200_000
+"""Of a chunk; those of VISTEL have some hundreds."""
+MOST_CHUNK_BYTES = MOST_UNPACKED_BYTES + (1 << 20)
+"""Of a chunk as it stands in the file."""
+MOST_SUMMARY_BYTES = 256 << 20
+"""Of a summary: an hour has some megabytes. With more, the file is read from the front."""
+MOST_ATTACHED_BYTES = 4 << 20
+"""Of all attachments and metadata that are kept: a conference file has some kilobytes."""
+MOST_CHANNEL_BYTES = 16 << 10
+"""Of a channel's record; other programs keep a kilobyte there."""
+MOST_KEY_LETTERS = 1024
+"""Of a channel's name."""
 
 
 class BrokenLogError(ValueError):
     """Bytes that are not what an MCAP file has there."""
 
 
-BROKEN = (McapError, ValueError, EOFError, RuntimeError, struct.error, LookupError, OverflowError, MemoryError, TypeError)
-"""What the reading of changed bytes may raise, in mcap and in the decompressors."""
+BROKEN = (McapError, ValueError, EOFError, RuntimeError, struct.error, LookupError, OverflowError, MemoryError, TypeError, OSError)
+"""What the reading of changed bytes may raise, in mcap and in the decompressors, and from places that are not in a file."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +69,22 @@ class LogIndex:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict[str, dict[str, str]])
     damage: list[str] = field(default_factory=list[str])
     walked: int | None = None
+    _attached: int = 0
+
+    def attach(self, file: BinaryIO, opcode: int, begin: int, length: int) -> None:
+        """Keep the attachment or the metadata whose content begins at byte `begin`; what cannot be one, or is too long, is left."""
+        self._attached += length
+        if self._attached > MOST_ATTACHED_BYTES:
+            return
+        file.seek(begin)
+        stream = ReadDataStream(BytesIO(file.read(length)))
+        with contextlib.suppress(*BROKEN):
+            if opcode == Opcode.ATTACHMENT:
+                attachment = Attachment.read(stream)
+                self.attachments[attachment.name] = attachment.data
+            elif opcode == Opcode.METADATA:
+                metadata = Metadata.read(stream)
+                self.metadata[metadata.name] = dict(metadata.metadata)
 
 
 def read_index(file: BinaryIO, size: int) -> LogIndex:
@@ -66,7 +94,7 @@ def read_index(file: BinaryIO, size: int) -> LogIndex:
     file.seek(max(0, size - len(MAGIC)))
     if file.read() == MAGIC and size > len(MAGIC):
         try:
-            return _from_summary(file)
+            return _from_summary(file, size)
         except BROKEN:
             return _by_walking(file, size, "its index is broken; it was read from the front")
     return _by_walking(file, size, None)
@@ -78,7 +106,7 @@ def open_chunk(file: BinaryIO, place: ChunkPlace, wants: Callable[[int], bool] =
     try:
         file.seek(place.offset)
         _, length = _RECORD.unpack(file.read(_RECORD.size))
-        if length > MAX_CHUNK_BYTES:
+        if length > MOST_CHUNK_BYTES:
             raise BrokenLogError(f"it claims to have {length} bytes")
         chunk = _unpacked(Chunk.read(ReadDataStream(BytesIO(file.read(length)))))
         if chunk.uncompressed_crc and zlib.crc32(chunk.data) != chunk.uncompressed_crc:
@@ -90,7 +118,7 @@ def open_chunk(file: BinaryIO, place: ChunkPlace, wants: Callable[[int], bool] =
 
 def _records(data: bytes, wants: Callable[[int], bool]) -> Iterator[Channel | Message]:
     """As mcap's `breakup_chunk`, but messages that are not wanted are stepped over, which is most of the work."""
-    at, size, opcode, record = 0, len(data), int(Opcode.MESSAGE), _RECORD.size
+    at, size, opcode, record, left = 0, len(data), int(Opcode.MESSAGE), _RECORD.size, MOST_MESSAGES
     while at < size:
         kind, length = _RECORD.unpack_from(data, at)
         at += record
@@ -99,10 +127,23 @@ def _records(data: bytes, wants: Callable[[int], bool]) -> Iterator[Channel | Me
         if kind == opcode:
             channel, sequence, log_time, publish_time = _MESSAGE.unpack_from(data, at)
             if wants(channel):
+                left -= 1
+                if left < 0:
+                    raise BrokenLogError(f"it has more than {MOST_MESSAGES} messages")
                 yield Message(channel, log_time, data[at + _MESSAGE.size : at + length], publish_time, sequence)
         elif kind == Opcode.CHANNEL:
-            yield Channel.read(ReadDataStream(BytesIO(data[at : at + length])))
+            yield _channel(data[at : at + length])
         at += length
+
+
+def _channel(record: bytes) -> Channel:
+    """A channel, without what others say of it. Raises BrokenLogError."""
+    if len(record) > MOST_CHANNEL_BYTES:
+        raise BrokenLogError(f"a channel takes {len(record)} bytes")
+    channel = Channel.read(ReadDataStream(BytesIO(record)))
+    if len(channel.topic) > MOST_KEY_LETTERS:
+        raise BrokenLogError(f"a channel's name has {len(channel.topic)} letters")
+    return replace(channel, metadata={})
 
 
 def _unpacked(chunk: Chunk) -> Chunk:
@@ -121,23 +162,46 @@ def _unpacked(chunk: Chunk) -> Chunk:
     return replace(chunk, compression="", data=data)
 
 
-def _from_summary(file: BinaryIO) -> LogIndex:
-    file.seek(0)
-    reader = SeekingReader(file)
-    summary = reader.get_summary()
-    if summary is None or (summary.statistics and summary.statistics.message_count and not summary.chunk_indexes):
+def _from_summary(file: BinaryIO, size: int) -> LogIndex:
+    footer = size - len(MAGIC) - _FOOTER.size
+    file.seek(max(0, footer))
+    opcode, _, begin, _, _ = _FOOTER.unpack(file.read(_FOOTER.size))
+    if opcode != Opcode.FOOTER or not 0 < begin <= footer or footer - begin > MOST_SUMMARY_BYTES:
         raise BrokenLogError("no summary")
-    index = LogIndex(channels=dict(summary.channels))
+    file.seek(begin)
+    summary = file.read(footer - begin)
+    index = LogIndex()
     alike: dict[frozenset[int], frozenset[int]] = {}  # most chunks have messages of the same channels
-    for c in summary.chunk_indexes:
-        has = frozenset(c.message_index_offsets)
-        known = alike.setdefault(has, has) if has else None
-        index.chunks.append(ChunkPlace(c.chunk_start_offset, c.message_start_time, c.message_end_time, known))
-    for attachment in reader.iter_attachments():
-        index.attachments[attachment.name] = attachment.data
-    for metadata in reader.iter_metadata():
-        index.metadata[metadata.name] = dict(metadata.metadata)
+    messages = at = 0
+    while at < len(summary):
+        opcode, length = _RECORD.unpack_from(summary, at)
+        at += _RECORD.size
+        if at + length > len(summary):
+            raise BrokenLogError("a record of its summary is longer than that")
+        record = summary[at : at + length]
+        stream = ReadDataStream(BytesIO(record))
+        at += length
+        if opcode == Opcode.CHANNEL:
+            channel = _channel(record)
+            index.channels[channel.id] = channel
+        elif opcode == Opcode.CHUNK_INDEX:
+            c = ChunkIndex.read(stream)
+            has = frozenset(c.message_index_offsets)
+            known = alike.setdefault(has, has) if has else None
+            index.chunks.append(ChunkPlace(c.chunk_start_offset, c.message_start_time, c.message_end_time, known))
+        elif opcode == Opcode.STATISTICS:
+            messages = Statistics.read(stream).message_count
+        elif opcode in (Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX):
+            _attach_at(file, (AttachmentIndex if opcode == Opcode.ATTACHMENT_INDEX else MetadataIndex).read(stream).offset, index)
+    if messages and not index.chunks:
+        raise BrokenLogError("no index of its chunks")
     return index
+
+
+def _attach_at(file: BinaryIO, offset: int, index: LogIndex) -> None:
+    file.seek(offset)
+    opcode, length = _RECORD.unpack(file.read(_RECORD.size))
+    index.attach(file, opcode, offset + _RECORD.size, length)
 
 
 def _by_walking(file: BinaryIO, size: int, remark: str | None) -> LogIndex:
@@ -186,14 +250,8 @@ class _Walk:
         self._file.seek(begin)
         if opcode == Opcode.CHUNK:
             self._place = ChunkPlace(offset, *_TIMES.unpack(self._file.read(_TIMES.size)))
-        elif opcode == Opcode.ATTACHMENT:
-            with contextlib.suppress(*BROKEN):
-                attachment = Attachment.read(ReadDataStream(BytesIO(self._file.read(length))))
-                self._index.attachments[attachment.name] = attachment.data
-        elif opcode == Opcode.METADATA:
-            with contextlib.suppress(*BROKEN):
-                metadata = Metadata.read(ReadDataStream(BytesIO(self._file.read(length))))
-                self._index.metadata[metadata.name] = dict(metadata.metadata)
+        elif opcode in (Opcode.ATTACHMENT, Opcode.METADATA):
+            self._index.attach(self._file, opcode, begin, length)
 
     def chunk_ends(self, *, last: bool = False) -> None:
         """All that follows a chunk about its channels has been read; last: perhaps not all of it is there."""

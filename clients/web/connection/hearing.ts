@@ -4,7 +4,31 @@ import type { Sounding } from "./messages";
 export const VOICES = 2; // the first byte of a message of voices
 const RATE = 48_000;
 const HEAD_BYTES = 16;
+const MOST_MS = Number.MAX_SAFE_INTEGER / 1000; // of a time, which the decoder takes in microseconds
 const KEPT_MS = 20_000; // of silence, after which a talker is forgotten
+
+/** A packet of somebody's voice. */
+export interface VoiceRecord {
+  name: string;
+  capturedMs: number; // conference time
+  delayMs: number;
+  packet: Uint8Array<ArrayBuffer>;
+}
+
+/** The records of a message of voices, up to the first that cannot be one: behind it, nothing can be found. */
+export function* recordsOf(data: ArrayBuffer): Generator<VoiceRecord> {
+  const view = new DataView(data);
+  const names = new TextDecoder();
+  for (let at = 1; at + HEAD_BYTES <= data.byteLength; ) {
+    const [size, named] = [view.getUint16(at, true), view.getUint8(at + 2)];
+    const [capturedMs, delayMs] = [view.getFloat64(at + 4, true), view.getFloat32(at + 12, true)];
+    const whole = size > HEAD_BYTES + named && at + size <= data.byteLength;
+    if (!whole || !(Math.abs(capturedMs) <= MOST_MS) || !Number.isFinite(delayMs)) return;
+    const name = names.decode(new Uint8Array(data, at + HEAD_BYTES, named));
+    yield { name, capturedMs, delayMs, packet: new Uint8Array(data, at + HEAD_BYTES + named, size - HEAD_BYTES - named) };
+    at += size;
+  }
+}
 
 interface Talker {
   decoder: AudioDecoder;
@@ -15,7 +39,6 @@ interface Talker {
 export class Hearing {
   private on = false;
   private readonly talkers = new Map<string, Talker>();
-  private readonly names = new TextDecoder();
 
   /** came: somebody's voice begins to come out of a port; went: nothing comes any more. */
   constructor(
@@ -33,17 +56,12 @@ export class Hearing {
   /** A message of voices. */
   take(data: ArrayBuffer): void {
     if (!this.on) return;
-    const view = new DataView(data);
-    for (let at = 1; at + HEAD_BYTES <= data.byteLength; ) {
-      const [size, named] = [view.getUint16(at, true), view.getUint8(at + 2)];
-      const name = this.names.decode(new Uint8Array(data, at + HEAD_BYTES, named));
+    for (const { name, capturedMs, delayMs, packet } of recordsOf(data)) {
       const talker = this.talkers.get(name) ?? this.begin(name);
-      talker.delayMs = view.getFloat32(at + 12, true);
+      talker.delayMs = delayMs;
       talker.heardAt = performance.now();
-      const packet = new Uint8Array(data, at + HEAD_BYTES + named, size - HEAD_BYTES - named);
-      const timestamp = Math.round(view.getFloat64(at + 4, true) * 1000);
+      const timestamp = Math.round(capturedMs * 1000);
       if (talker.decoder.state === "configured") talker.decoder.decode(new EncodedAudioChunk({ type: "key", timestamp, data: packet }));
-      at += size;
     }
   }
 

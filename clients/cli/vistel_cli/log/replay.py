@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
+from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TextColumn
 
 from vistel.conference.connect import connect
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire import background
-from vistel.wire.log import LogError, LogReader
+from vistel.wire.log import LogError, LogReader, shown
 from vistel.wire.zenoh.bus import Router
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
@@ -186,7 +187,12 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
     """The conference of the log, with the processes a replay needs."""
     if reader.conference is None:
         fail(f"{log}: holds no conference file; VISTEL did not write it")
-    data = Conference.model_validate(reader.conference).model_dump(mode="json", exclude_none=True)
+    try:
+        data = Conference.model_validate(reader.conference).model_dump(mode="json", exclude_none=True)
+    except ValidationError as e:
+        first = e.errors()[0]
+        where, why = ".".join(map(str, first["loc"])), first["msg"]
+        fail(f"{log}: the conference file inside is of no use: {shown(f'{where}: {why}')}; vistel log info shows what the log has")
     known = [s["name"] for s in data["sites"]]
     unknown = sorted(set(sites or []) - set(known))
     if unknown:
@@ -197,9 +203,12 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
             # No microphone is open during a replay; recorded voices are published.
             s["audio"] |= {"microphone": "none", "microphones": {}, "equipment": []}
             s["processes"].append(["audio"])
+        # A log may be somebody else's: what it plays is offered to nobody on this machine or beyond.
+        s["display"] |= {"stream": "", "stream_token": "", "stream_insecure": False, "shared_memory": False, "virtual_camera": ""}
+        s["display"].pop("stream_tls", None)
     data["bus"] = {"mode": "embedded"}
     data["record"] = False
-    data["world"] = {}
+    data |= {"world": {}, "monitoring": {}, "console": {}}
     data.setdefault("playout", {})["own_waits"] = True  # who watches is not who moved
     return Conference.model_validate(data)
 
