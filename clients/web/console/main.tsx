@@ -7,7 +7,7 @@ import { Labels } from "./labels";
 import { Looking } from "./looking";
 import { Room } from "./room";
 import { Travel } from "./travel";
-import { decode, type Held, type Joints, type Numbers, type Table, type Words } from "./wire";
+import { type Curve, decode, type Held, type Joints, type Numbers, type Table, type Words } from "./wire";
 import { type Chosen, Who } from "./who";
 
 declare global {
@@ -15,8 +15,9 @@ declare global {
     /** For programs that drive the page. joints: places of somebody's joints in the room [m]; rate: pictures a second; ready: how many
      * have their own figures; sharp: see Room. */
     vistel?: { joints(name: string): [number, number, number][]; rate(): number; ready(): number; sharp(): void; voices: Voices };
-    /** Where in a log the page is [s], and how long the last scrub took from the hand's rest to its picture [ms]. */
-    vistelTravel?: { t(): number; scrubMs(): number; goTo(t: number): void };
+    /** Where in a log the page is [s], how long the last scrub took from the hand's rest to its picture [ms], which part of the log is
+     * seen [s], and what is plotted. */
+    vistelTravel?: { t(): number; scrubMs(): number; goTo(t: number): void; seen(): [number, number]; curves(): readonly Curve[] };
   }
 }
 
@@ -92,8 +93,6 @@ function hear(words: Words): void {
     element("conference").textContent = words.log ?? words.conference;
     travel.hello(words);
     voices.again();
-  } else if (words.kind === "playhead" || words.kind === "lanes") {
-    travel.hear(words);
   } else if (words.kind === "joints") {
     joints = words;
     room?.begin(words);
@@ -109,6 +108,8 @@ function hear(words: Words): void {
     history.add(words);
     const pictures = room ? `${room.picturesPerS.toFixed(0)} pictures/s here` : "tables only";
     element("state").textContent = `${pictures}, ${words.viewers} ${words.viewers === 1 ? "viewer" : "viewers"}`;
+  } else if (words.kind !== "invited" && words.kind !== "time" && words.kind !== "beside") {
+    return travel.hear(words);
   }
   showSoon();
 }

@@ -88,6 +88,46 @@ export interface Hello {
   log?: string; // the name of the log that is seen in place of the live room
   grows?: boolean; // it is being written, or was cut off
   damage?: string[];
+  beside?: string; // the name of the log that is seen with it,
+  offset?: number; // and by how much the same moment is later there [s]
+}
+/** A number over time: values at moments; null: not known. */
+export interface Curve {
+  name: string;
+  unit: string;
+  t: number[];
+  v: (number | null)[];
+}
+export interface Plot {
+  kind: "plot";
+  id: number;
+  done: number; // share that has been read
+  curves?: Curve[];
+  fault?: string;
+}
+export interface Fields {
+  kind: "fields";
+  fields: [name: string, unit: string][];
+}
+export interface Note {
+  t: number; // of the log [s]
+  author: string;
+  text: string;
+}
+export interface Notes {
+  kind: "notes";
+  notes: Note[];
+  faults: string[];
+}
+/** A note has gone into the log of the live room. */
+export interface Noted {
+  kind: "noted";
+  text: string;
+}
+/** Words about the log that is seen beside the first one. */
+export interface Beside {
+  kind: "beside";
+  said: Words;
 }
 export interface Invited {
   kind: "invited";
@@ -107,7 +147,7 @@ export interface Time {
   asked: number; // as the page said it
   ms: number; // conference time
 }
-export type Words = Lanes | Playhead | Hello | Joints | Table | Held | Numbers | Invited | Refused | Time;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Refused | Time;
 
 export interface PersonFrame {
   who: number;

@@ -3,6 +3,7 @@ import { render } from "preact";
 import { Vector3 } from "three";
 import { Link } from "../connection/link";
 import { Labels } from "../console/labels";
+import { switchLanguage } from "../console/language";
 import { Room } from "../console/room";
 import { decode, type Frame, type Invited, type Joints, type Table, type Words } from "../console/wire";
 import { Microphone } from "../sound/microphone";
@@ -11,7 +12,7 @@ import { Eyes } from "./eyes";
 import { GESTURES, Gestures } from "./gestures";
 import { Hand } from "./hand";
 import { record } from "./record";
-import { switchLanguage, text, translated } from "./words";
+import { text, translated } from "./words";
 
 declare global {
   interface Window {

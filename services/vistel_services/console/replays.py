@@ -22,8 +22,8 @@ from vistel_services.console.viewer import FRAME, Viewer
 from vistel_services.serving.server import prepared_socket
 
 if TYPE_CHECKING:
+    from vistel.log.notes import Note
     from vistel.log.questions import Lasting, Questions
-    from vistel_services.console.player import Player
 
 log = logging.getLogger("vistel.console")
 
@@ -43,12 +43,13 @@ class Replays:
     ) -> None:
         """log_now: the file that is shown to who comes now; beside: another log, whose figures are shown too."""
         self._conference, self._log_now, self._clock, self._beside = conference, log_now, clock, beside
-        self._players: set[Player] = set()
+        self._visits: set[_Visit] = set()
         self._lanes: dict[tuple[Path, int], Lasting] = {}
 
     def file(self, digest: str) -> bytes | None:
         """A GLB file of one of the logs that are seen now."""
-        return next((data for p in self._players if (data := p.feed.file(digest)) is not None), None)
+        players = (player for visit in self._visits for player in visit.players)
+        return next((data for player in players if (data := player.feed.file(digest)) is not None), None)
 
     async def asset(self, request: web.Request) -> web.StreamResponse:
         """A GLB file by its digest."""
@@ -59,7 +60,7 @@ class Replays:
         path = self._log_now()
         if path is None:
             raise web.HTTPNotFound(text="nothing is recorded\n")
-        if len(self._players) >= MOST_REPLAYS * (2 if self._beside else 1):
+        if len(self._visits) >= MOST_REPLAYS:
             raise web.HTTPServiceUnavailable(text=f"{MOST_REPLAYS} are looking at logs already\n")
         try:
             readers = [await asyncio.to_thread(LogReader, p) for p in (path, self._beside) if p is not None]
@@ -67,8 +68,21 @@ class Replays:
             raise web.HTTPNotFound(text=f"{e}\n") from e
         await asyncio.to_thread(load)
         connection = await prepared_socket(request, _MOST_SAID_BYTES)
-        await _Visit(self, connection, readers, self._conference, self._clock).stay(self._players)
+        visit = _Visit(self, connection, readers, self._conference, self._clock)
+        self._visits.add(visit)
+        try:
+            await visit.stay()
+        finally:
+            self._visits.discard(visit)
         return connection
+
+    def note(self, path: Path, new: Note) -> None:
+        """Keep a note on a log, and tell all who look at it. Raises NoteError."""
+        from vistel.log.notes import add
+
+        add(path, new)
+        for visit in self._visits:
+            visit.tell_notes(path)
 
     def lanes(self, reader: LogReader) -> Lasting:
         """The lanes of a log as long as it is now, computed once for all who look at it."""
@@ -93,8 +107,8 @@ class _Visit:
         self._replays, self._connection, self._clock = replays, connection, clock
         self._reader, self._others = readers[0], readers[1:]
         self._viewer = Viewer()
-        self._players = [Player(conference, self._reader, self._viewer.put)]
-        self._players += [Player(_conference(r, conference), r, self._tell_beside, numbers=False) for r in self._others]
+        self.players = [Player(conference, self._reader, self._viewer.put)]
+        self.players += [Player(_conference(r, conference), r, self._tell_beside, numbers=False) for r in self._others]
         self._head = Playhead(length(self._reader))
         self._offset = usual_offset(self._reader, self._others[0]) if self._others else 0.0
         self._questions: Questions | None = None
@@ -104,8 +118,8 @@ class _Visit:
         hello |= {"beside": self._others[0].path.name, "offset": round(self._offset, 4)} if self._others else {}
         self._viewer.put("hello", json.dumps(hello))
 
-    async def stay(self, players: set[Player]) -> None:
-        players.update(self._players)
+    async def stay(self) -> None:
+        self.tell_notes(self._reader.path)
         tasks = [background.start(send(self._connection, self._viewer), "replay viewer"), background.start(self._play(), "replay")]
         try:
             with self._replays.lanes(self._reader).told_to(self._viewer.put):
@@ -115,16 +129,23 @@ class _Visit:
         finally:
             for task in tasks:
                 task.cancel()
-            for player in self._players:
-                players.discard(player)
+            for player in self.players:
                 player.close()
             if self._questions is not None:
                 self._questions.close()
+
+    def tell_notes(self, path: Path) -> None:
+        """The notes of a log, if it is the one that is seen here."""
+        from vistel.log.notes import words
+
+        if path == self._reader.path:
+            self._viewer.put("notes", words(self._reader))
 
     def _tell_beside(self, kind: str, words: str) -> None:
         self._viewer.put(f"beside {kind}", f'{{"kind": "beside", "said": {words}}}')
 
     def _hear(self, said: str) -> None:
+        from vistel.log.notes import NoteError, note
         from vistel.log.playhead import NotUnderstoodError, number, understood
         from vistel.log.questions import plot_asked
 
@@ -136,11 +157,14 @@ class _Visit:
                 self._asked().ask("fields")
             if "plot" in asked:
                 self._asked().ask("plot", plot_asked(asked["plot"], self._offset))
+            if "note" in asked:
+                t_ns = self._reader.begin_ns + round(self._head.t * 1e9)
+                self._replays.note(self._reader.path, note(t_ns, asked.get("author"), asked["note"]))
             if "hears" in asked:
                 self._viewer.hears = asked["hears"] is True
             self._head = self._head.told(asked)
-        except NotUnderstoodError as e:
-            self._viewer.put("refused", json.dumps({"kind": "refused", "reason": f"not understood: {e}", "code": 0}))
+        except (NotUnderstoodError, NoteError) as e:
+            self._viewer.put("refused", json.dumps({"kind": "refused", "reason": str(e), "code": 0}))
         self._said.set()
 
     def _asked(self) -> Questions:
@@ -170,8 +194,8 @@ class _Visit:
 
     async def _show(self) -> None:
         head = self._head
-        frame, spoken = await self._players[0].show(head)
-        for other, reader in zip(self._players[1:], self._others, strict=True):
+        frame, spoken = await self.players[0].show(head)
+        for other, reader in zip(self.players[1:], self._others, strict=True):
             there = head.moved(self._offset, length(reader))
             frame += (await other.show(there))[0]
         if head.playing and head.speed == 1.0:
@@ -182,7 +206,8 @@ class _Visit:
     def _grow(self) -> None:
         if self._reader.grow():
             self._head = self._head.reaching(length(self._reader))
-            self._players[0].grown()
+            self.players[0].grown()
+            self.tell_notes(self._reader.path)
 
 
 def length(reader: LogReader) -> float:
