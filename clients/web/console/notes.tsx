@@ -51,7 +51,7 @@ export class Notes {
   private show(): void {
     render(
       <section>
-        <h2>{text("notes")}</h2>
+        <h2>{text("notesTitle")}</h2>
         <form class="note" onSubmit={(event) => this.submit(event)}>
           <input name="note" required maxLength={LETTERS} aria-label={text("note")} placeholder={text(this.goTo ? "noteHere" : "noteNow")} value={this.written}
             onInput={(event) => (this.written = event.currentTarget.value)} />

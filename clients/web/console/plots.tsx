@@ -9,7 +9,7 @@ import type { Curve, Fields, Plot } from "./wire";
 import type { Zoom } from "./zoom";
 
 const SOON_MS = 120; // from a change of what is seen to the question for it
-const HIGH_PX = 128; // a picture
+const HIGH_PX = 104; // a picture
 const AXIS_PX = 22; // the time below the last picture
 export const MOST = 12; // vistel/log/questions.py
 const COLOURS = 8; // of console.css, after which lines are broken
@@ -162,7 +162,7 @@ export class Plots {
         scales: { x: { time: false, auto: false }, y: { range: spread } },
         axes: [
           { ...axis, show: last, size: AXIS_PX, values: (_, marks) => marks.map((t) => `${+t.toFixed(3)} s`) },
-          { ...axis, size: this.gutter, label: unit || " ", labelSize: 16, labelFont: axis.font, labelGap: 0, gap: 4 },
+          { ...axis, size: this.gutter, gap: 4 },
         ],
         series: [
           {},
@@ -235,7 +235,7 @@ export class Plots {
           <span class="reading" role="status">{plot?.fault && names.length ? plot.fault : reading}</span>
         </div>
         {[...this.units.keys()].map((unit) => (
-          <div class="plot" key={unit} data-unit={unit} />
+          <div class="plot" key={unit} data-unit={unit} role="img" aria-label={`${text("plots")} ${unit}`} />
         ))}
       </>,
       this.parent,

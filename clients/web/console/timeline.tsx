@@ -4,7 +4,7 @@ import { useMemo } from "preact/hooks";
 import { type Event, type Lanes, type Playhead, type Span, clockText, edges, filled } from "./lanes";
 import { type PlotAsked, wheeled } from "./plots";
 import { text } from "./words";
-import type { Note } from "./wire";
+import type { Hello, Note } from "./wire";
 import type { Zoom } from "./zoom";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
@@ -39,6 +39,8 @@ export class Timeline {
   private asked = 0;
   private cost = 0;
   private toLive: (() => void) | null = null;
+  private beside: { name: string; offset: number } | null = null; // the log that is seen, too, and how much later all is there [s]
+  sound = false; // somebody wants to hear the log
 
   constructor(
     private readonly parent: HTMLElement,
@@ -51,9 +53,10 @@ export class Timeline {
   }
 
   /** A log is seen from now on. live: what goes back to the live room; null: there is none. */
-  begin(damage: string[], grows: boolean, live: (() => void) | null): void {
-    this.damage = damage;
-    this.grows = grows;
+  begin({ damage, grows, beside, offset }: Hello, live: (() => void) | null): void {
+    this.damage = damage ?? [];
+    this.grows = grows ?? false;
+    this.beside = beside ? { name: beside, offset: offset ?? 0 } : null;
     this.toLive = live;
     this.lanes = null;
     this.notes = [];
@@ -153,6 +156,12 @@ export class Timeline {
     return lanes.events.filter((e) => (kind === "word" ? e.kind === "utterance" : e.kind === "command")).map((e) => e.t);
   }
 
+  private shift(field: HTMLInputElement): void {
+    if (!this.beside || !Number.isFinite(field.valueAsNumber)) return;
+    this.beside.offset = field.valueAsNumber;
+    this.send({ offset: this.beside.offset });
+  }
+
   private markLoop(): void {
     if (this.head?.loop) this.send({ loop: null });
     else if (this.loopFrom === null) this.loopFrom = this.t;
@@ -246,6 +255,15 @@ export class Timeline {
               ↔
             </button>
           </span>
+          {this.beside && (
+            <label class="beside" title={text("offsetTitle")}>
+              {text("beside", this.beside.name)}
+              <span>
+                {text("offset")}{" "}
+                <input type="number" step="0.01" aria-label={text("offsetTitle")} value={this.beside.offset} onChange={(e) => this.shift(e.currentTarget)} /> s
+              </span>
+            </label>
+          )}
           {this.toLive && (
             <button type="button" class="live" onClick={this.toLive}>
               {text("toLive")}
@@ -309,6 +327,8 @@ export class Timeline {
     const note = this.notes.findLast(just);
     const parts: string[] = now ? [`${now.who}: ${now.text}`] : [];
     if (note) parts.push(`${note.author || text("note")}: ${note.text}`);
+    if (this.sound && head.speed !== 1) parts.push(text("silentSpeed", head.speed));
+    else if (this.sound && !head.playing) parts.push(text("silentStill"));
     if (!lanes || lanes.done < 1) parts.push(text("lanes", Math.round(100 * (lanes?.done ?? 0))));
     if (lanes?.left_out) parts.push(text("leftOut", lanes.left_out));
     if (this.grows && this.toLive) parts.push(text("recorded"));

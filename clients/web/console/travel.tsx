@@ -10,6 +10,7 @@ import type { Fields, Hello, Noted, Notes as NotesSaid, Plot, Refused } from "./
 import { Zoom } from "./zoom";
 
 const BACK_S = 30;
+const LEAP_S = 0.4; // more than the time that has passed is a leap; a busy page is late by less
 
 export class Travel {
   link: Link;
@@ -25,7 +26,13 @@ export class Travel {
   private ofLog = false;
   private beginAt: { back: number; playing: boolean } | null = null;
 
-  constructor(private readonly listener: Listener) {
+  private last: { head: Playhead; at: number } | null = null;
+
+  /** leap: time of what is seen has leapt, or stands still, or goes on at its own speed (true). */
+  constructor(
+    private readonly listener: Listener,
+    private readonly leap: (sounding: boolean) => void,
+  ) {
     const remember = () => this.remember();
     const send = (asked: Asked) => this.send(asked);
     this.timeline = new Timeline(document.getElementById("lanes")!, this.zoom, send, remember);
@@ -42,10 +49,12 @@ export class Travel {
 
   hello(words: Hello): void {
     this.ofLog = Boolean(words.log);
+    this.last = null;
+    this.leap(!this.ofLog);
     document.body.classList.toggle("past", this.ofLog);
     this.section.hidden = !this.ofLog;
     if (words.log) {
-      this.timeline.begin(words.damage ?? [], words.grows ?? false, this.past ? () => this.live() : null);
+      this.timeline.begin(words, this.past ? () => this.live() : null);
       const named = this.plots.chosen.length ? [...this.plots.chosen] : inAddress().getAll("plot");
       this.plots.begin(named, Boolean(words.beside));
     } else this.timeline.end();
@@ -53,9 +62,26 @@ export class Travel {
     this.offer(Boolean(words.recorded));
   }
 
-  /** Whether the page hears the voices of the live room; a log has none yet. */
-  wantVoices(hears: boolean): void {
-    if (!this.ofLog) this.link.send(hears ? "hear" : "quiet");
+  /** Whether a log is seen. */
+  get seesLog(): boolean {
+    return this.ofLog;
+  }
+
+  /** Whether the page hears voices now; on: whether somebody wants to. */
+  wantVoices(hears: boolean, on: boolean): void {
+    this.timeline.sound = on;
+    if (this.ofLog) this.send({ hears });
+    else this.link.send(hears ? "hear" : "quiet");
+  }
+
+  /** Voices go on only where time does, at its own speed. */
+  private listen(head: Playhead): void {
+    const now = performance.now();
+    const sounds = (h: Playhead | undefined) => Boolean(h?.playing && h.speed === 1);
+    const { last } = this;
+    const leapt = last && sounds(head) && Math.abs(head.t - last.head.t - (now - last.at) / 1000) > LEAP_S;
+    if (leapt || sounds(head) !== sounds(last?.head)) this.leap(sounds(head));
+    this.last = { head, at: now };
   }
 
   hear(words: Playhead | Lanes | Plot | Fields | NotesSaid | Noted | Refused): void {
@@ -72,12 +98,14 @@ export class Travel {
       this.beginAt = null;
       this.send({ t: Math.max(0, words.end - back), playing });
     }
+    this.listen(words);
     this.timeline.receiveHead(words);
     this.plots.move(this.timeline.t, words.end);
   }
 
   private send(asked: Asked): void {
     this.link.send(JSON.stringify(asked));
+    if (asked.offset !== undefined) this.plots.zoomed(); // they are other ones now
   }
 
   /** The moment and the plots, in the address of a log. */
