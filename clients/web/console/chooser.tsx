@@ -1,5 +1,5 @@
 // Which number to plot: a field to type words into, and the numbers that have all of them in their names.
-import { useState } from "preact/hooks";
+import { useEffect, useRef, useState } from "preact/hooks";
 import { BESIDE, DIFFERENCE, MOST } from "./plots";
 import { text } from "./words";
 import type { Fields } from "./wire";
@@ -19,6 +19,8 @@ export function Chooser({ fields, beside, full, open, choose }: Props) {
   const [shown, setShown] = useState(false);
   const [at, setAt] = useState(0);
   const [of, setOf] = useState("");
+  const list = useRef<HTMLDivElement>(null);
+  useEffect(() => list.current?.scrollIntoView({ block: "nearest" }), [shown, fields]);
   const wanted = typed.toLowerCase().split(/\s+/).filter(Boolean);
   const all = shown ? (fields?.fields ?? []) : [];
   const found = all.filter(([name]) => wanted.every((word) => name.includes(word)));
@@ -74,7 +76,7 @@ export function Chooser({ fields, beside, full, open, choose }: Props) {
         onBlur={() => setShown(false)}
       />
       {shown && (
-        <div class="found">
+        <div class="found" ref={list}>
           <ul id="numbers-found" role="listbox" aria-label={text("addPlot")}>
             {listed.map(([name, unit], n) => (
               <li

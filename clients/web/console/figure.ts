@@ -15,7 +15,13 @@ import { dispose } from "./dispose";
 import type { Joints, PersonFrame, PersonRow } from "./wire";
 
 const STAND_IN = new MeshStandardMaterial({ color: 0x8a93a0, roughness: 0.8 });
-const GHOST = new MeshStandardMaterial({ color: 0x6fb7ff, roughness: 0.6, transparent: true, opacity: 0.45 });
+const GHOST = new MeshStandardMaterial({
+  color: 0x6fb7ff,
+  roughness: 0.6,
+  transparent: true,
+  opacity: 0.45,
+  ...{ polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4 }, // where both are in one place, the figure is seen
+});
 const THICKNESS_M = 0.045; // of a stand-in's limbs
 const FINGER_M = 0.009;
 const HEAD_M = 0.1;

@@ -12,6 +12,7 @@ const SOON_MS = 120; // from a change of what is seen to the question for it
 const HIGH_PX = 104; // a picture
 const AXIS_PX = 22; // the time below the last picture
 export const MOST = 12; // vistel/log/questions.py
+const AROUND = 0.05; // share of what is seen that is asked for before and after it, so that curves go to the edges
 const COLOURS = 8; // of console.css, after which lines are broken
 const GROWN_S = 5; // by so much a log has grown before it is asked again
 export const BESIDE = "beside.";
@@ -100,8 +101,10 @@ export class Plots {
     clearTimeout(this.later);
     if (!this.names.length) return void (this.plot = null);
     this.later = window.setTimeout(() => {
-      const wide = Math.max(50, Math.round((this.parent.clientWidth - this.gutter) * Math.min(2, devicePixelRatio)));
-      const plot: PlotAsked = { id: ++this.id, names: this.names, from: Math.max(0, this.zoom.from), to: this.zoom.to, wide };
+      const pixels = (this.parent.clientWidth - this.gutter) * Math.min(2, devicePixelRatio);
+      const wide = Math.max(50, Math.round((1 + 2 * AROUND) * pixels));
+      const { from, to, length } = this.zoom;
+      const plot: PlotAsked = { id: ++this.id, names: this.names, from: Math.max(0, from - AROUND * length), to: to + AROUND * length, wide };
       this.send({ plot });
     }, SOON_MS);
   }
@@ -115,7 +118,8 @@ export class Plots {
     const units = new Map<string, Curve[]>();
     for (const curve of this.plot?.curves ?? []) {
       if (!this.names.includes(curve.name)) continue;
-      units.set(curve.unit, [...(units.get(curve.unit) ?? []), curve]);
+      const unit = (curve.name.startsWith(DIFFERENCE) ? "Δ " : "") + curve.unit; // what differs little needs a scale of its own
+      units.set(unit, [...(units.get(unit) ?? []), curve]);
     }
     return units;
   }

@@ -1,6 +1,7 @@
 // The timeline of a log: lanes of what happened, the playhead, and what moves it.
 import { render } from "preact";
 import { useMemo } from "preact/hooks";
+import { Export } from "./export";
 import { type Event, type Lanes, type Playhead, type Span, clockText, edges, filled } from "./lanes";
 import { type PlotAsked, wheeled } from "./plots";
 import { text } from "./words";
@@ -40,6 +41,8 @@ export class Timeline {
   private cost = 0;
   private toLive: (() => void) | null = null;
   private beside: { name: string; offset: number } | null = null; // the log that is seen, too, and how much later all is there [s]
+  private path = "";
+  private people: string[] = [];
   sound = false; // somebody wants to hear the log
 
   constructor(
@@ -47,15 +50,18 @@ export class Timeline {
     private readonly zoom: Zoom,
     private readonly send: (asked: Asked) => void,
     private readonly remember: () => void, // what is seen, in the address
+    private readonly plotted: () => readonly string[],
   ) {
     addEventListener("keydown", (event) => this.key(event));
     addEventListener("hashchange", () => this.goToAddress());
   }
 
   /** A log is seen from now on. live: what goes back to the live room; null: there is none. */
-  begin({ damage, grows, beside, offset }: Hello, live: (() => void) | null): void {
+  begin({ damage, grows, beside, offset, path, people }: Hello, live: (() => void) | null): void {
     this.damage = damage ?? [];
     this.grows = grows ?? false;
+    this.path = path ?? "";
+    this.people = people ?? [];
     this.beside = beside ? { name: beside, offset: offset ?? 0 } : null;
     this.toLive = live;
     this.lanes = null;
@@ -255,6 +261,14 @@ export class Timeline {
               ↔
             </button>
           </span>
+          <Export
+            path={this.path}
+            people={this.people}
+            from={head.loop?.[0] ?? zoom.from}
+            to={head.loop?.[1] ?? zoom.to}
+            names={this.plotted()}
+            offset={this.beside?.offset ?? 0}
+          />
           {this.beside && (
             <label class="beside" title={text("offsetTitle")}>
               {text("beside", this.beside.name)}

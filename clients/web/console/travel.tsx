@@ -35,7 +35,7 @@ export class Travel {
   ) {
     const remember = () => this.remember();
     const send = (asked: Asked) => this.send(asked);
-    this.timeline = new Timeline(document.getElementById("lanes")!, this.zoom, send, remember);
+    this.timeline = new Timeline(document.getElementById("lanes")!, this.zoom, send, remember, () => this.plots.chosen);
     this.plots = new Plots(document.getElementById("plots")!, this.zoom, send, (t) => this.timeline.goTo(t), remember);
     this.link = this.open("live");
     window.vistelTravel = {

@@ -88,6 +88,8 @@ export interface Hello {
   log?: string; // the name of the log that is seen in place of the live room
   grows?: boolean; // it is being written, or was cut off
   damage?: string[];
+  path?: string; // of the log, on the server's machine
+  people?: string[];
   beside?: string; // the name of the log that is seen with it,
   offset?: number; // and by how much the same moment is later there [s]
 }

@@ -33,6 +33,8 @@ _PAUSED_S = 0.5
 """How often a picture that stands still is sent: figures and files may have come."""
 _GROWS_NS = 1_000_000_000
 _MOST_SAID_BYTES = 8192
+_PART_BYTES = 1 << 18
+"""Of a file that is sent."""
 
 
 class Replays:
@@ -44,6 +46,7 @@ class Replays:
         """log_now: the file that is shown to who comes now; beside: another log, whose figures are shown too."""
         self._conference, self._log_now, self._clock, self._beside = conference, log_now, clock, beside
         self._visits: set[_Visit] = set()
+        self._exporting = asyncio.Lock()
         self._lanes: dict[tuple[Path, int], Lasting] = {}
 
     def file(self, digest: str) -> bytes | None:
@@ -75,6 +78,24 @@ class Replays:
         finally:
             self._visits.discard(visit)
         return connection
+
+    async def export(self, request: web.Request) -> web.StreamResponse:
+        """Something of the log as a file, one at a time."""
+        exports, path = import_module("vistel.log.exports"), self._log_now()
+        if path is None:
+            raise web.HTTPNotFound(text="nothing is recorded\n")
+        try:
+            asked = exports.asked(request.query, request.query.getall("of", []), path, self._beside)
+            async with self._exporting, exports.written(asked) as file:
+                headers = {"Content-Disposition": f'attachment; filename="{asked.name}"', "X-Content-Type-Options": "nosniff"}
+                answer = web.StreamResponse(headers=headers)
+                await answer.prepare(request)
+                with file.open("rb") as data:
+                    while part := await asyncio.to_thread(data.read, _PART_BYTES):
+                        await answer.write(part)
+        except ValueError as e:
+            raise web.HTTPBadRequest(text=f"{e}\n") from e
+        return answer
 
     def note(self, path: Path, new: Note) -> None:
         """Keep a note on a log, and tell all who look at it. Raises NoteError."""
@@ -115,6 +136,7 @@ class _Visit:
         self._said = asyncio.Event()
         hello: dict[str, Any] = {"kind": "hello", "conference": conference.name, "log": self._reader.path.name}
         hello |= {"end": self._head.end, "grows": self._reader.grows, "damage": self._reader.damage}
+        hello |= {"path": str(self._reader.path), "people": [p.name for s in conference.sites for p in s.participants]}
         hello |= {"beside": self._others[0].path.name, "offset": round(self._offset, 4)} if self._others else {}
         self._viewer.put("hello", json.dumps(hello))
 

@@ -41,7 +41,7 @@ async def _serve(reader: LogReader, conference: Conference, begin: float, port: 
     clock, path = SystemClock(), Path(reader.path)
     replays = Replays(conference, lambda: path, clock, beside)
     files = PageFiles("replay", bundle.FOLDER, SERVED, POLICY)
-    handlers = {"/live": replays.watch, "/asset/{digest}.glb": replays.asset}
+    handlers = {"/live": replays.watch, "/export": replays.export, "/asset/{digest}.glb": replays.asset}
     server = await open_server("replay", files, PageAddress("127.0.0.1", port), handlers, clock, datetime.now(UTC))
     try:
         address = server.address.url + (f"#t={begin:g}" if begin else "")
