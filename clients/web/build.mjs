@@ -28,6 +28,7 @@ for (const [from, to] of Object.entries(onlyConsole ? made : { ...pages, ...made
     jsx: "automatic",
     jsxImportSource: "preact",
     minify: from in made,
+    loader: { ".css": "text" },
     logLevel: "warning",
   });
   console.log(to);

@@ -19,7 +19,7 @@ from vistel.messages.postures import posture_of
 from vistel.session.room_view import RoomView, view_of
 from vistel.wire.log import LogError, LogReader, LogRecord
 from vistel.wire.motion import MotionDecoder
-from vistel.wire.topics import BY_NAME
+from vistel.wire.topics import BY_NAME, Topic
 from vistel.wire.world import recorded
 
 if TYPE_CHECKING:
@@ -80,6 +80,11 @@ class Log:
         """Names of the participants in the conference file, in its order."""
         sites = self.conference.get("sites", [])
         return [str(p["name"]) for site in sites for p in site.get("participants", [])]
+
+    @property
+    def channels(self) -> list[tuple[Topic, dict[str, str]]]:
+        """The topic of each channel, and what its key says, in the order of their names."""
+        return [found for _, found in sorted(self._reader.keys.items())]
 
     def check_participant(self, name: str) -> None:
         """Raises ValueError, one line, for a participant whom the conference file does not know."""

@@ -20,7 +20,7 @@ SELDOM = ("device_status", "heartbeat", "clock_offset", "image_delay", "sound_st
 """How well everything does, said every second or so."""
 ROOM = ("motion", "motion_thin", "world_state")
 """Where everything is."""
-TOPICS = ("participant", *SELDOM, *ROOM, "world_key")
+TOPICS = ("participant", *SELDOM, *ROOM, "world_key", "voice", "voice_level")
 BEFORE_NS = 600_000_000
 """Motion and room are read from so long before a moment: a full frame of motion comes every 0.4 s."""
 SELDOM_BEFORE_NS = 3_000_000_000

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import cast
 
@@ -11,8 +12,11 @@ SLOWEST = 0.1
 """Times real time."""
 FASTEST = 16.0
 """Times real time."""
-MOST_LETTERS = 400
+MOST_LETTERS = 2000
 """Of what a viewer says at once."""
+
+MOST = 1e15
+"""Of a number that a viewer says: time, speed and columns are less."""
 
 
 class NotUnderstoodError(ValueError):
@@ -43,21 +47,22 @@ class Playhead:
         """The same in a log that has grown to `end` seconds."""
         return replace(self, end=max(self.end, end))
 
-    def told(self, said: str) -> Playhead:
-        """After what a viewer says: JSON with any of t, speed, playing, loop. Raises NotUnderstoodError."""
-        if len(said) > MOST_LETTERS:
-            raise NotUnderstoodError(f"more than {MOST_LETTERS} letters")
-        try:
-            found: object = json.loads(said)
-        except (ValueError, RecursionError) as e:
-            raise NotUnderstoodError("no JSON") from e
-        if not isinstance(found, dict):
-            raise NotUnderstoodError("no object")
-        asked, now = cast("dict[str, object]", found), self
+    def words(self) -> str:
+        """JSON, as the page reads it."""
+        words = {"kind": "playhead", "t": round(self.t, 4), "end": round(self.end, 4), "speed": self.speed}
+        return json.dumps(words | {"playing": self.playing, "loop": self.loop})
+
+    def moved(self, seconds: float, end: float) -> Playhead:
+        """The same moment in another log, which lasts until `end`, where all is so many seconds later."""
+        return replace(self, t=min(end, max(0.0, self.t + seconds)), end=end)
+
+    def told(self, asked: Mapping[str, object]) -> Playhead:
+        """After what a viewer asks: any of t, speed, playing, loop. Raises NotUnderstoodError."""
+        now = self
         if "t" in asked:
-            now = replace(now, t=min(self.end, max(0.0, _number(asked["t"]))))
+            now = replace(now, t=min(self.end, max(0.0, number(asked["t"]))))
         if "speed" in asked:
-            now = replace(now, speed=min(FASTEST, max(SLOWEST, _number(asked["speed"]))))
+            now = replace(now, speed=min(FASTEST, max(SLOWEST, number(asked["speed"]))))
         if "loop" in asked:
             now = replace(now, loop=self._part(asked["loop"]))
         if "playing" in asked:
@@ -72,11 +77,25 @@ class Playhead:
         times = cast("list[object]", asked) if isinstance(asked, list) else []
         if len(times) != 2:
             raise NotUnderstoodError("loop: expected two times")
-        begin, end = sorted(min(self.end, max(0.0, _number(t))) for t in times)
+        begin, end = sorted(min(self.end, max(0.0, number(t))) for t in times)
         return (begin, end) if end - begin >= 0.05 else None
 
 
-def _number(value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+def understood(said: str) -> dict[str, object]:
+    """What a viewer says: JSON of an object. Raises NotUnderstoodError."""
+    if len(said) > MOST_LETTERS:
+        raise NotUnderstoodError(f"more than {MOST_LETTERS} letters")
+    try:
+        found: object = json.loads(said)
+    except (ValueError, RecursionError) as e:
+        raise NotUnderstoodError("no JSON") from e
+    if not isinstance(found, dict):
+        raise NotUnderstoodError("no object")
+    return cast("dict[str, object]", found)
+
+
+def number(value: object) -> float:
+    """A finite number that a viewer said. Raises NotUnderstoodError."""
+    if isinstance(value, bool) or not isinstance(value, int | float) or not -MOST < value < MOST:
         raise NotUnderstoodError("expected a number")
     return float(value)

@@ -157,3 +157,13 @@ class Revocations(_message.Message):
     header: _envelope_pb2.Header
     names: _containers.RepeatedScalarFieldContainer[str]
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., names: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class Note(_message.Message):
+    __slots__ = ("header", "author", "text")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    AUTHOR_FIELD_NUMBER: _ClassVar[int]
+    TEXT_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    author: str
+    text: str
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., author: _Optional[str] = ..., text: _Optional[str] = ...) -> None: ...

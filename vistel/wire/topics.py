@@ -180,6 +180,8 @@ TOPICS: tuple[Topic, ...] = (
           "polymeshes and pictures of things from files, by digest"),
     Topic("world_move", f"{_WORLD}/move", world_pb2.WorldMoveReply, 0, _Q, _W, False,
           "asks the world at a place to take the room over", Audience.HOSTS),
+    Topic("note", "vistel/{conference}/note", service_pb2.Note, 0, _R, _H, True,
+          "what the host wants to find again in the log"),
     Topic("clock", "vistel/{conference}/clock", service_pb2.ClockReply, 0, _Q, _H, False,
           "conference time"),
     Topic("fault", "vistel/{conference}/fault", service_pb2.FaultReply, 0, _Q, _H, False,

@@ -3,7 +3,6 @@ import {
   Bone,
   CapsuleGeometry,
   Group,
-  type Material,
   Mesh,
   MeshStandardMaterial,
   Quaternion,
@@ -16,6 +15,13 @@ import { dispose } from "./dispose";
 import type { Joints, PersonFrame, PersonRow } from "./wire";
 
 const STAND_IN = new MeshStandardMaterial({ color: 0x8a93a0, roughness: 0.8 });
+const GHOST = new MeshStandardMaterial({
+  color: 0x6fb7ff,
+  roughness: 0.6,
+  transparent: true,
+  opacity: 0.45,
+  ...{ polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 4 }, // where both are in one place, the figure is seen
+});
 const THICKNESS_M = 0.045; // of a stand-in's limbs
 const FINGER_M = 0.009;
 const HEAD_M = 0.1;
@@ -47,6 +53,7 @@ export class Figure {
   constructor(
     public about: PersonRow,
     private readonly joints: Joints,
+    private readonly ghost = false, // transparent, and without a shadow
   ) {
     this.from = this.noPose();
     this.to = this.noPose();
@@ -67,7 +74,8 @@ export class Figure {
     if (!bones || bones.length !== this.joints.names.length) return;
     for (const mesh of meshes) {
       mesh.frustumCulled = false;
-      mesh.castShadow = mesh.receiveShadow = true;
+      mesh.castShadow = mesh.receiveShadow = !this.ghost;
+      if (this.ghost) mesh.material = GHOST;
       const face = this.movedBy(mesh);
       if (face) this.faces.push(face);
     }
@@ -165,13 +173,13 @@ export class Figure {
       const along = new Vector3(...this.about.rest[j]!);
       if (p < 0 || along.length() < 0.01 || this.joints.names[j]!.endsWith("_eye")) return;
       const radius = fingers.has(j) ? FINGER_M : THICKNESS_M;
-      const limb = new Mesh(new CapsuleGeometry(radius, Math.max(0.001, along.length() - radius), 3, 8), STAND_IN as Material);
+      const limb = new Mesh(new CapsuleGeometry(radius, Math.max(0.001, along.length() - radius), 3, 8), this.ghost ? GHOST : STAND_IN);
       limb.position.copy(along).multiplyScalar(0.5);
       limb.quaternion.setFromUnitVectors(new Vector3(0, 1, 0), along.normalize());
-      limb.castShadow = true;
+      limb.castShadow = !this.ghost;
       this.bones[p]!.add(limb);
     });
-    const head = new Mesh(new SphereGeometry(HEAD_M, 16, 12), STAND_IN as Material);
+    const head = new Mesh(new SphereGeometry(HEAD_M, 16, 12), this.ghost ? GHOST : STAND_IN);
     head.position.y = HEAD_M;
     this.joint("head").add(head);
   }

@@ -8,16 +8,25 @@ import { Labels } from "./labels";
 import { Looking } from "./looking";
 import { Room } from "./room";
 import { Travel } from "./travel";
-import { decode, type Held, type Joints, type Line, type Numbers, type Table, type Words } from "./wire";
+import { text } from "./words";
+import { type Curve, decodeAll, type Held, type Joints, type Line, type Numbers, type Table, type Words } from "./wire";
 import { type Chosen, Who } from "./who";
 
 declare global {
   interface Window {
-    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; rate: pictures a second; ready: how many
+    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; ghost: those in the log beside; rate: pictures a second; ready: how many
      * have their own figures; sharp: see Room. */
-    vistel?: { joints(name: string): [number, number, number][]; rate(): number; ready(): number; sharp(): void; voices: Voices };
-    /** Where in a log the page is [s], and how long the last scrub took from the hand's rest to its picture [ms]. */
-    vistelTravel?: { t(): number; scrubMs(): number; goTo(t: number): void };
+    vistel?: {
+      joints(name: string): [number, number, number][];
+      ghost(name: string): [number, number, number][];
+      rate(): number;
+      ready(): number;
+      sharp(): void;
+      voices: Voices;
+    };
+    /** Where in a log the page is [s], how long the last scrub took from the hand's rest to its picture [ms], which part of the log is
+     * seen [s], and what is plotted. */
+    vistelTravel?: { t(): number; scrubMs(): number; goTo(t: number): void; seen(): [number, number]; curves(): readonly Curve[] };
   }
 }
 
@@ -48,7 +57,7 @@ try {
 }
 const looking = room && new Looking(room, (now) => showViews((view = now)));
 const labels = room && new Labels(room, element("labels"));
-const voices = new Voices(room, () => travel.link, (hears) => travel.wantVoices(hears));
+const voices = new Voices(room, () => travel.link, (hears) => travel.wantVoices(hears, voices.on));
 
 /** Soon: what changes with every frame is laid out a few times a second. */
 function showSoon(): void {
@@ -99,9 +108,8 @@ function hear(words: Words): void {
     document.title = `${words.log ?? words.conference} – VISTEL`;
     element("conference").textContent = words.log ?? words.conference;
     travel.hello(words);
-    voices.again();
-  } else if (words.kind === "playhead" || words.kind === "lanes") {
-    travel.hear(words);
+    if (!words.beside) room?.receiveBeside(null);
+    showSound();
   } else if (words.kind === "joints") {
     joints = words;
     room?.begin(words);
@@ -119,14 +127,19 @@ function hear(words: Words): void {
     history.add(words);
     const pictures = room ? `${room.picturesPerS.toFixed(0)} pictures/s here` : "tables only";
     element("state").textContent = `${pictures}, ${words.viewers} ${words.viewers === 1 ? "viewer" : "viewers"}`;
+  } else if (words.kind === "beside") {
+    if (words.said.kind === "table") room?.receiveBeside(words.said);
+  } else if (words.kind !== "invited" && words.kind !== "time") {
+    return travel.hear(words);
   }
   showSoon();
 }
 
 function see(data: ArrayBuffer): void {
-  const frame = joints && decode(data, joints);
+  const [frame, beside] = joints ? decodeAll(data, joints) : [];
   if (!frame) return;
   room?.receiveFrame(frame);
+  if (beside) room?.receiveBesideFrame(beside);
   const talks = new Set(frame.people.flatMap((p) => (p.talks ? [page.table?.people[p.who]?.name ?? ""] : [])));
   if (talks.size !== page.talks.size || [...talks].some((name) => !page.talks.has(name))) {
     page.talks = talks;
@@ -140,12 +153,12 @@ function showSound(): void {
     void voices.turn(!voices.on);
     showSound();
   };
-  const text = canHear ? (voices.on ? "Sound is on" : "Hear the room") : "This browser cannot play voices";
+  const said = text(canHear ? (voices.on ? "soundOn" : travel.seesLog ? "hear_log" : "hear_live") : "cannotHear");
   render(
     <>
-      <button type="button" aria-pressed={voices.on} disabled={!canHear} onClick={turn}>{text}</button>
+      <button type="button" aria-pressed={voices.on} disabled={!canHear} onClick={turn}>{said}</button>
       {voices.on && (
-        <input type="range" aria-label="Volume" min={0} max={1.5} step={0.05} value={voices.volume}
+        <input type="range" aria-label={text("volume")} min={0} max={1.5} step={0.05} value={voices.volume}
           onInput={(event) => (voices.volume = Number(event.currentTarget.value))} />
       )}
     </>,
@@ -183,18 +196,22 @@ if (room) {
   requestAnimationFrame(draw);
   window.vistel = {
     joints: (name) => drawn.figures.get(name)?.places() ?? [],
+    ghost: (name) => drawn.ghosts.get(name)?.places() ?? [],
     rate: () => drawn.picturesPerS,
     sharp: () => drawn.sharp(),
     ready: () => [...drawn.figures.values()].filter((f) => f.own).length,
     voices,
   };
 }
-const travel = new Travel({
-  words: hear,
-  frame: see,
-  trouble: say,
-  talker: (name, port) => voices.talker(name, port),
-  silent: (name) => voices.silent(name),
-});
+const travel = new Travel(
+  {
+    words: hear,
+    frame: see,
+    trouble: say,
+    talker: (name, port) => voices.talker(name, port),
+    silent: (name) => voices.silent(name),
+  },
+  (sounding) => voices.leap(sounding),
+);
 showSound();
 document.documentElement.dataset.begun = "true"; // missing.js says what is wrong where this does not come

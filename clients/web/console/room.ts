@@ -42,6 +42,8 @@ export interface Picked {
 export class Room {
   readonly camera = new PerspectiveCamera(45, 1, 0.03, 30);
   readonly figures = new Map<string, Figure>();
+  /** Of the log beside the one that is seen. */
+  readonly ghosts = new Map<string, Figure>();
   readonly things = new Map<string, { about: ThingRow; node: Group }>();
   held: Held = { kind: "held", grasps: [], touching: [] };
   picturesPerS = 0;
@@ -53,6 +55,7 @@ export class Room {
   private readonly key: DirectionalLight;
   private joints: Joints | null = null;
   private table: Table | null = null;
+  private besideTable: Table | null = null;
   private shell: string | null = null;
   private newest: { tMs: number; arrived: number } | null = null;
   private seenAt = 0;
@@ -86,22 +89,24 @@ export class Room {
     if (!this.joints) return;
     this.table = table;
     const joints = this.joints;
-    this.keepOnly(this.figures, new Set(table.people.map((p) => p.name)), (f) => f.remove());
+    this.showPeople(this.figures, table, joints, false);
     this.keepOnly(this.things, new Set(table.things.map((t) => t.id)), (t) => this.drop(t.node));
-    for (const about of table.people) {
-      const known = this.figures.get(about.name);
-      if (known && (known.about.file === about.file || !about.file)) {
-        known.about = { ...about, file: known.about.file };
-        continue;
-      }
-      const figure = known ?? new Figure(about, joints);
-      figure.about = about;
-      this.figures.set(about.name, figure);
-      this.scene.add(figure.root);
-      if (about.file) void figure.load(this.loader).catch(() => (figure.about = { ...about, file: null }));
-    }
     for (const about of table.things) void this.showThing(about);
     if (table.room && table.room !== this.shell) void this.showShell((this.shell = table.room));
+  }
+
+  /** People of another log, who are seen as ghosts; null: there is none. */
+  receiveBeside(table: Table | null): void {
+    this.besideTable = table;
+    if (this.joints) this.showPeople(this.ghosts, table ?? { people: [] }, this.joints, true);
+  }
+
+  receiveBesideFrame(frame: Frame): void {
+    if (frame.table !== this.besideTable?.table) return;
+    for (const person of frame.people) {
+      const about = this.besideTable.people[person.who];
+      if (about) this.ghosts.get(about.name)?.receive(person, performance.now());
+    }
   }
 
   receiveFrame(frame: Frame): void {
@@ -126,7 +131,7 @@ export class Room {
   draw(now: number): void {
     // Where pictures are slower than frames, the newest frame is shown as it is.
     const overMs = this.took < FRAME_MS ? FRAME_MS : 0;
-    for (const figure of this.figures.values()) figure.step(now, overMs);
+    for (const figure of [...this.figures.values(), ...this.ghosts.values()]) figure.step(now, overMs);
     this.drawn++;
     this.renderer.shadowMap.autoUpdate = this.sharpness > COARSE || this.drawn % SELDOM === 0;
     this.renderer.render(this.scene, this.camera);
@@ -165,6 +170,22 @@ export class Room {
       }
     }
     return found;
+  }
+
+  private showPeople(shown: Map<string, Figure>, table: Pick<Table, "people">, joints: Joints, ghosts: boolean): void {
+    this.keepOnly(shown, new Set(table.people.map((p) => p.name)), (f) => f.remove());
+    for (const about of table.people) {
+      const known = shown.get(about.name);
+      if (known && (known.about.file === about.file || !about.file)) {
+        known.about = { ...about, file: known.about.file };
+        continue;
+      }
+      const figure = known ?? new Figure(about, joints, ghosts);
+      figure.about = about;
+      shown.set(about.name, figure);
+      this.scene.add(figure.root);
+      if (about.file) void figure.load(this.loader).catch(() => (figure.about = { ...about, file: null }));
+    }
   }
 
   /** Tell when the picture that has just been asked for is there: drawing goes on after this thread has said what to draw. */

@@ -1,11 +1,18 @@
 // The timeline of a log: lanes of what happened, the playhead, and what moves it.
 import { render } from "preact";
+import { useMemo } from "preact/hooks";
+import { Export } from "./export";
 import { type Event, type Lanes, type Playhead, type Span, clockText, edges, filled } from "./lanes";
+import { type PlotAsked, wheeled } from "./plots";
+import { text } from "./words";
+import type { Hello, Note } from "./wire";
+import type { Zoom } from "./zoom";
 
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
 const FRAME_S = 1 / 60; // a step: motion has 60 frames a second
 const JUMP_S = 5;
-const KINDS = ["touch", "grasp", "word", "command"] as const;
+const NEARER = 0.5; // with one press of a key
+const KINDS = ["touch", "grasp", "word", "command", "note"] as const;
 type Kind = (typeof KINDS)[number];
 
 export interface Asked {
@@ -13,11 +20,18 @@ export interface Asked {
   speed?: number;
   playing?: boolean;
   loop?: [number, number] | null;
+  hears?: boolean;
+  offset?: number;
+  fields?: true;
+  note?: string;
+  author?: string;
+  plot?: PlotAsked;
 }
 
 export class Timeline {
   private head: Playhead | null = null;
   private lanes: Lanes | null = null;
+  private notes: Note[] = [];
   private dragged: number | null = null; // where the hand holds the playhead [s]
   private waiting = false; // for the picture of where the hand is
   private loopFrom: number | null = null;
@@ -26,28 +40,37 @@ export class Timeline {
   private asked = 0;
   private cost = 0;
   private toLive: (() => void) | null = null;
+  private beside: { name: string; offset: number } | null = null; // the log that is seen, too, and how much later all is there [s]
+  private path = "";
+  private people: string[] = [];
+  sound = false; // somebody wants to hear the log
 
   constructor(
     private readonly parent: HTMLElement,
+    private readonly zoom: Zoom,
     private readonly send: (asked: Asked) => void,
+    private readonly remember: () => void, // what is seen, in the address
+    private readonly plotted: () => readonly string[],
   ) {
     addEventListener("keydown", (event) => this.key(event));
     addEventListener("hashchange", () => this.goToAddress());
   }
 
   /** A log is seen from now on. live: what goes back to the live room; null: there is none. */
-  begin(damage: string[], grows: boolean, live: (() => void) | null): void {
-    this.damage = damage;
-    this.grows = grows;
+  begin({ damage, grows, beside, offset, path, people }: Hello, live: (() => void) | null): void {
+    this.damage = damage ?? [];
+    this.grows = grows ?? false;
+    this.path = path ?? "";
+    this.people = people ?? [];
+    this.beside = beside ? { name: beside, offset: offset ?? 0 } : null;
     this.toLive = live;
     this.lanes = null;
-    this.parent.hidden = false;
+    this.notes = [];
     if (!live) this.goToAddress();
     this.show();
   }
 
   end(): void {
-    this.parent.hidden = true;
     this.head = null;
   }
 
@@ -58,11 +81,18 @@ export class Timeline {
       this.waiting = false;
     }
     if (!this.waiting && !this.holding) this.dragged = null;
+    this.zoom.reach(head.end);
+    if (head.playing) this.zoom.follow(head.t);
     this.show();
   }
 
   receiveLanes(lanes: Lanes): void {
     this.lanes = lanes;
+    this.show();
+  }
+
+  receiveNotes(notes: Note[]): void {
+    this.notes = notes;
     this.show();
   }
 
@@ -81,6 +111,7 @@ export class Timeline {
 
   goTo(t: number): void {
     this.dragged = Math.min(this.end_s, Math.max(0, t));
+    if (!this.holding) this.zoom.follow(this.dragged);
     this.waiting = true;
     this.asked = performance.now();
     this.send({ t: this.dragged });
@@ -97,10 +128,6 @@ export class Timeline {
   private goToAddress(): void {
     const t = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? Number.NaN);
     if (Number.isFinite(t)) this.send({ t });
-  }
-
-  private remember(): void {
-    if (!this.toLive) history.replaceState(null, "", `#t=${this.t.toFixed(2)}`);
   }
 
   private toggle(): void {
@@ -128,10 +155,17 @@ export class Timeline {
 
   private times(kind: Kind): number[] {
     const lanes = this.lanes;
+    if (kind === "note") return this.notes.map((note) => note.t);
     if (!lanes) return [];
     if (kind === "touch") return edges(lanes.touches);
     if (kind === "grasp") return edges(lanes.grasps);
     return lanes.events.filter((e) => (kind === "word" ? e.kind === "utterance" : e.kind === "command")).map((e) => e.t);
+  }
+
+  private shift(field: HTMLInputElement): void {
+    if (!this.beside || !Number.isFinite(field.valueAsNumber)) return;
+    this.beside.offset = field.valueAsNumber;
+    this.send({ offset: this.beside.offset });
   }
 
   private markLoop(): void {
@@ -146,7 +180,7 @@ export class Timeline {
 
   private key(event: KeyboardEvent): void {
     const on = event.target as HTMLElement;
-    if (this.parent.hidden || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|TEXTAREA|SELECT)$/.test(on.tagName)) return;
+    if (!this.head || event.defaultPrevented || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|TEXTAREA|SELECT)$/.test(on.tagName)) return;
     const back = event.shiftKey ? -1 : 1;
     const does: Record<string, () => void> = {
       ",": () => this.step(-FRAME_S),
@@ -161,6 +195,11 @@ export class Timeline {
       g: () => this.jump("grasp", back),
       w: () => this.jump("word", back),
       c: () => this.jump("command", back),
+      n: () => this.jump("note", back),
+      "+": () => this.zoom.zoom(NEARER, this.t),
+      "=": () => this.zoom.zoom(NEARER, this.t),
+      "-": () => this.zoom.zoom(1 / NEARER, this.t),
+      "0": () => this.zoom.showAll(),
       home: () => this.goTo(0),
       end: () => this.goTo(this.end_s),
     };
@@ -173,65 +212,90 @@ export class Timeline {
 
   private held(event: PointerEvent): void {
     const box = (event.currentTarget as HTMLElement).getBoundingClientRect();
-    this.goTo(((event.clientX - box.x) / box.width) * this.end_s);
+    this.goTo(this.zoom.at(box, event.clientX));
   }
 
-  private show(): void {
-    const { head, lanes } = this;
+  show(): void {
+    const { head, lanes, zoom } = this;
     if (!head) return;
-    const at = (t: number) => `${((100 * t) / Math.max(1e-9, this.end_s)).toFixed(3)}%`;
     render(
       <>
         <div class="moves">
-          <button type="button" class="play" aria-label={head.playing ? "Pause (k)" : "Play (k)"} title="Space or k" onClick={() => this.toggle()}>
+          <button type="button" class="play" aria-label={text(head.playing ? "pause" : "play")} title={text(head.playing ? "pause" : "play")} onClick={() => this.toggle()}>
             {head.playing ? "❚❚" : "▶"}
           </button>
-          <button type="button" title="," aria-label="One frame back" onClick={() => this.step(-FRAME_S)}>
+          <button type="button" title={text("back")} aria-label={text("back")} onClick={() => this.step(-FRAME_S)}>
             −1
           </button>
-          <button type="button" title="." aria-label="One frame on" onClick={() => this.step(FRAME_S)}>
+          <button type="button" title={text("on")} aria-label={text("on")} onClick={() => this.step(FRAME_S)}>
             +1
           </button>
           <output class="time">
-            {clockText(this.t)} <small>of {clockText(this.end_s)}</small>
+            {clockText(this.t)} <small>{text("of", clockText(this.end_s))}</small>
           </output>
-          <label>
-            <span class="unseen">Speed</span>
-            <select value={String(head.speed)} onChange={(e) => this.send({ speed: Number(e.currentTarget.value) })}>
-              {[...new Set([...SPEEDS, head.speed])].map((s) => (
-                <option key={s} value={String(s)}>
-                  {s}×
-                </option>
-              ))}
-            </select>
-          </label>
+          <select aria-label={text("speed")} value={String(head.speed)} onChange={(e) => this.send({ speed: Number(e.currentTarget.value) })}>
+            {[...new Set([...SPEEDS, head.speed])].map((s) => (
+              <option key={s} value={String(s)}>
+                {s}×
+              </option>
+            ))}
+          </select>
           <button type="button" title="o" aria-pressed={Boolean(head.loop) || this.loopFrom !== null} onClick={() => this.markLoop()}>
-            {head.loop ? "End loop" : this.loopFrom === null ? "Loop from here" : "Loop to here"}
+            {text(head.loop ? "loopEnd" : this.loopFrom === null ? "loop" : "loopTo")}
           </button>
           <span class="jumps">
             {KINDS.map((kind) => (
-              <button type="button" key={kind} title={`${kind[0]}, with Shift back`} disabled={!this.times(kind).length} onClick={() => this.jump(kind)}>
-                Next {kind}
+              <button type="button" key={kind} title={text("shiftBack", kind[0]!)} disabled={!this.times(kind).length} onClick={() => this.jump(kind)}>
+                {text(`next_${kind}`)}
               </button>
             ))}
           </span>
+          <span class="zoom">
+            <button type="button" aria-label={text("farther")} title={text("farther")} disabled={!zoom.zoomed} onClick={() => zoom.zoom(1 / NEARER, this.t)}>
+              −
+            </button>
+            <button type="button" aria-label={text("nearer")} title={text("nearer")} onClick={() => zoom.zoom(NEARER, this.t)}>
+              +
+            </button>
+            <button type="button" aria-label={text("whole")} title={text("whole")} disabled={!zoom.zoomed} onClick={() => zoom.showAll()}>
+              ↔
+            </button>
+          </span>
+          <Export
+            path={this.path}
+            people={this.people}
+            from={head.loop?.[0] ?? zoom.from}
+            to={head.loop?.[1] ?? zoom.to}
+            names={this.plotted()}
+            offset={this.beside?.offset ?? 0}
+          />
+          {this.beside && (
+            <label class="beside" title={text("offsetTitle")}>
+              {text("beside", this.beside.name)}
+              <span>
+                {text("offset")}{" "}
+                <input type="number" step="0.01" aria-label={text("offsetTitle")} value={this.beside.offset} onChange={(e) => this.shift(e.currentTarget)} /> s
+              </span>
+            </label>
+          )}
           {this.toLive && (
             <button type="button" class="live" onClick={this.toLive}>
-              Back to live
+              {text("toLive")}
             </button>
           )}
         </div>
         <div class="lanes">
-          <Names lanes={lanes} />
+          <Names lanes={lanes} notes={this.notes} />
           <div
             class="tracks"
             role="slider"
             tabIndex={0}
-            aria-label="Moment of the log"
+            aria-label={text("moment")}
             aria-valuemin={0}
             aria-valuemax={this.end_s}
             aria-valuenow={this.t}
             aria-valuetext={clockText(this.t)}
+            onWheel={(e) => wheeled(zoom, e, e.currentTarget)}
             onPointerDown={(e) => {
               e.currentTarget.setPointerCapture(e.pointerId);
               this.holding = true;
@@ -242,13 +306,26 @@ export class Timeline {
             onPointerCancel={() => (this.holding = false)}
             onKeyDown={(e) => {
               const by = { ArrowLeft: -1, ArrowRight: 1 }[e.key];
-              if (by) this.goTo(this.t + by);
+              if (by) this.goTo(this.t + by * Math.min(1, zoom.length / 20));
             }}
           >
-            {head.loop && <i class="loop" style={{ left: at(head.loop[0]), width: at(head.loop[1] - head.loop[0]) }} />}
-            {lanes && <Tracks lanes={lanes} at={at} />}
-            <i class="head" style={{ left: at(this.t) }} />
+            {head.loop && <i class="loop" style={{ left: zoom.percent(head.loop[0]), width: zoom.width(head.loop[1] - head.loop[0]) }} />}
+            {lanes && <Tracks lanes={lanes} notes={this.notes} zoom={zoom} from={zoom.from} to={zoom.to} />}
+            <i class="head" style={{ left: zoom.percent(this.t) }} />
           </div>
+          {zoom.zoomed && (
+            <input
+              type="range"
+              class="seen"
+              aria-label={text("seen")}
+              aria-valuetext={`${clockText(zoom.from)} – ${clockText(zoom.to)}`}
+              min={0}
+              max={Math.max(0, this.end_s - zoom.length)}
+              step="any"
+              value={zoom.from}
+              onInput={(e) => zoom.show(Number(e.currentTarget.value), Number(e.currentTarget.value) + zoom.length)}
+            />
+          )}
         </div>
         <p class="said" aria-live="polite">
           {this.saying(lanes, head)}
@@ -259,48 +336,55 @@ export class Timeline {
   }
 
   private saying(lanes: Lanes | null, head: Playhead): string {
-    const now = lanes?.events.findLast((e) => e.t <= this.t && e.t > this.t - 3);
+    const just = ({ t }: { t: number }) => t <= this.t + 1e-3 && t > this.t - 3;
+    const now = lanes?.events.findLast(just);
+    const note = this.notes.findLast(just);
     const parts: string[] = now ? [`${now.who}: ${now.text}`] : [];
-    if (!lanes || lanes.done < 1) parts.push(`lanes: ${Math.round(100 * (lanes?.done ?? 0))} % of the log read`);
-    if (lanes?.left_out) parts.push(`${lanes.left_out} more events than shown`);
-    if (this.grows && this.toLive) parts.push("being recorded");
+    if (note) parts.push(`${note.author || text("note")}: ${note.text}`);
+    if (this.sound && head.speed !== 1) parts.push(text("silentSpeed", head.speed));
+    else if (this.sound && !head.playing) parts.push(text("silentStill"));
+    if (!lanes || lanes.done < 1) parts.push(text("lanes", Math.round(100 * (lanes?.done ?? 0))));
+    if (lanes?.left_out) parts.push(text("leftOut", lanes.left_out));
+    if (this.grows && this.toLive) parts.push(text("recorded"));
     else parts.push(...(lanes?.damage.length ? lanes.damage : this.damage));
-    if (head.t >= head.end && !this.toLive) parts.push("end of the log");
+    if (head.t >= head.end && !this.toLive) parts.push(text("end"));
     return parts.join(" · ");
   }
 }
 
-function Names({ lanes }: { lanes: Lanes | null }) {
+function Names({ lanes, notes }: { lanes: Lanes | null; notes: Note[] }) {
   return (
     <div class="names" aria-hidden="true">
-      {(lanes ? rows(lanes) : [["reading…", null]] as const).map(([name]) => (
+      {(lanes ? rows(lanes, notes) : [[text("reading"), null]] as const).map(([name]) => (
         <span key={name}>{name}</span>
       ))}
     </div>
   );
 }
 
-function Tracks({ lanes, at }: { lanes: Lanes; at: (t: number) => string }) {
-  return (
-    <>
-      {rows(lanes).map(([name, row]) => (
-        <div class="track" key={name}>
-          {row.energy && (
-            <svg viewBox={`0 0 ${row.energy.length} 1`} preserveAspectRatio="none" aria-hidden="true">
-              <path d={filled(row.energy)} />
-            </svg>
-          )}
-          {row.talks && row.talks.map(([a, b]) => <i key={a} class="talks" style={{ left: at(a), width: at(b - a) }} />)}
-          {row.spans?.map(([a, b, what], n) => (
-            <i key={n} class={row.kind} title={what} style={{ left: at(a), width: at(b - a) }} />
-          ))}
-          {row.points?.map((p, n) => (
-            <b key={n} class={row.kind} title={`${p.who} ${p.text}`} style={{ left: at(p.t) }} />
-          ))}
-        </div>
-      ))}
-    </>
-  );
+/** from, to: of the zoom; nothing is laid out anew until they or the lanes change. */
+function Tracks({ lanes, notes, zoom, from, to }: { lanes: Lanes; notes: Note[]; zoom: Zoom; from: number; to: number }) {
+  return useMemo(() => {
+    const at = (t: number) => zoom.percent(t);
+    const span = (a: number, b: number) => ({ left: at(a), width: zoom.width(b - a) });
+    const seen = ([a, b]: readonly [number, number, ...unknown[]]) => b >= from && a <= to;
+    return (
+      <>
+        {rows(lanes, notes).map(([name, row]) => (
+          <div class="track" key={name}>
+            {row.energy && (
+              <svg viewBox={`0 0 ${row.energy.length} 1`} preserveAspectRatio="none" aria-hidden="true" style={span(0, lanes.end)}>
+                <path d={filled(row.energy)} />
+              </svg>
+            )}
+            {row.talks?.filter(seen).map(([a, b]) => <i key={a} class="talks" style={span(a, b)} />)}
+            {row.spans?.filter(seen).map(([a, b, what], n) => <i key={n} class={row.kind} title={what} style={span(a, b)} />)}
+            {row.points?.filter((p) => seen([p.t, p.t])).map((p, n) => <b key={n} class={row.kind} title={`${p.who} ${p.text}`} style={{ left: at(p.t) }} />)}
+          </div>
+        ))}
+      </>
+    );
+  }, [lanes, notes, from, to]);
 }
 
 interface Row {
@@ -311,16 +395,17 @@ interface Row {
   kind?: string;
 }
 
-function rows(lanes: Lanes): (readonly [string, Row])[] {
+function rows(lanes: Lanes, notes: Note[]): (readonly [string, Row])[] {
   const talks = (who: string) => {
     const of = lanes.voices.find((v) => v.name === who)?.talks ?? [];
     const bin = lanes.end / of.length;
     return of.flatMap((on, n): [number, number][] => (on && !of[n - 1] ? [[n * bin, (of.indexOf(0, n) < 0 ? of.length : of.indexOf(0, n)) * bin]] : []));
   };
   const out: (readonly [string, Row])[] = lanes.people.map((p) => [p.name, { energy: p.energy, talks: talks(p.name) }]);
-  out.push(["touches", { spans: lanes.touches, kind: "touch" }], ["grasps", { spans: lanes.grasps, kind: "grasp" }]);
-  out.push(["words, commands", { points: lanes.events, kind: "event" }]);
+  out.push([text("touches"), { spans: lanes.touches, kind: "touch" }], [text("grasps"), { spans: lanes.grasps, kind: "grasp" }]);
+  out.push([text("words"), { points: lanes.events, kind: "event" }]);
+  if (notes.length) out.push([text("notes"), { points: notes.map(({ t, author, text }) => ({ t, who: author, text })), kind: "noted" }]);
   if (lanes.gaps.length || lanes.faults.length)
-    out.push(["gaps, faults", { spans: lanes.gaps, points: lanes.faults.map(([t, text]) => ({ t, who: "", text })), kind: "gap" }]);
+    out.push([text("gaps"), { spans: lanes.gaps, points: lanes.faults.map(([t, text]) => ({ t, who: "", text })), kind: "gap" }]);
   return out;
 }

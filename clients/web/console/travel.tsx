@@ -2,54 +2,126 @@
 import { render } from "preact";
 import { Link, type Listener } from "../connection/link";
 import type { Lanes, Playhead } from "./lanes";
-import { Timeline } from "./timeline";
-import type { Hello } from "./wire";
+import { Notes } from "./notes";
+import { Plots } from "./plots";
+import { type Asked, Timeline } from "./timeline";
+import { text } from "./words";
+import type { Fields, Hello, Noted, Notes as NotesSaid, Plot, Refused } from "./wire";
+import { Zoom } from "./zoom";
 
 const BACK_S = 30;
+const LEAP_S = 0.4; // more than the time that has passed is a leap; a busy page is late by less
 
 export class Travel {
   link: Link;
+  private readonly section = document.getElementById("timeline")!;
+  private readonly zoom = new Zoom(() => {
+    this.timeline.show();
+    this.plots.zoomed();
+  });
   private readonly timeline: Timeline;
+  private readonly plots: Plots;
+  private readonly notes = new Notes(document.getElementById("notes")!, (note, author) => this.send({ note, author }));
   private past = false; // of a room that goes on
   private ofLog = false;
   private beginAt: { back: number; playing: boolean } | null = null;
 
-  constructor(private readonly listener: Listener) {
-    this.timeline = new Timeline(document.getElementById("timeline")!, (asked) => this.link.send(JSON.stringify(asked)));
+  private last: { head: Playhead; at: number } | null = null;
+
+  /** leap: time of what is seen has leapt, or stands still, or goes on at its own speed (true). */
+  constructor(
+    private readonly listener: Listener,
+    private readonly leap: (sounding: boolean) => void,
+  ) {
+    const remember = () => this.remember();
+    const send = (asked: Asked) => this.send(asked);
+    this.timeline = new Timeline(document.getElementById("lanes")!, this.zoom, send, remember, () => this.plots.chosen);
+    this.plots = new Plots(document.getElementById("plots")!, this.zoom, send, (t) => this.timeline.goTo(t), remember);
     this.link = this.open("live");
-    window.vistelTravel = { t: () => this.timeline.t, scrubMs: () => this.timeline.scrubMs, goTo: (t) => this.timeline.goTo(t) };
+    window.vistelTravel = {
+      t: () => this.timeline.t,
+      scrubMs: () => this.timeline.scrubMs,
+      goTo: (t) => this.timeline.goTo(t),
+      seen: () => [this.zoom.from, this.zoom.to],
+      curves: () => this.plots.curves,
+    };
   }
 
   hello(words: Hello): void {
     this.ofLog = Boolean(words.log);
+    this.last = null;
+    this.leap(!this.ofLog);
     document.body.classList.toggle("past", this.ofLog);
-    if (words.log) this.timeline.begin(words.damage ?? [], words.grows ?? false, this.past ? () => this.live() : null);
-    else this.timeline.end();
+    this.section.hidden = !this.ofLog;
+    if (words.log) {
+      this.timeline.begin(words, this.past ? () => this.live() : null);
+      const named = this.plots.chosen.length ? [...this.plots.chosen] : inAddress().getAll("plot");
+      this.plots.begin(named, Boolean(words.beside));
+    } else this.timeline.end();
+    this.notes.begin(words.log ? (t) => this.timeline.goTo(t) : null);
     this.offer(Boolean(words.recorded));
   }
 
-  /** Whether the page hears the voices of the live room; a log has none yet. */
-  wantVoices(hears: boolean): void {
-    if (!this.ofLog) this.link.send(hears ? "hear" : "quiet");
+  /** Whether a log is seen. */
+  get seesLog(): boolean {
+    return this.ofLog;
   }
 
-  hear(words: Playhead | Lanes): void {
+  /** Whether the page hears voices now; on: whether somebody wants to. */
+  wantVoices(hears: boolean, on: boolean): void {
+    this.timeline.sound = on;
+    if (this.ofLog) this.send({ hears });
+    else this.link.send(hears ? "hear" : "quiet");
+  }
+
+  /** Voices go on only where time does, at its own speed. */
+  private listen(head: Playhead): void {
+    const now = performance.now();
+    const sounds = (h: Playhead | undefined) => Boolean(h?.playing && h.speed === 1);
+    const { last } = this;
+    const leapt = last && sounds(head) && Math.abs(head.t - last.head.t - (now - last.at) / 1000) > LEAP_S;
+    if (leapt || sounds(head) !== sounds(last?.head)) this.leap(sounds(head));
+    this.last = { head, at: now };
+  }
+
+  hear(words: Playhead | Lanes | Plot | Fields | NotesSaid | Noted | Refused): void {
     if (words.kind === "lanes") return this.timeline.receiveLanes(words);
+    if (words.kind === "plot" || words.kind === "fields") return this.plots.receive(words);
+    if (words.kind === "noted") return this.notes.say(text("noted", words.text));
+    if (words.kind === "refused") return this.notes.say(words.reason);
+    if (words.kind === "notes") {
+      this.timeline.receiveNotes(words.notes);
+      return this.notes.receive(words.notes, words.faults);
+    }
     if (this.beginAt) {
       const { back, playing } = this.beginAt;
       this.beginAt = null;
-      this.link.send(JSON.stringify({ t: Math.max(0, words.end - back), playing }));
+      this.send({ t: Math.max(0, words.end - back), playing });
     }
+    this.listen(words);
     this.timeline.receiveHead(words);
+    this.plots.move(this.timeline.t, words.end);
+  }
+
+  private send(asked: Asked): void {
+    this.link.send(JSON.stringify(asked));
+    if (asked.offset !== undefined) this.plots.zoomed(); // they are other ones now
+  }
+
+  /** The moment and the plots, in the address of a log. */
+  private remember(): void {
+    if (this.past || !this.ofLog) return;
+    const named = this.plots.chosen.map((name) => `&plot=${encodeURIComponent(name)}`).join("");
+    history.replaceState(null, "", `#t=${this.timeline.t.toFixed(2)}${named}`);
   }
 
   private offer(recorded: boolean): void {
-    const buttons: [string, number, boolean][] = recorded ? [["Pause", 0, false], [`Back ${BACK_S} s`, BACK_S, true]] : [];
+    const buttons: [string, number, boolean][] = recorded ? [[text("goBack"), 0, false], [text("goBack30"), BACK_S, true]] : [];
     render(
       <>
-        {buttons.map(([text, back, playing]) => (
-          <button type="button" key={text} onClick={() => this.goBack(back, playing)}>
-            {text}
+        {buttons.map(([said, back, playing]) => (
+          <button type="button" key={said} onClick={() => this.goBack(back, playing)}>
+            {said}
           </button>
         ))}
       </>,
@@ -73,4 +145,8 @@ export class Travel {
   private open(path: "live" | "past"): Link {
     return new Link(`${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/${path}`, this.listener);
   }
+}
+
+function inAddress(): URLSearchParams {
+  return new URLSearchParams(location.hash.slice(1));
 }

@@ -88,6 +88,48 @@ export interface Hello {
   log?: string; // the name of the log that is seen in place of the live room
   grows?: boolean; // it is being written, or was cut off
   damage?: string[];
+  path?: string; // of the log, on the server's machine
+  people?: string[];
+  beside?: string; // the name of the log that is seen with it,
+  offset?: number; // and by how much the same moment is later there [s]
+}
+/** A number over time: values at moments; null: not known. */
+export interface Curve {
+  name: string;
+  unit: string;
+  t: number[];
+  v: (number | null)[];
+}
+export interface Plot {
+  kind: "plot";
+  id: number;
+  done: number; // share that has been read
+  curves?: Curve[];
+  fault?: string;
+}
+export interface Fields {
+  kind: "fields";
+  fields: [name: string, unit: string][];
+}
+export interface Note {
+  t: number; // of the log [s]
+  author: string;
+  text: string;
+}
+export interface Notes {
+  kind: "notes";
+  notes: Note[];
+  faults: string[];
+}
+/** A note has gone into the log of the live room. */
+export interface Noted {
+  kind: "noted";
+  text: string;
+}
+/** Words about the log that is seen beside the first one. */
+export interface Beside {
+  kind: "beside";
+  said: Words;
 }
 export interface Invited {
   kind: "invited";
@@ -117,7 +159,7 @@ export interface Chat {
   kind: "chat";
   lines: Line[]; // the newest, the oldest first
 }
-export type Words = Lanes | Playhead | Hello | Joints | Table | Held | Numbers | Invited | Refused | Time | Chat;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Refused | Time | Chat;
 
 export interface PersonFrame {
   who: number;
@@ -146,14 +188,32 @@ const ROOT_HALF = Math.SQRT1_2;
 
 /** A frame; null where it is none that this page knows, or was cut off. */
 export function decode(data: ArrayBuffer, joints: Joints): Frame | null {
+  return decodeAll(data, joints)[0] ?? null;
+}
+
+/** The frames of a message: that of the room, and that of the log beside it where there is one; none where one of them is cut off. */
+export function decodeAll(data: ArrayBuffer, joints: Joints): Frame[] {
   const view = new DataView(data);
-  if (data.byteLength < HEADER_BYTES || view.getUint8(0) !== FORMAT) return null;
-  const counts = { people: view.getUint16(4, true), things: view.getUint16(6, true) };
-  const personBytes = 16 + 6 * (joints.shifted.length + joints.body.length) + 4 * joints.fingers.length + joints.face.length;
-  if (data.byteLength !== HEADER_BYTES + counts.people * personBytes + counts.things * THING_BYTES) return null;
-  let at = HEADER_BYTES;
+  const frames: Frame[] = [];
+  for (let at = 0; at < data.byteLength; ) {
+    if (data.byteLength - at < HEADER_BYTES || view.getUint8(at) !== FORMAT) return [];
+    const counts = { people: view.getUint16(at + 4, true), things: view.getUint16(at + 6, true) };
+    const end = at + HEADER_BYTES + counts.people * personBytes(joints) + counts.things * THING_BYTES;
+    if (data.byteLength < end) return [];
+    frames.push(frameAt(view, at, counts, joints));
+    at = end;
+  }
+  return frames;
+}
+
+function personBytes(joints: Joints): number {
+  return 16 + 6 * (joints.shifted.length + joints.body.length) + 4 * joints.fingers.length + joints.face.length;
+}
+
+function frameAt(view: DataView, begin: number, counts: { people: number; things: number }, joints: Joints): Frame {
+  let at = begin + HEADER_BYTES;
   const people: PersonFrame[] = [];
-  for (let n = 0; n < counts.people; n++, at += personBytes) people.push(personAt(view, at, joints));
+  for (let n = 0; n < counts.people; n++, at += personBytes(joints)) people.push(personAt(view, at, joints));
   const things: ThingFrame[] = [];
   for (let n = 0; n < counts.things; n++, at += THING_BYTES) {
     const unit = (k: number) => view.getInt16(at + 16 + 2 * k, true) / 32767;
@@ -163,7 +223,7 @@ export function decode(data: ArrayBuffer, joints: Joints): Frame | null {
       rotation: [unit(0), unit(1), unit(2), unit(3)],
     });
   }
-  return { table: view.getUint16(2, true), tMs: view.getFloat64(8, true), people, things };
+  return { table: view.getUint16(begin + 2, true), tMs: view.getFloat64(begin + 8, true), people, things };
 }
 
 function personAt(view: DataView, begin: number, joints: Joints): PersonFrame {

@@ -4,6 +4,7 @@ import { Vector3 } from "three";
 import { Link } from "../connection/link";
 import { Lines } from "../console/chat";
 import { Labels } from "../console/labels";
+import { switchLanguage } from "../console/language";
 import { Room } from "../console/room";
 import { decode, type Frame, type Invited, type Joints, type Line, type Table, type Words } from "../console/wire";
 import { Microphone } from "../sound/microphone";
@@ -12,7 +13,7 @@ import { Eyes } from "./eyes";
 import { GESTURES, Gestures } from "./gestures";
 import { Hand } from "./hand";
 import { record } from "./record";
-import { switchLanguage, text, translated } from "./words";
+import { text, translated } from "./words";
 
 declare global {
   interface Window {

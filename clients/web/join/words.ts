@@ -1,5 +1,6 @@
-// What the page says, in the browser's language or the one that was chosen.
-const STORED = "vistel-language";
+// What the page says.
+import { phrases } from "../console/language";
+
 const ENGLISH = {
   welcome: "Welcome, {0}",
   choose:
@@ -78,18 +79,7 @@ const JAPANESE: Record<Key, string> = {
   clap: "拍手",
 };
 
-let language = localStorage.getItem(STORED) ?? (navigator.language.startsWith("ja") ? "ja" : "en");
-document.documentElement.lang = language;
-
-export function switchLanguage(): void {
-  language = language === "ja" ? "en" : "ja";
-  localStorage.setItem(STORED, language);
-  document.documentElement.lang = language;
-}
-
-export function text(key: Key, ...given: string[]): string {
-  return given.reduce((said, each, n) => said.replace(`{${n}}`, each), (language === "ja" ? JAPANESE : ENGLISH)[key]);
-}
+export const text = phrases(ENGLISH, JAPANESE);
 
 /** What the connection says, which knows no languages. */
 export function translated(said: string | null): string | null {

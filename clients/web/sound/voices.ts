@@ -43,6 +43,7 @@ export class Voices {
   private gain: GainNode | null = null;
   private loud = Number(localStorage.getItem(STORED) ?? 1);
   private readonly talkers = new Map<string, Talker>();
+  private sounding = true; // time goes on as it should, see `leap`
   private readonly pictures = new Middle(); // from a picture's conference time to when it is seen, of `performance` [ms]
   private readonly clock = new Middle(); // from `performance` to the context's time of what is heard then [ms]
 
@@ -92,10 +93,18 @@ export class Voices {
 
   /** Tell once more what is heard: after a break of the connection, or of the sound. */
   again(): void {
-    const hears = this.on && this.gain !== null && this.context!.state === "running";
+    const hears = this.on && this.sounding && this.gain !== null && this.context!.state === "running";
     if (!hears) this.clock.clear(); // its time stands still, or will
     this.link().tell({ kind: "hear", hears });
     this.ask(hears);
+  }
+
+  /** In a log: time has leapt, stands still or goes on. What was said before is heard no more. sounding: it goes on at its own speed. */
+  leap(sounding: boolean): void {
+    this.sounding = sounding;
+    this.pictures.clear();
+    this.link().tell({ kind: "hear", hears: false });
+    this.again();
   }
 
   /** Somebody's voice comes out of a port. */

@@ -102,7 +102,7 @@ class Feed:
         self._avatars.close()
         self._world.close()
         self._chat.forget()
-        self._stage, self._faces, self._talking = Stage(live_delay(self._conference.playout)), {}, {}
+        self._stage, self._faces, self._voices = Stage(live_delay(self._conference.playout)), {}, ForwardedVoices()
         self._avatars, self._world = Deliveries(self._bus, self._stage), WorldListener(self._bus, self._clock)
         self._whole_ns = self._chosen_ns = 0
         self._world.take()

@@ -16,8 +16,9 @@ from prometheus_client import Counter, Gauge
 from vistel.conference.model import Conference
 from vistel.session.chat import Chat
 from vistel.wire import background, motion
-from vistel.wire.bus import Bus
+from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
+from vistel.wire.topics import BY_NAME
 from vistel_services.console.viewer import FRAME, Viewer
 from vistel_services.serving.server import CLOSING_S, prepared_socket
 
@@ -38,7 +39,7 @@ _LINGER_NS = 5_000_000_000
 """The room is followed so long after the last viewer has left: who loads the page again finds it there."""
 _ENDED = 1001
 """What a page is told when the conference ends (RFC 6455 §7.4.1, "going away"), so that it can tell this from a loss."""
-_MOST_SAID_BYTES = 256
+_MOST_SAID_BYTES = 4096
 HEAR = "hear"
 """What a page says that wants voices; with anything else it wants them no more."""
 _FOR_EVER = "private, max-age=31536000, immutable"
@@ -56,6 +57,7 @@ class Gateway:
         self._somebody = asyncio.Event()
         self._feed: Feed | None = None
         self._background = background.current()
+        self._notes: Publication | None = None
 
     async def run(self) -> None:
         """Make frames while somebody watches, until cancelled."""
@@ -102,9 +104,27 @@ class Gateway:
         connection = await prepared_socket(request, _MOST_SAID_BYTES)
         viewer = Viewer()
         with self.viewing(connection, viewer):
-            async for said in connection:  # "hear" or anything else; how much it may be is limited
-                viewer.hears = said.data == HEAR
+            async for said in connection:  # JSON of a note, "hear" or anything else; how much it may be is limited
+                if isinstance(said.data, str) and said.data.startswith("{"):
+                    self._note(said.data, viewer)
+                else:
+                    viewer.hears = said.data == HEAR
         return connection
+
+    def _note(self, said: str, viewer: Viewer) -> None:
+        from vistel.log.notes import NoteError, note
+        from vistel.log.playhead import NotUnderstoodError, understood
+
+        try:
+            asked = understood(said)
+            new = note(self._clock.now_ns(), asked.get("author"), asked.get("note"))
+        except (NotUnderstoodError, NoteError) as e:
+            viewer.put("refused", json.dumps({"kind": "refused", "reason": str(e), "code": 0}))
+            return
+        self._notes = self._notes or self._bus.publish(BY_NAME["note"])
+        self._notes.put(new.message)
+        log.info("event=noted author=%r text=%r", new.author, new.text)
+        viewer.put("noted", json.dumps({"kind": "noted", "text": new.text}))
 
     @contextlib.contextmanager
     def viewing(self, connection: web.WebSocketResponse, viewer: Viewer) -> Generator[None]:

@@ -8,18 +8,13 @@ from typing import Any
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.model import Conference
 from vistel.render.stage.stage import Instant
+from vistel.session.troubles import troubles
 from vistel.v1.audio_pb2 import SoundStatus
 from vistel.v1.device_pb2 import DeviceStatus
 from vistel.v1.service_pb2 import ClockOffset, Heartbeat, ImageDelay
 from vistel.wire.bus import Bus, Sample
 from vistel.wire.topics import BY_NAME
 
-SILENT_S = 3.0
-"""Who publishes once a second and has not for so long is silent."""
-OLD_S = 1.0
-"""Motion that is older has stopped."""
-FEW_PICTURES = 10.0
-"""A second; fewer are no motion any more."""
 _TOPICS = ("image_delay", "device_status", "heartbeat", "clock_offset", "sound_status")
 
 
@@ -117,26 +112,3 @@ class Numbers:
                 row |= {"clock_ms": clock.offset_ns * 1e-6, "uncertainty_ms": clock.uncertainty_ns * 1e-6}
             rows.append(row)
         return rows
-
-
-def troubles(rows: dict[str, list[dict[str, Any]]], devices: list[dict[str, Any]]) -> list[str]:
-    """What is wrong, a line each with what to do."""
-    out = [
-        f"{s['node']} has been silent for {s['silent_s']:.0f} s; its log says why"
-        for s in rows["services"]
-        if s["silent_s"] > SILENT_S
-    ]
-    for site in (s for s in rows["sites"] if s["draws"]):
-        if site.get("silent_s", 0.0) > SILENT_S:
-            out.append(f"{site['name']} draws no pictures; see the log of its renderer")
-        elif site.get("pictures_per_s", FEW_PICTURES) < FEW_PICTURES:
-            out.append(f"{site['name']} draws {site['pictures_per_s']:.1f} pictures a second; its machine is busy")
-    down: dict[str, list[str]] = {}
-    for device in devices:
-        if device["state"] != "streaming":
-            down.setdefault(device["detail"] or device["state"], []).append(device["name"])
-    out += [f"{', '.join(names)}: {why}; vistel doctor looks at devices" for why, names in down.items()]
-    for person in rows["people"]:
-        if person["age_ms"] > OLD_S * 1e3:
-            out.append(f"{person['shown']} stands still: no motion for {person['age_ms'] * 1e-3:.0f} s; see the site's devices")
-    return out

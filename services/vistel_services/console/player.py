@@ -9,12 +9,12 @@ from collections import Counter
 from vistel.conference.model import Conference
 from vistel.log.feeding import BEFORE_NS, LogFeed
 from vistel.log.playhead import Playhead
+from vistel.log.questions import Tell
 from vistel.render.stage.stage import Instant
 from vistel.session.chat import Chat
 from vistel.wire.log import LogReader
 from vistel_services.console.feed import Feed
 from vistel_services.console.numbers import Numbers
-from vistel_services.console.viewer import FRAME, Viewer
 
 LEAP_S = 1.0
 """Farther than this at once is gone to anew, not played through [s]."""
@@ -24,22 +24,24 @@ _NUMBERS_NS = 500_000_000
 
 
 class Player:
-    """Lives on the event loop."""
+    """Lives on the event loop. feed: what is made of the log; numbers: whether how everything did is told, too."""
 
-    def __init__(self, conference: Conference, reader: LogReader, viewer: Viewer) -> None:
+    def __init__(self, conference: Conference, reader: LogReader, tell: Tell, *, numbers: bool = True) -> None:
+        """tell: gets kinds of words, and JSON."""
         playout = conference.playout.model_copy(update={"delay": conference.playout.recorded_s})
         self._delay_ns = round(playout.recorded_s * 1e9)
-        self._reader, self._viewer = reader, viewer
+        self._reader, self._tell = reader, tell
         self._log = LogFeed(reader)
         self._chat = Chat(self._log.bus)
         self.feed = Feed(conference.model_copy(update={"playout": playout}), self._log.bus, self._log.clock, self._chat)
-        self._numbers = Numbers(conference, self._log.bus)
+        self._numbers = Numbers(conference, self._log.bus) if numbers else None
         self._conference = conference
         self._shown: float | None = None
         self._told_ns = 0
 
-    async def show(self, head: Playhead) -> None:
-        """Send what the room was at the playhead: what was captured then, so a little more of the log has been read."""
+    async def show(self, head: Playhead) -> tuple[bytes, list[tuple[str, bytes]]]:
+        """What the room was at the playhead, as a frame, and what was said since the last one. It is of what was captured then, so
+        a little more of the log has been read."""
         now_ns = self._reader.begin_ns + round(head.t * 1e9) + self._delay_ns
         leapt = self._shown is None or not 0.0 <= head.t - self._shown <= LEAP_S
         if leapt:
@@ -47,24 +49,27 @@ class Player:
         self._log.until(now_ns)
         self._shown = head.t
         instant, frame, told = self.feed.step(now_ns)
-        self._numbers.take()
-        if leapt or abs(now_ns - self._told_ns) >= _NUMBERS_NS * max(1.0, head.speed):
-            self._told_ns = now_ns
-            told.append(("numbers", json.dumps(self._numbers.now(instant, self.feed.received) | {"kind": "numbers", "viewers": 1})))
+        spoken = self.feed.voices(instant)
+        if self._numbers is not None:
+            self._numbers.take()
+            if leapt or abs(now_ns - self._told_ns) >= _NUMBERS_NS * max(1.0, head.speed):
+                self._told_ns = now_ns
+                now = self._numbers.now(instant, self.feed.received) | {"kind": "numbers", "viewers": 1}
+                told.append(("numbers", json.dumps(now)))
         for kind, words in told:
-            self._viewer.put(kind, words)
-        self._viewer.put("playhead", told_of(head))
-        self._viewer.put(FRAME, frame)
+            self._tell(kind, words)
+        return frame, [] if leapt else spoken
 
     async def _leap(self, now_ns: int) -> None:
-        self._numbers.close()
         self._log.clock.t_ns = now_ns - BEFORE_NS
         self.feed.begin_again()  # it asks for the room
         self._log.begin(now_ns)
         for _ in range(_TURNS):
             await asyncio.sleep(0)
-        self._numbers = Numbers(self._conference, self._log.bus)
-        self._numbers.now(Instant(now_ns - BEFORE_NS), Counter(self.feed.received))
+        if self._numbers is not None:
+            self._numbers.close()
+            self._numbers = Numbers(self._conference, self._log.bus)
+            self._numbers.now(Instant(now_ns - BEFORE_NS), Counter(self.feed.received))
 
     def grown(self) -> None:
         """The log has more."""
@@ -73,11 +78,6 @@ class Player:
     def close(self) -> None:
         """Receive no more."""
         self.feed.close()
-        self._numbers.close()
+        if self._numbers is not None:
+            self._numbers.close()
         self._chat.close()
-
-
-def told_of(head: Playhead) -> str:
-    """The playhead, as the page reads it."""
-    t = {"kind": "playhead", "t": round(head.t, 4), "end": round(head.end, 4), "speed": head.speed}
-    return json.dumps(t | {"playing": head.playing, "loop": head.loop})

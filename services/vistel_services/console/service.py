@@ -52,7 +52,8 @@ async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -
         digest = request.match_info["digest"]
         return glb(gateway.file(digest) or replays.file(digest))
 
-    more = {"/live": gateway.watch, "/past": replays.watch, "/asset/{digest}.glb": asset, _VISIT: guests.visit}
+    more = {"/live": gateway.watch, "/past": replays.watch, "/export": replays.export, _VISIT: guests.visit}
+    more["/asset/{digest}.glb"] = asset
 
     def also(request: web.Request) -> bool:
         return request.path in (*_OF_GUESTS, _VISIT) or (request.path.startswith("/asset/") and guests.may_read(request))

@@ -34,13 +34,13 @@ SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--igno
 
 
 @contextlib.asynccontextmanager
-async def served(log: Path) -> AsyncIterator[str]:
-    """The address of the page of a log."""
+async def served(log: Path, beside: Path | None = None) -> AsyncIterator[str]:
+    """The address of the page of a log, with another one beside it."""
     clock = SystemClock()
     conference = Conference.model_validate(LogReader(MEETING).conference)
-    replays = Replays(conference, lambda: log if log.exists() else None, clock)
+    replays = Replays(conference, lambda: log if log.exists() else None, clock, beside)
     files = PageFiles("replay", bundle.FOLDER, SERVED, POLICY)
-    handlers = {"/live": replays.watch, "/asset/{digest}.glb": replays.asset}
+    handlers = {"/live": replays.watch, "/export": replays.export, "/asset/{digest}.glb": replays.asset}
     server = await open_server("replay", files, PageAddress("127.0.0.1", 0), handlers, clock, datetime.now(UTC))
     try:
         yield server.address.url

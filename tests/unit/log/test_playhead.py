@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vistel.log.playhead import FASTEST, MOST_LETTERS, SLOWEST, NotUnderstoodError, Playhead
+from vistel.log.playhead import FASTEST, MOST_LETTERS, SLOWEST, NotUnderstoodError, Playhead, understood
 
 
 def told(head: Playhead, **asked: object) -> Playhead:
-    return head.told(json.dumps(asked))
+    return head.told(asked)
 
 
 def test_it_moves_at_its_speed_only_while_it_plays_and_stops_at_the_end() -> None:
@@ -61,7 +61,7 @@ def test_times_and_speeds_out_of_range_are_taken_to_the_nearest_in_range() -> No
 )
 def test_what_cannot_be_done_is_refused(said: str) -> None:
     with pytest.raises(NotUnderstoodError):
-        Playhead(10.0).told(said)
+        Playhead(10.0).told(understood(said))
 
 
 @given(
@@ -70,7 +70,7 @@ def test_what_cannot_be_done_is_refused(said: str) -> None:
 )
 def test_whatever_is_said_the_playhead_stays_within_the_log(said: str) -> None:
     try:
-        head = Playhead(10.0).told(said).after(3.0)
+        head = Playhead(10.0).told(understood(said)).after(3.0)
     except NotUnderstoodError:
         return
     assert 0.0 <= head.t <= 10.0 and SLOWEST <= head.speed <= FASTEST

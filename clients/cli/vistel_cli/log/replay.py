@@ -92,6 +92,9 @@ def replay(
     ] = True,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Of the page; 0: any free port.")] = 0,
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
+    beside: Annotated[
+        Path | None, Takes(LOG), typer.Option(help="Another log, whose people are shown in the page, too, as ghosts.")
+    ] = None,
     source: Annotated[
         PublishedKind | None,
         typer.Option(help="devices: their bytes; motion (default): postures; recorded: postures and the world as it was."),
@@ -129,6 +132,8 @@ def replay(
 
       vistel replay out/latest/conference.mcap --open
 
+      vistel replay out/latest/conference.mcap --beside another.mcap
+
       vistel replay out/latest/conference.mcap --from 12 --speed 0.5 --site tokyo
 
       vistel replay out/latest/conference.mcap --source devices
@@ -155,8 +160,10 @@ def replay(
         from vistel_cli.log.replay_page import serve_replay  # loads the web server
 
         begin, _ = piece_of(reader, begin, end)
-        serve_replay(reader, _conference(reader, log, site), begin, port, show=open_page)
+        serve_replay(reader, _conference(reader, log, site), begin, port, beside, show=open_page)
         return
+    if beside is not None:
+        fail("--beside: is shown in the page; leave the options out that are about playing again", USAGE)
     source = source or PublishedKind.MOTION
     if fast and (render or site or speed != 1.0 or source is PublishedKind.RECORDED):
         fail("--fast: computes every site without pictures, from --source devices or motion; leave the other options out", USAGE)

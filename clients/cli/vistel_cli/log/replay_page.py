@@ -10,7 +10,7 @@ from pathlib import Path
 from vistel.conference.model import Conference
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
-from vistel.wire.log import LogReader
+from vistel.wire.log import LogError, LogReader
 from vistel_cli.terminal import FAILED, fail, out
 from vistel_services.console import bundle
 from vistel_services.console.replays import Replays, load
@@ -20,22 +20,28 @@ from vistel_services.serving.pages import PageFiles
 from vistel_services.serving.server import open_server
 
 
-def serve_replay(reader: LogReader, conference: Conference, begin: float, port: int, *, show: bool) -> None:
-    """Serve until Ctrl-C. begin: where the page begins [s]; port: 0 takes a free one; show: open a browser."""
+def serve_replay(reader: LogReader, conference: Conference, begin: float, port: int, beside: Path | None, *, show: bool) -> None:
+    """Serve until Ctrl-C. begin: where the page begins [s]; port: 0 takes a free one; beside: a log that is shown, too; show: open
+    a browser."""
+    if beside is not None:
+        try:
+            LogReader(beside)
+        except LogError as e:
+            fail(f"--beside {e}")
     if bundle.bundle_missing():
         fail("the page has not been made: make web, or vistel replay --no-page", FAILED)
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(message)s")
     try:
-        asyncio.run(background.as_service("replay", _serve(reader, conference, begin, port, show)))
+        asyncio.run(background.as_service("replay", _serve(reader, conference, begin, port, beside, show)))
     except OSError as fault:
         fail(f"--port {port}: cannot be opened: {fault.strerror or fault}; choose another", FAILED)
 
 
-async def _serve(reader: LogReader, conference: Conference, begin: float, port: int, show: bool) -> None:
+async def _serve(reader: LogReader, conference: Conference, begin: float, port: int, beside: Path | None, show: bool) -> None:
     clock, path = SystemClock(), Path(reader.path)
-    replays = Replays(conference, lambda: path, clock)
+    replays = Replays(conference, lambda: path, clock, beside)
     files = PageFiles("replay", bundle.FOLDER, SERVED, POLICY)
-    handlers = {"/live": replays.watch, "/asset/{digest}.glb": replays.asset}
+    handlers = {"/live": replays.watch, "/export": replays.export, "/asset/{digest}.glb": replays.asset}
     server = await open_server("replay", files, PageAddress("127.0.0.1", port), handlers, clock, datetime.now(UTC))
     try:
         address = server.address.url + (f"#t={begin:g}" if begin else "")
