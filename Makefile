@@ -92,7 +92,7 @@ lock:  ## write requirements.lock anew
 docs: setup  ## make the pictures and reference pages of docs/
 	@for script in docs/pictures/*/*.py; do echo $$script; $(PY) -m $$(echo $${script%.py} | tr / .); done
 	@$(PY) -m vistel.wire.reference
-	@$(PY) -m vistel_services.process.metrics_reference
+	@$(PY) -m scripts.metrics_reference
 	@$(PY) -m scripts.python_reference
 
 clean:  ## remove what was built

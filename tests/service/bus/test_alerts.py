@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from vistel_services.process.metrics_reference import metrics
+from scripts.metrics_reference import metrics
 
 ROOT = Path(__file__).resolve().parents[3]
 FOLDER = ROOT / "deploy/monitoring"

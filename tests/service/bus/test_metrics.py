@@ -5,16 +5,16 @@ import re
 import time
 import urllib.request
 
+from scripts.metrics_reference import PAGE, page
+from scripts.metrics_reference import metrics as listed
 from vistel.conference.paths import RunPaths
 from vistel_services.process import metrics
-from vistel_services.process.metrics_reference import PAGE, page
-from vistel_services.process.metrics_reference import metrics as listed
 
 HOW_TO = PAGE.parents[1] / "how-to/collect-metrics.md"
 
 
 def test_the_reference_page_is_made_from_the_source():
-    assert PAGE.read_text("utf-8") == page(), "run `python -m vistel_services.process.metrics_reference`"
+    assert PAGE.read_text("utf-8") == page(), "run `python -m scripts.metrics_reference`"
 
 
 def test_metrics_are_named_after_their_service_and_end_in_a_unit_or_a_count():

@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.conference.display import Display, StreamTls
-from vistel_services.renderer.out.stream_encoder import KEY_PICTURE, StreamEncoder
-from vistel_services.renderer.out.stream_reader import MOST_PICTURES, MOST_SOUNDS, MOST_WORDS, Reader, StreamPicture
+from vistel.render.film.stream_encoder import KEY_PICTURE, StreamEncoder, StreamPicture
+from vistel_services.renderer.out.stream_reader import MOST_PICTURES, MOST_SOUNDS, MOST_WORDS, Reader
 from vistel_services.serving.address import PageAddress, answered
 
 

@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING
 from prometheus_client import Counter, Gauge
 
 from vistel.arrays import U8
+from vistel.render.film.stream_encoder import SOUND, StreamEncoder, StreamPicture, message
 from vistel.wire import background
 from vistel.wire.clock import Clock
-from vistel_services.renderer.out.stream_encoder import SOUND, StreamEncoder, message
-from vistel_services.renderer.out.stream_reader import Reader, StreamPicture
+from vistel_services.renderer.out.stream_reader import Reader
 from vistel_services.serving.address import PageAddress
 
 if TYPE_CHECKING:

@@ -4,20 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from dataclasses import dataclass
+
+from vistel.render.film.stream_encoder import StreamPicture
 
 MOST_PICTURES = 6
 """That wait for a reader; more are late, and it goes on with the next that stands for itself."""
 MOST_SOUNDS = 25
 MOST_WORDS = 8
-
-
-@dataclass(frozen=True)
-class StreamPicture:
-    """data: as it is sent; key: it can be shown without the one before."""
-
-    data: bytes
-    key: bool
 
 
 class Reader:

@@ -7,6 +7,7 @@ import queue
 import struct
 import threading
 from collections.abc import Callable, Collection
+from dataclasses import dataclass
 from fractions import Fraction
 
 import av
@@ -18,7 +19,6 @@ from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTr
 
 from vistel.arrays import U8
 from vistel.render.film.planes import Planes
-from vistel_services.renderer.out.stream_reader import StreamPicture
 
 log = logging.getLogger("vistel.renderer")
 
@@ -34,6 +34,15 @@ _KEY_EVERY_NS = 10_000_000_000
 _KEYS_APART_NS = 1_000_000_000
 """At least: a reader that falls behind again and again costs the others little."""
 _JPEG_QUALITY = 80
+
+
+@dataclass(frozen=True)
+class StreamPicture:
+    """data: as it is sent; key: it can be shown without the one before."""
+
+    data: bytes
+    key: bool
+
 
 Deliver = Callable[[str, StreamPicture], None]
 

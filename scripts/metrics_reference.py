@@ -1,4 +1,4 @@
-"""Writes the reference page of metrics from the services' source: `python -m vistel_services.process.metrics_reference`."""
+"""Writes the reference page of metrics from the services' source: `python -m scripts.metrics_reference`."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-_SERVICES = Path(__file__).parents[1]
-PAGE = _SERVICES.parents[1] / "docs/reference/metrics.md"
+ROOT = Path(__file__).parents[1]
+_SERVICES = ROOT / "services/vistel_services"
+PAGE = ROOT / "docs/reference/metrics.md"
 _KINDS = {"Counter", "Gauge", "Histogram"}
 _SHARED = {"devices": "tracker, glove, face", "process": "every process"}
 """Whose metrics those of folders are that belong to no one service."""
@@ -34,7 +35,7 @@ def page() -> str:
     rows = "\n".join(f"| `{m.name}` | {m.kind.lower()} | {', '.join(m.labels)} | {m.service} | {m.what} |" for m in metrics())
     return f"""# Metrics
 
-<!-- Made by `python -m vistel_services.process.metrics_reference` from the services' source; do not edit. -->
+<!-- Made by `python -m scripts.metrics_reference` from the services' source; do not edit. -->
 
 Every process of a conference serves its figures for Prometheus at `/metrics`, on a free port of this machine's own address,
 and a machine those of all its processes where the conference file says;
