@@ -92,7 +92,11 @@ class Reader:
         """Until it has shown something; then Ctrl-C."""
         before = len(self.said()) if (self.folder / "terminal.log").exists() else 0
         process = self.start(command)
-        wait_until(lambda: len(self.said()) > before or process.poll() is not None, every_s=0.2)
+
+        def shown() -> bool:
+            return any(line.strip() and not line.startswith("loading") for line in self.said()[before:].splitlines())
+
+        wait_until(lambda: shown() or process.poll() is not None, every_s=0.2)
         process.send_signal(signal.SIGINT)
         code = process.wait()
         assert code == 0, f"{command}: exit code {code}\n{self.said()[before:]}"
