@@ -6,12 +6,15 @@ import re
 import select
 import socket
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import serial
 
 from vistel.testing.conformance.line import Line, LineError
 
+T = TypeVar("T")
 _CONNECT_S = 5.0
 """A server takes a connection within this time [s]."""
 _MOST = 4096
@@ -100,7 +103,7 @@ def opener(device: "str | Path | Callable[[], Line]", baud: int) -> Callable[[],
 
     baud: of a serial port. Raises LineError for what is none of them."""
     if callable(device):
-        return lambda: _opened(device)
+        return partial(_opened, device)
     text = str(device)
     if found := _HOST.fullmatch(text):
         host, port = found[1], int(found[2])
@@ -110,7 +113,7 @@ def opener(device: "str | Path | Callable[[], Line]", baud: int) -> Callable[[],
     return lambda: SerialLine(text, baud)
 
 
-def _opened(device: Callable[[], Line]) -> Line:
+def _opened(device: Callable[[], T]) -> T:
     """The line that somebody else's code opens."""
     try:
         return device()
