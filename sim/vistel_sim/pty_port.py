@@ -7,6 +7,7 @@ import os
 import struct
 import termios
 import tty
+from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
@@ -45,6 +46,7 @@ class PtyPort:
         self._unseen = 0
         self._free_ns = 0
         self._answers: set[asyncio.Task[None]] = set()
+        self._waiting: deque[bytes] = deque()
         self._background = background.current()
 
     @property
@@ -106,18 +108,24 @@ class PtyPort:
     def answer(self, data: bytes, delay_s: float = 0.0) -> None:
         """Send a reply after what is on the line; one with a delay does not reserve the line."""
         now_ns = self._clock.now_ns()
-        due = now_ns + round(delay_s * 1e9) if delay_s else self.reserve(len(data), now_ns)
-        task = self._background.start(self._later(data, due), "answer")
+        if delay_s:
+            waiting, due_ns = deque((data,)), now_ns + round(delay_s * 1e9)
+        else:
+            waiting, due_ns = self._waiting, self.reserve(len(data), now_ns)
+            waiting.append(data)
+        task = self._background.start(self._later(waiting, due_ns), "answer")
         self._answers.add(task)
         task.add_done_callback(self._answers.discard)
 
     def discard_answers(self) -> None:
         for task in self._answers:
             task.cancel()
+        self._waiting = deque()
 
-    async def _later(self, data: bytes, due_ns: int) -> None:
+    async def _later(self, waiting: deque[bytes], due_ns: int) -> None:
+        """Send the first of what waits: on a busy machine the answer after it may be woken first, and must not overtake it."""
         await self._clock.sleep_until_ns(due_ns)
-        self.put(data)
+        self.put(waiting.popleft())
 
     def _hand_over(self) -> None:
         """Write what waits, as much as the kernel takes; the rest later."""

@@ -14,6 +14,7 @@ from waiting import until
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.protocol.fastrak import FastrakParser
+from vistel.wire import background
 from vistel.wire.clock import SimulatedClock
 from vistel_sim.device import SimulatedDevice, run_devices
 from vistel_sim.fastrak import Fastrak
@@ -66,6 +67,43 @@ def test_unplugging_hangs_up_and_plugging_in_makes_a_new_port(tmp_path: Path) ->
         await until(lambda: read_waiting(again) == b"back")
         os.close(again)
         port.unplug()
+
+    asyncio.run(scenario())
+
+
+class WakesTheSecondFirst(SimulatedClock):
+    """As on a busy machine: of two sleepers the one that is due first is woken last."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._sleepers_so_far, self._second_woken = 0, asyncio.Event()
+
+    async def sleep_until_ns(self, t_ns: int) -> None:
+        self._sleepers_so_far += 1
+        if self._sleepers_so_far == 1:
+            await self._second_woken.wait()
+        else:
+            self._second_woken.set()
+
+
+def test_answers_keep_their_order_whichever_is_woken_first(tmp_path: Path) -> None:
+    async def scenario() -> None:
+        port = PtyPort(tmp_path / "p", WakesTheSecondFirst(), lambda data: None)
+        async with background.service("test"):
+            port.plug()
+            fd = os.open(port.path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK)
+            port.answer(b"first ")
+            port.answer(b"second")
+            came = bytearray()
+
+            def all_there() -> bool:
+                came.extend(read_waiting(fd))
+                return len(came) >= 12
+
+            await until(all_there)
+            assert came == b"first second"
+            os.close(fd)
+            port.unplug()
 
     asyncio.run(scenario())
 

@@ -254,7 +254,7 @@ def it_restarts(unit: FastrakUnit) -> str:
 def what_is_saved_outlives_a_restart(unit: FastrakUnit) -> str:
     """`^K` keeps settings over `^Y`; `W` is the factory's."""
     if not unit.target.overwrite:
-        raise NotApplicable("not tried: it would overwrite what the unit keeps (--overwrite)")
+        raise NotApplicable("not tried: it would overwrite what the unit keeps (--memory)")
     unit.obeys(b"u", b"f")
     unit.talk.send(b"\x0b")
     unit.obeys(b"U", b"F")

@@ -6,12 +6,15 @@ import re
 import select
 import socket
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
+from typing import TypeVar
 
 import serial
 
 from vistel.testing.conformance.line import Line, LineError
 
+T = TypeVar("T")
 _CONNECT_S = 5.0
 """A server takes a connection within this time [s]."""
 _MOST = 4096
@@ -100,7 +103,7 @@ def opener(device: "str | Path | Callable[[], Line]", baud: int) -> Callable[[],
 
     baud: of a serial port. Raises LineError for what is none of them."""
     if callable(device):
-        return device
+        return partial(_opened, device)
     text = str(device)
     if found := _HOST.fullmatch(text):
         host, port = found[1], int(found[2])
@@ -108,6 +111,14 @@ def opener(device: "str | Path | Callable[[], Line]", baud: int) -> Callable[[],
     if (found := _OBJECT.fullmatch(text)) and not Path(text).exists():
         return _object(found[1], found[2])
     return lambda: SerialLine(text, baud)
+
+
+def _opened(device: Callable[[], T]) -> T:
+    """The line that somebody else's code opens."""
+    try:
+        return device()
+    except OSError as e:
+        raise LineError(f"{e.filename or 'the device'}: cannot be opened: {e.strerror or e}") from e
 
 
 def _object(module: str, name: str) -> Callable[[], Line]:
@@ -119,7 +130,7 @@ def _object(module: str, name: str) -> Callable[[], Line]:
         raise LineError(f"{module}:{name}: is no class or function that gives a line")
 
     def opened() -> Line:
-        line = found()
+        line = _opened(found)
         if not isinstance(line, Line):
             raise LineError(f"{module}:{name}: gave a {type(line).__name__}, expected a vistel.testing.conformance.Line")
         return line

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from contextlib import nullcontext
+from collections.abc import Generator
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Annotated
 
 import typer
@@ -31,6 +32,7 @@ def check(
     baud: Annotated[int, typer.Option(help="Speed of a serial port; default: the usual one of the protocol.")] = 0,
     only: Annotated[list[str] | None, typer.Option(help="Try only this check, after identification; repeatable.")] = None,
     memory: Annotated[bool, typer.Option("--memory", help="Overwrite what the device keeps when it is switched off.")] = False,
+    by_hand: Annotated[bool, typer.Option("--by-hand", help="Ask you to unplug the device, and to plug it in again.")] = False,
     patience: Annotated[float, typer.Option(min=1.0, help="How many times longer than usual answers may take.")] = 1.0,
     as_json: Annotated[bool, typer.Option("--json", help="Print one JSON object for each check.")] = False,
 ) -> None:
@@ -65,7 +67,8 @@ def check(
 
         targets = simulated(protocol)
     else:
-        targets = nullcontext(Target(device, baud, overwrite=memory, patience=patience))
+        unplugged = _unplugged_by_hand if by_hand else None
+        targets = nullcontext(Target(device, baud, overwrite=memory, unplugged=unplugged, patience=patience))
     failed = 0
     try:
         with targets as target:
@@ -78,6 +81,13 @@ def check(
         if not as_json:
             out.print(f"{failed} of {len(names)} checks failed", style=STYLES["fail"])
         raise typer.Exit(FAILED)
+
+
+@contextmanager
+def _unplugged_by_hand() -> Generator[None]:
+    typer.prompt("unplug the device, then press Enter", default="", show_default=False, err=True)
+    yield
+    typer.prompt("plug it in again, wait until its port is there, then press Enter", default="", show_default=False, err=True)
 
 
 def _list(rows: list[tuple[str, str]], what: str, about: str, as_json: bool) -> None:
