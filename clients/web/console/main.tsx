@@ -4,6 +4,7 @@ import { canHear, Voices } from "../sound/voices";
 import { Goes, Troubles } from "./goes";
 import { History } from "./history";
 import { Labels } from "./labels";
+import { switchLanguage } from "./language";
 import { Looking } from "./looking";
 import { Room } from "./room";
 import { Travel } from "./travel";
@@ -204,4 +205,9 @@ const travel = new Travel(
   (sounding) => voices.leap(sounding),
 );
 showSound();
+element("language").textContent = text("language");
+element("language").onclick = () => {
+  switchLanguage();
+  location.reload();
+};
 document.documentElement.dataset.begun = "true"; // missing.js says what is wrong where this does not come
