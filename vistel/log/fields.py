@@ -31,6 +31,8 @@ PART_S = 60.0
 """So much of a log is read at once [s]."""
 BEFORE_S = 0.1
 """What is read before a part, so that speeds are known from its beginning on [s]."""
+LATE_S = 1.0
+"""What is read after a part: a log is read by the time of arrival, and a number may count for when it was measured [s]."""
 GAP_S = 2.5
 """Values farther apart than this, and than `GAP_STEPS` usual steps, are not joined [s]."""
 GAP_STEPS = 5.0
@@ -163,12 +165,15 @@ class Curve:
         known = np.isfinite(value)
         t, value = t[known], value[known]
         into = np.clip(((t - self._begin) / self._width).astype(int), 0, self._bins - 1)
-        starts = np.flatnonzero(np.diff(into, prepend=-1))
-        for start, stop in zip(starts, [*starts[1:], len(t)], strict=True):
-            for kept, n in zip(self._extremes, (int(np.argmin(value[start:stop])), int(np.argmax(value[start:stop]))), strict=True):
-                now, b = value[start + n], into[start]
-                if np.isnan(kept[1, b]) or (now < kept[1, b] if kept is self._extremes[0] else now > kept[1, b]):
-                    kept[:, b] = t[start + n], now
+        starts = np.flatnonzero(np.diff(into, prepend=-1)).tolist()
+        least, greatest = self._extremes
+        for start, stop in zip(starts, [*starts[1:], len(t)][: len(starts)], strict=True):
+            part, b = value[start:stop], into[start]
+            low, high = int(np.argmin(part)), int(np.argmax(part))
+            if not part[low] >= least[1, b]:  # NaN: nothing yet
+                least[:, b] = t[start + low], part[low]
+            if not part[high] <= greatest[1, b]:
+                greatest[:, b] = t[start + high], part[high]
 
     def track(self) -> Track:
         """Its points so far. A NaN stands where nothing is known."""
@@ -180,7 +185,7 @@ class Curve:
             both = self._extremes[:, :, there]  # (2, 2, N)
             order = np.argsort(both[:, 0], axis=0, kind="stable")
             t, value = (np.take_along_axis(both[:, row], order, axis=0).T.ravel() for row in (0, 1))
-            new = np.diff(t, prepend=-np.inf) > 0.0
+            new = (np.diff(t, prepend=-np.inf) > 0.0) | (np.diff(value, prepend=np.nan) != 0.0)
             t, value = t[new], value[new]
         return _with_gaps(t, value)
 
@@ -207,7 +212,7 @@ def curves(read: Read, names: Sequence[str], begin: float, end: float, bins: int
     for n in range(parts):
         first, last = begin + (end - begin) * n / parts, begin + (end - begin) * (n + 1) / parts
         until = last if n + 1 < parts else end + 1e-6
-        for name, track in _of_part(read, names, max(0.0, first - BEFORE_S), until, missing).items():
+        for name, track in _of_part(read, names, max(0.0, first - BEFORE_S), until + LATE_S, missing).items():
             here = (track.t >= first) & (track.t < until)
             found[name].add(track.t[here], track.value[here])
             seen[name] = True

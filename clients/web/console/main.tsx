@@ -5,6 +5,7 @@ import { Lines } from "./chat";
 import { Goes, Troubles } from "./goes";
 import { History } from "./history";
 import { Labels } from "./labels";
+import { switchLanguage } from "./language";
 import { Looking } from "./looking";
 import { Room } from "./room";
 import { Travel } from "./travel";
@@ -214,4 +215,9 @@ const travel = new Travel(
   (sounding) => voices.leap(sounding),
 );
 showSound();
+element("language").textContent = text("language");
+element("language").onclick = () => {
+  switchLanguage();
+  location.reload();
+};
 document.documentElement.dataset.begun = "true"; // missing.js says what is wrong where this does not come
