@@ -200,5 +200,14 @@ KINDS = (
         driver="vistel_services.pointer.drivers:page",
         simulator="vistel_sim.pointers:page",
     ),
+    DeviceKind(
+        name="page",
+        role="camera_body",
+        title="the camera of a guest's page",
+        signatures=(rb"VP\x05",),
+        connections=("page",),
+        driver="vistel_services.pointer.drivers:camera",
+        simulator="vistel_sim.pointers:camera",
+    ),
 )
 """In the order in which messages list them and in which bytes are compared with their signatures."""
