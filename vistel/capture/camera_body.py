@@ -18,7 +18,7 @@ from vistel.capture.one_euro import AngleFilter
 from vistel.capture.spring import Spring
 from vistel.figure.face.from_mesh import MeshFace
 from vistel.figure.posture.channel import MatrixPose, minimum_jerk
-from vistel.figure.posture.from_picture import FOCAL, PALM_JOINTS, Arm, arm_of, fingers_of, fitted, palm_of, ray, seen_along
+from vistel.figure.posture.from_picture import FOCAL, PALM_JOINTS, Arm, arm_of, fingers_of, fitted, palm_of, ray, unprojected
 from vistel.figure.posture.hands import hand_rotation
 from vistel.figure.posture.limits import SIDES, hand_within_limits
 from vistel.figure.posture.posture import collar_scale_raised
@@ -93,8 +93,8 @@ def picture_of(frame: CameraBodyFrame) -> Picture | None:
 
 @dataclass(frozen=True)
 class Measured:
-    """What calibration found. face: (22, 3) at rest, in picture heights from the middle of its rigid points; eyes: (2,) where they
-    were; breadth: of a metre at the shoulders [picture heights]; turned: how much nearer the left shoulder seemed [m]; shoulders: (2,) their
+    """What calibration found. face: (22, 3) at rest, from the middle of its rigid points, and eyes: (3,) their middle from the camera,
+    both in units of the face's distance from it; breadth: of a metre at the shoulders [picture heights]; turned: how much nearer the left shoulder seemed [m]; shoulders: (2,) their
     middle. The person's shoulders count as broad as the figure's, and their arms as long."""
 
     face: F64
@@ -220,8 +220,8 @@ class CameraBody:
         if picture.face is None or not (calibrating or len(self._kept) < FIRST):
             return
         self._kept = [*self._kept, picture][-MOST_KEPT:]
-        faces = np.array([p.face for p in self._kept if p.face is not None])
-        eyes = np.median(faces[:, _CORNERS, :2].mean(axis=1), axis=0)
+        faces = np.array([unprojected(p.face) for p in self._kept if p.face is not None])
+        eyes = np.median(faces[:, _CORNERS].mean(axis=1), axis=0)
         face = np.median(faces - faces[:, _RIGID].mean(axis=1, keepdims=True), axis=0)
         bodies = np.array([p.body for p in self._kept])
         shoulders = bodies[:, [_AT["left_shoulder"], _AT["right_shoulder"]]]
@@ -238,7 +238,7 @@ class CameraBody:
     def _follow(self, picture: Picture, measured: Measured, mesh: MeshFace, dt: float) -> None:
         away = FOCAL / measured.breadth  # of the shoulders at calibration [m]
         head_away = away - (self._eyes_at_rest[2] - self._middle[2])
-        camera = self._eyes_at_rest - head_away * ray(measured.eyes)
+        camera = self._eyes_at_rest - head_away * measured.eyes
         ahead = self._head(picture, measured, mesh, camera, head_away)
         chest = self._chest(picture, measured, camera, away, None if ahead is None else ahead - head_away)
         for s in SIDES:
@@ -257,19 +257,19 @@ class CameraBody:
         """How far the head is from the camera; None where it is not seen."""
         if picture.face is None:
             return None
-        placed = fitted(measured.face[_RIGID], picture.face[_RIGID])
-        eyes = placed.shift + placed.scale * placed.rotation @ measured.face[_CORNERS].mean(axis=0)
+        mesh_now = unprojected(picture.face)
+        placed = fitted(measured.face[_RIGID], mesh_now[_RIGID])
         away = head_away / max(0.2, placed.scale)
-        x, y, away = self._smooth("eyes", np.array((eyes[0], eyes[1], away)), *SMOOTH)
-        at = np.array((x, y))
-        rotation = self._smooth_turn("head", seen_along(at) @ placed.rotation)
-        self._aim("head", camera + away * ray(at) - rotation @ self._eyes, rotation)
-        own = (picture.face - placed.shift) @ placed.rotation / placed.scale
+        at = away * (placed.shift + placed.scale * placed.rotation @ measured.face[_CORNERS].mean(axis=0))
+        at = self._smooth("eyes", at, *SMOOTH)
+        rotation = self._smooth_turn("head", placed.rotation)
+        self._aim("head", camera + at - rotation @ self._eyes, rotation)
+        own = (mesh_now - placed.shift) @ placed.rotation / placed.scale
         points = dict(zip(FACE, own, strict=True))
         marks = self._smooth("marks", mesh.marks(points).ravel() * 100.0, *SMOOTH) / 100.0
         gaze = self._smooth("gaze", mesh.gaze(points), *SMOOTH_TURN)
         self._aim("face", np.zeros(3), np.eye(3), np.concatenate((marks, gaze, mesh.lids(points))))
-        return float(away)
+        return away
 
     def _chest(self, picture: Picture, measured: Measured, camera: F64, away: float, moved: float | None) -> MatrixPose:
         """The chest at the top of the spine. moved: how much farther the head is than at calibration [m]."""
@@ -306,20 +306,21 @@ class CameraBody:
         found = self._smooth(f"{side} arm", np.concatenate((elbow_at[:2], wrist_xy)), *SMOOTH)
         depths = np.array((elbow_at[2] - shoulder_at[2], wrist_at[2] - elbow_at[2]))
         depths = self._smooth(f"{side} depths", depths, *SMOOTH_DEPTH)
-        placed = None if hand is None else palm_of(hand, self._palm[side])
-        palm = None if placed is None else FOCAL / max(0.05, placed.scale)
+        mesh = None if hand is None else unprojected(hand)
+        placed = None if mesh is None else palm_of(mesh, self._palm[side])
+        palm = None if placed is None else 1.0 / max(0.1, placed.scale)
         collar = self._shoulder[side] + (self._scale(picture.body, side) - 1.0) * self._from_collar[side]
         shoulder = chest.position + chest.rotation @ collar
         last = self._distances.get(side)
         arm = Arm(found[:2], found[2:], depths, palm)
         elbow, wrist, distances = arm_of(arm, camera, shoulder, self._arms, None if last is None else last[1], dt)
         self._distances[side] = self._t, distances
-        if hand is None or placed is None:
+        if mesh is None or placed is None:
             fore = (wrist - elbow) / max(1e-6, float(np.linalg.norm(wrist - elbow)))
             rotation = hand_rotation(sign, fore, np.array((-sign * 0.8, -0.5, 0.3)))
         else:
-            rotation = self._smooth_turn(f"{side} hand", seen_along(found[2:]) @ placed.rotation)
-            fingers = hand_within_limits(fingers_of(hand, placed.rotation, sign, self._thumb))
+            rotation = self._smooth_turn(f"{side} hand", placed.rotation)
+            fingers = hand_within_limits(fingers_of(mesh, placed.rotation, sign, self._thumb))
             self._aim(f"{side}_fingers", np.zeros(3), np.eye(3), self._smooth(f"{side} fingers", fingers, *SMOOTH_TURN))
         self._aim(f"{side}_hand", wrist, rotation, _elbow(shoulder, elbow, wrist, chest.rotation))
 

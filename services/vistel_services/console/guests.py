@@ -15,12 +15,13 @@ from aiohttp import WSMsgType, web
 from prometheus_client import Counter, Gauge
 
 from vistel.audio.page_voice import VoiceGate, is_voice, voice_of
-from vistel.conference.device_names import microphone_name, pointer_name
+from vistel.conference.device_names import camera_body_name, microphone_name, pointer_name
 from vistel.conference.invitations import Invitation, RefusedError, invitations_in, invited
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.seats import seat_place
 from vistel.figure.body_model.builtin_people import PEOPLE
+from vistel.protocol.camera_body import camera_body_of, is_camera_body
 from vistel.protocol.pointer import guest_record, left_record, posture_of
 from vistel.wire import background
 from vistel.wire.clock import Clock, sleep, within
@@ -132,7 +133,7 @@ class Guests:
             raise RefusedError("The host's machine cannot read its invitations; its log says why.") from e
         if guest.participant not in self._seats:
             raise RefusedError("The seat of this invitation is not in the conference any more. Ask the host for a new link.")
-        if not self._device(guest.participant).exists():
+        if not self._paths.device(pointer_name(guest.participant)).exists():
             raise RefusedError("The site of the guests does not run on the console's machine now. Tell the host.")
         return guest
 
@@ -162,11 +163,9 @@ class Guests:
         """Conference time."""
         return self._clock.now_ns()
 
-    def _device(self, participant: str) -> Path:
-        return self._paths.device(pointer_name(participant))
-
     def _send(self, participant: str, record: bytes) -> None:
-        device = self._paths.device(microphone_name(participant)) if is_voice(record) else self._device(participant)
+        name = microphone_name if is_voice(record) else camera_body_name if is_camera_body(record) else pointer_name
+        device = self._paths.device(name(participant))
         with suppress(OSError, ValueError):  # the device is not there now
             self._socket.sendto(record, ("127.0.0.1", int(device.read_text())))
 
@@ -182,7 +181,8 @@ class _Visit:
         self._gateway, self._connection, self._guest, self._viewer = gateway, connection, guest, viewer
         self._voice = VoiceGate()
         self._avatar = ""
-        self._second_ns, self._in_second, self._faulty, self._passed_ns = 0, 0, 0, 0
+        self._second_ns, self._in_second, self._faulty = 0, 0, 0
+        self._passed_ns = {"body": 0, "pointer": 0}
         self.passed_on = 0
 
     async def listen(self) -> None:
@@ -236,10 +236,13 @@ class _Visit:
             self._refuse()
 
     def _move(self, record: bytes, now_ns: int) -> None:
-        if not self._avatar or posture_of(record) is None:
+        """What mouse and keys do, or what the camera sees."""
+        kind = "body" if is_camera_body(record) else "pointer"
+        said = camera_body_of(record, now_ns) if kind == "body" else posture_of(record)
+        if not self._avatar or said is None:
             self._refuse()
-        elif now_ns - self._passed_ns >= _EVERY_NS:
-            self._passed_ns = now_ns
+        elif now_ns - self._passed_ns[kind] >= _EVERY_NS:
+            self._passed_ns[kind] = now_ns
             self.passed_on += 1
             _TAKEN.inc()
             self._gateway.pass_on(self._guest, record)

@@ -61,13 +61,10 @@ def ray(point: F64) -> F64:
     return np.array((point[0] / FOCAL, point[1] / FOCAL, -1.0))
 
 
-def seen_along(point: F64) -> F64:
-    """(3, 3) by which what is seen at a point (2,) of the picture is turned against how it would look in the middle."""
-    to_camera = -ray(point)
-    to_camera /= np.linalg.norm(to_camera)
-    axis = np.array((-to_camera[1], to_camera[0], 0.0))
-    across = float(np.linalg.norm(axis))
-    return matrix_from_rotvec(axis * (math.atan2(across, float(to_camera[2])) / max(across, 1e-9)))
+def unprojected(points: F64) -> F64:
+    """(n, 3) where points (n, 3) of a picture, with their depths in its units, are from the camera, in units of the distance of depth 0."""
+    deep = 1.0 - points[:, 2:] / FOCAL
+    return np.hstack((points[:, :2] / FOCAL * deep, -deep))
 
 
 class Arm(NamedTuple):
@@ -121,7 +118,7 @@ def _cost(distances: Sequence[F64], arm: Arm, camera: F64, shoulder: F64, length
 
 
 def palm_of(points: F64, rest: F64) -> Placed:
-    """How the palm lies whose joints PALM_JOINTS rest at `rest` (6, 3) [m, hand's frame], from 21 points of a picture (21, 3)."""
+    """How the palm lies whose joints PALM_JOINTS rest at `rest` (6, 3) [m, hand's frame], from 21 points (21, 3)."""
     return fitted(rest, points[list(_PALM_POINTS)])
 
 
