@@ -43,8 +43,8 @@ def face_at_rest() -> F64:
 
 @dataclass
 class SimulatedCamera:
-    """A camera that looks along -Z of the seat's frame. position: (3,) [m]; focal: in picture heights; noise: of a point in the picture
-    [picture heights]; depth_noise: of the body's depths [m]; its picture is `aspect` times as wide as high."""
+    """A camera that looks along -Z of the seat's frame. position: (3,) [m]; focal: in picture heights; noise: of a point in the
+    picture [picture heights]; depth_noise: of the body's depths [m]; its picture is `aspect` times as wide as high."""
 
     position: F64 = field(default_factory=lambda: np.array((0.0, 1.2, 1.1)))
     focal: float = FOCAL

@@ -1,8 +1,8 @@
-"""What a camera sees of a seated guest, as poses of chest, head and hands in the seat's frame, with fingers and face; and how far each
-is to be believed. No bus, no clock: times come with the messages.
+"""What a camera sees of a seated guest, as poses of chest, head and hands in the seat's frame, with fingers and face; and how far
+each is to be believed. No bus, no clock: times come with the messages.
 
-A camera tells directions well and distances badly, so the person's own measures are found first, while they sit upright, look at the
-camera and raise both hands; who begins without that is measured by their first pictures.
+A camera tells directions well and distances badly, so the person's own measures are found first, while they sit upright, look at
+the camera and raise both hands; who begins without that is measured by their first pictures.
 """
 
 import math
@@ -60,10 +60,9 @@ SLOWEST, QUICKEST = 6.0, 40.0
 FOLLOWS = 1.3
 """... with this over their interval."""
 
-_RIGID = [FACE.index(n) for n in FACE if "corner" in n and "mouth" not in n]
-_RIGID += [FACE.index(n) for n in ("between_eyes", "forehead", "nose", "left_temple", "right_temple")]
-"""Points of a face that no expression moves."""
 _CORNERS = [FACE.index(n) for n in FACE if n.endswith("r_corner")]
+_RIGID = [*_CORNERS, *(FACE.index(n) for n in ("between_eyes", "forehead", "nose", "left_temple", "right_temple"))]
+"""Points of a face that no expression moves."""
 _AT = {name: n for n, name in enumerate(BODY)}
 _MOST_GAP_S = 60.0
 
@@ -93,9 +92,10 @@ def picture_of(frame: CameraBodyFrame) -> Picture | None:
 
 @dataclass(frozen=True)
 class Measured:
-    """What calibration found. face: (22, 3) at rest, from the middle of its rigid points, and eyes: (3,) their middle from the camera,
-    both in units of the face's distance from it; breadth: of a metre at the shoulders [picture heights]; turned: how much nearer the left shoulder seemed [m]; shoulders: (2,) their
-    middle. The person's shoulders count as broad as the figure's, and their arms as long."""
+    """What calibration found. face: (22, 3) at rest, from the middle of its rigid points, and eyes: (3,) their middle from the
+    camera, both in units of the face's distance from it; breadth: of a metre at the shoulders [picture heights]; turned: how much
+    nearer the left shoulder seemed [m]; shoulders: (2,) their middle [picture heights]. The person's shoulders count as broad as
+    the figure's, and their arms as long."""
 
     face: F64
     eyes: F64
@@ -265,7 +265,7 @@ class CameraBody:
         rotation = self._smooth_turn("head", placed.rotation)
         self._aim("head", camera + at - rotation @ self._eyes, rotation)
         own = (mesh_now - placed.shift) @ placed.rotation / placed.scale
-        points = dict(zip(FACE, own, strict=True))
+        points: dict[str, F64] = dict(zip(FACE, own, strict=True))
         marks = self._smooth("marks", mesh.marks(points).ravel() * 100.0, *SMOOTH) / 100.0
         gaze = self._smooth("gaze", mesh.gaze(points), *SMOOTH_TURN)
         self._aim("face", np.zeros(3), np.eye(3), np.concatenate((marks, gaze, mesh.lids(points))))

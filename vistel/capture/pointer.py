@@ -1,8 +1,9 @@
 """A guest with mouse and keys, and perhaps a camera, as a seated person: from where they point and look to what four receivers and
-two gloves on them would measure, which the posture solver takes as it takes everybody's. No bus, no clock: times come with the calls.
+two gloves on them would measure, which the posture solver takes as it takes everybody's. No bus, no clock: times come with the
+calls.
 
-They breathe, blink and look about a little; hands go to things in an arc from above, and the trunk leans after them. What a camera sees
-of them takes the place of that, but of a hand that the mouse leads and of gestures.
+They breathe, blink and look about a little; hands go to things in an arc from above, and the trunk leans after them. What a camera
+sees of them takes the place of that, but of a hand that the mouse leads and of gestures.
 """
 
 import math

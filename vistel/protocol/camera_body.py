@@ -1,11 +1,11 @@
-"""What the camera of a guest's page sees of them: a record of landmarks for every picture; pictures themselves never leave the page.
+"""What the camera of a guest's page sees of them: a record of landmarks for every picture; pictures never leave the page.
 
 A record is a datagram of its own: "VP", its kind, flags of its parts, when the picture was taken (conference time, float64 in
 milliseconds), and the parts that are seen: the body, 9 points (x and y as signed 16-bit numbers in units of 1e-4 picture heights
 from the picture's middle, z as a signed byte in centimetres, from the hips towards the camera, and a byte of visibility); the left
 hand, the right hand (21 points each) and the face (22). Points of hands and face are signed bytes x, y, z from a place (x, y, as
-above) in steps whose size stands before them, an unsigned 16-bit number in units of 1e-6 picture heights. All is little-endian. With
-everything seen a record has 276 bytes: 66 kbit/s at 30 Hz.
+above) in steps whose size stands before them, an unsigned 16-bit number in units of 1e-6 picture heights. All is little-endian.
+With everything seen a record has 276 bytes: 66 kbit/s at 30 Hz.
 """
 
 import math

@@ -9,7 +9,6 @@ import logging
 import socket
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
-from pathlib import Path
 
 from aiohttp import WSMsgType, web
 from prometheus_client import Counter, Gauge
@@ -42,7 +41,7 @@ _PATIENCE_S = 10.0
 _EVERY_NS = 20_000_000
 """A page's messages are passed on no oftener; it sends thirty a second, and what comes sooner is left out."""
 MOST_A_SECOND = 200
-"""Messages of a page, which sends eighty, and more at once after it was held up; with more, it is none of ours, and is closed."""
+"""Messages of a page, which sends 110, and more at once after it was held up; with more, it is none of ours, and is closed."""
 MOST_FAULTY = 10
 """The same of messages that say what nobody can do, in one visit."""
 _PRESENT_S = 0.25

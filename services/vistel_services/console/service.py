@@ -55,7 +55,8 @@ async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -
     more = {"/live": gateway.watch, "/past": replays.watch, "/asset/{digest}.glb": asset, _VISIT: guests.visit, PATH: landmarks}
 
     def also(request: web.Request) -> bool:
-        return request.path in (*_OF_GUESTS, _VISIT) or request.path.startswith("/landmarks/") or (request.path.startswith("/asset/") and guests.may_read(request))
+        everybodys = request.path in (*_OF_GUESTS, _VISIT) or request.path.startswith("/landmarks/")
+        return everybodys or (request.path.startswith("/asset/") and guests.may_read(request))
 
     files = PageFiles("console", bundle.FOLDER, SERVED, POLICY, also)
     try:

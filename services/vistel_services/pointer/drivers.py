@@ -1,4 +1,5 @@
-"""The drivers of a guest's page and of its camera (`DeviceKind.driver`). The console's gateway sends to it what it has checked, on this machine."""
+"""The drivers of a guest's page and of its camera (`DeviceKind.driver`). The console's gateway sends to them what it has checked,
+on this machine."""
 
 from functools import partial
 from pathlib import Path

@@ -5,14 +5,14 @@ person's left. Points of a picture are in picture heights from its middle, y up.
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import HAND_DOF_COUNT
-from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_y
+from vistel.geometry.rotation import rotation_x, rotation_y
 
 FOCAL = 1.22
 """Of a webcam, whose picture is 40 to 48 degrees high: the distance at which what is seen is as high as the picture, in picture
@@ -29,7 +29,7 @@ FAST_M_S = 1.5
 """... and this far a second in depth, or it is more likely another solution [m/s]."""
 BEHIND_M = 0.05
 """A wrist that would be farther than this behind its shoulder is unlikely: a camera does not see it there [m]."""
-_GRID = 33
+_GRID = 25
 """Depths of an elbow that are tried, and of a wrist."""
 _PALM_POINTS = (0, 1, 5, 9, 13, 17)
 """Of a hand's 21 points those that its palm carries: the wrist, the thumb's base, the knuckles."""
@@ -62,14 +62,15 @@ def ray(point: F64) -> F64:
 
 
 def unprojected(points: F64) -> F64:
-    """(n, 3) where points (n, 3) of a picture, with their depths in its units, are from the camera, in units of the distance of depth 0."""
+    """(n, 3) where points (n, 3) of a picture, with their depths in its units, are from the camera, in units of the distance of
+    what has depth 0."""
     deep = 1.0 - points[:, 2:] / FOCAL
     return np.hstack((points[:, :2] / FOCAL * deep, -deep))
 
 
 class Arm(NamedTuple):
-    """elbow, wrist: (2,) in the picture; depths: (2,) how far each is nearer to the camera than the joint before it, as the landmarks
-    have it, and palm: the wrist's distance from the camera, as the hand's size has it [m]; None: not known."""
+    """elbow, wrist: (2,) in the picture; depths: (2,) how far each is nearer to the camera than the joint before it, as the
+    landmarks have it, and palm: the wrist's distance from the camera, as the hand's size has it [m]; None: not known."""
 
     elbow: F64
     wrist: F64
@@ -83,37 +84,37 @@ def arm_of(arm: Arm, camera: F64, shoulder: F64, lengths: F64, last: F64 | None,
     camera, shoulder: (3,). last: the distances `dt` before, None where the arm was not seen. All pairs of distances are weighed:
     bones keep their lengths, the landmarks' depths are rough, an arm does not jump.
     """
-    near = camera[2] - shoulder[2]
+    near = float(camera[2] - shoulder[2])
     rays = ray(arm.elbow), ray(arm.wrist)
     first = near + lengths[0] * np.linspace(-1.1, 1.1, _GRID)
     second = near + lengths.sum() * np.linspace(-1.1, 1.1, 2 * _GRID - 1)
     steps = np.array((first[1] - first[0], second[1] - second[0]))
+    best = np.array((near, near))
     for _ in range(3):  # ever finer round the best
-        distances = np.meshgrid(first, second, indexing="ij")
-        cost = _cost(distances, arm, camera, shoulder, lengths, rays, max(BONE_M, float(steps[0])))
+        cost = _cost(first[:, None], second[None, :], arm, camera, shoulder, lengths, rays, max(BONE_M, float(steps[0])))
         if last is not None:
             most = STILL_M + FAST_M_S * dt
-            cost += ((distances[0] - last[0]) / most) ** 2 + ((distances[1] - last[1]) / most) ** 2
-        i, j = np.unravel_index(int(np.argmin(cost)), cost.shape)
+            cost += ((first[:, None] - last[0]) / most) ** 2 + ((second[None, :] - last[1]) / most) ** 2
+        i, j = divmod(int(np.argmin(cost)), len(second))
         best = np.array((first[i], second[j]))
         first, second = (best[k] + steps[k] * np.linspace(-1.0, 1.0, 9) for k in range(2))
         steps = steps / 4.0
     return camera + best[0] * rays[0], camera + best[1] * rays[1], best
 
 
-def _cost(distances: Sequence[F64], arm: Arm, camera: F64, shoulder: F64, lengths: F64, rays: tuple[F64, F64], bone: float) -> F64:
-    """bone: how far the bones' lengths may be off [m]."""
+def _cost(first: F64, second: F64, arm: Arm, camera: F64, shoulder: F64, lengths: F64, rays: tuple[F64, F64], bone: float) -> F64:
+    """(n, m) of every pair of distances of elbow (n, 1) and wrist (1, m). bone: how far the bones' lengths may be off [m]."""
     near = camera[2] - shoulder[2]
-    elbow = camera + distances[0][..., None] * rays[0]
-    wrist = camera + distances[1][..., None] * rays[1]
-    upper = np.linalg.norm(elbow - shoulder, axis=-1)
-    lower = np.linalg.norm(wrist - elbow, axis=-1)
-    cost = ((upper - lengths[0]) / bone) ** 2 + ((lower - lengths[1]) / bone) ** 2
-    cost += ((near - distances[0] - arm.depths[0]) / DEPTH_M) ** 2
-    cost += ((distances[0] - distances[1] - arm.depths[1]) / DEPTH_M) ** 2
-    cost += (np.maximum(0.0, distances[1] - near - BEHIND_M) / BONE_M) ** 2
+    elbow = camera + first[..., None] * rays[0]
+    wrist = camera + second[..., None] * rays[1]
+    upper: F64 = np.linalg.norm(elbow - shoulder, axis=-1)
+    lower: F64 = np.linalg.norm(wrist - elbow, axis=-1)
+    cost: F64 = ((upper - lengths[0]) / bone) ** 2 + ((lower - lengths[1]) / bone) ** 2
+    cost += ((near - first - arm.depths[0]) / DEPTH_M) ** 2
+    cost += ((first - second - arm.depths[1]) / DEPTH_M) ** 2
+    cost += (np.maximum(0.0, second - near - BEHIND_M) / BONE_M) ** 2
     if arm.palm is not None:
-        cost += ((distances[1] - arm.palm) / PALM_M) ** 2
+        cost += ((second - arm.palm) / PALM_M) ** 2
     return cost
 
 
