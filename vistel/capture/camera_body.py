@@ -43,11 +43,17 @@ VISIBLE = 0.5
 """Landmarks that are less visible than this are guessed."""
 INSIDE = 0.5
 """What is farther above or below the picture's middle is outside of it [picture heights]."""
+PALM = 0.95
+"""Networks see palms so much smaller than they are, before somebody has raised theirs..."""
+SMALLEST_PALM = 0.8
+"""... and at most so much."""
 MOST_YAW = math.radians(60.0)
 """A chest that is turned farther aside is not believed [rad]."""
+DOUBT_M = 0.03
+"""One shoulder that seems nearer than the other by no more than this may not be [m]."""
 BEND = 1.4
 """How much more the chest leans than the line from the seat to it: the spine bends [1]."""
-HEAD_LEADS = 0.5
+HEAD_LEADS = 0.85
 """Share of the shoulders' distance from the camera that is taken from the head's; the rest is from their own breadth."""
 SMOOTH = (1.2, 14.0)
 """Of directions and depths: cut-off at rest [Hz], and how it rises with speed [Hz per picture height or metre a second]."""
@@ -164,6 +170,8 @@ class CameraBody:
         self._measured: Measured | None = None
         self._mesh: MeshFace | None = None
         self._filters: dict[str, AngleFilter] = {}
+        self._sizes: list[float] = []
+        self._palms = PALM
         self._distances: dict[str, tuple[float, F64]] = {}
         self._parts = {name: _Part() for name in PARTS}
         self._t, self._interval, self._begun_ns = -math.inf, 1.0 / 30.0, 0
@@ -215,24 +223,21 @@ class CameraBody:
 
     def _measure(self, picture: Picture, *, calibrating: bool) -> None:
         if calibrating and not self._calibrating:
-            self._kept.clear()
+            self._kept, self._sizes, self._palms = [], [], PALM
         self._calibrating = calibrating
         if picture.face is None or not (calibrating or len(self._kept) < FIRST):
             return
         self._kept = [*self._kept, picture][-MOST_KEPT:]
-        faces = np.array([unprojected(p.face) for p in self._kept if p.face is not None])
+        # Who raises their arms leans, and lifts the marks of the shoulders.
+        hanging = [p for p in self._kept if _hanging(p.body)] or self._kept
+        faces = np.array([unprojected(p.face) for p in hanging if p.face is not None])
         eyes = np.median(faces[:, _CORNERS].mean(axis=1), axis=0)
         face = np.median(faces - faces[:, _RIGID].mean(axis=1, keepdims=True), axis=0)
-        bodies = np.array([p.body for p in self._kept])
+        bodies = np.array([p.body for p in hanging])
         shoulders = bodies[:, [_AT["left_shoulder"], _AT["right_shoulder"]]]
-        # Raised arms lift the marks of the shoulders.
-        wrists = bodies[:, [_AT["left_wrist"], _AT["right_wrist"]], 1].max(axis=1)
-        hanging = wrists < shoulders[:, :, 1].mean(axis=1)
-        used = shoulders[hanging] if hanging.any() else shoulders
-        across = used[:, 0] - used[:, 1]
-        breadth = max(1e-3, float(np.median([_broad(p.body) / self._collars(p.body) for p in self._kept])))
-        middle = np.median(used[:, :, :2].mean(axis=1), axis=0)
-        self._measured = Measured(face, eyes, breadth, float(np.median(across[:, 2])), middle)
+        breadth = max(1e-3, float(np.median([_broad(body) / self._collars(body) for body in bodies])))
+        middle = np.median(shoulders[:, :, :2].mean(axis=1), axis=0)
+        self._measured = Measured(face, eyes, breadth, float(np.median(shoulders[:, 0, 2] - shoulders[:, 1, 2])), middle)
         self._mesh = MeshFace(dict(zip(FACE, face, strict=True)))
 
     def _follow(self, picture: Picture, measured: Measured, mesh: MeshFace, dt: float) -> None:
@@ -262,7 +267,7 @@ class CameraBody:
         away = head_away / max(0.2, placed.scale)
         at = away * (placed.shift + placed.scale * placed.rotation @ measured.face[_CORNERS].mean(axis=0))
         at = self._smooth("eyes", at, *SMOOTH)
-        rotation = self._smooth_turn("head", placed.rotation)
+        rotation = self._smooth_turn("head", placed.rotation @ _turn_between(np.array((0.0, 0.0, 1.0)), -measured.eyes))
         self._aim("head", camera + at - rotation @ self._eyes, rotation)
         own = (mesh_now - placed.shift) @ placed.rotation / placed.scale
         points: dict[str, F64] = dict(zip(FACE, own, strict=True))
@@ -275,6 +280,7 @@ class CameraBody:
         """The chest at the top of the spine. moved: how much farther the head is than at calibration [m]."""
         left, right = (picture.body[_AT[f"{s}_shoulder"]] for s in SIDES)
         turned = float(self._smooth("turned", np.array((left[2] - right[2] - measured.turned,)), *SMOOTH_DEPTH)[0])
+        turned = math.copysign(max(0.0, abs(turned) - DOUBT_M), turned)
         yaw = min(MOST_YAW, max(-MOST_YAW, math.asin(min(1.0, max(-1.0, -turned / self._breadth)))))
         ends = self._smooth("shoulders", np.concatenate((left[:2], right[:2])), *SMOOTH)
         left_at, right_at = ends[:2], ends[2:]
@@ -304,14 +310,18 @@ class CameraBody:
         sign = SIDES[side]
         wrist_xy = wrist_at[:2] if hand is None else hand[0, :2]
         found = self._smooth(f"{side} arm", np.concatenate((elbow_at[:2], wrist_xy)), *SMOOTH)
-        depths = np.array((elbow_at[2] - shoulder_at[2], wrist_at[2] - elbow_at[2]))
+        depths = np.array((elbow_at[2], wrist_at[2])) - shoulder_at[2]
         depths = self._smooth(f"{side} depths", depths, *SMOOTH_DEPTH)
         mesh = None if hand is None else unprojected(hand)
         placed = None if mesh is None else palm_of(mesh, self._palm[side])
-        palm = None if placed is None else 1.0 / max(0.1, placed.scale)
+        palm = None if placed is None else self._palms / max(0.1, placed.scale)
         collar = self._shoulder[side] + (self._scale(picture.body, side) - 1.0) * self._from_collar[side]
         shoulder = chest.position + chest.rotation @ collar
         last = self._distances.get(side)
+        if palm is not None and self._calibrating and not _hanging(picture.body):
+            bare = arm_of(Arm(found[:2], found[2:], depths), camera, shoulder, self._arms, None if last is None else last[1], dt)
+            self._sizes = [*self._sizes, float(bare[2][1]) / palm * self._palms][-MOST_KEPT:]
+            self._palms = min(1.0, max(SMALLEST_PALM, float(np.median(self._sizes))))
         arm = Arm(found[:2], found[2:], depths, palm)
         elbow, wrist, distances = arm_of(arm, camera, shoulder, self._arms, None if last is None else last[1], dt)
         self._distances[side] = self._t, distances
@@ -345,6 +355,11 @@ def _broad(body: F64) -> float:
     """How broad the shoulders are in the picture."""
     across = body[_AT["left_shoulder"]] - body[_AT["right_shoulder"]]
     return math.hypot(across[0], across[1])
+
+
+def _hanging(body: F64) -> bool:
+    """Whether both hands are below the shoulders."""
+    return bool(body[[_AT["left_wrist"], _AT["right_wrist"]], 1].max() < body[_AT["left_shoulder"], 1])
 
 
 def _elbow(shoulder: F64, elbow: F64, wrist: F64, chest: F64) -> F64:

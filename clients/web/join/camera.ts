@@ -5,7 +5,8 @@ import { type Found, Judge, type Note, record } from "./landmarks";
 
 /** What a person is told: why nothing is seen, or that they are. */
 export type State = "off" | "asking" | "loading" | "on" | "refused" | "none" | "lost" | "cannot";
-export const CALIBRATION_S = 10;
+const CALIBRATION_S = 10;
+const CALIBRATION_PICTURES = 6; // and so many at least, where each takes seconds
 const WORKER = "landmarks/camera_worker.js";
 const WANTED = { width: { ideal: 640 }, height: { ideal: 480 }, frameRate: { ideal: 30 }, facingMode: "user" };
 const SIZE = 480; // of a picture in which is looked, upright; a larger one tells no more
@@ -24,6 +25,7 @@ export class Camera {
   private judge = new Judge();
   private busy = false;
   private calibratedAt = -Infinity;
+  private pictures = Infinity; // since calibration began
   private otherAt = -Infinity;
   private emptyAt = -Infinity;
 
@@ -39,7 +41,8 @@ export class Camera {
 
   /** Seconds of the calibration that are left; 0 when there is none. */
   get calibrates(): number {
-    return Math.max(0, CALIBRATION_S - (performance.now() - this.calibratedAt) / 1000);
+    const few = this.pictures < CALIBRATION_PICTURES ? 1 : 0;
+    return Math.max(few, CALIBRATION_S - (performance.now() - this.calibratedAt) / 1000);
   }
 
   /** Begin. To be called where somebody has clicked. */
@@ -64,7 +67,7 @@ export class Camera {
 
   /** Sit, look at the camera, raise both hands. */
   calibrate(): void {
-    this.calibratedAt = performance.now();
+    [this.calibratedAt, this.pictures] = [performance.now(), 0];
     this.changed();
   }
 
@@ -72,7 +75,8 @@ export class Camera {
     this.track?.stop();
     this.worker?.terminate();
     this.track = this.worker = this.video.srcObject = null;
-    [this.busy, this.seen, this.note, this.calibratedAt] = [false, {}, "", -Infinity];
+    [this.busy, this.seen, this.note, this.tookMs] = [false, {}, "", 0];
+    [this.calibratedAt, this.pictures] = [-Infinity, Infinity];
     this.judge = new Judge();
     this.say({});
     this.become(state);
@@ -81,10 +85,11 @@ export class Camera {
   private hear(answer: Answer): void {
     if (answer.failed !== undefined) return this.close("cannot");
     if (answer.ready) {
-      this.calibrate();
       this.become("on");
       return void this.look();
     }
+    if (this.tookMs === 0) this.calibrate(); // the first picture takes longer than all others
+    this.pictures++;
     this.busy = false;
     this.tookMs = answer.tookMs ?? 0;
     const found = answer.found ?? {};

@@ -1,5 +1,5 @@
 """What finds landmarks in the pictures of a guest's camera, in their browser: the files of npm's @mediapipe/holistic, with the
-worker that runs them. They are copied beside the page at set-up (clients/web/build.mjs); without them, the page offers other ways."""
+worker that runs them. Set-up copies them beside the page (clients/web/build.mjs); without them the page offers other ways."""
 
 from aiohttp import web
 

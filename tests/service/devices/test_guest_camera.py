@@ -142,14 +142,14 @@ def test_a_hand_that_leaves_the_picture_goes_on_plausibly_and_comes_back_without
 def test_who_is_not_in_the_picture_idles_and_mouse_and_keys_go_on() -> None:
     before = Before().calibrated()
     idle = [guest for _, guest in before.steps(5.0, LED, lambda _: Seen())]
-    assert apart(idle[-1], PointerCaptureAtRest(), "left_hand", "right_hand") < 0.03
+    assert apart(idle[-1], at_rest(), "left_hand", "right_hand") < 0.03
     for said in PointerDecoder("bob").feed(LED, before.t_ns):
         before.guest.take(said)
     led = [guest for _, guest in before.steps(1.5, posture_record(), lambda _: Seen())]
     assert Before.joints(led[-1]).position[JOINT_INDEX["left_hand"], 1] > 1.0
 
 
-def PointerCaptureAtRest() -> Posture:  # noqa: N802
+def at_rest() -> Posture:
     """Of a guest of whom nothing is known."""
     rests = PointerCapture("bob", BUILD, Stance(np.zeros(3), 0.0))
     return [rests.solve(10**18 + k * STEP_NS) for k in range(240)][-1]

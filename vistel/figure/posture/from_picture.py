@@ -17,12 +17,16 @@ from vistel.geometry.rotation import rotation_x, rotation_y
 FOCAL = 1.22
 """Of a webcam, whose picture is 40 to 48 degrees high: the distance at which what is seen is as high as the picture, in picture
 heights. Browsers do not tell it. An error acts as one of depth: what is seen across does not depend on it."""
-BONE_M = 0.012
+BONE_M = 0.02
 """How far a bone's length may be off, as joints are seen [m]."""
-DEPTH_M = 0.08
-"""How far off the landmarks' own depth of an elbow, or of a wrist from it, is [m]."""
-PALM_M = 0.06
-"""The same of a wrist whose depth follows from the size of the hand [m]."""
+ELBOW_M = 0.20
+"""How far off the landmarks' own depth of an elbow is, from the shoulder [m]."""
+WRIST_M = 0.07
+"""The same of a wrist [m]."""
+PALM_M = 0.05
+"""How much farther a wrist may be than its hand looks small [m]..."""
+ASLANT_M = 0.30
+"""... and how much nearer: networks see hands that point at the camera shorter than they are [m]."""
 STILL_M = 0.02
 """An elbow or wrist moves no more than this [m]..."""
 FAST_M_S = 1.5
@@ -69,8 +73,8 @@ def unprojected(points: F64) -> F64:
 
 
 class Arm(NamedTuple):
-    """elbow, wrist: (2,) in the picture; depths: (2,) how far each is nearer to the camera than the joint before it, as the
-    landmarks have it, and palm: the wrist's distance from the camera, as the hand's size has it [m]; None: not known."""
+    """elbow, wrist: (2,) in the picture; depths: (2,) how far each is nearer to the camera than the shoulder, as the landmarks
+    have it, and palm: the wrist's distance from the camera, as the hand's size has it [m]; None: not known."""
 
     elbow: F64
     wrist: F64
@@ -110,11 +114,11 @@ def _cost(first: F64, second: F64, arm: Arm, camera: F64, shoulder: F64, lengths
     upper: F64 = np.linalg.norm(elbow - shoulder, axis=-1)
     lower: F64 = np.linalg.norm(wrist - elbow, axis=-1)
     cost: F64 = ((upper - lengths[0]) / bone) ** 2 + ((lower - lengths[1]) / bone) ** 2
-    cost += ((near - first - arm.depths[0]) / DEPTH_M) ** 2
-    cost += ((first - second - arm.depths[1]) / DEPTH_M) ** 2
+    cost += ((near - first - arm.depths[0]) / ELBOW_M) ** 2 + ((near - second - arm.depths[1]) / WRIST_M) ** 2
     cost += (np.maximum(0.0, second - near - BEHIND_M) / BONE_M) ** 2
     if arm.palm is not None:
-        cost += ((second - arm.palm) / PALM_M) ** 2
+        off = second - arm.palm
+        cost += (off / np.where(off > 0.0, PALM_M, ASLANT_M)) ** 2
     return cost
 
 
