@@ -61,8 +61,10 @@ SMOOTH_DEPTH = (0.6, 3.0)
 """The same of what the landmarks say of depth [Hz, Hz per m/s]."""
 SMOOTH_TURN = (1.2, 5.0)
 """The same of rotation vectors and fingers [Hz, Hz per rad/s]."""
-SLOWEST, QUICKEST = 6.0, 40.0
-"""How quickly what is shown follows what is measured [rad/s]: as pictures come..."""
+SLOWEST = 6.0
+"""How quickly what is shown follows what is measured, at least and at most [rad/s]: as pictures come..."""
+QUICKEST = 40.0
+"""... the same where they come often [rad/s]..."""
 FOLLOWS = 1.3
 """... with this over their interval."""
 

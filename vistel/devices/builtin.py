@@ -198,7 +198,7 @@ KINDS = (
         signatures=(rb"VP[\x01-\x03]",),
         connections=("page",),
         driver="vistel_services.pointer.drivers:page",
-        simulator="vistel_sim.pointers:page",
+        simulator="vistel_sim.pages.devices:page",
     ),
     DeviceKind(
         name="page",
@@ -207,7 +207,7 @@ KINDS = (
         signatures=(rb"VP\x05",),
         connections=("page",),
         driver="vistel_services.pointer.drivers:camera",
-        simulator="vistel_sim.pointers:camera",
+        simulator="vistel_sim.pages.devices:camera",
     ),
 )
 """In the order in which messages list them and in which bytes are compared with their signatures."""

@@ -16,7 +16,7 @@ from vistel.protocol.camera_body import FACE, CameraBodyDecoder, Seen, camera_re
 from vistel.protocol.pointer import Pointed, PointerDecoder, posture_record
 from vistel.space.people import build_of
 from vistel.v1.device_pb2 import PointerFrame
-from vistel_sim.camera_body import SimulatedCamera, face_at_rest
+from vistel_sim.pages.camera_body import SimulatedCamera, face_at_rest
 
 STEP_NS = 16_666_667
 CALIBRATION_S = 8.0

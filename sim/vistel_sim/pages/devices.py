@@ -12,7 +12,7 @@ from vistel.geometry.rotation import rotation_y
 from vistel.protocol.camera_body import camera_record
 from vistel.protocol.pointer import guest_record, posture_record
 from vistel.v1.device_pb2 import PointerFrame
-from vistel_sim.camera_body import SimulatedCamera
+from vistel_sim.pages.camera_body import SimulatedCamera
 from vistel_sim.phone import SimulatedSender, sender
 from vistel_sim.simulation import Simulation
 
