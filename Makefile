@@ -4,7 +4,7 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz hearing chaos soak first bench figures replays speech-model body-model proto web wheel looks lock docs clean
+.PHONY: help setup demo test check house warm docs-commands fuzz hearing camera chaos soak first bench figures replays speech-model body-model proto web wheel looks lock docs clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -48,6 +48,9 @@ figures: setup  ## run every benchmark, or BENCH="field deform", and write docs/
 
 hearing: setup  ## whether a guest's page plays voices with their pictures on this machine, with nothing else to do
 	@$(PY) -m pytest tests/service/pictures/test_guest_hearing.py
+
+camera: setup  ## whether a guest before a camera moves their figure, and how far it is off (some minutes)
+	@$(PY) -m pytest -s tests/service/pictures/test_guest_camera_page.py
 
 chaos: setup  ## random faults under a conference of four sites, MINUTES=30 SEED=1, and whether it stood them
 	@$(PY) -m vistel_sim.chaos --minutes $(or $(MINUTES),30) --seed $(or $(SEED),1)

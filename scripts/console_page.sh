@@ -9,7 +9,7 @@ pages=services/vistel_services/console/page
 stamp=clients/web/node_modules/.console-page
 wanted=$(cat clients/web/{connection,console,join,sound}/* clients/web/package-lock.json clients/web/build.mjs "$0" | sha256sum)
 made=yes
-for page in console join connection microphone player; do [ -f "$pages/$page.js" ] || made=no; done
+for page in console join connection microphone player landmarks/camera_worker; do [ -f "$pages/$page.js" ] || made=no; done
 if [ $made = yes ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
 
 exec 9<"$0" # one at a time
@@ -23,6 +23,9 @@ cd clients/web
 if [ ! -d node_modules/three ] || [ ! -d node_modules/preact ] || [ ! -d node_modules/uplot ]; then
   npm ci --omit=dev --no-audit --no-fund --silent 2>/dev/null || missing "npm's registry cannot be reached"
 fi
+# Only guests' cameras need it: where it cannot be had, all else is made.
+[ -d node_modules/@mediapipe/holistic ] || npm install --omit=dev --no-save --no-audit --no-fund --silent 2>/dev/null ||
+  echo "console: guests cannot use their cameras: npm's registry cannot be reached; run \`make web\` later" >&2
 npm run --silent build -- --console >/dev/null || missing "esbuild refuses its sources"
 cd ../..
 echo "$wanted" > "$stamp"

@@ -1,4 +1,5 @@
 // Bundles each page's script into the Python package that serves it, below the folder that is said (default: the repository).
+import { copyFileSync, existsSync, mkdirSync } from "node:fs";
 import { build } from "esbuild";
 
 const root = process.argv.slice(2).find((said) => !said.startsWith("--")) ?? "../../";
@@ -13,7 +14,9 @@ const made = {
   "connection/worker.ts": "services/vistel_services/console/page/connection.js",
   "sound/microphone_worklet.ts": "services/vistel_services/console/page/microphone.js",
   "sound/player_worklet.ts": "services/vistel_services/console/page/player.js",
+  "join/camera_worker.ts": "services/vistel_services/console/page/landmarks/camera_worker.js",
 };
+const classic = ["join/camera_worker.ts"]; // what it loads knows no modules
 const onlyConsole = process.argv.includes("--console");
 
 for (const [from, to] of Object.entries(onlyConsole ? made : { ...pages, ...made })) {
@@ -21,7 +24,7 @@ for (const [from, to] of Object.entries(onlyConsole ? made : { ...pages, ...made
     entryPoints: [from],
     outfile: root + to,
     bundle: true,
-    format: "esm",
+    format: classic.includes(from) ? "iife" : "esm",
     target: "es2022",
     charset: "utf8",
     legalComments: "inline",
@@ -32,4 +35,14 @@ for (const [from, to] of Object.entries(onlyConsole ? made : { ...pages, ...made
     logLevel: "warning",
   });
   console.log(to);
+}
+
+// Its models are in the package, and are served as they are; only with it can a guest use their camera.
+const holistic = "node_modules/@mediapipe/holistic/";
+const landmarks = root + "services/vistel_services/console/page/landmarks/";
+const files = ["holistic.js", "holistic.binarypb", "holistic_solution_packed_assets.data", "holistic_solution_packed_assets_loader.js"];
+files.push("holistic_solution_simd_wasm_bin.js", "holistic_solution_simd_wasm_bin.wasm", "pose_landmark_full.tflite");
+if (existsSync(holistic)) {
+  mkdirSync(landmarks, { recursive: true });
+  for (const file of files) copyFileSync(holistic + file, landmarks + file);
 }

@@ -12,16 +12,18 @@ import numpy as np
 import pytest
 from guest_room import GuestPage, GuestRoom
 from waiting import until
+from yarl import URL
 
 from vistel.audio.forwarded_voices import FORMAT
 from vistel.audio.opus import FRAME, FRAME_NS, Encoder
 from vistel.audio.page_voice import MOST_PACKET_BYTES, voice_record
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.invitations import withdraw
+from vistel.protocol.camera_body import BODY, Seen, camera_record
 from vistel.protocol.pointer import guest_record, posture_record
 from vistel.session.chat import Chat
 from vistel.v1.device_pb2 import PointerFrame
-from vistel_services.console import guests
+from vistel_services.console import guests, landmarks
 
 SITS = posture_record(0.2, -0.1)
 
@@ -310,3 +312,75 @@ def test_a_guest_writes_to_all_in_their_own_name_and_no_more_than_a_person_types
         assert len(chat.lines) == guests.MOST_LINES
 
     in_room(tmp_path, monkeypatch, play)
+
+
+BODY_SEEN = Seen([(0.02 * n, 0.0, 0.0) for n in range(len(BODY))])
+
+
+def test_what_a_guests_camera_sees_is_theirs_and_what_no_camera_sees_is_not_passed_on_and_ends_the_visit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(room: GuestRoom) -> None:
+        def now() -> int:
+            return room.clock.now_ns()
+
+        async with room.opened(room.invited()) as page:
+            await page.told("invited")
+            await page.socket.send_bytes(camera_record(now(), BODY_SEEN))  # before she is in the room
+            await page.socket.send_json({"person": "carla"})
+            right = camera_record(now(), BODY_SEEN)
+            wrong = (
+                camera_record(now() + 3_600_000_000_000, BODY_SEEN),  # from the future
+                camera_record(now() - 60_000_000_000, BODY_SEEN),  # of a minute ago
+                right[:-1],
+                right[:3] + b"\xff" + right[4:],
+                right[:12] + b"\x00\x80" + right[14:],  # far beside the picture
+                right[:4] + b"\xff" * 8 + right[12:],  # at no time
+            )
+            for record in (*wrong, right):
+                await page.socket.send_bytes(record)
+            await room.until(lambda: room.seen, "what is in order")
+            for _ in range(guests.MOST_FAULTY):
+                await page.socket.send_bytes(wrong[0])
+            assert await page.code() == guests.MISBEHAVED
+        room.take()
+        assert [m.device for m in room.seen] == ["guest-1-camera"] and len(room.seen[0].body) == 3 * len(BODY)
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_a_camera_of_a_thousand_pictures_a_second_ends_the_visit_and_few_are_passed_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(room: GuestRoom) -> None:
+        async with room.opened(room.invited()) as page:
+            await page.enter()
+            for _ in range(1000):
+                await page.socket.send_bytes(camera_record(room.clock.now_ns(), BODY_SEEN))
+            assert await page.code() == guests.MISBEHAVED
+        room.take()
+        assert len(room.seen) <= guests.MOST_A_SECOND
+
+    in_room(tmp_path, monkeypatch, play)
+
+
+def test_what_finds_landmarks_is_served_from_here_alone_and_nothing_beside_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "page"
+    (folder / "landmarks").mkdir(parents=True)
+    (folder / "landmarks/camera_worker.js").write_text("worker")
+    (folder / "secret").write_text("no")
+    monkeypatch.setattr(landmarks, "FOLDER", folder)
+
+    async def play(room: GuestRoom) -> None:
+        async with aiohttp.ClientSession() as session:
+            async with session.get(f"http://{room.address}/landmarks/camera_worker.js") as answer:
+                assert (answer.status, await answer.text(), answer.content_type) == (200, "worker", "text/javascript")
+                policy = answer.headers["Content-Security-Policy"]
+                assert "connect-src 'self'" in policy and "http" not in policy and "unsafe-inline" not in policy
+            for beside in ("/landmarks/..%2fsecret", "/landmarks/%2e%2e/secret", "/landmarks/other.js", "/landmarks/"):
+                async with session.get(URL(f"http://{room.address}{beside}", encoded=True)) as answer:
+                    assert answer.status == 404, beside
+
+    in_room(tmp_path, monkeypatch, play, console=ConsoleConfig(at="127.0.0.1:0", token="0123456789abcdef"))

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from vistel.conference.avatar_files import avatar_file
-from vistel.conference.device_names import eye_name, face_name, glove_name, pointer_name, tracker_name
+from vistel.conference.device_names import camera_body_name, eye_name, face_name, glove_name, pointer_name, tracker_name
 from vistel.conference.files import public_avatar
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
@@ -45,7 +45,9 @@ class Person:
     eye: str | None = None
     """The camera that sees one of their eyes."""
     pointer: str | None = None
-    """A guest's page: then they have nothing else."""
+    """A guest's page: then they have nothing else..."""
+    camera_body: str | None = None
+    """... but the camera of this page."""
     body: MeasuredPerson | None = None
     """Their measured body; None: a standard one of their height."""
     mounts: Mapping[str, Mount] | None = None
@@ -121,6 +123,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
                 face=face_name(p.name) if p.face and not p.guest else None,
                 eye=eye_name(p.name) if p.eye and not p.guest else None,
                 pointer=pointer_name(p.name) if p.guest else None,
+                camera_body=camera_body_name(p.name) if p.guest else None,
                 avatar_file=avatar_file(p),
                 second_tracker=tracker_name(p.name, 2) if t and t.second_port else None,
                 body=load_body(p.body) if p.body else None,

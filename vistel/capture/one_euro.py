@@ -60,9 +60,13 @@ def _share(cutoff_hz: float, dt: float) -> float:
 
 
 class AngleFilter:
-    """Filters the angles of one glove; times in seconds, angles (n,) [rad]."""
+    """Filters the angles of one glove, or other numbers; times in seconds, angles (n,) [rad]."""
 
-    def __init__(self) -> None:
+    def __init__(
+        self, cutoff_hz: float = ANGLE_CUTOFF_HZ, speed_gain: float = ANGLE_SPEED_GAIN, restart_s: float = RESTART_S
+    ) -> None:
+        """cutoff_hz: at rest; speed_gain: how it rises with their speed; restart_s: after a gap this long it starts anew."""
+        self._cutoff_hz, self._gain, self._restart_s = cutoff_hz, speed_gain, restart_s
         self._t = -math.inf
         self._angles: F64 = np.zeros(0)
         self._speed: F64 = np.zeros(0)
@@ -70,12 +74,12 @@ class AngleFilter:
     def update(self, t: float, angles: F64) -> F64:
         """The filtered angles (n,) after a sample; a sample that is not newer than the last is ignored."""
         dt = t - self._t
-        if dt > RESTART_S or angles.shape != self._angles.shape:
+        if dt > self._restart_s or angles.shape != self._angles.shape:
             self._t, self._angles, self._speed = t, angles, np.zeros_like(angles)
         elif dt > 0.0:
             innovation = angles - self._angles
             self._speed = self._speed + _share(ANGLE_VELOCITY_CUTOFF_HZ, dt) * (innovation / dt - self._speed)
-            r = 2.0 * math.pi * dt * (ANGLE_CUTOFF_HZ + ANGLE_SPEED_GAIN * np.abs(self._speed))
+            r = 2.0 * math.pi * dt * (self._cutoff_hz + self._gain * np.abs(self._speed))
             self._t, self._angles = t, self._angles + r / (r + 1.0) * innovation
         return self._angles
 

@@ -1,7 +1,9 @@
-"""A guest with mouse and keys as a seated person: from where they point and look to what four receivers and two gloves on them
-would measure, which the posture solver takes as it takes everybody's. No bus, no clock: times come with the calls.
+"""A guest with mouse and keys, and perhaps a camera, as a seated person: from where they point and look to what four receivers and
+two gloves on them would measure, which the posture solver takes as it takes everybody's. No bus, no clock: times come with the
+calls.
 
-They breathe, blink and look about a little; hands go to things in an arc from above, and the trunk leans after them.
+They breathe, blink and look about a little; hands go to things in an arc from above, and the trunk leans after them. What a camera
+sees of them takes the place of that, but of a hand that the mouse leads and of gestures.
 """
 
 import math
@@ -10,7 +12,11 @@ import zlib
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.capture.camera_body import CameraBody, Followed
 from vistel.capture.gestures import FIST, HandAim, gesturing
+from vistel.capture.spring import Spring
+from vistel.figure.face.marks import REST
+from vistel.figure.posture.channel import MatrixPose, blend
 from vistel.figure.posture.hands import OPEN, RELAXED, hand_rotation
 from vistel.figure.posture.limits import SIDES
 from vistel.figure.posture.posture import Posture, Stance, spine_chord, spine_rotations
@@ -20,7 +26,7 @@ from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, SPINE_SEGMENTS
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotation_y, slerp
 from vistel.space.people import Build
 from vistel.space.room import CHAIR_HEIGHT, TABLE_HEIGHT
-from vistel.v1.device_pb2 import PointedHand, PointerFrame
+from vistel.v1.device_pb2 import CameraBodyFrame, PointedHand, PointerFrame
 
 AWAY_S = 2.0
 """Without a word of the page for so long (it is in the background), the guest rests [s]."""
@@ -58,25 +64,11 @@ HEAD_SHARE = 0.7
 """Of where somebody looks: the rest is the trunk's."""
 
 
-class _Spring:
-    """Critically damped: exact for any step of time."""
-
-    def __init__(self, at: F64) -> None:
-        self.at, self._speed = at.copy(), np.zeros_like(at)
-
-    def follow(self, aim: F64, dt: float, rate: float | F64) -> F64:
-        off = self.at - aim
-        change = (self._speed + rate * off) * dt
-        fading = np.exp(-rate * dt)
-        self.at, self._speed = aim + (off + change) * fading, (self._speed - rate * change) * fading
-        return self.at
-
-
 class _Hand:
     """One hand: where it is, and how far it has closed."""
 
     def __init__(self, rest: HandAim) -> None:
-        self.place, self.fingers = _Spring(rest.palm), _Spring(rest.fingers)
+        self.place, self.fingers = Spring(rest.palm), Spring(rest.fingers)
         self.rotation = quaternion_from_matrix(np.ascontiguousarray(rest.rotation))
         self.closing = False
 
@@ -116,7 +108,8 @@ class PointerCapture:
         upright = self._base + np.array([0.0, skeleton.spine, 0.0])
         self._shoulder = {s: upright + self._from_top[f"{s}_upper_arm"] for s in SIDES}
         self._hands = {s: _Hand(self._lap(s)) for s in SIDES}
-        self._look, self._trunk = _Spring(np.array([0.0, -0.15])), _Spring(np.zeros(3))
+        self._camera = CameraBody(skeleton, self._base)
+        self._look, self._trunk = Spring(np.array([0.0, -0.15])), Spring(np.zeros(3))
         self._said = PointerFrame()
         self._said_ns = self._begun_ns = self._t_ns = 0
 
@@ -125,6 +118,10 @@ class PointerCapture:
         if frame.gesture_number != self._said.gesture_number:
             self._begun_ns = frame.header.t_ns
         self._said, self._said_ns = frame, frame.header.t_ns
+
+    def see(self, frame: CameraBodyFrame) -> None:
+        """What the page's camera sees of the guest."""
+        self._camera.take(frame)
 
     def solve(self, t_ns: int) -> Posture:
         """The posture at `t_ns`, later than the last one."""
@@ -139,19 +136,26 @@ class PointerCapture:
         for s, led in (("left", said.left), ("right", said.right)):
             aim = made.hands.get(s)
             aim = self._lap(s) if aim is None else HandAim(aim.palm * self._scale, aim.rotation, aim.fingers)
-            pointed = said.HasField("left" if s == "left" else "right")
+            pointed = said.HasField(s)
             aim = self._led(s, led) if pointed else aim if s in made.hands else self._leaving(s, aim)
             aims[s] = self._hands[s].follow(aim, dt, made.share if s in made.hands and not pointed else 0.0)
             if not pointed:
                 self._hands[s].closing = False
+        busy = frozenset(f"{s}_{part}" for s in SIDES if said.HasField(s) or s in made.hands for part in ("hand", "fingers"))
+        seen = self._camera.at(t_ns, dt, busy)
         wrists = {s: aim.palm - aim.rotation @ self._palm(s) for s, aim in aims.items()}
         turn = np.array([0.0, (1.0 - HEAD_SHARE) * yaw, 0.0])
         trunk = self._trunk.follow(self._lean(wrists) + turn, dt, 0.6 * HEAD_RATE)
-        receivers = self._receivers(trunk, yaw, pitch, wrists, aims, t_s)
-        fingers = (aims["left"].fingers, aims["right"].fingers)
-        posture = self._solver.solve(t_ns * 1e-9, receivers, fingers).posture
+        placed = self._placed(trunk, yaw, pitch, wrists, aims, t_s)
+        receivers = {n: self._measured(n, blend(p, seen[n].pose, seen[n].share) if n in seen else p) for n, p in placed.items()}
+        fingers = tuple(_mixed(aims[s].fingers, seen.get(f"{s}_fingers")) for s in SIDES)
+        elbows = {s: hand.more for s in SIDES if (hand := seen.get(f"{s}_hand")) is not None and hand.share > 0.0}
+        posture = self._solver.solve(t_ns * 1e-9, receivers, (fingers[0], fingers[1]), elbows).posture
         gaze = np.clip(wanted - (yaw, pitch), -0.5, 0.5) + _glance(t_s)
-        return Posture(posture.dofs, posture.hands, posture.stance, gaze, posture.joints, None, np.full(2, _lids(t_s)))
+        face = np.concatenate((REST.ravel(), gaze, np.full(2, _lids(t_s))))
+        face = _mixed(face, seen.get("face"))
+        marks = np.reshape(face[:-4], REST.shape) if "face" in seen else None
+        return Posture(posture.dofs, posture.hands, posture.stance, face[-4:-2], posture.joints, marks, face[-2:])
 
     def _palm(self, side: str) -> F64:
         return self._build.palm[0 if side == "left" else 1]
@@ -199,10 +203,10 @@ class PointerCapture:
             lean += excess * np.array([3.0 * max(0.0, ahead[2]), -sign * 1.8 * max(0.0, ahead[2]), -1.2 * ahead[0]])
         return MOST_LEAN * np.tanh(lean / MOST_LEAN)
 
-    def _receivers(
+    def _placed(
         self, trunk: F64, yaw: float, pitch: float, wrists: dict[str, F64], aims: dict[str, HandAim], t_s: float
-    ) -> dict[str, Placement]:
-        """What the receivers on chest, head and hands measure, in the room."""
+    ) -> dict[str, MatrixPose]:
+        """Where chest, head and hands are, in the seat's frame."""
         breath = math.sin(2.0 * math.pi * BREATHS_HZ * t_s)
         bent = trunk + np.array([0.012 + 0.006 * breath, 0.0, 0.0])
         bent[:2] += _sway(0.7 * t_s, 0.006)
@@ -211,17 +215,23 @@ class PointerCapture:
         top = top + np.array([0.0, 0.0015 * breath, 0.0])
         head = rotation_y(yaw) @ rotation_x(-pitch)
         neck = matrix_from_quaternion(slerp(quaternion_from_matrix(chest), quaternion_from_matrix(head), 0.5))
-        placed = {
-            "chest": (top + chest @ self._from_top["left_shoulder"], chest),
-            "head": (top + chest @ self._from_top["neck"] + neck @ self._head_bone, head),
-            **{f"{s}_hand": (wrists[s], aim.rotation) for s, aim in aims.items()},
+        return {
+            "chest": MatrixPose(top + chest @ self._from_top["left_shoulder"], chest),
+            "head": MatrixPose(top + chest @ self._from_top["neck"] + neck @ self._head_bone, head),
+            **{f"{s}_hand": MatrixPose(wrists[s], aim.rotation) for s, aim in aims.items()},
         }
-        return {name: self._measured(name, *pose) for name, pose in placed.items()}
 
-    def _measured(self, name: str, p_seat: F64, rotation: F64) -> Placement:
+    def _measured(self, name: str, pose: MatrixPose) -> Placement:
+        """What the receiver there measures, in the room."""
+        p_seat, rotation = pose
         mount, facing = self._mounts[name], rotation_y(self._seat.heading)
         at = self._seat.position + facing @ (p_seat + rotation @ mount.position)
         return at, quaternion_from_matrix(np.ascontiguousarray(facing @ rotation @ mount.rotation))
+
+
+def _mixed(values: F64, seen: Followed | None) -> F64:
+    """Values as the camera has them, as far as that is believed."""
+    return values if seen is None else values + seen.share * (seen.more - values)
 
 
 def _direction(yaw: float, pitch: float) -> F64:

@@ -5,7 +5,16 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 from vistel.conference import device_names
-from vistel.conference.devices import EyeConfig, FaceConfig, GloveConfig, OfKind, PointerConfig, PropTracker, TrackerConfig
+from vistel.conference.devices import (
+    CameraBodyConfig,
+    EyeConfig,
+    FaceConfig,
+    GloveConfig,
+    OfKind,
+    PointerConfig,
+    PropTracker,
+    TrackerConfig,
+)
 from vistel.conference.model import Conference, Participant, Prop, Site
 from vistel.devices.kind import DeviceKind
 
@@ -17,7 +26,7 @@ class Device:
     """One unit."""
 
     name: str
-    config: TrackerConfig | PropTracker | GloveConfig | FaceConfig | EyeConfig | PointerConfig
+    config: TrackerConfig | PropTracker | GloveConfig | FaceConfig | EyeConfig | PointerConfig | CameraBodyConfig
     participant: Participant | None = None
     """Who wears it; None: it is on a prop."""
     prop: Prop | None = None
@@ -78,9 +87,11 @@ class Device:
 
 
 def devices_of_participant(person: Participant) -> Iterator[Device]:
-    """A guest's page; or trackers, gloves, phone or face camera, eye camera."""
+    """A guest's page and its camera; or trackers, gloves, phone or face camera, eye camera."""
     if person.guest:
         yield Device(device_names.pointer_name(person.name), person.pointer, person)
+    if person.by_link or (person.guest and person.camera_body.port == "sim"):
+        yield Device(device_names.camera_body_name(person.name), person.camera_body, person)
     if person.guest or person.program:
         return
     if person.tracker is not None:

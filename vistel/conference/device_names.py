@@ -41,6 +41,11 @@ def pointer_name(participant: str) -> str:
     return f"{participant}-pointer"
 
 
+def camera_body_name(participant: str) -> str:
+    """The camera of a guest's page, which sees their body."""
+    return f"{participant}-camera"
+
+
 def microphone_name(participant: str) -> str:
     """A participant's simulated microphone."""
     return f"{participant}-microphone"

@@ -212,6 +212,15 @@ class PointerConfig(OfKind):
     """"page": the console's page for guests, "sim": a simulated guest, who enters by themselves."""
 
 
+class CameraBodyConfig(OfKind):
+    """The camera of a guest's page, where the guest turns it on."""
+
+    role = "camera_body"
+    kind: str = "page"
+    port: Literal["page", "sim"] = "page"
+    """"page": the console's page for guests, "sim": a simulated camera before a simulated guest."""
+
+
 class PropTracker(AnyTracker):
     """A tracker on a serial port with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
     site's first participant."""

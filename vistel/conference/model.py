@@ -9,7 +9,17 @@ from pydantic import Field, field_validator, model_validator
 
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.device_names import prop_tracker_name, tracker_name
-from vistel.conference.devices import Checked, EyeConfig, FaceConfig, GloveConfig, Name, PointerConfig, PropTracker, TrackerConfig
+from vistel.conference.devices import (
+    CameraBodyConfig,
+    Checked,
+    EyeConfig,
+    FaceConfig,
+    GloveConfig,
+    Name,
+    PointerConfig,
+    PropTracker,
+    TrackerConfig,
+)
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
 from vistel.conference.speech import Speech
@@ -78,6 +88,8 @@ class Participant(Checked):
     for them."""
     pointer: PointerConfig = PointerConfig()
     """guest: their page."""
+    camera_body: CameraBodyConfig = CameraBodyConfig()
+    """guest: its camera."""
     height: float = Field(default=1.75, ge=0.5, le=2.6)
     avatar: str = "builtin"
     """"builtin" (made from the name), "builtin:person=carla", or a file: .usda, .usdc or .usdz, beside the conference file or in

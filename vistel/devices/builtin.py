@@ -198,7 +198,16 @@ KINDS = (
         signatures=(rb"VP[\x01-\x03]",),
         connections=("page",),
         driver="vistel_services.pointer.drivers:page",
-        simulator="vistel_sim.pointers:page",
+        simulator="vistel_sim.pages.devices:page",
+    ),
+    DeviceKind(
+        name="page",
+        role="camera_body",
+        title="the camera of a guest's page",
+        signatures=(rb"VP\x05",),
+        connections=("page",),
+        driver="vistel_services.pointer.drivers:camera",
+        simulator="vistel_sim.pages.devices:camera",
     ),
 )
 """In the order in which messages list them and in which bytes are compared with their signatures."""

@@ -149,6 +149,28 @@ class Guest(_message.Message):
     left: bool
     def __init__(self, display_name: _Optional[str] = ..., avatar: _Optional[str] = ..., left: _Optional[bool] = ...) -> None: ...
 
+class CameraBodyFrame(_message.Message):
+    __slots__ = ("header", "device", "picture_t_ns", "calibrating", "body", "visibility", "left_hand", "right_hand", "face")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    DEVICE_FIELD_NUMBER: _ClassVar[int]
+    PICTURE_T_NS_FIELD_NUMBER: _ClassVar[int]
+    CALIBRATING_FIELD_NUMBER: _ClassVar[int]
+    BODY_FIELD_NUMBER: _ClassVar[int]
+    VISIBILITY_FIELD_NUMBER: _ClassVar[int]
+    LEFT_HAND_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_HAND_FIELD_NUMBER: _ClassVar[int]
+    FACE_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    device: str
+    picture_t_ns: int
+    calibrating: bool
+    body: _containers.RepeatedScalarFieldContainer[int]
+    visibility: _containers.RepeatedScalarFieldContainer[int]
+    left_hand: _containers.RepeatedScalarFieldContainer[int]
+    right_hand: _containers.RepeatedScalarFieldContainer[int]
+    face: _containers.RepeatedScalarFieldContainer[int]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., picture_t_ns: _Optional[int] = ..., calibrating: _Optional[bool] = ..., body: _Optional[_Iterable[int]] = ..., visibility: _Optional[_Iterable[int]] = ..., left_hand: _Optional[_Iterable[int]] = ..., right_hand: _Optional[_Iterable[int]] = ..., face: _Optional[_Iterable[int]] = ...) -> None: ...
+
 class RawBytes(_message.Message):
     __slots__ = ("header", "device", "direction", "data", "read_size", "read_after_ns")
     class Direction(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):

@@ -4,6 +4,7 @@ import type { Words } from "../console/wire";
 export type ToWorker =
   | { kind: "open"; address: string; first: string | undefined } // first: what is said first, each time
   | { kind: "send"; data: string | ArrayBuffer }
+  | { kind: "seen"; data: ArrayBuffer; at: number } // what a camera saw at a time of day [ms]
   | { kind: "next" } // the last frame has been taken
   | { kind: "look" } // whether the connection still lives
   | { kind: "hear"; hears: boolean } // whether voices are played

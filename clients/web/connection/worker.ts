@@ -5,6 +5,7 @@ import type { FromWorker, ToWorker } from "./messages";
 import { Socket } from "./socket";
 import { Speaking } from "./speaking";
 
+const TIME_AT = 4; // bytes from the beginning of a record
 const tell = (said: FromWorker, transfer: Transferable[] = []) => postMessage(said, { transfer });
 let socket: Socket | null = null;
 let newest: ArrayBuffer | null = null; // frame that waits: a page that is slow gets the newest only
@@ -28,6 +29,14 @@ function show(frame: ArrayBuffer | null): void {
   [newest, taking] = [null, true];
 }
 
+/** Landmarks of a picture, with the conference time at which it was taken (vistel/protocol/camera_body.py). */
+function see(data: ArrayBuffer, at: number): void {
+  const ms = time?.at(at - performance.timeOrigin) ?? null;
+  if (ms === null) return;
+  new DataView(data).setFloat64(TIME_AT, ms, true);
+  socket?.send(data);
+}
+
 function open(address: string, first: string | undefined): void {
   socket = new Socket(
     address,
@@ -47,6 +56,7 @@ function open(address: string, first: string | undefined): void {
 onmessage = ({ data }: MessageEvent<ToWorker>) => {
   if (data.kind === "open") open(data.address, data.first);
   else if (data.kind === "send") socket?.send(data.data);
+  else if (data.kind === "seen") see(data.data, data.at);
   else if (data.kind === "next") show(((taking = false), newest));
   else if (data.kind === "look") socket?.look();
   else if (data.kind === "hear") hearing.turn(data.hears);

@@ -1,4 +1,4 @@
-// The page of a guest: whoever has the link chooses a person, enters, and is in the room, led by mouse and keys.
+// The page of a guest: whoever has the link chooses a person, enters, and is in the room, led by mouse, keys and camera.
 import { render } from "preact";
 import { Vector3 } from "three";
 import { Link } from "../connection/link";
@@ -9,9 +9,11 @@ import { Room } from "../console/room";
 import { decode, type Frame, type Invited, type Joints, type Line, type Table, type Words } from "../console/wire";
 import { Microphone } from "../sound/microphone";
 import { canHear, Voices } from "../sound/voices";
+import { Camera } from "./camera";
 import { Eyes } from "./eyes";
 import { GESTURES, Gestures } from "./gestures";
 import { Hand } from "./hand";
+import { CameraButton, drawMirror, Mirror } from "./mirror";
 import { record } from "./record";
 import { text, translated } from "./words";
 
@@ -32,6 +34,7 @@ declare global {
       sharp(): void;
       voices: Voices;
       microphone: Microphone;
+      camera: Camera;
     };
   }
 }
@@ -39,6 +42,7 @@ declare global {
 const SEND_MS = 1000 / 30;
 const MOST_LETTERS = 300; // of a line of the chat
 const STILL_MS = 3000; // without a move of the pointer for so long, the head turns to who speaks
+const MIRROR_MS = 500; // how often the words beside the mirror are looked after
 const SLOW_MS = 60; // from asking for a picture until it is drawn
 const MOST_REST_MS = 300;
 const FOLLOWS = 0.45; // share of where the pointer is in the picture by which the head turns to it
@@ -68,6 +72,7 @@ let read = 0; // lines that have been seen: when the newest of them was written 
 let chatOpen = false;
 const voices = new Voices(room, () => link, (hear) => person && link.send(JSON.stringify({ hear })));
 const microphone = new Microphone(() => link, () => Boolean(person), () => showWords());
+const camera = new Camera(() => link, () => Boolean(person), () => showMirror());
 const meter = document.createElement("meter");
 
 function opened(): Room | null {
@@ -132,7 +137,8 @@ function say(what: string | null, over = false): void {
   trouble.hidden = what === null;
   trouble.textContent = translated(what);
   if (!over) return;
-  element("door").hidden = element("does").hidden = true;
+  element("door").hidden = element("does").hidden = element("mirror").hidden = true;
+  camera.close();
 }
 
 /** All that is written on the page now. */
@@ -152,6 +158,7 @@ function showDoor(words: Invited): void {
     void voices.turn(true).then(showDoes);
     element("door").hidden = true;
     element("does").hidden = false;
+    showMirror();
     showDoes();
     canvas.focus();
   };
@@ -238,6 +245,7 @@ function showDoes(): void {
   render(
     <>
       <MicrophoneButton />
+      <CameraButton camera={camera} />
       <button type="button" id="sound" aria-pressed={voices.on} disabled={!canHear} onClick={turn}>
         {text(canHear ? (voices.on ? "soundOn" : "soundOff") : "cannotHear")}
       </button>
@@ -257,6 +265,15 @@ function showDoes(): void {
     </>,
     element("does"),
   );
+}
+
+/** What the camera sees, and the button that turns it on. */
+function showMirror(): void {
+  if (!person) return;
+  showDoes();
+  const on = camera.state === "on" || camera.state === "loading";
+  element("mirror").hidden = !on;
+  render(on ? <Mirror camera={camera} /> : null, element("mirror"));
 }
 
 /** What the guest does now, thirty times a second; nothing while the page is in the background, where the figure rests. */
@@ -311,6 +328,7 @@ function draw(now: number): void {
   voices.step();
   meter.value = Math.min(1, 4 * microphone.level);
   room?.draw(now);
+  if (camera.state === "on") drawMirror(camera);
   labels?.draw(invited?.participant ?? "");
   const took = performance.now() - askedAt;
   if (took > SLOW_MS) setTimeout(ask, Math.min(took, MOST_REST_MS));
@@ -340,6 +358,7 @@ if (!room) say(text("noPicture"), true);
 else {
   ask();
   setInterval(tell, SEND_MS);
+  setInterval(() => camera.state === "on" && showMirror(), MIRROR_MS);
   window.guest = {
     me: () => (invited && room.figures.get(invited.participant)?.root.visible ? invited.participant : null),
     joints: (name) => room.figures.get(name)?.places() ?? [],
@@ -351,10 +370,11 @@ else {
     held: () => room.held.grasps,
     own: () => Boolean(invited && room.figures.get(invited.participant)?.own),
     ready: () => [...room.figures.values()].filter((f) => f.own).length,
-    sent: () => sent + microphone.sent,
+    sent: () => sent + microphone.sent + camera.sent,
     sharp: () => room.sharp(),
     voices,
     microphone,
+    camera,
   };
 }
 meter.setAttribute("aria-label", text("level"));

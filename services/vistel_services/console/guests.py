@@ -10,19 +10,19 @@ import socket
 from collections import deque
 from collections.abc import Callable
 from contextlib import AbstractContextManager, suppress
-from pathlib import Path
 
 from aiohttp import WSMsgType, web
 from prometheus_client import Counter, Gauge
 
 from vistel.audio.page_voice import VoiceGate, is_voice, voice_of
-from vistel.conference.device_names import microphone_name, pointer_name
+from vistel.conference.device_names import camera_body_name, microphone_name, pointer_name
 from vistel.conference.invitations import Invitation, RefusedError, invitations_in, invited
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.seats import seat_place
 from vistel.figure.body_model.builtin_people import PEOPLE
 from vistel.messages.chat import ChatError, line_message
+from vistel.protocol.camera_body import camera_body_of, is_camera_body
 from vistel.protocol.pointer import guest_record, left_record, line_of, line_record, posture_of
 from vistel.wire import background
 from vistel.wire.clock import Clock, sleep, within
@@ -48,7 +48,7 @@ _GUESS_S = 1.0
 _EVERY_NS = 20_000_000
 """A page's messages are passed on no oftener; it sends thirty a second, and what comes sooner is left out."""
 MOST_A_SECOND = 200
-"""Messages of a page, which sends eighty, and more at once after it was held up; with more, it is none of ours, and is closed."""
+"""Messages of a page, which sends 110, and more at once after it was held up; with more, it is none of ours, and is closed."""
 MOST_FAULTY = 10
 """The same of messages that say what nobody can do, in one visit."""
 _PRESENT_S = 0.25
@@ -139,7 +139,7 @@ class Guests:
             raise RefusedError("The host's machine cannot read its invitations; its log says why.") from e
         if guest.participant not in self._seats:
             raise RefusedError("The seat of this invitation is not in the conference any more. Ask the host for a new link.")
-        if not self._device(guest.participant).exists():
+        if not self._paths.device(pointer_name(guest.participant)).exists():
             raise RefusedError("The site of the guests does not run on the console's machine now. Tell the host.")
         return guest
 
@@ -169,12 +169,10 @@ class Guests:
         """Conference time."""
         return self._clock.now_ns()
 
-    def _device(self, participant: str) -> Path:
-        return self._paths.device(pointer_name(participant))
-
     def _send(self, participant: str, record: bytes) -> None:
         said = is_voice(record) or line_of(record) is not None
-        device = self._paths.device(microphone_name(participant)) if said else self._device(participant)
+        name = microphone_name if said else camera_body_name if is_camera_body(record) else pointer_name
+        device = self._paths.device(name(participant))
         with suppress(OSError, ValueError):  # the device is not there now
             self._socket.sendto(record, ("127.0.0.1", int(device.read_text())))
 
@@ -191,7 +189,8 @@ class _Visit:
         self._voice = VoiceGate()
         self._avatar = ""
         self._written_ns = deque[int](maxlen=MOST_LINES)
-        self._second_ns, self._in_second, self._faulty, self._passed_ns = 0, 0, 0, 0
+        self._second_ns, self._in_second, self._faulty = 0, 0, 0
+        self._passed_ns = {"body": 0, "pointer": 0}
         self.passed_on = 0
 
     async def listen(self) -> None:
@@ -247,10 +246,13 @@ class _Visit:
             self._refuse()
 
     def _move(self, record: bytes, now_ns: int) -> None:
-        if not self._avatar or posture_of(record) is None:
+        """What mouse and keys do, or what the camera sees."""
+        kind = "body" if is_camera_body(record) else "pointer"
+        said = camera_body_of(record, now_ns) if kind == "body" else posture_of(record)
+        if not self._avatar or said is None:
             self._refuse()
-        elif now_ns - self._passed_ns >= _EVERY_NS:
-            self._passed_ns = now_ns
+        elif now_ns - self._passed_ns[kind] >= _EVERY_NS:
+            self._passed_ns[kind] = now_ns
             self.passed_on += 1
             _TAKEN.inc()
             self._gateway.pass_on(self._guest, record)

@@ -15,6 +15,7 @@ from vistel.wire.clock import Clock
 from vistel_services.console import bundle
 from vistel_services.console.gateway import Gateway, glb
 from vistel_services.console.guests import Guests
+from vistel_services.console.landmarks import PATH, landmarks
 from vistel_services.console.replays import Replays
 from vistel_services.serving.address import console_address
 from vistel_services.serving.pages import PageFiles
@@ -52,11 +53,12 @@ async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -
         digest = request.match_info["digest"]
         return glb(gateway.file(digest) or replays.file(digest))
 
-    more = {"/live": gateway.watch, "/past": replays.watch, "/export": replays.export, _VISIT: guests.visit}
+    more = {"/live": gateway.watch, "/past": replays.watch, "/export": replays.export, _VISIT: guests.visit, PATH: landmarks}
     more["/asset/{digest}.glb"] = asset
 
     def also(request: web.Request) -> bool:
-        return request.path in (*_OF_GUESTS, _VISIT) or (request.path.startswith("/asset/") and guests.may_read(request))
+        everybodys = request.path in (*_OF_GUESTS, _VISIT) or request.path.startswith("/landmarks/")
+        return everybodys or (request.path.startswith("/asset/") and guests.may_read(request))
 
     files = PageFiles("console", bundle.FOLDER, SERVED, POLICY, also)
     try:

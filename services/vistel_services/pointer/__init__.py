@@ -1,4 +1,5 @@
-"""The pages of a site's guests: PointerFrame messages of what they do with mouse and keys, Voice messages of what they say."""
+"""The pages of a site's guests: PointerFrame messages of what they do with mouse and keys, CameraBodyFrame messages of what their
+camera sees, Voice messages of what they say."""
 
 from __future__ import annotations
 
@@ -14,13 +15,13 @@ from vistel_services.pointer.voices import Microphones, microphones, run_microph
 
 __all__ = ["Config", "configure", "preload", "run"]
 
-_service = service.DeviceService("pointer", "pointer")
+_service = service.DeviceService("pointer", "pointer", "camera_body")
 preload = _service.preload
 
 
 @dataclass(frozen=True)
 class Config:
-    """The pages of a site: their mouse and keys, and their microphones."""
+    """The pages of a site: their mouse and keys, their cameras and their microphones."""
 
     devices: service.Config
     microphones: Microphones

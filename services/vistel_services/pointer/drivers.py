@@ -1,12 +1,14 @@
-"""The driver of a guest's page (`DeviceKind.driver`). The console's gateway sends to it what it has checked, on this machine."""
+"""The drivers of a guest's page and of its camera (`DeviceKind.driver`). The console's gateway sends to them what it has checked,
+on this machine."""
 
 from functools import partial
 from pathlib import Path
 
 from vistel.conference.device_list import Device
+from vistel.protocol.camera_body import CameraBodyDecoder
 from vistel.protocol.pointer import PointerDecoder
 from vistel.wire.topics import BY_NAME
-from vistel_services.devices.device import Link
+from vistel_services.devices.device import Decoder, Link
 from vistel_services.devices.sender_driver import SenderDriver
 from vistel_services.devices.service import Connected
 from vistel_services.devices.udp_transport import open_udp
@@ -22,6 +24,14 @@ class PageDriver(SenderDriver):
 
 def page(device: Device, link: Path | None) -> Connected:
     """A page of the console. link: the file in which the gateway finds the port."""
-    about = "a page for a guest"
-    driver = PageDriver(device.name, BY_NAME["pointer"], PointerDecoder(device.name), about, "", lambda: about)
+    return _connected(device, link, PointerDecoder(device.name), "a page for a guest")
+
+
+def camera(device: Device, link: Path | None) -> Connected:
+    """The camera of such a page."""
+    return _connected(device, link, CameraBodyDecoder(device.name), "the camera of a guest's page")
+
+
+def _connected(device: Device, link: Path | None, decoder: Decoder, about: str) -> Connected:
+    driver = PageDriver(device.name, BY_NAME[device.kind.topic], decoder, about, "", lambda: about)
     return Connected(driver, partial(open_udp, 0, device.config, announce=link), may_be_silent=True)

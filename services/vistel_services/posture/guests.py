@@ -32,12 +32,13 @@ _GONE_ROUNDS = 60
 
 async def run_guests(config: Config, bus: Bus, clock: Clock) -> None:
     """Publish who the guests of the site are, and their motion, until cancelled."""
-    seats = {p.pointer: _Seat(p, config, bus, clock) for p in config.people if p.pointer}
-    if not seats:
+    people = [(p, _Seat(p, config, bus, clock)) for p in config.people if p.pointer]
+    if not people:
         return
-    pages = bus.subscribe(BY_NAME["pointer"], queue_all=True, polled=True, site=config.site)
+    seats = {device: seat for p, seat in people for device in (p.pointer, p.camera_body)}
+    pages, cameras = (bus.subscribe(BY_NAME[t], queue_all=True, polled=True, site=config.site) for t in ("pointer", "camera_body"))
     tick, begun_ns = 0, clock.now_ns()
-    with contextlib.closing(pages):
+    with contextlib.closing(pages), contextlib.closing(cameras):
         while True:
             tick = max(tick + 1, int((clock.now_ns() - begun_ns) * 1e-9 * RATE_HZ))
             await clock.sleep_until_ns(begun_ns + int(tick * 1e9 / RATE_HZ))
@@ -47,7 +48,11 @@ async def run_guests(config: Config, bus: Bus, clock: Clock) -> None:
                     seat.hear(sample.message.guest)
                 elif seat is not None and seat.capture is not None:
                     seat.capture.take(sample.message)
-            for seat in seats.values():
+            for sample in cameras.take():
+                seat = seats.get(sample.names["device"])
+                if seat is not None and seat.capture is not None:
+                    seat.capture.see(sample.message)
+            for _, seat in people:
                 seat.publish()
 
 
@@ -95,7 +100,8 @@ class _Seat:
             self._leave("gateway silent")
             return
         posture = self.capture.solve(now_ns)
-        self._motion.put(sample_of(posture, self._motion.next_seq, now_ns, gaze=posture.gaze, face=None, lids=posture.lids))
+        marks = None if posture.face is None else posture.face.ravel()
+        self._motion.put(sample_of(posture, self._motion.next_seq, now_ns, gaze=posture.gaze, face=marks, lids=posture.lids))
 
     def _leave(self, reason: str) -> None:
         if self._entering is not None:

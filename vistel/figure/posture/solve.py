@@ -86,7 +86,7 @@ class PostureSolver:
     ) -> Solved:
         """The posture at `t_s` from measurements: receivers (room frame) and hand angles ((20,) left, right).
 
-        elbows: where they are known to point, (3,) from the shoulder in the chest's frame by side; else they are guessed.
+        elbows: where they are known to point, (3,) from the shoulder in the chest's frame by side; those left out are guessed.
 
         Receivers left out are silent. The head's orientation is met exactly, the chest's pose but for the little it leans towards a
         head that the neck cannot carry where it was measured; a wrist within reach is met to less than a millimetre. Joints that
@@ -133,7 +133,7 @@ class PostureSolver:
             wrist, hand = self._wrists[s].follow(t_s, seen, self._hand_at_rest(s))
             local = wrist + self._collar["left"] - self._collar[s]
             hand = np.ascontiguousarray(hand)
-            if elbows is not None:
+            if elbows is not None and s in elbows:
                 found = arm_within_limits(local, hand, self._bones[s], elbows[s], 0.0, self._scale[s])
             else:
                 found = solve_arm(
