@@ -9,6 +9,7 @@ import threading
 from collections.abc import Callable, Collection
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import Any, cast
 
 import av
 import cv2
@@ -101,7 +102,8 @@ class StreamEncoder:
                 log.error("event=stream_failed reason=%r", str(e))
 
     def _encode(self, t_ns: int, rgba: U8) -> None:
-        codec = self._codec = self._codec or self._open()
+        self._codec = self._codec or self._open()
+        codec = cast("Any", self._codec)  # PyAV leaves the types of packets open
         frame = self._planes.frame(rgba)
         frame.pts, frame.time_base = self._frames, codec.time_base
         self._frames += 1
