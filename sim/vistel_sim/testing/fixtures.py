@@ -187,8 +187,8 @@ def conference(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Start
 
 @contextmanager
 def _person(folder: Path, request: pytest.FixtureRequest, **worn: Any) -> "Generator[Person]":
-    """Somebody in a meeting, whose devices end with the block and whose logs are kept when the test fails. Their ports are in a folder
-    of the fixture's: a test may use several fixtures."""
+    """Somebody in a meeting, whose devices end with the block and whose logs are kept when the test fails. Their ports are in a
+    folder of the fixture's: a test may use several fixtures."""
     from vistel_sim.testing.person import Person
 
     own = folder / str(request.fixturename)
