@@ -57,11 +57,14 @@ def simulated_tracker(tmp_path: Path, request: pytest.FixtureRequest) -> Iterato
     """Starts a tracker of any kind that has a serial port: `simulated_tracker("liberty").path`, or a kind of your own package."""
     from vistel.conference.devices import TrackerConfig
 
+    started = 0
     with ExitStack() as ends:
 
         def start(kind: str, **keys: object) -> "SerialUnit[dict[int, Pose]]":
+            nonlocal started
+            started += 1
             config = TrackerConfig.model_validate({"kind": kind, **keys})
-            return ends.enter_context(_person(tmp_path, request, tracker=config)).fastrak()
+            return ends.enter_context(_person(tmp_path / str(started), request, tracker=config)).fastrak()
 
         yield start
 
@@ -129,12 +132,16 @@ def recording(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[PlayLo
     """Plays a log into simulated devices: `recording(LOG, "aiko").fastrak()` is a FASTRAK on somebody who moves as aiko did."""
     from vistel_sim.testing.person import logged
 
+    played_so_far = 0
     with ExitStack() as ends:
 
         def played(log: Path | str, participant: str | None = None) -> "Person":
-            person = logged(Path(log), participant, tmp_path)
+            nonlocal played_so_far
+            played_so_far += 1
+            folder = tmp_path / "recording" / str(played_so_far)
+            person = logged(Path(log), participant, folder)
             ends.callback(person.end)
-            keep(request, tmp_path, lambda folder: _logs(folder, person.units))
+            keep(request, folder, lambda into: _logs(into, person.units))
             return person
 
         yield played
@@ -180,11 +187,13 @@ def conference(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Start
 
 @contextmanager
 def _person(folder: Path, request: pytest.FixtureRequest, **worn: Any) -> "Generator[Person]":
-    """Somebody in a meeting, whose devices end with the block and whose logs are kept when the test fails."""
+    """Somebody in a meeting, whose devices end with the block and whose logs are kept when the test fails. Their ports are in a
+    folder of the fixture's: a test may use several fixtures."""
     from vistel_sim.testing.person import Person
 
-    person = Person(folder, **worn)
-    keep(request, folder, lambda into: _logs(into, person.units))
+    own = folder / str(request.fixturename)
+    person = Person(own, **worn)
+    keep(request, own, lambda into: _logs(into, person.units))
     try:
         yield person
     finally:
@@ -194,6 +203,7 @@ def _person(folder: Path, request: pytest.FixtureRequest, **worn: Any) -> "Gener
 def _logs(folder: Path, units: "list[Unit[Any, Any]]") -> list[Path]:
     """The log of each unit, written into the folder."""
     written: list[Path] = []
+    folder.mkdir(parents=True, exist_ok=True)
     for unit in units:
         if lines := unit.log():
             written.append(folder / f"{unit.name}.log")

@@ -42,7 +42,13 @@ def _kept(keepers: list[_Keeper], into: Path | None) -> list[str]:
         files = [file for folder, written in keepers for file in written(folder)]
         if into is not None:
             into.mkdir(parents=True, exist_ok=True)
-            files = [Path(shutil.copy2(f, into / f.name)) for f in files]
+            files = [_copied(f, into) for f in files]
     except OSError as e:
         return [f"{e.filename}: cannot be kept: {e.strerror}"]
     return [str(f) for f in files] or ["nothing was logged"]
+
+
+def _copied(file: Path, into: Path) -> Path:
+    """The copy; of two files of one name the second is called by its folder, too."""
+    to = into / file.name
+    return Path(shutil.copy2(file, into / f"{file.parent.name}-{file.name}" if to.exists() else to))

@@ -26,7 +26,7 @@ from vistel_sim.testing import (
     person,  # noqa: F401 what pytester imports must be there before: NumPy cannot be loaded twice
 )
 from vistel_sim.testing.device_thread import DeviceThread
-from vistel_sim.testing.fixtures import PlayLog
+from vistel_sim.testing.fixtures import PlayLog, StartTracker
 from vistel_sim.testing.network import Network
 from vistel_sim.testing.person import Gloves
 from vistel_sim.testing.room_units import DelayUnit, Helmet, MicrophoneUnit
@@ -109,6 +109,23 @@ def test_faults_begin_and_end_with_their_block(simulated_fastrak: SerialUnit[dic
         line.timeout = 30.0
         clean = fastrak.FastrakParser()
         assert any(clean.feed(line.read(33), 0) for _ in range(20))
+
+
+def test_fixtures_of_one_test_do_not_meet(
+    simulated_fastrak: SerialUnit[dict[int, Pose]],
+    simulated_vrpn: VrpnUnit[dict[int, Pose]],
+    simulated_tracker: StartTracker,
+    recording: PlayLog,
+) -> None:
+    units = [
+        simulated_fastrak,
+        simulated_tracker("liberty"),
+        simulated_tracker("fastrak"),
+        recording(LOG).fastrak(),
+        recording(LOG).fastrak(),
+    ]
+    assert len({unit.path.resolve() for unit in units}) == len(units)
+    assert all(unit.path.is_symlink() and unit.plugged for unit in units) and simulated_vrpn.plugged
 
 
 def test_gloves_answer_at_their_ports(simulated_gloves: Gloves) -> None:

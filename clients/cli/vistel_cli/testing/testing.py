@@ -12,4 +12,4 @@ app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 
 @app.callback()
 def testing() -> None:
-    """Test drivers and devices: check what speaks a protocol, begin a package with a driver and its tests."""
+    """Test drivers and devices: check a protocol, begin a package of a driver."""
