@@ -177,6 +177,33 @@ def test_pages_that_show_no_link_are_bounded_and_let_go(tmp_path: Path, monkeypa
     in_room(tmp_path, monkeypatch, play)
 
 
+def test_guesses_at_links_are_few_at_a_time_and_no_line_and_no_file_holds_what_was_shown(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setattr(guests, "_GUESS_S", 1e6)  # until the end of this test; twenty a second otherwise
+    guessed = [f"a-guess-{n:02d}" for n in range(guests.MOST_STRANGERS)]
+    caplog.set_level("DEBUG")
+
+    async def play(room: GuestRoom) -> None:
+        link = room.invited()
+        async with room.opened(link) as page:
+            await page.enter()
+            async with aiohttp.ClientSession() as session:
+                for token in guessed:
+                    await (await session.ws_connect(f"http://{room.address}/guest")).send_json({"token": token})
+                async with session.get(f"http://{room.address}/guest") as answer:
+                    assert answer.status == 503
+            await page.socket.send_bytes(SITS)
+            await room.until(lambda: "guest-1" in room.moved, "who is in the room stays there")
+        lines = [record.getMessage() for record in caplog.records]
+        kept = [file.read_text("utf-8", "replace") for file in tmp_path.rglob("*") if file.is_file()]
+        assert kept and any("event=guest_came" in line for line in lines)
+        for token in (link, *guessed):
+            assert not any(token in text for text in (*lines, *kept))
+
+    in_room(tmp_path, monkeypatch, play)
+
+
 HUM = Encoder(1).encode((0.2 * np.sin(np.arange(FRAME) * 0.03)).astype(np.float32))
 
 

@@ -24,7 +24,7 @@ from hypothesis import strategies as st
 from vistel.conference.connect import tls_files
 from vistel.conference.files import load
 from vistel.wire.certificates.authority import Authority, fault
-from vistel.wire.certificates.enrolment import MOST_REQUEST_BYTES, MOST_WRONG, Enrolment, enrol
+from vistel.wire.certificates.enrolment import MOST_ANSWER_BYTES, MOST_REQUEST_BYTES, MOST_WRONG, Enrolment, enrol
 from vistel.wire.certificates.invitation import Invitation, InvitationError
 from vistel_cli.site.invite import _folder_name, accept
 
@@ -176,6 +176,52 @@ def test_a_code_that_is_not_whole_is_told(host: Host) -> None:
             Invitation.read(broken)
 
 
+def test_no_line_that_the_host_or_the_site_is_told_holds_the_secret(host: Host, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("DEBUG")
+    shown = [bytes([n]) * len(host.invitation.secret) for n in range(MOST_WRONG + 1)]
+    told = [host.asked(secret=s) for s in shown] + [host.asked(address="b"), host.asked(address="b")]
+    assert all(told[: len(shown)]) and told[-1]
+
+    def play(invitation: Invitation) -> None:
+        for wrong in (invitation, dataclasses.replace(invitation, secret=shown[0])):
+            with pytest.raises(InvitationError) as refused:
+                enrol(wrong)
+            told.append(str(refused.value))
+
+    live(host, play)
+    lines = [*told, *(r.getMessage() for r in caplog.records)]
+    for secret in (host.invitation.secret, *shown):
+        assert not any(secret.hex() in line or Invitation.read(host.invitation.code).code in line for line in lines)
+    assert host.invitation.secret not in repr(host.enrolment.__dict__).encode()
+
+
+def test_what_a_host_sends_a_site_is_no_more_than_a_conference_takes(host: Host) -> None:
+    """What it needs: to be the host that somebody was invited by."""
+    endless = dataclasses.replace(host.invitation)
+
+    async def run() -> None:
+        sent = 0
+
+        async def answer(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+            nonlocal sent
+            await reader.readline()
+            try:
+                while True:
+                    writer.write(b"x" * 65_536)
+                    await writer.drain()
+                    sent += 65_536
+            except OSError:
+                writer.close()
+
+        server = await asyncio.start_server(answer, "127.0.0.1", 0, ssl=host.enrolment._tls)
+        with pytest.raises(InvitationError, match="is no host of a conference"):
+            await asyncio.to_thread(enrol, dataclasses.replace(endless, port=server.sockets[0].getsockname()[1]))
+        assert sent < 64 * MOST_ANSWER_BYTES
+        server.close()
+
+    asyncio.run(run())
+
+
 def test_an_invitation_of_nobody_is_told(host: Host) -> None:
     with pytest.raises(InvitationError, match="nobody answers"):
         enrol(dataclasses.replace(host.invitation, port=9))
@@ -199,6 +245,8 @@ def test_what_an_invitation_brings_is_kept_in_a_folder_and_nothing_is_written_ov
     monkeypatch.chdir(there)
     kept, site = accept(code, force=False)
     assert (str(kept), site) == ("office/conference.toml", "tokyo")
+    keys = list(kept.parent.rglob("*.key"))
+    assert keys and all(key.stat().st_mode & 0o077 == 0 for key in keys), "nobody else of the machine reads the key"
     files = tls_files(load(kept), "tokyo")
     assert files is not None and fault(files, datetime.now(UTC)) == ""
     assert not (tmp_path / "certificates/tokyo.key").exists(), "the key stays where it was made"

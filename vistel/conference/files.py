@@ -3,8 +3,10 @@
 from pathlib import Path
 from typing import Any
 
+import tomli_w
 from pydantic import ValidationError
 
+from vistel.conference.console import ConsoleConfig
 from vistel.conference.devices import CameraConfig
 from vistel.conference.model import Conference, Participant, RoomConfig, Tls
 from vistel.conference.page_address import StreamTls
@@ -37,6 +39,19 @@ def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
     if faults := _room_faults(conference):
         raise ConferenceError(told.told(faults))
     return conference
+
+
+def text_without_tokens(conference: Conference) -> str:
+    """A conference's file as others may see it: a page that asks for a token is left out with it."""
+    sites = [
+        site.model_copy(update={"display": site.display.model_copy(update={"stream": "", "stream_token": ""})})
+        if site.display.stream_token
+        else site
+        for site in conference.sites
+    ]
+    console = ConsoleConfig() if conference.console.token else conference.console
+    shared = conference.model_copy(update={"sites": sites, "console": console})
+    return tomli_w.dumps(shared.model_dump(mode="json", exclude_none=True))
 
 
 def _with_room_kept(conference: Conference, path: Path) -> Conference:

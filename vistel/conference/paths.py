@@ -1,5 +1,6 @@
 """Where a running conference keeps its files."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -41,6 +42,15 @@ class RunPaths:
     def report(self) -> Path:
         """The figures of the run, as JSON."""
         return self.out / "report.json"
+
+
+def free_path(path: Path, used: Sequence[Path] = ()) -> Path:
+    """`path`, or, if it exists or was `used`, the next free "name.2.mcap"."""
+    number, other = 1, path
+    while other.exists() or other in used:
+        number += 1
+        other = path.with_name(f"{path.stem}.{number}{path.suffix}")
+    return other
 
 
 def _number(file: Path) -> int:

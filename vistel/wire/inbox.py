@@ -14,6 +14,7 @@ from vistel.wire.fence import Fence
 from vistel.wire.freshness import Freshness
 from vistel.wire.limits import MOST_MESSAGE_BYTES, most_bytes, objection_to_texts, short_bytes
 from vistel.wire.owners import Admission
+from vistel.wire.rates import Rates
 from vistel.wire.reliable import CACHE_BYTES, CACHE_MESSAGES
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 
@@ -100,6 +101,7 @@ class Inbox:
     ) -> None:
         self.topic = topic
         self._admission = admission or Admission(None, counters)
+        self._rates = Rates(topic)
         self._fence = fence if topic.publisher is Publisher.WORLD else None
         self._decoder = MessageDecoder(topic, counters)
         self._counters = counters
@@ -134,6 +136,7 @@ class Inbox:
         """
         messages = [m for m in messages if self.admits(m[0], m[2]) and self._small_enough(m[0], m[1])]
         with self._lock:
+            messages = [m for m in messages if self._in_time(m[0], m[2])]
             self._counters.received += len(messages)
             if self._newest_only:
                 for key, payload, received_ns in messages:
@@ -152,6 +155,12 @@ class Inbox:
     def admits(self, key: str, received_ns: int) -> bool:
         """Whether messages under `key` are for this inbox, from somebody who may send them. From any thread."""
         return self._admission.names(self.topic, key, received_ns) is not None
+
+    def _in_time(self, key: str, received_ns: int) -> bool:
+        if not self._admission.bounded or self._rates.admit(key, received_ns):
+            return True
+        self._admission.refuse(self.topic, key, self._rates.objection, received_ns)
+        return False
 
     def _small_enough(self, key: str, payload: bytes) -> bool:
         if len(payload) <= self._most_bytes:

@@ -81,15 +81,16 @@ class LogWriter:
             self.abandon()
             raise
 
-    def write(self, topic: Topic, key: str, message: Message, log_ns: int) -> None:
-        """Append a message of `topic` that arrived on `key` at `log_ns`."""
+    def write(self, topic: Topic, key: str, message: Message, log_ns: int) -> int:
+        """Append a message of `topic` that arrived on `key` at `log_ns`. Returns the bytes of its payload."""
+        data = message.SerializeToString()
         header = getattr(message, "header", None)
         if topic.name == "clock_offset":
             self._note_offset(message)
         self._writer.add_message(
             self._channel(topic, key),
             log_time=log_ns,
-            data=message.SerializeToString(),
+            data=data,
             publish_time=header.t_ns if header is not None else log_ns,
             sequence=header.seq & 0xFFFFFFFF if header is not None else 0,
         )
@@ -99,6 +100,7 @@ class LogWriter:
         elif not 0 <= log_ns - self._flushed_ns < FLUSH_NS:
             self.flush()
             self._flushed_ns = log_ns
+        return len(data)
 
     def flush(self) -> None:
         """Close the open chunk and hand it to the operating system."""

@@ -119,6 +119,16 @@ class Admission:
                 self._refuse(topic, names, reason, now_ns)
         return not reason
 
+    @property
+    def bounded(self) -> bool:
+        """Whether senders are held to anything at all."""
+        return self._owners is not None
+
+    def refuse(self, topic: Topic, key: str, reason: str, now_ns: int) -> None:
+        """Count a message of an admitted key that is not let through."""
+        with self._lock:
+            self._refuse(topic, self._admitted.get(key, {}), reason, now_ns)
+
     def present(self, site: str) -> bool:
         """Whether the presence of a process of `site` counts."""
         return self._owners is None or site in self._owners.sites

@@ -38,6 +38,8 @@ _MOST_SAID_BYTES = 400
 """Of one message of a page."""
 _PATIENCE_S = 10.0
 """A page shows its link within this time [s]."""
+_GUESS_S = 1.0
+"""A page whose link does not count holds its place among the strangers for so long [s]."""
 _EVERY_NS = 20_000_000
 """A page's messages are passed on no oftener; it sends thirty a second, and what comes sooner is left out."""
 MOST_A_SECOND = 200
@@ -118,7 +120,7 @@ class Guests:
         except RefusedError as e:
             _REFUSED.inc()
             log.warning("event=guest_refused reason=%r", str(e))
-            await sleep(self._clock, 1.0)  # who guesses
+            await sleep(self._clock, _GUESS_S)
             return await _close(connection, REFUSED, str(e))
         if guest.participant in self._here:
             return await _close(connection, TAKEN, "This link is open at another page already; close that one first.")

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import logging
 import shutil
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import tomli_w
 from prometheus_client import Counter, Gauge
 
+from vistel.conference.files import text_without_tokens
 from vistel.conference.model import Conference, Recording, Site
-from vistel.conference.paths import RunPaths
+from vistel.conference.paths import RunPaths, free_path
 from vistel.wire.bus import Bus, Sample, Subscription
 from vistel.wire.clock import Clock
 from vistel.wire.log import LogWriter
+from vistel.wire.rates import SITE_BYTES_S, Spending
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery
 
 log = logging.getLogger("vistel.recorder")
@@ -45,8 +46,7 @@ class Config:
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
     """The recorder of a conference, which runs at the hub."""
-    text = tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True))
-    return Config(paths.log, text, conference.record_raw, conference.recording)
+    return Config(paths.log, text_without_tokens(conference), conference.record_raw, conference.recording)
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
@@ -84,15 +84,6 @@ def _take_all(subscriptions: Iterable[Subscription]) -> list[Sample]:
     return samples
 
 
-def free_path(path: Path, used: Sequence[Path] = ()) -> Path:
-    """`path`, or, if it exists (the recorder was restarted) or was `used`, the next free "name.2.mcap"."""
-    number, other = 1, path
-    while other.exists() or other in used:
-        number += 1
-        other = path.with_name(f"{path.stem}.{number}{path.suffix}")
-    return other
-
-
 class _Recording:
     """The log being written. When the disk fails, messages are lost and counted, and the recorder goes on."""
 
@@ -105,6 +96,7 @@ class _Recording:
         self._begun_ns = 0
         self._paused = False
         self._files: list[Path] = []
+        self._spending = Spending()
 
     def rotate(self, now_ns: int) -> bool:
         """End the file if it is long or large enough, and let the oldest ones go. Whether a new one begins."""
@@ -128,11 +120,16 @@ class _Recording:
         """Append samples; they reach the disk within a second."""
         writer = self._open(now_ns)
         for sample in samples:
-            if writer is None:
+            site = sample.names.get("site")
+            if writer is None or (site and self._spending.over(site, now_ns)):
                 self._lose(sample)
+                if writer is not None and site and self._spending.to_tell(site, now_ns):
+                    log.warning("event=site_not_recorded site=%s reason='more than %g MB/s of it'", site, SITE_BYTES_S / _MB)
                 continue
             try:
-                writer.write(sample.topic, sample.key, sample.message, sample.received_ns)
+                size = writer.write(sample.topic, sample.key, sample.message, sample.received_ns)
+                if site:
+                    self._spending.spend(site, size)
                 _MESSAGES.labels(sample.topic.name).inc()
             except OSError as e:
                 self._lose(sample)

@@ -6,6 +6,7 @@ import asyncio
 import random
 import shutil
 import subprocess
+import tomllib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,9 +14,10 @@ from pathlib import Path
 import pytest
 from waiting import until
 
+from vistel.conference.console import ConsoleConfig
 from vistel.conference.files import DEMO_FILE, load
-from vistel.conference.model import Recording
-from vistel.conference.paths import RunPaths
+from vistel.conference.model import Conference, Recording
+from vistel.conference.paths import RunPaths, free_path
 from vistel.v1 import command_pb2, device_pb2, motion_pb2, world_pb2
 from vistel.v1.service_pb2 import Heartbeat
 from vistel.wire.clock import SimulatedClock, SystemClock
@@ -24,7 +26,6 @@ from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services.recorder import Config, configure, run
-from vistel_services.recorder.service import free_path
 
 
 async def record(config: Config, messages: int = 50) -> None:
@@ -84,6 +85,19 @@ def test_what_crosses_the_bus_is_in_the_log_in_order_with_the_conference_file(tm
     assert by_topic["motion"][0].names == {"conference": "test", "site": "tokyo", "participant": "ada"}
     times = [r.log_ns for r in records]
     assert times == sorted(times)
+
+
+def test_no_token_of_a_page_is_in_a_log(tmp_path: Path) -> None:
+    secret = "a-token-of-sixteen-letters"
+    demo = load(DEMO_FILE)
+    first, *others = demo.sites
+    shown = first.display.model_copy(update={"stream": "0.0.0.0:8081", "stream_token": secret})
+    console = ConsoleConfig(at="0.0.0.0:8440", token=secret)
+    sites = [first.model_copy(update={"display": shown}), *others]
+    conference = Conference.model_validate(demo.model_copy(update={"sites": sites, "console": console}).model_dump())
+    text = configure(conference, None, RunPaths(tmp_path, tmp_path)).conference
+    assert text is not None and secret not in text
+    assert Conference.model_validate(tomllib.loads(text)).sites[0].participants == first.participants
 
 
 def test_a_folder_that_cannot_be_written_is_reported_and_the_recorder_lives(

@@ -11,6 +11,7 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
 from vistel_cli.log.export import export
 from vistel_cli.log.piece import piece_of
+from vistel_cli.log.redact import redact
 from vistel_cli.log.study import diff, grep, stats
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import err, fail, out, print_warning
@@ -89,6 +90,7 @@ app.command()(diff)
 app.command()(stats)
 app.command()(grep)
 app.command()(export)
+app.command()(redact)
 
 
 def _copy(reader: LogReader, log: Path, output: Path, begin_ns: int | None, end_ns: int | None) -> None:

@@ -1,0 +1,50 @@
+"""`vistel log redact`: a log that can be passed on, without the people in it."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.progress import Progress
+
+from vistel.wire.log import LogError, LogReader
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import LOG
+from vistel_cli.overwriting import Force, out_file
+from vistel_cli.terminal import err, fail, out, print_warning
+
+
+def redact(
+    log: Annotated[Path, Takes(LOG), typer.Argument(help="A log.")],
+    output: Annotated[Path, out_file("File for what may be passed on.")],
+    name: Annotated[
+        list[str] | None, typer.Option("--name", help="A further name that is to go, of somebody who was spoken of.")
+    ] = None,
+    force: Force = False,
+) -> None:
+    """Write a log without the people in it: person-1 in place of names; no voices, words, faces and likenesses.
+
+    What they did stays: postures, what trackers and gloves measured, what was touched, held and asked for. It is replayed as any
+    other, but for --verify.
+
+    [bold]Example[/bold]
+
+      vistel log redact out/latest/conference.mcap --out shared.mcap
+    """
+    from vistel.log.redact import RedactError
+    from vistel.log.redact import redact as write  # loads the mathematics
+
+    if output.resolve() == log.resolve():
+        fail(f"--out {output}: is the log itself; name another file")
+    try:
+        reader = LogReader(log)
+        with Progress(console=err, transient=True) as bar:
+            task = bar.add_task("writing", total=1.0)
+            found = write(reader, output, name or (), lambda share: bar.update(task, completed=share))
+    except (LogError, RedactError) as e:
+        fail(str(e))
+    except OSError as e:
+        fail(f"--out {output}: cannot be written: {e.strerror}")
+    for line in reader.damage:
+        print_warning(f"{log}: {line}")
+    out.print(f"{found.written} messages written to {output}, {found.left_out} left out", soft_wrap=True)
+    out.print(f"replaced: {', '.join(found.names)}", soft_wrap=True)
