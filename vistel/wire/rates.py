@@ -19,8 +19,8 @@ class _Key:
 
 
 class Rates:
-    """Of one subscription: who sends at a hundred times their rate is heard as who sends at ten times. Remembers as many keys as are
-    asked for: ask for admitted ones. Not for two threads at once."""
+    """Of one subscription: who sends at a hundred times their rate is heard as who sends at ten times. Remembers as many keys as
+    are asked for: ask for admitted ones. Not for two threads at once."""
 
     def __init__(self, topic: Topic) -> None:
         limited = topic.publisher is Publisher.SITE and topic.delivery is Delivery.NEWEST and topic.rate_hz > 0.0
