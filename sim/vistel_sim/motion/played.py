@@ -50,6 +50,11 @@ class Played:
         self._receivers = [receivers_of(person, p) for p in self._postures]
         self._back_and_forth = back_and_forth
 
+    @property
+    def postures(self) -> Sequence[Posture]:
+        """Of the whole take, `RATE_HZ` a second."""
+        return self._postures
+
     def posture(self, t_s: float) -> Posture:
         i, j, share, fade, k = self._where(t_s)
         now = interpolate(self._postures[i], self._postures[j], share)
@@ -90,6 +95,11 @@ class PlayedFile:
         """baton: positions (n, 3) and rotations (n, 3, 3), room frame, at RATE_HZ, back and forth."""
         self._people = people
         self._baton = baton
+
+    @property
+    def takes(self) -> dict[str, Played]:
+        """By participant."""
+        return dict(self._people)
 
     @property
     def participants(self) -> tuple[str, ...]:

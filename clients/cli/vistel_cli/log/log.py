@@ -10,6 +10,7 @@ from vistel.wire.log import LogError, LogReader, LogWriter
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
 from vistel_cli.log.export import export
+from vistel_cli.log.importing import import_
 from vistel_cli.log.piece import piece_of
 from vistel_cli.log.redact import redact
 from vistel_cli.log.study import diff, grep, stats
@@ -90,6 +91,7 @@ app.command()(diff)
 app.command()(stats)
 app.command()(grep)
 app.command()(export)
+app.command(name="import")(import_)
 app.command()(redact)
 
 
