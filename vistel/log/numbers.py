@@ -24,6 +24,8 @@ from vistel.arrays import F64
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, JOINTS, PARENTS, Skeleton, standard_skeleton
 from vistel.messages.world.decode import person
+from vistel.space.inputs import ParticipantBody
+from vistel.space.people import Build, build_like, build_of
 from vistel.wire.topics import BY_NAME, Delivery, Topic
 
 if TYPE_CHECKING:
@@ -81,6 +83,12 @@ def _ascending(track: Track) -> Track:
     return Track(track.t[order], track.value[order])
 
 
+def with_fields(names: Sequence[str]) -> list[str]:
+    """The names, where one of a joint without a field stands for all of its fields."""
+    joints = [name for name in names if name.startswith("participant.") and len(name.split(".")) == 4]
+    return [full for name in names for full in ([f"{name}.{field}" for field in JOINT_FIELDS] if name in joints else [name])]
+
+
 def together(found: Iterable[Track]) -> tuple[F64, list[F64]]:
     """All times of some tracks (N,), ascending, and what each was at them (N,): the newest value; NaN before its first."""
     all_tracks = list(found)
@@ -94,10 +102,20 @@ def together(found: Iterable[Track]) -> tuple[F64, list[F64]]:
 
 def skeleton_of(log: Log, participant: str) -> Skeleton:
     """The joint chain of a participant as they announced it; an average one where the log does not hold that."""
+    body = _announced(log, participant)
+    return body.proportions.skeleton if body.proportions is not None else standard_skeleton(body.height)
+
+
+def body_of(log: Log, participant: str) -> Build:
+    """Joint chain and limbs of a participant, as above."""
+    body = _announced(log, participant)
+    return build_like(body.proportions) if body.proportions is not None else build_of(body.height, 1.0)
+
+
+def _announced(log: Log, participant: str) -> ParticipantBody:
     for about in log.messages("participant", participant=participant):
-        body = person(participant, about.message)
-        return body.proportions.skeleton if body.proportions is not None else standard_skeleton(body.height)
-    return standard_skeleton()
+        return person(participant, about.message)
+    return ParticipantBody(participant, standard_skeleton().height)
 
 
 def joint_named(word: str) -> str:

@@ -147,10 +147,8 @@ class LogWriter:
         descriptor = topic.message.DESCRIPTOR
         found = self._schemas.get(descriptor.full_name)
         if found is None:
-            files = FileDescriptorSet()
-            _add_with_imports(files, descriptor.file, set())
             found = self._schemas[descriptor.full_name] = self._writer.register_schema(
-                descriptor.full_name, "protobuf", files.SerializeToString()
+                descriptor.full_name, "protobuf", descriptor_set(descriptor)
             )
         return found
 
@@ -363,6 +361,13 @@ def shown(text: str) -> str:
     """What a file says, cut, and without what would move a terminal's cursor."""
     plain = "".join(c if c.isprintable() else "�" for c in text[:MOST_LETTERS])
     return plain if len(text) <= MOST_LETTERS else f"{plain}…"
+
+
+def descriptor_set(descriptor: Any) -> bytes:
+    """What a reader needs to know of a message type: its file and those that this one imports, as the schema of a channel."""
+    files = FileDescriptorSet()
+    _add_with_imports(files, descriptor.file, set())
+    return files.SerializeToString()
 
 
 def _add_with_imports(files: FileDescriptorSet, file: Any, seen: set[str]) -> None:

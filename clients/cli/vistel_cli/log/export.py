@@ -38,6 +38,12 @@ def export(
     ] = None,
     bvh: Annotated[str | None, typer.Option(metavar="PARTICIPANT", help="The skeleton of this person, for animation.")] = None,
     wav: Annotated[str | None, typer.Option(metavar="PARTICIPANT", help="The voice of this person.")] = None,
+    npz: Annotated[
+        list[str] | None, typer.Option("--npz", metavar="NAME", help="Arrays of numbers named as with --csv, or of a participant.")
+    ] = None,
+    foxglove: Annotated[
+        bool, typer.Option("--foxglove", help="People, things and events as MCAP for Foxglove and Lichtblick.")
+    ] = False,
     force: Force = False,
 ) -> None:
     """Write a log for other programs: by default people, room and cameras as USD with time samples, for usdview and Blender.
@@ -49,8 +55,11 @@ def export(
       vistel log export out/latest/conference.mcap -o wrist.csv --csv participant.ben.motion.left_wrist
 
       vistel log export out/latest/conference.mcap -o ben.bvh --bvh ben
+
+      vistel log export out/latest/conference.mcap -o viewed.mcap --foxglove
     """
-    asked = [name for name, value in (("--csv", numbers), ("--bvh", bvh), ("--wav", wav)) if value]
+    ways = (("--csv", numbers), ("--npz", npz), ("--bvh", bvh), ("--wav", wav), ("--foxglove", foxglove))
+    asked = [name for name, value in ways if value]
     if len(asked) > 1:
         fail(f"{asked[0]} and {asked[1]}: write different files; give one of them", USAGE)
     if not asked:
@@ -63,6 +72,10 @@ def export(
         _writing(output, lambda: _csv(found, numbers, output, begin, end))
     elif bvh:
         _writing(output, lambda: _bvh(found, bvh, output, begin, end, fps or BVH_FPS))
+    elif npz:
+        _writing(output, lambda: _npz(found, npz, output, begin, end))
+    elif foxglove:
+        _writing(output, lambda: _foxglove(found, output, begin, end, fps or USD_FPS))
     elif wav:
         _writing(output, lambda: _wav(found, wav, output, begin, end))
 
@@ -90,11 +103,9 @@ def _writing(output: Path, write: Callable[[], str]) -> None:
 
 
 def _csv(log: "Log", names: Sequence[str], output: Path, begin: float, end: float | None) -> str:
-    from vistel.log.numbers import JOINT_FIELDS, together, tracks
+    from vistel.log.numbers import together, tracks, with_fields
 
-    whole = [name for name in names if name.startswith("participant.") and len(name.split(".")) == 4]
-    wanted = [f"{n}.{f}" for name in names for n, f in ([(name, f) for f in JOINT_FIELDS] if name in whole else [("", name)])]
-    found = tracks(log, [name.removeprefix(".") for name in wanted], begin, end)
+    found = tracks(log, with_fields(names), begin, end)
     times, values = together(found.values())
     with output.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
@@ -102,6 +113,21 @@ def _csv(log: "Log", names: Sequence[str], output: Path, begin: float, end: floa
         for t, *row in zip(times, *values, strict=True):
             writer.writerow([f"{t:.6f}", *("" if math.isnan(x) else f"{x:.6g}" for x in row)])
     return f"{len(times)} rows of {len(found)} numbers written to {output}"
+
+
+def _npz(log: "Log", names: Sequence[str], output: Path, begin: float, end: float | None) -> str:
+    from vistel.log.arrays import write_npz
+
+    written = write_npz(log, names, output, begin, end)
+    return f"{len(written)} arrays written to {output}: {', '.join(written)}"
+
+
+def _foxglove(log: "Log", output: Path, begin: float, end: float | None, fps: float) -> str:
+    from vistel.log.foxglove import write_foxglove
+
+    if output.resolve() == log.path.resolve():
+        raise ValueError(f"--out {output}: is the log itself; name another file")
+    return f"{write_foxglove(log, output, begin, end, fps)} messages written to {output}"
 
 
 def _bvh(log: "Log", participant: str, output: Path, begin: float, end: float | None, fps: float) -> str:
