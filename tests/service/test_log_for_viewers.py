@@ -87,7 +87,7 @@ def test_limbs_are_where_the_figure_has_them(told: dict[str, list[tuple[float, A
         frames = {k.child_frame_id: k for k in message.transforms}
         for limb in range(0, len(body), 7):
             joint = int(body.joint[limb])
-            ball = [s for s in entities[f"ben/{JOINTS[joint]}"].spheres]
+            ball = entities[f"ben/{JOINTS[joint]}"].spheres
             assert any(np.allclose(point(s.pose.position), body.a[limb], atol=1e-6) for s in ball)
             there = pose.position[joint] + pose.rotation[joint] @ body.a[limb]
             k = frames[f"ben/{JOINTS[joint]}"]
