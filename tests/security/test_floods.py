@@ -24,12 +24,12 @@ from vistel.conference.model import Conference, Recording
 from vistel.protocol import vrpn
 from vistel.v1.device_pb2 import RawBytes
 from vistel.v1.motion_pb2 import Motion
-from vistel.wire import rates
+from vistel.wire import limits
 from vistel.wire.clock import SimulatedClock, SystemClock
 from vistel.wire.inbox import OverflowedError
+from vistel.wire.limits import AT_ONCE_S, LEAST_AT_ONCE, MOST_OFTEN, Rates
 from vistel.wire.log import LogReader
 from vistel.wire.memory_bus import MemoryNetwork
-from vistel.wire.rates import AT_ONCE_S, LEAST_AT_ONCE, MOST_OFTEN, Rates
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery, Publisher
 from vistel.wire.zenoh.config import as_text, client_config
 from vistel_services.recorder import Config, run
@@ -67,7 +67,7 @@ def test_a_site_that_sends_motion_at_a_hundred_times_its_rate_is_heard_at_ten_ti
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, limited: bool
 ) -> None:
     if not limited:
-        monkeypatch.setattr(rates, "AT_ONCE_S", 1e9)
+        monkeypatch.setattr(limits, "AT_ONCE_S", 1e9)
 
     async def body(s: Secured) -> None:
         owners = owners_of(TWO)
@@ -117,8 +117,8 @@ def test_a_site_that_sends_motion_at_a_hundred_times_its_rate_is_heard_at_ten_ti
 def test_a_site_that_floods_the_recorder_fills_its_share_and_the_others_are_recorded(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, limited: bool
 ) -> None:
-    monkeypatch.setattr(rates, "SITE_BYTES_AT_ONCE", 1e6 if limited else 1e12)
-    monkeypatch.setattr(rates, "SITE_BYTES_S", 1e5)
+    monkeypatch.setattr(limits, "SITE_BYTES_AT_ONCE", 1e6 if limited else 1e12)
+    monkeypatch.setattr(limits, "SITE_BYTES_S", 1e5)
     seconds = 20
 
     async def meet() -> None:

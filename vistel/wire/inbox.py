@@ -12,9 +12,8 @@ from google.protobuf.message import DecodeError
 from vistel.wire.bus import BusCounters, Sample
 from vistel.wire.fence import Fence
 from vistel.wire.freshness import Freshness
-from vistel.wire.limits import MOST_MESSAGE_BYTES, most_bytes, objection_to_texts, short_bytes
+from vistel.wire.limits import MOST_MESSAGE_BYTES, Rates, most_bytes, objection_to_texts, short_bytes
 from vistel.wire.owners import Admission
-from vistel.wire.rates import Rates
 from vistel.wire.reliable import CACHE_BYTES, CACHE_MESSAGES
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 

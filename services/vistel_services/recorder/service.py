@@ -15,8 +15,8 @@ from vistel.conference.model import Conference, Recording, Site
 from vistel.conference.paths import RunPaths, free_path
 from vistel.wire.bus import Bus, Sample, Subscription
 from vistel.wire.clock import Clock
+from vistel.wire.limits import SITE_BYTES_S, Spending
 from vistel.wire.log import LogWriter
-from vistel.wire.rates import SITE_BYTES_S, Spending
 from vistel.wire.topics import BY_NAME, TOPICS, Delivery
 
 log = logging.getLogger("vistel.recorder")

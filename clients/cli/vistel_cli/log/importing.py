@@ -21,7 +21,10 @@ from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, fail, out, print_warning
 from vistel_cli.waiting import waiting
 
-NAME, SITE = "imported", "elsewhere"
+NAME = "imported"
+"""Of the conference."""
+SITE = "elsewhere"
+"""Of everybody."""
 BEGIN_NS = 1_577_836_800_000_000_000
 """Conference time at which an imported log begins, 1 January 2020: files of motion do not say when they were recorded [ns]."""
 MOST_PEOPLE = 24
