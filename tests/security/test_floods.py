@@ -241,7 +241,7 @@ def test_a_web_page_that_announces_a_gigabyte_is_closed_before_any_of_it_has_com
             for path in ("guest", "live"):
                 async with aiohttp.ClientSession() as session, session.ws_connect(f"http://{room.address}/{path}") as socket:
                     link = socket._conn.transport  # type: ignore[union-attr]
-                    link.write(frame)
+                    link.write(frame)  # type: ignore[union-attr]
                     while not (said := await socket.receive()).type & aiohttp.WSMsgType.CLOSE:
                         assert said.type is not aiohttp.WSMsgType.ERROR
                     assert socket.close_code == aiohttp.WSCloseCode.MESSAGE_TOO_BIG

@@ -14,6 +14,7 @@ import aiohttp
 import lz4.frame
 import pytest
 import zstandard
+from aiohttp import web
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 from mcap.records import (
@@ -269,11 +270,11 @@ def test_the_page_of_a_hostile_log_says_what_is_damaged_and_serves_on(tmp_path: 
         clock = SystemClock()
         file = tmp_path / "log.mcap"
         replays = Replays(load(DEMO_FILE), lambda: file, clock)
-        app_ = aiohttp.web.Application()
+        app_ = web.Application()
         app_.router.add_get("/live", replays.watch)
-        runner = aiohttp.web.AppRunner(app_)
+        runner = web.AppRunner(app_)
         await runner.setup()
-        site = aiohttp.web.TCPSite(runner, "127.0.0.1", 0)
+        site = web.TCPSite(runner, "127.0.0.1", 0)
         await site.start()
         address = "http://{}:{}/live".format(*runner.addresses[0][:2])
         for make in (expanding_chunk, as_many_channels_as_there_are_numbers, three_centuries, honest):

@@ -54,6 +54,7 @@ def told(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[tuple[float
 def test_every_frame_leads_to_one_root_and_every_entity_is_locked_to_a_frame(told: dict[str, list[tuple[float, Any]]]) -> None:
     entities = {e.id: e for _, update in told["/scene"] for e in update.entities}
     assert {"ben/left_hand", "aiko/head", "aiko/name", "thing/baton"} <= entities.keys()
+    above: dict[str, str] = {}
     for _, message in told["/tf"]:
         above = {k.child_frame_id: k.parent_frame_id for k in message.transforms}
         roots = {root(above, frame) for frame in above}

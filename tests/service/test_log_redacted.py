@@ -30,13 +30,13 @@ from vistel_cli.main import app
 
 MEETING = Path(__file__).parents[1] / "replay" / "meeting.mcap"
 CALLED = {"aiko": "quirinia", "ben": "zebulon"}
-"""In place of the meeting's names, which are also words of VISTEL's own."""
+"""In place of the meeting's names, which are those of built-in figures, too."""
 SHOWN, SPOKEN_OF, VOICE = "田中ケイコ", "Xanthippe", b"\xfcvoice-of-quirinia"
 GONE = [*CALLED.values(), SHOWN, SPOKEN_OF, "voice-of", "face-of"]
 
 
 def called(text: str) -> str:
-    return re.sub("aiko|ben", lambda m: CALLED[m[0]], text)
+    return re.sub("(?<!person=)(aiko|ben)", lambda m: CALLED[m[0]], text)
 
 
 def of_people() -> Iterator[tuple[str, dict[str, str], Any]]:
@@ -150,11 +150,19 @@ def test_what_cannot_be_redacted_gets_one_line(logs: tuple[Path, Path], tmp_path
     for arguments, said in (
         ((tmp_path / "bare.mcap", "--out", tmp_path / "x.mcap"), "nobody knows whose names"),
         ((logs[0], "--out", logs[0], "--force"), "is the log itself"),
-        ((tmp_path / "no.mcap", "--out", tmp_path / "x.mcap"), "No such file"),
+        ((tmp_path / "no.mcap", "--out", tmp_path / "x.mcap"), "no such file"),
         ((logs[0], "--out", tmp_path / "no" / "x.mcap"), "cannot be written"),
     ):
         done = call("redact", *arguments)
         assert done.exit_code in (1, 2) and said in done.stderr and "Traceback" not in done.output, done.output
+
+
+def test_a_name_is_found_beside_words_of_another_script_and_not_within_one_of_its_own() -> None:
+    names = Pseudonyms(["ben", "ben-2", "keiko"], {"田中": "keiko"})
+    assert (
+        names.text("benさん、BEN-2 と田中さん; bend, ben_tracker")
+        == "person-1さん、person-2 とperson-3さん; bend, person-1_tracker"
+    )
 
 
 @given(st.lists(st.from_regex(r"[a-z0-9][a-z0-9_\-]{0,31}", fullmatch=True), min_size=1, max_size=8, unique=True), st.text())

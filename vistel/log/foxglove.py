@@ -21,6 +21,7 @@ import numpy as np
 from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
 from foxglove_schemas_protobuf.Log_pb2 import Log as Event
 from foxglove_schemas_protobuf.SceneEntity_pb2 import SceneEntity
+from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletion
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap.writer import CompressionType, Writer
 
@@ -173,7 +174,7 @@ def _things(rooms: Sequence[tuple[float, RoomState]]) -> Iterator[_Message]:
         for name in known.keys() - room.things.keys():
             del known[name]
             gone = update.deletions.add()
-            gone.id, gone.type = f"thing/{name}", 0
+            gone.id, gone.type = f"thing/{name}", SceneEntityDeletion.MATCHING_ID
             gone.timestamp.FromNanoseconds(room.t_ns)
         if update.entities or update.deletions:
             yield t, "/scene", update
@@ -257,6 +258,6 @@ def _events(log: Log, rooms: Sequence[tuple[float, RoomState]], begin: float, en
 
 
 def _event(log: Log, t: float, who: str, text: str) -> _Message:
-    event = Event(level=2, name=who, message=text)
+    event = Event(level=Event.INFO, name=who, message=text)
     event.timestamp.FromNanoseconds(log.begin_ns + round(t * 1e9))
     return t, "/events", event

@@ -25,7 +25,7 @@ AVATAR = "builtin"
 """In place of an avatar of somebody's own, or one that is called after somebody."""
 RAW = ("tracker", "glove")
 """Roles of devices whose bytes are kept: they tell postures and nothing else, but for whole bodies, which are of a model."""
-_LETTER = r"0-9A-Za-z\u00c0-\uffff"
+_LETTER = "0-9A-Za-z"
 _ADDRESSES = ("bus", "monitoring", "console", "world")
 """Sections of a conference file that say where its machines and files are."""
 
@@ -58,7 +58,7 @@ class Pseudonyms:
         self._of = {who: f"person-{n}" for n, who in enumerate(dict.fromkeys(people), 1)}
         self._of |= {name: self._of.get(who, "somebody") for name, who in also.items() if name and name not in self._of}
         words = sorted(self._of, key=len, reverse=True)
-        # A name of another script stands in a text without spaces round it; a Latin one is a word of its own.
+        # A Latin name is a word of its own, also beside Japanese; one of another script stands in a text without spaces.
         parts = [rf"(?<![{_LETTER}]){re.escape(w)}(?![{_LETTER}])" if w.isascii() else re.escape(w) for w in words]
         self._pattern = re.compile("|".join(parts), re.IGNORECASE) if parts else None
         self._folded = {name.casefold(): new for name, new in self._of.items()}

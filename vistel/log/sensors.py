@@ -107,7 +107,8 @@ def _rows(path: Path) -> dict[str, list[list[float]]]:
 
 
 def _of_lines(path: Path, lines: Iterator[list[str]]) -> dict[str, list[list[float]]]:
-    heading = [cell.strip().lower() for cell in next(lines, [])]
+    first: list[str] = next(lines, [])
+    heading = [cell.strip().lower() for cell in first]
     missing = [name for name in COLUMNS if name not in heading]
     if missing:
         raise SensorError(f"{path}: line 1: expected the columns {', '.join(COLUMNS)}; missing: {', '.join(missing)}")

@@ -2,7 +2,7 @@
 
 import re
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -12,7 +12,7 @@ import typer
 
 from vistel.conference.device_names import tracker_name
 from vistel.conference.model import Conference
-from vistel.v1.device_pb2 import RawBytes
+from vistel.v1.device_pb2 import RawBytes, TrackerReceiver
 from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.raw_bytes import RawGatherer
@@ -182,7 +182,7 @@ def _hand_over(path: Path) -> _Recorded:
             message.pose.position.x, message.pose.position.y, message.pose.position.z = p.tolist()
             r = message.pose.rotation
             r.x, r.y, r.z, r.w = q.tolist()
-            message.health = 1
+            message.health = TrackerReceiver.HEALTH_GOOD
             message.header.seq, message.header.t_ns = n + 1, begin_ns + round(n * 1e9 / RATE_HZ)
             yield topic, key, message, message.header.t_ns
 
@@ -246,7 +246,7 @@ def _tracked(path: Path, height: float, port: str) -> dict[str, Any]:
     return {"name": path.stem, "height": height, "tracker": tracker}
 
 
-def _raw(person: dict[str, Any], reads: Any, begin_ns: int) -> Iterator[tuple[Topic, str, Any, int]]:
+def _raw(person: dict[str, Any], reads: Sequence[tuple[float, bytes]], begin_ns: int) -> Iterator[tuple[Topic, str, Any, int]]:
     topic, device = BY_NAME["device_raw"], tracker_name(person["name"])
     key = topic.format(conference=NAME, site=SITE, device=device)
     gathered: list[RawBytes] = []
