@@ -6,6 +6,7 @@ import asyncio
 import json
 import subprocess
 import sys
+import tomllib
 import zlib
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -13,6 +14,7 @@ from pathlib import Path
 import aiohttp
 import lz4.frame
 import pytest
+import tomli_w
 import zstandard
 from aiohttp import web
 from mcap.data_stream import RecordBuilder
@@ -33,11 +35,13 @@ from mcap.records import (
 from typer.testing import CliRunner, Result
 
 from vistel.conference.files import DEMO_FILE, load
+from vistel.conference.model import Conference
 from vistel.v1.command_pb2 import Command
 from vistel.v1.motion_pb2 import Motion, Participant
 from vistel.wire.clock import SystemClock
 from vistel.wire.log import CONFERENCE_FILE, MOST_LETTERS, MOST_TOLD, LogReader
 from vistel.wire.log_index import MAGIC, MOST_MESSAGES
+from vistel_cli.log.replay import _conference as of_replay
 from vistel_cli.main import app
 from vistel_services.console.replays import Replays
 
@@ -287,6 +291,22 @@ def test_the_page_of_a_hostile_log_says_what_is_damaged_and_serves_on(tmp_path: 
     from vistel.wire import background
 
     asyncio.run(background.as_service("test", seen()))
+
+
+def test_a_replay_opens_no_page_no_camera_and_no_figures_that_a_file_in_a_log_names(tmp_path: Path) -> None:
+    token = "known-to-who-sent-it"
+    opened = f'[monitoring]\nlisten = "0.0.0.0:9464"\n[console]\nat = "0.0.0.0:8440"\ntoken = "{token}"\n'
+    named = f'stream = "0.0.0.0:8081"\nstream_token = "{token}"\nvirtual_camera = "auto"\nshared_memory = true\n'
+    data = tomllib.loads(DEMO_FILE.read_text("utf-8") + opened)
+    for site in data["sites"]:
+        site["display"] = site.get("display", {}) | tomllib.loads(named)
+    log = written(tmp_path / "log.mcap", [record(conference(tomli_w.dumps(data).encode()), one_message())])
+    assert Conference.model_validate(LogReader(log).conference).console.at == "0.0.0.0:8440"
+    played = of_replay(LogReader(log), log, None)
+    assert not played.monitoring.listen and not played.console.at
+    for site in played.sites:
+        shown = site.display
+        assert not (shown.stream or shown.virtual_camera or shown.shared_memory)
 
 
 def test_an_honest_log_made_the_same_way_is_read(tmp_path: Path) -> None:

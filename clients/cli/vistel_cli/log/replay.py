@@ -203,9 +203,12 @@ def _conference(reader: LogReader, log: Path, sites: list[str] | None) -> Confer
             # No microphone is open during a replay; recorded voices are published.
             s["audio"] |= {"microphone": "none", "microphones": {}, "equipment": []}
             s["processes"].append(["audio"])
+        # A log may be somebody else's: what it plays is offered to nobody on this machine or beyond.
+        s["display"] |= {"stream": "", "stream_token": "", "stream_insecure": False, "shared_memory": False, "virtual_camera": ""}
+        s["display"].pop("stream_tls", None)
     data["bus"] = {"mode": "embedded"}
     data["record"] = False
-    data["world"] = {}
+    data |= {"world": {}, "monitoring": {}, "console": {}}
     data.setdefault("playout", {})["own_waits"] = True  # who watches is not who moved
     return Conference.model_validate(data)
 
