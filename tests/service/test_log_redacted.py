@@ -157,6 +157,46 @@ def test_what_cannot_be_redacted_gets_one_line(logs: tuple[Path, Path], tmp_path
         assert done.exit_code in (1, 2) and said in done.stderr and "Traceback" not in done.output, done.output
 
 
+def test_a_log_cut_off_anywhere_or_with_a_flipped_byte_is_redacted_and_exported_as_far_as_it_goes_or_refused_in_one_line(
+    logs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    whole = logs[0].read_bytes()
+    rng = np.random.default_rng(3)
+    for n in range(10):
+        at = int(rng.integers(0, len(whole)))
+        damaged = tmp_path / f"{n}.mcap"
+        damaged.write_bytes(whole[:at] if n % 2 else whole[:at] + bytes([whole[at] ^ 0x40]) + whole[at + 1 :])
+        for arguments in (
+            ("redact", damaged, "--name", SPOKEN_OF, "--out", tmp_path / "out.mcap", "--force"),
+            ("export", damaged, "--foxglove", "--fps", "5", "--out", tmp_path / "viewed.mcap", "--force"),
+            ("export", damaged, "--npz", "zebulon", "--out", tmp_path / "z.npz", "--force"),
+        ):
+            done = call(*arguments)
+            assert done.exit_code in (0, 1, 2), (n, at, arguments, done.output)
+            assert done.exception is None or isinstance(done.exception, SystemExit), (n, at, arguments, done.exception)
+        if (tmp_path / "out.mcap").exists():
+            left = every_byte(tmp_path / "out.mcap").lower()
+            assert not [gone for gone in GONE if gone.lower().encode() in left]
+
+
+def test_of_a_newer_version_and_with_time_that_goes_back_what_can_be_read_is_redacted(
+    logs: tuple[Path, Path], tmp_path: Path
+) -> None:
+    reader = LogReader(logs[0])
+    for name, version, back_ns in (("newer", 2, 0), ("back", 1, 1_500_000_000)):
+        middle_ns = (reader.begin_ns + reader.end_ns) // 2
+        with LogWriter(tmp_path / f"{name}.mcap", reader.conference_toml) as writer:
+            for r in reader.records():
+                r.message.header.version = version
+                late = r.log_ns > middle_ns
+                writer.write(r.topic, r.key, r.message, r.log_ns - back_ns * late)
+        done = call("redact", tmp_path / f"{name}.mcap", "--name", SPOKEN_OF, "--out", tmp_path / "out.mcap", "--force")
+        assert done.exit_code == 0, done.output
+        assert ("version 2, this is 1" in done.stderr) is (name == "newer")
+        left = every_byte(tmp_path / "out.mcap").lower()
+        assert not [gone for gone in GONE if gone.lower().encode() in left]
+
+
 def test_a_name_is_found_beside_words_of_another_script_and_not_within_one_of_its_own() -> None:
     names = Pseudonyms(["ben", "ben-2", "keiko"], {"田中": "keiko"})
     assert (
