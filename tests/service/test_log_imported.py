@@ -150,7 +150,7 @@ def test_a_capture_of_vrpn_is_read_as_the_same_bytes_on_a_wire(folder: Path, tmp
     done = call("import", capture, "--height", "1.82", "-o", tmp_path / "ben.mcap")
     assert done.exit_code == 0 and "Imported0" in done.stdout, done.output
     there, here = (wrists(vistel.log.open(path), "ben") for path in (folder / "ben.mcap", tmp_path / "ben.mcap"))
-    assert apart_m(there, here) < 0.001
+    assert apart_m(there, here) < 0.005
 
 
 def test_rows_whose_time_goes_back_are_put_in_order_and_that_is_told(folder: Path, tmp_path: Path) -> None:
@@ -196,7 +196,7 @@ def elbow(log: vistel.log.Log, who: str, when: F64) -> F64:
         ("x.csv", f"{HEADING}\n0,head,nan,1.6,0,0,0,0,1\n", "line 2: expected finite numbers"),
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,90,0,0,0\n", "are these angles?"),
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n", "at least two rows"),
-        ("x.csv", "\x00\xff", "line 1"),
+        ("x.csv", "\x00\xff", "is no table of text"),
         ("x.vrpn", "nothing", "does not begin as a VRPN file"),
         ("x.vrpn", "vrpn: ver. 07.38  0\0\0\0\0\0", "no pose of a tracker"),
         ("x.bvh", "nothing", "expected HIERARCHY"),

@@ -100,7 +100,8 @@ def _complete(raw: Path, conference: Conference, output: Path, source: str) -> N
         world.preload(conference)
         posture.preload(conference)
         try:
-            replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns, output)
+            # A log's end is the time of its last message, which counts.
+            replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns + 1, output)
         except OSError as e:
             fail(f"--out {output}: cannot be written: {e.strerror}")
 
