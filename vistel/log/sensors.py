@@ -107,7 +107,7 @@ def _rows(path: Path) -> dict[str, list[list[float]]]:
 
 
 def _of_lines(path: Path, lines: Iterator[list[str]]) -> dict[str, list[list[float]]]:
-    first: list[str] = next(lines, [])
+    first = next(lines, list[str]())
     heading = [cell.strip().lower() for cell in first]
     missing = [name for name in COLUMNS if name not in heading]
     if missing:

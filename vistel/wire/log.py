@@ -187,6 +187,7 @@ class LogReader:
         except BrokenLogError as e:
             raise LogError(f"{path}: is not an MCAP log: {e}") from e
         self._index: LogIndex = index
+        self._bounds: dict[str, tuple[int, int]] = {}
         self.damage: list[str] = list(index.damage)
         self.begin_ns: int = min((c.begin_ns for c in index.chunks), default=0)
         self.end_ns: int = self._believed(max((c.end_ns for c in index.chunks), default=0))
@@ -316,16 +317,17 @@ class LogReader:
 
     def _decode(self, topic: Topic, key: str, record: McapMessage) -> Any | None:
         message = topic.message()
-        if len(record.data) > most_bytes(topic):
-            self._tell(f"channel {key} holds messages of more than {most_bytes(topic)} bytes; they are left out")
+        most, short = self._bounds.get(topic.name) or self._bounds_of(topic)
+        size = len(record.data)
+        if size > most:
+            self._tell(f"channel {key} holds messages of more than {most} bytes; they are left out")
             return None
         try:
             message.ParseFromString(record.data)
         except DecodeError:
             self._tell(f"channel {key} holds messages that are no {topic.message.DESCRIPTOR.name}; they are left out")
             return None
-        reason = objection_to_texts(message) if len(record.data) > self._short_bytes(topic) else ""
-        if reason:
+        if size > short and (reason := objection_to_texts(message)):
             self._tell(f"channel {key} holds messages whose {reason}; they are left out")
             return None
         version = getattr(message, "header").version  # noqa: B009
@@ -334,9 +336,12 @@ class LogReader:
             return None
         return message
 
-    def _short_bytes(self, topic: Topic) -> int:
-        """As a subscription: what sites say is looked at, and what the world says is not."""
-        return short_bytes(topic.message.DESCRIPTOR) if topic.publisher is Publisher.SITE else most_bytes(topic)
+    def _bounds_of(self, topic: Topic) -> tuple[int, int]:
+        """How long a message may be, and from what length on its texts are looked at: as by a subscription, those of sites."""
+        most = most_bytes(topic)
+        found = most, short_bytes(topic.message.DESCRIPTOR) if topic.publisher is Publisher.SITE else most
+        self._bounds[topic.name] = found
+        return found
 
     def _parse(self, text: str | None) -> dict[str, Any] | None:
         try:

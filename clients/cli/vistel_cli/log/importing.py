@@ -229,9 +229,9 @@ def _capture(path: Path, height: float) -> _Recorded:
     from vistel.log.sensors import read_capture
 
     found = read_capture(path)
-    others = f"; the poses of {', '.join(found.devices[1:])} are left out" if len(found.devices) > 1 else ""
-    _tell(path, found.back, f"the tracker {found.devices[0]}{others}")
-    person = _tracked(path, height, f"{found.devices[0]}@imported")
+    first, *others = found.devices
+    _tell(path, found.back, f"the tracker {first}" + (f"; the poses of {', '.join(others)} are left out" if others else ""))
+    person = _tracked(path, height, f"{first}@imported")
     seconds = found.reads[-1][0] - found.reads[0][0]
     return _Recorded(seconds, [person], lambda _, begin_ns: _raw(person, found.reads, begin_ns), solved=True)
 
