@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import importlib.util
 from pathlib import Path
 from typing import Any
 
@@ -128,6 +130,23 @@ def test_arrays_are_the_numbers_of_the_log(tmp_path: Path) -> None:
     again = tmp_path / "again.npz"
     call(MEETING, "--npz", "ben", "--npz", "participant.ben.motion.left_wrist", "--from", "1", "--to", "3", "-o", again)
     assert again.read_bytes() == path.read_bytes()
+
+
+def test_a_table_for_programs_that_read_parquet_is_that_of_csv_or_says_what_it_needs(tmp_path: Path) -> None:
+    name, path = "participant.ben.motion.left_wrist", tmp_path / "wrist.parquet"
+    done = call(MEETING, "--parquet", name, "-o", path)
+    if importlib.util.find_spec("pyarrow") is None:
+        assert done.exit_code == 2 and "pip install pyarrow" in done.stderr and not path.exists()
+        return
+    from pyarrow import parquet  # type: ignore[import-not-found]
+
+    assert call(MEETING, "--csv", name, "-o", tmp_path / "wrist.csv").exit_code == 0
+    with (tmp_path / "wrist.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    table = parquet.read_table(path).to_pydict()
+    assert list(table) == list(rows[0])
+    for column, values in table.items():
+        assert np.allclose(values[1:], [float(row[column]) for row in rows[1:]], rtol=1e-5, atol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import csv
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -41,6 +41,9 @@ def export(
     npz: Annotated[
         list[str] | None, typer.Option("--npz", metavar="NAME", help="Arrays of numbers named as with --csv, or of a participant.")
     ] = None,
+    parquet: Annotated[
+        list[str] | None, typer.Option("--parquet", metavar="NAME", help="As --csv, for programs that read Parquet; needs pyarrow.")
+    ] = None,
     foxglove: Annotated[
         bool, typer.Option("--foxglove", help="People, things and events as MCAP for Foxglove and Lichtblick.")
     ] = False,
@@ -58,7 +61,7 @@ def export(
 
       vistel log export out/latest/conference.mcap -o viewed.mcap --foxglove
     """
-    ways = (("--csv", numbers), ("--npz", npz), ("--bvh", bvh), ("--wav", wav), ("--foxglove", foxglove))
+    ways = (("--csv", numbers), ("--npz", npz), ("--parquet", parquet), ("--bvh", bvh), ("--wav", wav), ("--foxglove", foxglove))
     asked = [name for name, value in ways if value]
     if len(asked) > 1:
         fail(f"{asked[0]} and {asked[1]}: write different files; give one of them", USAGE)
@@ -74,6 +77,8 @@ def export(
         _writing(output, lambda: _bvh(found, bvh, output, begin, end, fps or BVH_FPS))
     elif npz:
         _writing(output, lambda: _npz(found, npz, output, begin, end))
+    elif parquet:
+        _writing(output, lambda: _parquet(found, parquet, output, begin, end))
     elif foxglove:
         _writing(output, lambda: _foxglove(found, output, begin, end, fps or USD_FPS))
     elif wav:
@@ -120,6 +125,22 @@ def _npz(log: "Log", names: Sequence[str], output: Path, begin: float, end: floa
 
     written = write_npz(log, names, output, begin, end)
     return f"{len(written)} arrays written to {output}: {', '.join(written)}"
+
+
+def _parquet(log: "Log", names: Sequence[str], output: Path, begin: float, end: float | None) -> str:
+    try:
+        import pyarrow as arrow  # pyright: ignore[reportMissingImports]
+        from pyarrow import parquet  # pyright: ignore[reportMissingImports]
+    except ImportError as e:
+        raise ValueError("--parquet: needs pyarrow: pip install pyarrow; or take --npz") from e
+    from vistel.log.numbers import together, tracks, with_fields
+
+    found = tracks(log, with_fields(names), begin, end)
+    times, values = together(found.values())
+    columns: dict[str, Any] = {"t": times} | dict(zip(found, values, strict=True))
+    with output.open("wb") as file:
+        parquet.write_table(arrow.table(columns), file)
+    return f"{len(times)} rows of {len(found)} numbers written to {output}"
 
 
 def _foxglove(log: "Log", output: Path, begin: float, end: float | None, fps: float) -> str:
