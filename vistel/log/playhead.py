@@ -25,13 +25,15 @@ class NotUnderstoodError(ValueError):
 
 @dataclass(frozen=True)
 class Playhead:
-    """t, end: seconds after the log's beginning. loop: the part that is repeated [s], begin before end; None: none."""
+    """t, end: seconds after the log's beginning. loop: the part that is repeated [s], begin before end; None: none. leaps: how
+    often it has gone elsewhere, so that who hears the log knows."""
 
     end: float
     t: float = 0.0
     speed: float = 1.0
     playing: bool = False
     loop: tuple[float, float] | None = None
+    leaps: int = 0
 
     def after(self, seconds: float) -> Playhead:
         """Where it is when so many seconds have passed for who looks at it."""
@@ -40,7 +42,7 @@ class Playhead:
         t = self.t + seconds * self.speed
         if self.loop is not None and t >= self.loop[1] > self.t:
             begin, end = self.loop
-            return replace(self, t=begin + math.fmod(t - end, end - begin))
+            return replace(self, t=begin + math.fmod(t - end, end - begin), leaps=self.leaps + 1)
         return replace(self, t=t) if t < self.end else replace(self, t=self.end, playing=False)
 
     def reaching(self, end: float) -> Playhead:
@@ -50,7 +52,7 @@ class Playhead:
     def words(self) -> str:
         """JSON, as the page reads it."""
         words = {"kind": "playhead", "t": round(self.t, 4), "end": round(self.end, 4), "speed": self.speed}
-        return json.dumps(words | {"playing": self.playing, "loop": self.loop})
+        return json.dumps(words | {"playing": self.playing, "loop": self.loop, "leaps": self.leaps})
 
     def moved(self, seconds: float, end: float) -> Playhead:
         """The same moment in another log, which lasts until `end`, where all is so many seconds later."""
@@ -60,7 +62,7 @@ class Playhead:
         """After what a viewer asks: any of t, speed, playing, loop. Raises NotUnderstoodError."""
         now = self
         if "t" in asked:
-            now = replace(now, t=min(self.end, max(0.0, number(asked["t"]))))
+            now = replace(now, t=min(self.end, max(0.0, number(asked["t"]))), leaps=self.leaps + 1)
         if "speed" in asked:
             now = replace(now, speed=min(FASTEST, max(SLOWEST, number(asked["speed"]))))
         if "loop" in asked:
@@ -68,7 +70,8 @@ class Playhead:
         if "playing" in asked:
             now = replace(now, playing=asked["playing"] is True)
         if now.playing and now.t >= now.end:
-            now = replace(now, t=now.loop[0] if now.loop is not None else 0.0)  # play at the end begins again
+            begin = now.loop[0] if now.loop is not None else 0.0
+            now = replace(now, t=begin, leaps=self.leaps + 1)  # play at the end begins again
         return now
 
     def _part(self, asked: object) -> tuple[float, float] | None:

@@ -8,6 +8,7 @@ export interface Playhead {
   speed: number;
   playing: boolean;
   loop: [number, number] | null;
+  leaps: number; // how often it has gone elsewhere
 }
 export interface Event {
   t: number;

@@ -10,7 +10,6 @@ import type { Fields, Hello, Noted, Notes as NotesSaid, Plot, Refused } from "./
 import { Zoom } from "./zoom";
 
 const BACK_S = 30;
-const LEAP_S = 0.4; // more than the time that has passed is a leap; a busy page is late by less
 
 export class Travel {
   link: Link;
@@ -26,7 +25,7 @@ export class Travel {
   private ofLog = false;
   private beginAt: { back: number; playing: boolean } | null = null;
 
-  private last: { head: Playhead; at: number } | null = null;
+  private last: Playhead | null = null;
 
   /** leap: time of what is seen has leapt, or stands still, or goes on at its own speed (true). */
   constructor(
@@ -76,12 +75,10 @@ export class Travel {
 
   /** Voices go on only where time does, at its own speed. */
   private listen(head: Playhead): void {
-    const now = performance.now();
-    const sounds = (h: Playhead | undefined) => Boolean(h?.playing && h.speed === 1);
+    const sounds = (h: Playhead | null) => Boolean(h?.playing && h.speed === 1);
     const { last } = this;
-    const leapt = last && sounds(head) && Math.abs(head.t - last.head.t - (now - last.at) / 1000) > LEAP_S;
-    if (leapt || sounds(head) !== sounds(last?.head)) this.leap(sounds(head));
-    this.last = { head, at: now };
+    if (sounds(head) !== sounds(last) || (sounds(head) && head.leaps !== last?.leaps)) this.leap(sounds(head));
+    this.last = head;
   }
 
   hear(words: Playhead | Lanes | Plot | Fields | NotesSaid | Noted | Refused): void {

@@ -26,6 +26,7 @@ from vistel.render.frames import HEADER, PERSON
 from vistel.session.session import AsyncSession
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
+from vistel.wire.topics import BY_NAME
 from vistel_services.console import bundle, service
 from vistel_services.console import gateway as gateways
 from vistel_services.console.gateway import Gateway
@@ -124,6 +125,24 @@ def test_a_viewer_gets_joints_table_frames_and_the_figure_by_its_digest(monkeypa
                         assert answer.status == 404
                 numbers = await heard(live, "numbers")
                 assert numbers["people"][0]["shown"] == "Ben" and numbers["viewers"] == 1
+
+    asyncio.run(watch())
+
+
+def test_a_note_of_the_host_goes_to_the_log_and_what_is_none_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def watch() -> None:
+        room = local()
+        recorder = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["note"], queue_all=True, polled=True)
+        async with room.watched(monkeypatch), aiohttp.ClientSession() as session:  # noqa: SIM117
+            async with session.ws_connect(f"http://{room.address}/live") as live:
+                for wrong in ('{"note": ""}', "{", '{"note": 1, "author": "a"}', '{"note": "a", "author": "' + "x" * 41 + '"}'):
+                    await live.send_str(wrong)
+                    await heard(live, "refused")
+                await live.send_json({"note": "the <ball> falls", "author": "Ann"})
+                assert (await heard(live, "noted"))["text"] == "the <ball> falls"
+                (sample,) = recorder.take()
+                assert (sample.message.author, sample.message.text) == ("Ann", "the <ball> falls")
+                assert abs(sample.message.header.t_ns - room.clock.now_ns()) < 60e9
 
     asyncio.run(watch())
 

@@ -248,7 +248,7 @@ def test_in_a_browser_the_log_is_heard_at_its_own_speed_and_elsewhere_the_page_s
     path = with_voice(tmp_path / "voiced.mcap")
 
     async def watch() -> None:
-        async with opened(tmp_path, path, "#t=0", None, "--autoplay-policy=no-user-gesture-required") as tab:
+        async with opened(tmp_path, path, "#t=1", None, "--autoplay-policy=no-user-gesture-required") as tab:
             await tab.click("#sound button")
             await tab.until("window.vistel.voices.on")
             await tab.until("document.querySelector('.said').textContent.includes('silent')")

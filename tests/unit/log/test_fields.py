@@ -105,8 +105,8 @@ def test_a_log_differs_from_itself_by_nothing_and_moved_by_as_much_as_it_moves()
     with vistel.log.open(MEETING) as log:
         same = Pair(log, log).tracks([DIFFERENCE + HAND, BESIDE + HAND, HAND], 1.0, 3.0)
         assert np.nanmax(np.abs(same[DIFFERENCE + HAND].value)) == 0.0
-        inner = [t[(t > 1.1) & (t < 2.9)] for t in (same[BESIDE + HAND].t, same[HAND].t)]
-        assert len(inner[0]) > 100 and np.array_equal(*inner)
+        one, other = (t[(t > 1.1) & (t < 2.9)] for t in (same[BESIDE + HAND].t, same[HAND].t))
+        assert len(one) > 100 and np.array_equal(one, other)
         later = Pair(log, log, 0.5).tracks([BESIDE + HAND, DIFFERENCE + HAND], 4.0, 5.0)
         assert later[BESIDE + HAND].t.min() >= 4.0 and later[BESIDE + HAND].t.max() < 5.0
         assert np.nanmax(np.abs(later[DIFFERENCE + HAND].value)) > 0.005

@@ -36,6 +36,12 @@ def test_a_loop_is_played_again_and_again_with_the_time_that_was_over() -> None:
     assert told(head, loop=[3.0, 3.0]).loop is None
 
 
+def test_it_counts_how_often_it_has_gone_elsewhere() -> None:
+    head = told(Playhead(10.0), loop=[2.0, 4.0], t=3.5, playing=True)
+    assert (head.leaps, head.after(0.1).leaps, head.after(1.0).leaps) == (1, 1, 2)
+    assert told(head, speed=2.0).leaps == 1
+
+
 def test_times_and_speeds_out_of_range_are_taken_to_the_nearest_in_range() -> None:
     assert told(Playhead(10.0), t=-3).t == 0.0
     assert told(Playhead(10.0), t=1e9).t == 10.0
