@@ -37,8 +37,10 @@ MOST_HOLD_S = 15.0
 """... but no longer than this [s]."""
 FADE_S = 1.2
 """Then it goes to rest, over this [s]..."""
-RETURN_S = 0.7
+RETURN_S = 0.9
 """... and when it is seen again, back over this [s]."""
+GAP_S = 0.15
+"""Not to be seen for so long is to be away [s]; shorter, a few landmarks were missed."""
 VISIBLE = 0.5
 """Landmarks that are less visible than this are guessed."""
 INSIDE = 0.5
@@ -61,7 +63,7 @@ SMOOTH_DEPTH = (0.6, 3.0)
 """The same of what the landmarks say of depth [Hz, Hz per m/s]."""
 SMOOTH_TURN = (1.2, 5.0)
 """The same of rotation vectors and fingers [Hz, Hz per rad/s]."""
-SLOWEST = 6.0
+SLOWEST = 4.5
 """How quickly what is shown follows what is measured, at least and at most [rad/s]: as pictures come..."""
 QUICKEST = 40.0
 """... the same where they come often [rad/s]..."""
@@ -119,6 +121,8 @@ class _Part:
     share: float = 0.0
     """0 at rest .. 1 as seen, before easing."""
     seen_s: float = -math.inf
+    back_s: float = -math.inf
+    """When it was seen again after it was not."""
     place: Spring | None = None
     rotation: F64 = field(default_factory=lambda: np.array((0.0, 0.0, 0.0, 1.0)))
     aim: MatrixPose = field(default_factory=lambda: MatrixPose(np.zeros(3), np.eye(3)))
@@ -215,7 +219,8 @@ class CameraBody:
                 part.place, part.more = Spring(part.aim.position), Spring(part.more_aim)
                 part.rotation = quaternion_from_matrix(np.ascontiguousarray(part.aim.rotation))
             part.share = min(1.0, max(0.0, part.share + (dt / RETURN_S if there else -dt / FADE_S)))
-            quick = rate if part.share == 1.0 else SLOWEST
+            gently = minimum_jerk((now_s - part.back_s) / RETURN_S) if part.share == 1.0 else 0.0
+            quick = SLOWEST + (rate - SLOWEST) * gently
             place = part.place.follow(part.aim.position, dt, quick)
             aim = quaternion_from_matrix(np.ascontiguousarray(part.aim.rotation))
             part.rotation = slerp(part.rotation, aim, 1.0 - math.exp(-0.7 * quick * dt))
@@ -338,6 +343,8 @@ class CameraBody:
 
     def _aim(self, name: str, position: F64, rotation: F64, more: F64 | None = None) -> None:
         part = self._parts[name]
+        if self._arrived_s - part.seen_s > max(GAP_S, 2.5 * self._interval):
+            part.back_s = self._arrived_s
         part.aim, part.seen_s = MatrixPose(position, rotation), self._arrived_s
         part.more_aim = np.zeros(0) if more is None else more
 
