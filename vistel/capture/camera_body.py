@@ -21,7 +21,7 @@ from vistel.figure.posture.channel import MatrixPose, minimum_jerk
 from vistel.figure.posture.from_picture import FOCAL, PALM_JOINTS, Arm, arm_of, fingers_of, fitted, palm_of, ray, unprojected
 from vistel.figure.posture.hands import hand_rotation
 from vistel.figure.posture.limits import SIDES, hand_within_limits
-from vistel.figure.posture.posture import collar_scale_raised
+from vistel.figure.posture.posture import collar_scale
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix, slerp
 from vistel.protocol.camera_body import BODY, FACE, HAND_POINTS
@@ -162,7 +162,7 @@ class CameraBody:
         self._collar = seated("left_shoulder") - top
         self._from_collar = {s: self._shoulder[s] - (seated(f"{s}_shoulder") - top) for s in SIDES}
         self._shortening = skeleton.collar_shortening
-        hanging = 2.0 * (self._collar[0] + collar_scale_raised(-1.0, self._shortening) * self._from_collar["left"][0])
+        hanging = 2.0 * (self._collar[0] + _collar(-1.0, self._shortening) * self._from_collar["left"][0])
         self._breadth = float(hanging)
         self._arms = np.array((skeleton.upper_arm, skeleton.lower_arm))
         self._palm = {
@@ -259,7 +259,7 @@ class CameraBody:
     def _scale(self, body: F64, side: str) -> float:
         """How long the collar bone is, which is shorter the higher the arm is raised."""
         raised = body[_AT[f"{side}_elbow"], 1] - body[_AT[f"{side}_shoulder"], 1]
-        return collar_scale_raised(raised / max(1e-3, _broad(body)) * self._breadth / float(self._arms[0]), self._shortening)
+        return _collar(raised / max(1e-3, _broad(body)) * self._breadth / float(self._arms[0]), self._shortening)
 
     def _collars(self, body: F64) -> float:
         """How broad the shoulders are [m]."""
@@ -358,6 +358,13 @@ class CameraBody:
         if found is None:
             found = self._filters[name] = AngleFilter(cutoff_hz, gain, restart_s=max(0.5, 3.0 * self._interval))
         return found.update(self._t, values)
+
+
+def _collar(along: float, shortening: float) -> float:
+    """`collar_scale` of an upper arm whose direction has the height `along`: -1 hanging .. 1 overhead."""
+    upper_arm = np.eye(3)
+    upper_arm[1, 0] = along
+    return collar_scale(upper_arm, 1.0, shortening)
 
 
 def _broad(body: F64) -> float:
