@@ -31,6 +31,8 @@ FIRST = 15
 """Pictures by which somebody is measured who has not been calibrated."""
 MOST_KEPT = 400
 """Pictures of a calibration that count, the newest: ten seconds at 30 Hz and some."""
+SELDOM = 10
+"""After the first pictures the measures are found anew with every tenth: that takes milliseconds."""
 HOLD_S = 0.5
 """A part that is not seen stays where it was so long [s]; with pictures that come seldom, three of their intervals."""
 MOST_HOLD_S = 15.0
@@ -172,7 +174,7 @@ class CameraBody:
         bones = pairwise([rest[JOINT_INDEX[f"left_{j}"]] for j in thumb])
         self._thumb = {name: b - a for name, (a, b) in zip(thumb, bones, strict=False)}
         self._kept: list[Picture] = []
-        self._calibrating = False
+        self._calibrating, self._counted = False, 0
         self._measured: Measured | None = None
         self._mesh: MeshFace | None = None
         self._filters: dict[str, AngleFilter] = {}
@@ -230,11 +232,14 @@ class CameraBody:
 
     def _measure(self, picture: Picture, *, calibrating: bool) -> None:
         if calibrating and not self._calibrating:
-            self._kept, self._sizes, self._palms = [], [], PALM
+            self._kept, self._counted, self._sizes, self._palms = [], 0, [], PALM
         self._calibrating = calibrating
         if picture.face is None or not (calibrating or len(self._kept) < FIRST):
             return
         self._kept = [*self._kept, picture][-MOST_KEPT:]
+        self._counted += 1
+        if self._counted > FIRST and self._counted % SELDOM:
+            return
         # Who raises their arms leans, and lifts the marks of the shoulders.
         hanging = [p for p in self._kept if _hanging(p.body)] or self._kept
         faces = np.array([unprojected(p.face) for p in hanging if p.face is not None])
