@@ -21,7 +21,7 @@ from vistel.figure.posture.channel import MatrixPose, minimum_jerk
 from vistel.figure.posture.from_picture import FOCAL, PALM_JOINTS, Arm, arm_of, fingers_of, fitted, palm_of, ray, unprojected
 from vistel.figure.posture.hands import hand_rotation
 from vistel.figure.posture.limits import SIDES, hand_within_limits
-from vistel.figure.posture.posture import collar_scale_raised
+from vistel.figure.posture.posture import collar_scale
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix, slerp
 from vistel.protocol.camera_body import BODY, FACE, HAND_POINTS
@@ -31,14 +31,18 @@ FIRST = 15
 """Pictures by which somebody is measured who has not been calibrated."""
 MOST_KEPT = 400
 """Pictures of a calibration that count, the newest: ten seconds at 30 Hz and some."""
+SELDOM = 10
+"""After the first pictures the measures are found anew with every tenth: that takes milliseconds."""
 HOLD_S = 0.5
 """A part that is not seen stays where it was so long [s]; with pictures that come seldom, three of their intervals."""
 MOST_HOLD_S = 15.0
 """... but no longer than this [s]."""
 FADE_S = 1.2
 """Then it goes to rest, over this [s]..."""
-RETURN_S = 0.7
+RETURN_S = 0.9
 """... and when it is seen again, back over this [s]."""
+GAP_S = 0.15
+"""Not to be seen for so long is to be away [s]; shorter, a few landmarks were missed."""
 VISIBLE = 0.5
 """Landmarks that are less visible than this are guessed."""
 INSIDE = 0.5
@@ -61,7 +65,7 @@ SMOOTH_DEPTH = (0.6, 3.0)
 """The same of what the landmarks say of depth [Hz, Hz per m/s]."""
 SMOOTH_TURN = (1.2, 5.0)
 """The same of rotation vectors and fingers [Hz, Hz per rad/s]."""
-SLOWEST = 6.0
+SLOWEST = 4.5
 """How quickly what is shown follows what is measured, at least and at most [rad/s]: as pictures come..."""
 QUICKEST = 40.0
 """... the same where they come often [rad/s]..."""
@@ -119,6 +123,8 @@ class _Part:
     share: float = 0.0
     """0 at rest .. 1 as seen, before easing."""
     seen_s: float = -math.inf
+    back_s: float = -math.inf
+    """When it was seen again after it was not."""
     place: Spring | None = None
     rotation: F64 = field(default_factory=lambda: np.array((0.0, 0.0, 0.0, 1.0)))
     aim: MatrixPose = field(default_factory=lambda: MatrixPose(np.zeros(3), np.eye(3)))
@@ -158,7 +164,7 @@ class CameraBody:
         self._collar = seated("left_shoulder") - top
         self._from_collar = {s: self._shoulder[s] - (seated(f"{s}_shoulder") - top) for s in SIDES}
         self._shortening = skeleton.collar_shortening
-        hanging = 2.0 * (self._collar[0] + collar_scale_raised(-1.0, self._shortening) * self._from_collar["left"][0])
+        hanging = 2.0 * (self._collar[0] + _collar(-1.0, self._shortening) * self._from_collar["left"][0])
         self._breadth = float(hanging)
         self._arms = np.array((skeleton.upper_arm, skeleton.lower_arm))
         self._palm = {
@@ -168,7 +174,7 @@ class CameraBody:
         bones = pairwise([rest[JOINT_INDEX[f"left_{j}"]] for j in thumb])
         self._thumb = {name: b - a for name, (a, b) in zip(thumb, bones, strict=False)}
         self._kept: list[Picture] = []
-        self._calibrating = False
+        self._calibrating, self._counted = False, 0
         self._measured: Measured | None = None
         self._mesh: MeshFace | None = None
         self._filters: dict[str, AngleFilter] = {}
@@ -215,7 +221,8 @@ class CameraBody:
                 part.place, part.more = Spring(part.aim.position), Spring(part.more_aim)
                 part.rotation = quaternion_from_matrix(np.ascontiguousarray(part.aim.rotation))
             part.share = min(1.0, max(0.0, part.share + (dt / RETURN_S if there else -dt / FADE_S)))
-            quick = rate if part.share == 1.0 else SLOWEST
+            gently = minimum_jerk((now_s - part.back_s) / RETURN_S) if part.share == 1.0 else 0.0
+            quick = SLOWEST + (rate - SLOWEST) * gently
             place = part.place.follow(part.aim.position, dt, quick)
             aim = quaternion_from_matrix(np.ascontiguousarray(part.aim.rotation))
             part.rotation = slerp(part.rotation, aim, 1.0 - math.exp(-0.7 * quick * dt))
@@ -225,11 +232,14 @@ class CameraBody:
 
     def _measure(self, picture: Picture, *, calibrating: bool) -> None:
         if calibrating and not self._calibrating:
-            self._kept, self._sizes, self._palms = [], [], PALM
+            self._kept, self._counted, self._sizes, self._palms = [], 0, [], PALM
         self._calibrating = calibrating
         if picture.face is None or not (calibrating or len(self._kept) < FIRST):
             return
         self._kept = [*self._kept, picture][-MOST_KEPT:]
+        self._counted += 1
+        if self._counted > FIRST and self._counted % SELDOM:
+            return
         # Who raises their arms leans, and lifts the marks of the shoulders.
         hanging = [p for p in self._kept if _hanging(p.body)] or self._kept
         faces = np.array([unprojected(p.face) for p in hanging if p.face is not None])
@@ -254,7 +264,7 @@ class CameraBody:
     def _scale(self, body: F64, side: str) -> float:
         """How long the collar bone is, which is shorter the higher the arm is raised."""
         raised = body[_AT[f"{side}_elbow"], 1] - body[_AT[f"{side}_shoulder"], 1]
-        return collar_scale_raised(raised / max(1e-3, _broad(body)) * self._breadth / float(self._arms[0]), self._shortening)
+        return _collar(raised / max(1e-3, _broad(body)) * self._breadth / float(self._arms[0]), self._shortening)
 
     def _collars(self, body: F64) -> float:
         """How broad the shoulders are [m]."""
@@ -338,6 +348,8 @@ class CameraBody:
 
     def _aim(self, name: str, position: F64, rotation: F64, more: F64 | None = None) -> None:
         part = self._parts[name]
+        if self._arrived_s - part.seen_s > max(GAP_S, 2.5 * self._interval):
+            part.back_s = self._arrived_s
         part.aim, part.seen_s = MatrixPose(position, rotation), self._arrived_s
         part.more_aim = np.zeros(0) if more is None else more
 
@@ -351,6 +363,13 @@ class CameraBody:
         if found is None:
             found = self._filters[name] = AngleFilter(cutoff_hz, gain, restart_s=max(0.5, 3.0 * self._interval))
         return found.update(self._t, values)
+
+
+def _collar(along: float, shortening: float) -> float:
+    """`collar_scale` of an upper arm whose direction has the height `along`: -1 hanging .. 1 overhead."""
+    upper_arm = np.eye(3)
+    upper_arm[1, 0] = along
+    return collar_scale(upper_arm, 1.0, shortening)
 
 
 def _broad(body: F64) -> float:

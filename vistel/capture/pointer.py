@@ -60,6 +60,8 @@ MOST_LEAN = np.array([0.9, 0.5, 0.4])
 """How far the trunk leans: forward, about its own axis, sideways [rad]."""
 MOST_BEND = math.radians(50.0)
 """A hand turns from the way of its arm no further than this to take a thing [rad]."""
+ELBOW_SPEED = math.radians(720.0)
+"""How quickly an elbow that a camera sees turns about its arm; a quarter of it while that is not yet believed [rad/s]."""
 HEAD_SHARE = 0.7
 """Of where somebody looks: the rest is the trunk's."""
 
@@ -149,13 +151,23 @@ class PointerCapture:
         placed = self._placed(trunk, yaw, pitch, wrists, aims, t_s)
         receivers = {n: self._measured(n, blend(p, seen[n].pose, seen[n].share) if n in seen else p) for n, p in placed.items()}
         fingers = tuple(_mixed(aims[s].fingers, seen.get(f"{s}_fingers")) for s in SIDES)
-        elbows = {s: hand.more for s in SIDES if (hand := seen.get(f"{s}_hand")) is not None and hand.share > 0.0}
+        elbows = {s: self._elbow(s, hand, dt) for s in SIDES if (hand := seen.get(f"{s}_hand")) is not None and len(hand.more)}
         posture = self._solver.solve(t_ns * 1e-9, receivers, (fingers[0], fingers[1]), elbows).posture
         gaze = np.clip(wanted - (yaw, pitch), -0.5, 0.5) + _glance(t_s)
         face = np.concatenate((REST.ravel(), gaze, np.full(2, _lids(t_s))))
         face = _mixed(face, seen.get("face"))
         marks = np.reshape(face[:-4], REST.shape) if "face" in seen else None
         return Posture(posture.dofs, posture.hands, posture.stance, face[-4:-2], posture.joints, marks, face[-2:])
+
+    def _elbow(self, side: str, hand: Followed, dt: float) -> F64:
+        """(3,) where an elbow points: as the camera sees it, but no quicker there than elbows turn."""
+        now = self._solver.elbow(side) / max(1e-9, float(np.linalg.norm(self._solver.elbow(side))))
+        aim = hand.more / max(1e-9, float(np.linalg.norm(hand.more)))
+        off = math.acos(min(1.0, max(-1.0, float(now @ aim))))
+        most = (ELBOW_SPEED if hand.share == 1.0 else 0.25 * ELBOW_SPEED) * dt
+        if off <= most:
+            return aim
+        return (math.sin(off - most) * now + math.sin(most) * aim) / math.sin(off)
 
     def _palm(self, side: str) -> F64:
         return self._build.palm[0 if side == "left" else 1]

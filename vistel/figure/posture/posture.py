@@ -248,12 +248,7 @@ def collar_scale(shoulder: F64, side: float, shortening: float) -> float:
 
     shortening: share of its length that it loses with the arm overhead (`Skeleton.collar_shortening`).
     """
-    return collar_scale_raised(side * shoulder[1, 0], shortening)
-
-
-@compiled
-def collar_scale_raised(along: float, shortening: float) -> float:
-    """As `collar_scale`, for an upper arm whose direction has the height `along` in the chest's frame: -1 hanging .. 1 overhead."""
+    along = side * shoulder[1, 0]  # y of the upper arm's direction in the chest frame
     elevation = math.acos(min(1.0, max(-1.0, -along)))
     u = min(1.0, max(0.0, (elevation - math.radians(30.0)) / math.radians(120.0)))
     return (1.0 - shortening * u * u * (3.0 - 2.0 * u)) / (1.0 - 0.5 * shortening)

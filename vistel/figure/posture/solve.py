@@ -163,6 +163,10 @@ class PostureSolver:
             fingers[row] = self._gloves[s].follow(t_s, angles)
         return Solved(within_limits(Posture(dofs, fingers, stance)), frozenset(stale))
 
+    def elbow(self, side: str) -> F64:
+        """(3,) where an elbow points now, across the line from shoulder to wrist, in the chest's frame."""
+        return self._elbow[side]
+
     def _chest_at_rest(self, head: MatrixPose | tuple[F64, F64] | None) -> MatrixPose:
         """Where the chest relaxes to: upright under the head where that is known, else over the hips."""
         stance = self._stance.stance
