@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
-import signal
 import subprocess
 import sys
 import time
@@ -40,15 +40,10 @@ def shared_memory() -> set[str]:
     return set(os.listdir("/dev/shm")) if os.path.isdir("/dev/shm") else set()
 
 
-def processes_of(folder: Path) -> list[str]:
-    """Processes that name the folder, or whose parents did."""
-    found: list[str] = []
-    for process in psutil.process_iter(["cmdline", "environ", "status"]):
-        about = process.info
-        named = [*(about["cmdline"] or ()), *(about["environ"] or {}).values()]
-        if about["status"] != psutil.STATUS_ZOMBIE and any(str(folder) in word for word in named):
-            found.append(" ".join(about["cmdline"] or ()))
-    return found
+def runs(process: psutil.Process) -> bool:
+    with contextlib.suppress(psutil.NoSuchProcess):
+        return process.is_running() and process.status() != psutil.STATUS_ZOMBIE
+    return False
 
 
 def pseudo_terminals(folder: Path) -> list[Path]:
@@ -80,16 +75,19 @@ def test_a_test_that_is_killed_leaves_no_process_no_terminal_and_no_shared_memor
     command = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", "--basetemp", str(inner / "tmp"), "-q", "test_killed.py"]
     with (inner / "output.txt").open("wb") as output:
         process = subprocess.Popen(command, cwd=inner, stdout=output, stderr=subprocess.STDOUT, start_new_session=True)
-    ready = inner / "tmp" / "ready"
-    wait_until(lambda: ready.exists() or process.poll() is not None, every_s=0.2)
-    assert process.poll() is None, (inner / "output.txt").read_text()
-    terminals = pseudo_terminals(inner)
-    assert terminals and all(t.exists() for t in terminals)
-    assert len(processes_of(inner)) > 3
-    killed_s = time.time()
-    process.send_signal(signal.SIGKILL)
-    process.wait()
-    wait_until(lambda: processes_of(inner) == [], every_s=0.2)
+    try:
+        ready = inner / "tmp" / "ready"
+        wait_until(lambda: ready.exists() or process.poll() is not None, every_s=0.2)
+        assert process.poll() is None, (inner / "output.txt").read_text()
+        terminals = pseudo_terminals(inner)
+        assert terminals and all(t.exists() for t in terminals)
+        started = psutil.Process(process.pid).children(recursive=True)
+        assert len(started) > 3  # the world, the recorder and others of the conference
+    finally:
+        killed_s = time.time()
+        process.kill()
+        process.wait()
+    wait_until(lambda: not any(map(runs, started)), every_s=0.2)
     assert [t for t in terminals if t.exists() and t.stat().st_ctime < killed_s] == []  # one that is there is another one
     assert shared_memory() <= shared
 
