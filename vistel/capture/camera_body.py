@@ -25,6 +25,7 @@ from vistel.figure.posture.posture import collar_scale
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix, slerp
 from vistel.protocol.camera_body import BODY, FACE, HAND_POINTS
+from vistel.protocol.pointer import FARTHEST_M, HIGHEST_M
 from vistel.v1.device_pb2 import CameraBodyFrame
 
 FIRST = 15
@@ -45,6 +46,12 @@ GAP_S = 0.15
 """Not to be seen for so long is to be away [s]; shorter, a few landmarks were missed."""
 VISIBLE = 0.5
 """Landmarks that are less visible than this are guessed."""
+FARTHEST_AWAY_M = 4.0
+"""From the camera, people are taken to sit no farther [m]."""
+NARROWEST = 0.05
+"""Shoulders that are less broad are nobody's before this camera [picture heights]."""
+SMALLEST = 0.01
+"""A hand or a face that is smaller is none [picture heights]."""
 INSIDE = 0.5
 """What is farther above or below the picture's middle is outside of it [picture heights]."""
 PALM = 0.95
@@ -89,16 +96,18 @@ class Picture(NamedTuple):
 
 
 def picture_of(frame: CameraBodyFrame) -> Picture | None:
-    """None where nobody is seen."""
+    """None where nobody is seen who sits before the camera: shoulders are level, more or less, the left one to the right."""
     if len(frame.body) != 3 * len(BODY) or len(frame.visibility) != len(BODY):
         return None
     body = np.reshape(np.array(frame.body, np.float64), (-1, 3)) * (1e-4, 1e-4, 1e-3)
-    hands = {
-        side: np.reshape(np.array(points, np.float64), (-1, 3)) * 1e-4
-        for side, points in (("left", frame.left_hand), ("right", frame.right_hand))
-        if len(points) == 3 * HAND_POINTS
-    }
-    face = np.reshape(np.array(frame.face, np.float64), (-1, 3)) * 1e-4 if len(frame.face) == 3 * len(FACE) else None
+    across = body[_AT["left_shoulder"]] - body[_AT["right_shoulder"]]
+    if across[0] < max(NARROWEST, abs(float(across[1]))):
+        return None
+    points = {"left": frame.left_hand, "right": frame.right_hand, "face": frame.face}
+    wanted = {"left": HAND_POINTS, "right": HAND_POINTS, "face": len(FACE)}
+    found = {n: np.reshape(np.array(p, np.float64), (-1, 3)) * 1e-4 for n, p in points.items() if len(p) == 3 * wanted[n]}
+    hands = {n: p for n, p in found.items() if float(np.ptp(p[:, :2], axis=0).max()) > SMALLEST}
+    face = hands.pop("face", None)
     return Picture(body, np.array(frame.visibility, np.float64) / 255.0, hands, face)
 
 
@@ -253,7 +262,7 @@ class CameraBody:
         self._mesh = MeshFace(dict(zip(FACE, face, strict=True)))
 
     def _follow(self, picture: Picture, measured: Measured, mesh: MeshFace, dt: float) -> None:
-        away = FOCAL / measured.breadth  # of the shoulders at calibration [m]
+        away = min(FARTHEST_AWAY_M, FOCAL / measured.breadth)  # of the shoulders at calibration [m]
         head_away = away - (self._eyes_at_rest[2] - self._middle[2])
         camera = self._eyes_at_rest - head_away * measured.eyes
         ahead = self._head(picture, measured, mesh, camera, head_away)
@@ -281,7 +290,7 @@ class CameraBody:
         at = self._smooth("eyes", at, *SMOOTH)
         rotation = self._smooth_turn("head", placed.rotation @ _turn_between(np.array((0.0, 0.0, 1.0)), -measured.eyes))
         self._aim("head", camera + at - rotation @ self._eyes, rotation)
-        own = (mesh_now - placed.shift) @ placed.rotation / placed.scale
+        own = (mesh_now - placed.shift) @ placed.rotation / max(0.01, placed.scale)
         points: dict[str, F64] = dict(zip(FACE, own, strict=True))
         marks = self._smooth("marks", mesh.marks(points).ravel() * 100.0, *SMOOTH) / 100.0
         gaze = self._smooth("gaze", mesh.gaze(points), *SMOOTH_TURN)
@@ -306,7 +315,7 @@ class CameraBody:
         lean = rotvec_from_matrix(_turn_between(self._middle - self._base, middle - self._base))
         up = _rotation(BEND * lean)[:, 1]
         up = up - (up @ across) * across
-        up /= np.linalg.norm(up)
+        up /= max(1e-6, float(np.linalg.norm(up)))
         rotation = np.column_stack((across, up, np.cross(across, up)))
         top = middle - rotation @ (self._middle - self._top)
         chest = MatrixPose(top, rotation)
@@ -350,7 +359,8 @@ class CameraBody:
         part = self._parts[name]
         if self._arrived_s - part.seen_s > max(GAP_S, 2.5 * self._interval):
             part.back_s = self._arrived_s
-        part.aim, part.seen_s = MatrixPose(position, rotation), self._arrived_s
+        kept = np.clip(position, (-FARTHEST_M, 0.0, -FARTHEST_M), (FARTHEST_M, HIGHEST_M, FARTHEST_M))
+        part.aim, part.seen_s = MatrixPose(kept, rotation), self._arrived_s
         part.more_aim = np.zeros(0) if more is None else more
 
     def _smooth_turn(self, name: str, rotation: F64) -> F64:

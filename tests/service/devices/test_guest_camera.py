@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import struct
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -203,6 +204,29 @@ def test_a_record_that_is_late_or_out_of_order_changes_nothing() -> None:
         before.guest.see(frame)
     before.t_ns += STEP_NS
     assert apart(was, before.guest.solve(before.t_ns), "left_hand") < 0.01
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_whatever_a_page_says_of_its_camera_the_posture_is_one_that_people_can_have_at_their_seat(seed: int) -> None:
+    before, random = Before(), np.random.default_rng(seed)
+    decoder = CameraBodyDecoder("bob-camera")
+    taken = 0
+    for n in range(150):
+        before.t_ns += STEP_NS
+        head = b"VP\x05" + bytes((31 if n % 3 else 15,)) + struct.pack("<d", before.t_ns * 1e-6)
+        body = np.array(random.normal(0.0, 4000.0, (9, 2)), np.int16)
+        body[1:3] = ((2500, 0), (-2500, 0)) if n % 2 else body[1:3]  # else it would hardly ever be believed
+        rows = b"".join(struct.pack("<hhbB", *xy, *random.integers((-128, 0), (128, 256)).tolist()) for xy in body.tolist())
+        meshes = b"".join(struct.pack("<hhH", 0, 0, int(random.choice((1, 900, 8000)))) + random.bytes(3 * k) for k in (21, 21, 22))
+        for frame in decoder.feed(head + rows + meshes, before.t_ns):
+            taken += 1
+            before.guest.see(frame)
+        posture = before.guest.solve(before.t_ns)
+        for values in (posture.dofs, posture.hands, posture.gaze, posture.lids, posture.face):
+            assert values is None or np.isfinite(values).all()
+        assert np.array_equal(within_limits(posture).hands, posture.hands)
+        assert np.abs(before.joints(posture).position).max() < 3.0
+    assert taken > 100
 
 
 _BODY = (
