@@ -47,7 +47,7 @@ NOT_RUN = {
 """Commands that no test can run, as regular expressions, and why."""
 INSTEAD = {"make demo": "vistel up --seconds 20"}
 """What `make demo` does after setting up, which `make first` tries in a fresh clone."""
-UNTIL_STOPPED = r"vistel sim |wrinkle studio|voice watch|examples/activities"
+UNTIL_STOPPED = r"vistel sim |replay .*--open|wrinkle studio|voice watch|examples/activities"
 """They run until Ctrl-C: each must show a line, and then end well."""
 BESIDE_A_CONFERENCE = r"vistel (ask|voice)|world (where|move)|--now|examples/activities"
 

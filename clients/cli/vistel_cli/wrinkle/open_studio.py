@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import errno
 import logging
 import signal
 import webbrowser
@@ -20,6 +21,9 @@ from vistel_cli.terminal import FAILED, err, fail, out
 if TYPE_CHECKING:
     from vistel_cli.wrinkle.studio.opened import Opened
 
+PORT = 8765
+"""Where the studio is found unless another port is named or this one is taken."""
+
 
 def studio(
     avatar: Annotated[str, Takes(USD, GLTF, names=True), typer.Argument(help='An avatar file (USD), or "builtin:…".')] = "builtin",
@@ -27,7 +31,10 @@ def studio(
     sets: Annotated[
         Path | None, Takes(WRINKLES), typer.Option(help="File of sets to begin with, instead of the avatar's own.")
     ] = None,
-    port: Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any free port.")] = 8765,
+    port: Annotated[
+        int | None,
+        typer.Option(min=0, max=65535, help="Port; 0: any free port; default: 8765, or any free port where that is taken."),
+    ] = None,
     host: Annotated[str, typer.Option(help="Address to listen at. Everybody who can reach it can edit the avatar.")] = "127.0.0.1",
     open_page: Annotated[bool, typer.Option("--open", help="Open the page in a browser.")] = False,
     force: Force = False,
@@ -46,7 +53,10 @@ def studio(
     try:
         asyncio.run(_serve(opened, host, port, open_page))
     except OSError as fault:
-        fail(f"port {port} at {host} cannot be opened: {fault.strerror or fault}; choose another --port", FAILED)
+        fail(
+            f"port {PORT if port is None else port} at {host} cannot be opened: {fault.strerror or fault}; choose another --port",
+            FAILED,
+        )
 
 
 def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
@@ -69,7 +79,7 @@ def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
             fail(str(fault))
 
 
-async def _serve(opened: Opened, host: str, port: int, show: bool) -> None:
+async def _serve(opened: Opened, host: str, port: int | None, show: bool) -> None:
     from aiohttp import web
 
     from vistel_cli.wrinkle.studio.server import Studio
@@ -79,8 +89,12 @@ async def _serve(opened: Opened, host: str, port: int, show: bool) -> None:
     runner = web.AppRunner(studio.app(hosts), handle_signals=False, shutdown_timeout=1.0)
     await runner.setup()
     try:
-        site = web.TCPSite(runner, host, port)
-        await site.start()
+        try:
+            await web.TCPSite(runner, host, PORT if port is None else port).start()
+        except OSError as fault:
+            if port is not None or fault.errno != errno.EADDRINUSE:
+                raise
+            await web.TCPSite(runner, host, 0).start()
         actual = int(runner.addresses[0][1])
         hosts |= {f"{name}:{actual}" for name in {host, "localhost", "127.0.0.1"}}
         address = f"http://{'localhost' if host in ('0.0.0.0', '::') else host}:{actual}/"
