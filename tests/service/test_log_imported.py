@@ -189,20 +189,21 @@ def elbow(log: vistel.log.Log, who: str, when: F64) -> F64:
 @pytest.mark.parametrize(
     ("name", "text", "said"),
     [
-        ("x.csv", "", "line 1: expected the columns"),
+        ("x.csv", "", "expected recorded motion (BVH) or a table (CSV)"),
         ("x.csv", "a,b,c\n1,2,3\n", "missing: t, sensor"),
         ("x.csv", f"{HEADING}\n0,head,1,2\n", "line 2: expected 9 columns with numbers"),
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n0.01,nose,0,1.6,0,0,0,0,1\n", "line 3: no sensor is called 'nose'"),
         ("x.csv", f"{HEADING}\n0,head,nan,1.6,0,0,0,0,1\n", "line 2: expected finite numbers"),
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,90,0,0,0\n", "are these angles?"),
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n", "at least two rows"),
-        ("x.csv", "\x00\xff", "is no table of text"),
-        ("x.vrpn", "nothing", "does not begin as a VRPN file"),
+        ("x.csv", "\x00\xff", "expected recorded motion (BVH) or a table (CSV)"),
+        ("x.vrpn", "nothing", "expected recorded motion (BVH) or a table (CSV)"),
         ("x.vrpn", "vrpn: ver. 07.38  0\0\0\0\0\0", "no pose of a tracker"),
-        ("x.bvh", "nothing", "expected HIERARCHY"),
-        ("x.mp3", "nothing", "expected .bvh"),
-        ("no/such.csv", None, "No such file"),
-        ("such.mp3", None, "there is no such file"),
+        ("x.bvh", "nothing", "expected recorded motion (BVH) or a table (CSV)"),
+        ("x.mp3", "nothing", "expected recorded motion (BVH) or a table (CSV)"),
+        ("x.txt", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n", "expected .bvh"),
+        ("no/such.csv", None, "no such file"),
+        ("such.mp3", None, "no such file"),
     ],
 )
 def test_what_cannot_be_imported_gets_one_line(tmp_path: Path, name: str, text: str | None, said: str) -> None:

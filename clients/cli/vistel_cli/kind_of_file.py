@@ -48,6 +48,7 @@ OBJ = Kind("an OBJ mesh", "vistel avatar import FILE, or vistel world show FILE"
 PLY = Kind("a PLY mesh")
 MHCLO = Kind("clothing of MakeHuman", "vistel avatar import MESH --clothes FILE")
 BVH = Kind("recorded motion (BVH)", "vistel up --motion FILE")
+VRPN = Kind("a capture of VRPN", "vistel log import FILE")
 PICTURE = Kind("a picture")
 FILM = Kind("a film")
 SOUND = Kind("a recording of sound", "vistel speech try FILE")
@@ -77,6 +78,7 @@ _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"ply\n", PLY),
     (b"ply\r\n", PLY),
     (b"HIERARCHY", BVH),
+    (b"vrpn: ver. ", VRPN),
 )
 _TABLES: tuple[tuple[set[str], Kind], ...] = (
     ({"parts"}, PARTS),

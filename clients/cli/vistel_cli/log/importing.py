@@ -17,6 +17,8 @@ from vistel.v1.motion_pb2 import Participant, Prop
 from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.raw_bytes import RawGatherer
 from vistel.wire.topics import BY_NAME, Topic
+from vistel_cli.inputs import Takes
+from vistel_cli.kind_of_file import BVH, CSV, FOLDER, VRPN
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, fail, out, print_warning
 from vistel_cli.waiting import waiting
@@ -45,12 +47,15 @@ class _Recorded:
 
 
 def import_(
-    files: Annotated[list[Path], typer.Argument(help="Files or folders, one of each person or take.")],
+    files: Annotated[
+        list[Path], Takes(BVH, CSV, VRPN, FOLDER), typer.Argument(help="Files or folders, one of each person or take.")
+    ],
     output: Annotated[Path, out_file("The log to write.")],
     delay: Annotated[
-        list[float] | None, typer.Option("--delay", min=0.0, help="How much later than the log a file begins [s]; one for each.")
+        list[float] | None,
+        typer.Option("--delay", min=0.0, help="Seconds by which a file begins later than the log; one for each."),
     ] = None,
-    height: Annotated[float, typer.Option(min=0.5, max=2.5, help="Of the people, where a file does not say it [m].")] = 1.75,
+    height: Annotated[float, typer.Option(min=0.5, max=2.5, help="Of the people, in metres, where a file does not say it.")] = 1.75,
     unit: Annotated[Literal["m", "cm", "mm", "inch", "foot"], typer.Option(help="CSV: of positions.")] = "m",
     up: Annotated[Literal["y", "z"], typer.Option(help="CSV: which axis is up.")] = "y",
     clock: Annotated[Literal["s", "ms", "us", "ns"], typer.Option(help="CSV: of the column t.")] = "s",
@@ -138,7 +143,7 @@ def _read(path: Path, height: float, unit: str, up: str, clock: str) -> _Recorde
             return _capture(path, height)
     except (SensorError, MotionError) as e:
         fail(str(e))
-    fail(f"{path}: expected {KINDS}" if path.exists() else f"{path}: there is no such file; expected {KINDS}")
+    fail(f"{path}: expected {KINDS}")
 
 
 # -- motion -----------------------------------------------------------------------------------------------------

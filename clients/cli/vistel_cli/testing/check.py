@@ -95,7 +95,9 @@ def _list(rows: list[tuple[str, str]], what: str, about: str, as_json: bool) -> 
         for name, text in rows:
             print(json.dumps({"name": name, "about": text}))
         return
-    table = Table(what, about, box=None)
+    table = Table(box=None)
+    table.add_column(what, no_wrap=True, min_width=max(len(name) for name, _ in rows))
+    table.add_column(about)
     for row in rows:
         table.add_row(*row)
     out.print(table)

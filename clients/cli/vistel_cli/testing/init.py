@@ -22,7 +22,9 @@ SKIPPED = re.compile(r"__pycache__|\.egg-info|\.pyc$|build/")
 
 
 def init(
-    folder: Annotated[Path, typer.Argument(help="Folder of the package; its last name is the device's. Made if it is missing.")],
+    folder: Annotated[
+        Path, typer.Argument(help="Folder to write the package to; its last name is the device's. Made if it is missing.")
+    ],
 ) -> None:
     """Begin a package: a driver of a device of yours with its simulator, its tests with the kit, and a file for CI.
 
