@@ -2,9 +2,10 @@
 VENV := .venv
 PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
+SITE := mkdocs-material==9.8.2
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz hearing camera chaos soak first bench figures replays speech-model body-model proto web wheel looks lock docs clean
+.PHONY: help setup demo test check house warm docs-commands fuzz races hearing camera chaos soak first bench figures replays speech-model body-model proto web wheel looks lock docs site clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -45,6 +46,9 @@ bench: setup  ## every benchmark, one JSON object per line
 
 figures: setup  ## run every benchmark, or BENCH="field deform", and write docs/performance.md
 	@$(PY) -m scripts.figures $(or $(BENCH),--all)
+
+races: setup  ## tests of services whose sockets are late at random, SEED=1: what fails or hangs counts on an order that nobody promises (half an hour)
+	@VISTEL_LATE=$(or $(SEED),1) $(PY) -m pytest tests/security tests/service -m "not alone and not docs and not package and not measures" --numprocesses auto --dist loadscope --timeout 300
 
 hearing: setup  ## whether a guest's page plays voices with their pictures on this machine, with nothing else to do
 	@$(PY) -m pytest tests/service/pictures/test_guest_hearing.py
@@ -98,5 +102,10 @@ docs: setup  ## make the pictures and reference pages of docs/
 	@$(PY) -m scripts.metrics_reference
 	@$(PY) -m scripts.python_reference
 
+site: setup  ## the documentation as a site, site/index.html (its search needs a web server: python -m http.server -d site)
+	@$(PY) -c 'import material' 2>/dev/null || $(PY) -m pip install --disable-pip-version-check -q $(SITE)
+	@NO_MKDOCS_2_WARNING=1 $(PY) -m mkdocs build --quiet
+	@echo site/index.html
+
 clean:  ## remove what was built
-	rm -rf $(VENV) out run .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) out run site .pytest_cache .ruff_cache .hypothesis

@@ -57,7 +57,25 @@ def decompress(text: str) -> str:
 
 @lru_cache(maxsize=8)
 def _frames(path: Path) -> list[Any]:
-    return json.loads(decompress(path.read_text("ascii")))["frames"]
+    frames = json.loads(decompress(path.read_text("ascii")))["frames"]
+    if frames and isinstance(frames[0], list):  # packed: the first says which value stands where in the others
+        return [_unpacked(frames[0], frame) for frame in frames[1:]]
+    return frames
+
+
+def _unpacked(form: list[Any], values: list[Any]) -> dict[str, Any]:
+    """A record of a packed recording. form: names, or {name: [the form of each row]} for a list of records, or {name: names}."""
+    out: dict[str, Any] = {}
+    for entry, value in zip(form, values, strict=True):
+        if isinstance(entry, str):
+            out[entry] = value
+            continue
+        ((name, inner),) = entry.items()
+        if isinstance(inner[0], list):
+            out[name] = [_unpacked(inner[0], row) for row in value]
+        else:
+            out[name] = _unpacked(inner, value)
+    return out
 
 
 def finger_angles(path: Path, rate_hz: float, left: bool = False) -> F64:

@@ -26,6 +26,9 @@ fi
 # Only guests' cameras need it: where it cannot be had, all else is made.
 [ -d node_modules/@mediapipe/holistic ] || npm install --omit=dev --no-save --no-audit --no-fund --silent 2>/dev/null ||
   echo "console: guests cannot use their cameras: npm's registry cannot be reached; run \`make web\` later" >&2
+# Only guests who show a PDF need it.
+[ -d node_modules/pdfjs-dist ] || npm install --omit=dev --no-save --no-audit --no-fund --silent 2>/dev/null ||
+  echo "console: guests cannot show PDFs: npm's registry cannot be reached; run \`make web\` later" >&2
 npm run --silent build -- --console >/dev/null || missing "esbuild refuses its sources"
 cd ../..
 echo "$wanted" > "$stamp"

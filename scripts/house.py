@@ -160,7 +160,7 @@ def figures() -> list[Figure]:
         Figure("fmt: skip", len(layout), "<= 60", len(layout) <= 60, layout),
         Figure("noqa", len(ignored), "<= 40", len(ignored) <= 40, ignored),
         Figure("files outside strict types but kernels", len(lax), "0", not lax, lax),
-        Figure("lines of services", services, "<= 11900", services <= 11_900, []),
+        Figure("lines of services", services, "<= 10500", services <= 10_500, []),
         Figure("lines without tests", whole, "<= 123700", whole <= 123_700, []),
     ]
 

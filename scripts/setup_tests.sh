@@ -19,6 +19,7 @@ program glslangValidator glslang-tools
 program openssl openssl
 program cc gcc libc6-dev        # the kernel's headers
 program etcd etcd-server        # leases of rooms
+program age age                 # encrypted logs of others
 command -v chromium chromium-browser google-chrome >/dev/null || missing+=(chromium)
 libraries=$(PATH=$PATH:/sbin:/usr/sbin ldconfig -p 2>/dev/null || true)
 [[ $libraries == *libportaudio.so.2* ]] || missing+=(libportaudio2)
@@ -38,6 +39,10 @@ fi
 .venv/bin/python -c 'import kubernetes_validate' 2>/dev/null || # schemas of a cluster's objects: too large for everybody
   .venv/bin/python -m pip install --disable-pip-version-check -q kubernetes-validate==1.37.0 ||
   echo "setup: kubernetes-validate cannot be installed; its tests are skipped" >&2
+
+.venv/bin/python -c 'import material' 2>/dev/null || # the documentation as a site
+  .venv/bin/python -m pip install --disable-pip-version-check -q "$(sed -n 's/^SITE := //p' Makefile)" ||
+  echo "setup: mkdocs-material cannot be installed; the tests of the site are skipped" >&2
 
 if command -v npm >/dev/null && [ ! -d clients/web/node_modules/typescript ]; then
   # Not while set-up makes the console's page from the same packages.

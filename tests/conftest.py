@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-pytest_plugins = ("compiled_once", "found_examples", "skips", "pytester")
+pytest_plugins = ("compiled_once", "found_examples", "late_sockets", "skips", "pytester")
 
 # One thread for a matrix, as services have it: where other tests keep the cores busy, a second one waits for its turn and the
 # first for it, thirty times as long as the product takes. Read when numpy and OpenCV are first imported.

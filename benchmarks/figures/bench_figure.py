@@ -1,29 +1,34 @@
 """Figures: the time to pose one, how well its skin holds in recorded postures, and how well avatars fit bodies.
 
 Time is processor time of the one thread, medians, alternating with a Numba kernel of linear blend skinning of the same
-mesh (four weights, float32, positions only). The sweep moves the same mesh by the same bones and weights in three ways,
-through 200 postures of the recordings under ../shared/data/body.
+mesh (four weights, float32, positions only). A sweep moves the same mesh by the same bones and weights in three ways,
+through 200 postures of the recordings under ../shared/data/body; another one moves the built-in people in their clothes.
 """
 
 import time
 from collections.abc import Iterator
+from dataclasses import fields, replace
 from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.figures.clothes_sweep import DEEP, ClothesSweep, clothes_sweep
 from benchmarks.figures.figure_peers import linear_blend
 from benchmarks.figures.figure_postures import recorded_postures
 from benchmarks.figures.figure_sweep import DUAL, LINEAR, sweep
-from benchmarks.row import Row, Target, at_most, ratio_at_most
+from benchmarks.row import NONE_AT_ALL, Row, Target, at_most, ratio_at_most
 from benchmarks.timing import microseconds
 from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.body_model.builtin_people import PEOPLE
+from vistel.figure.body_model.person import make
 from vistel.figure.figure import Figure
 from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.making.files.read import Extras, read_source
 from vistel.figure.making.make import make_avatar, refit
 from vistel.figure.making.source import SourceMaterial, SourceMesh
 from vistel.figure.people.builtin import builtin_avatar
+from vistel.figure.people.measured import measured
 from vistel.figure.posture.hands import RELAXED
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints
 
@@ -38,13 +43,15 @@ _SHARE, _VOLUME, _CROSSING = at_most(25), at_most(5), at_most(0.1)
 
 
 def run() -> Iterator[Row]:
-    """One row per figure; some two minutes, most of it the sweep."""
+    """One row per figure; some four minutes, most of it the sweeps."""
     person = builtin_avatar("builtin:person=carla", name="bench", height=1.75)
     yield from _times(person)
     yield from _layers(person)
     postures = recorded_postures(_POSTURES)
     if postures:
-        yield from _sweeps(f"built-in person, {len(person.mesh.vertices)} vertices", person, postures)
+        bare = _bare(1.75)
+        yield from _sweeps(f"built-in person without clothes, {len(bare.mesh.vertices)} vertices", bare, postures)
+        yield from _clothes(postures)
     for case, source in _sources():
         if postures and case.startswith("MakeHuman"):
             body = make_avatar(_makehuman(f"{_MALE}=1"), name="body", height=1.75).avatar
@@ -137,6 +144,25 @@ def _sweeps(case: str, avatar: Avatar, postures: list[Posture]) -> Iterator[Row]
             yield Row("figure", case, metric, "%", round(value, 3), peer, round(beside, 3), target=target)
 
 
+def _clothes(postures: list[Posture]) -> Iterator[Row]:
+    swept = [
+        clothes_sweep(builtin_avatar(f"builtin:person={n}", name=n, height=p.height or 1.7), postures) for n, p in PEOPLE.items()
+    ]
+    case = f"{len(swept)} built-in people, dressed, hair left out, {len(postures)} recorded postures"
+    crossing, deep, skin, cloth = (np.array([getattr(s, f.name) for s in swept]) for f in fields(ClothesSweep))
+    yield _row(case, "self-intersecting triangles, mean", "%", 100.0 * float(crossing.mean()), _CROSSING)
+    yield _row(case, f"the same by {1e3 * DEEP:g} mm or more, mean", "%", 100.0 * float(deep.mean()))
+    yield _row(case, "skin that comes through clothes, mean", "cm2", 1e4 * float(skin.mean()), NONE_AT_ALL)
+    yield _row(case, "the same, postures with any", "%", 100.0 * float((skin > 0.0).mean()))
+    yield _row(case, "the same, largest", "cm2", 1e4 * float(skin.max()))
+    yield _row(case, "cloth that comes through cloth over it, mean", "cm2", 1e4 * float(cloth.mean()))
+
+
+def _bare(height: float) -> Avatar:
+    """The skin alone of a built-in person [height in metres]: hair and clothes are no limbs whose volume could be kept."""
+    return make(replace(measured("builtin:person=carla", "bare", height), dressed=False, hair="shaved"), "bare")
+
+
 def _fits(case: str, source: SourceMesh) -> Iterator[Row]:
     """MakeHuman's base mesh where ../shared/data has it, and a built-in person as a mesh without rig."""
     make_avatar(source, name="warm", primitives=60)  # compiles
@@ -154,11 +180,10 @@ def _fits(case: str, source: SourceMesh) -> Iterator[Row]:
 def _sources() -> Iterator[tuple[str, SourceMesh]]:
     if (_MAKEHUMAN / "base.obj").is_file():
         yield "MakeHuman body, 13380 vertices, rig and weights", _makehuman()
-    person = builtin_avatar("builtin:person=carla", name="body", height=1.7)
-    mesh = person.mesh
+    mesh = _bare(1.7).mesh
     none = np.zeros(len(mesh.triangles), np.int32)
     yield (
-        f"built-in person, {len(mesh.vertices)} vertices, no rig",
+        f"built-in person without clothes, {len(mesh.vertices)} vertices, no rig",
         SourceMesh(
             "body",
             mesh.vertices.astype(np.float64),
@@ -185,5 +210,5 @@ def _moved_at_rest(avatar: Avatar) -> float:
     return float(np.linalg.norm(figure.pose(Posture()).vertices - rigid, axis=1).max())
 
 
-def _row(case: str, metric: str, unit: str, value: float, target: Target) -> Row:
+def _row(case: str, metric: str, unit: str, value: float, target: Target | None = None) -> Row:
     return Row("figure", case, metric, unit, round(value, 3), target=target)

@@ -14,6 +14,8 @@ from benchmarks.figures import grasp_held_out as held_out
 from benchmarks.figures import grasp_shapes as shapes
 from benchmarks.figures import grasp_trials as trials
 from benchmarks.figures.grasp_depth import deepest
+from benchmarks.grasping import peers, sets
+from benchmarks.grasping.trials import play, wilson
 from benchmarks.row import Row, at_least, at_most
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
@@ -53,8 +55,29 @@ def run() -> Iterator[Row]:
     yield from _perturbed(row, "other hands and things, recordings worked with", held_out.settled_on(), 2)
     if held_out.HELD_OUT is not None:
         yield from _perturbed(row, "other hands and things, recordings once held out", held_out.held_out(held_out.HELD_OUT), 1)
+    for some in (sets.tune(), sets.choose(held_out.HELD_OUT)):
+        yield from _set(row, some)
     yield from _shapes(row)
     yield row("laying a hand on a thing", "median processor time", "ms", _fit_ms())
+
+
+def _set(row: partial[Row], some: sets.GraspSet) -> Iterator[Row]:
+    """Simulated hands, and those of recordings; `report` is not among these: `benchmarks.grasping.report` opens it."""
+    true, false = list(some.true_trials(1)), list(some.false_trials(1))
+    ran, games = [play(t) for t in true], [peers.play(t) for t in true if t.things]
+    taken, theirs = sum(play(t).took is not None for t in false), sum(peers.play(t).took is not None for t in false if t.things)
+    found, peer = sum(r.found for r in ran), sum(r.found for r in games)
+    opened = [r for r in ran if r.found and r.trial.opens is not None]
+    released = sum(r.released for r in opened)
+    for metric, hits, of, peer_value, target in (
+        ("true grasps found", found, len(true), 100.0 * peer / len(games), LEAST_FOUND),
+        ("false grasps", taken, len(false), 100.0 * theirs / sum(bool(t.things) for t in false), MOST_FALSE),
+        ("releases found", released, len(opened), None, at_least(97)),
+    ):
+        low, high = wilson(hits, of)
+        case = f"set {some.name}, {of} trials, 95 % interval {low:.1f} to {high:.1f} %"
+        name = peers.NAME if peer_value is not None else None
+        yield row(case, metric, "%", 100.0 * hits / max(1, of), name, peer_value, target=target)
 
 
 def _perturbed(row: partial[Row], case: str, takes: held_out.Takes, each: int) -> Iterator[Row]:

@@ -4,7 +4,7 @@ Receivers are put on recorded people (BVH and 6-DOF files), measured like a FAST
 turn, 0.8 mm and 0.15 degrees of noise per axis; then filtered and solved by the posture service's own code. Bones are
 measured on the first third of each recording and how each arm is carried is learnt from it, as `vistel calibrate body`
 does with a receiver on the forearm; all errors are those of the other two thirds. The filter's constants are the same
-for all. The peer is the same solver with the elbow always at its lowest.
+for all. The peer is the same solver with the elbow always at its lowest. Then comes what the filter of one receiver does.
 """
 
 import errno
@@ -17,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.figures import receiver_filter
 from benchmarks.row import Row, at_most
 from vistel.arrays import F64
 from vistel.capture.body import BodyCapture, warm_up
@@ -95,6 +96,7 @@ def run() -> Iterator[Row]:
         for row in _rows("all, bones of the whole recordings", _pool(known), peers):
             if not row.metric.startswith("filter"):
                 yield replace(row, target=None)
+    yield from receiver_filter.rows()
 
 
 def arm_samples(recording: Recording, side: str, until_s: float) -> ArmSamples:

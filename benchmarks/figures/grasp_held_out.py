@@ -124,13 +124,13 @@ def things(rng: np.random.Generator) -> list[Thing]:
     head = ThingPrimitive("superellipsoid", (0.018, 0.018, 0.04, 0.3, 0.3), np.array([0.11, 0.0, 0.0]))
     across = (GraspAxis(np.zeros(3), np.array([1.0, 0.0, 0.0]), 0.013),)
     return [
-        _standing("ball-x", ThingPrimitive("sphere", (u(0.018, 0.036),))),
-        _standing("bar-x", ThingPrimitive("cone_sphere", (-0.07, 0.0, 0.0, 0.07, 0.0, 0.0, u(0.010, 0.02), u(0.010, 0.02)))),
-        _standing("box-x", ThingPrimitive("superellipsoid", (u(0.04, 0.07), u(0.02, 0.04), wide, 0.2, 0.2))),
-        _standing("egg-x", ThingPrimitive("superellipsoid", (u(0.03, 0.045), u(0.02, 0.03), u(0.02, 0.03), 1.0, 1.0))),
-        _standing("ring-x", ThingPrimitive("supertoroid", (tube, tube, tube, u(3.0, 4.0), 1.0, 1.0), rotation=_upright())),
-        _standing("cup-x", cup, handle),
-        _standing("hammer-x", shaft, head, axes=across),
+        standing_thing("ball-x", ThingPrimitive("sphere", (u(0.018, 0.036),))),
+        standing_thing("bar-x", ThingPrimitive("cone_sphere", (-0.07, 0.0, 0.0, 0.07, 0.0, 0.0, u(0.010, 0.02), u(0.010, 0.02)))),
+        standing_thing("box-x", ThingPrimitive("superellipsoid", (u(0.04, 0.07), u(0.02, 0.04), wide, 0.2, 0.2))),
+        standing_thing("egg-x", ThingPrimitive("superellipsoid", (u(0.03, 0.045), u(0.02, 0.03), u(0.02, 0.03), 1.0, 1.0))),
+        standing_thing("ring-x", ThingPrimitive("supertoroid", (tube, tube, tube, u(3.0, 4.0), 1.0, 1.0), rotation=_upright())),
+        standing_thing("cup-x", cup, handle),
+        standing_thing("hammer-x", shaft, head, axes=across),
     ]
 
 
@@ -139,7 +139,8 @@ def _upright() -> F64:
     return quaternion_from_matrix(rotation_x(-0.5 * math.pi))
 
 
-def _standing(name: str, *primitives: ThingPrimitive, axes: tuple[GraspAxis, ...] = ()) -> Thing:
+def standing_thing(name: str, *primitives: ThingPrimitive, axes: tuple[GraspAxis, ...] = ()) -> Thing:
+    """A thing of the bench that stands on the table."""
     thing = Thing(name, name, name, primitives, 0.1, 0.0, 0, np.zeros(3), axes=axes)
     low = min(float(s.vertices[:, 1].min()) for s in tessellate_thing(thing))
     return Thing(name, name, name, primitives, 0.1, 0.0, 0, AT + np.array([0.0, TABLE_HEIGHT - low, 0.0]), axes=axes)
@@ -203,7 +204,7 @@ def _pinched(name: str, closing: _Closing, rng: np.random.Generator) -> Trial:
     r = float(rng.uniform(0.006, 0.013))
     half = 0.03 if rng.random() < 0.4 else 0.0
     shape = ThingPrimitive("cone_sphere", (-half, 0.0, 0.0, half, 0.0, 0.0, r, r)) if half else ThingPrimitive("sphere", (r,))
-    thing = _standing("small-x", shape)
+    thing = standing_thing("small-x", shape)
     trial = _on(name, thing, closing.fingers, rng, closing)
     closed = trial.fingers[min(closing.closes + 10, len(trial.fingers) - 1)]
     off = rng.uniform(-0.004, 0.004, 3)

@@ -9,13 +9,16 @@ CELL = 0.02
 """Edge of the cells by which triangles find each other, for meshes in metres."""
 
 
-def intersecting(vertices: NDArray[np.float32] | NDArray[np.float64], triangles: NDArray[np.int32]) -> NDArray[np.bool_]:
+def intersecting(
+    vertices: NDArray[np.float32] | NDArray[np.float64], triangles: NDArray[np.int32], least: float = 0.0
+) -> NDArray[np.bool_]:
     """(F,) whether each triangle passes through another that has no vertex with it in common.
 
-    vertices (V, 3) [m], finite; triangles (F, 3). Triangles that only touch, or lie in one plane, do not count.
+    vertices (V, 3) [m], finite; triangles (F, 3). Triangles that only touch, or lie in one plane, do not count. least: nor do pairs
+    that are apart after a shorter move of one of them [m].
     """
     p = np.ascontiguousarray(vertices, np.float64)
-    return _intersecting(p, np.ascontiguousarray(triangles), CELL).astype(np.bool_)
+    return _intersecting(p, np.ascontiguousarray(triangles), CELL, least).astype(np.bool_)
 
 
 @compiled
@@ -47,7 +50,33 @@ def _cross(p, s, t):
 
 
 @compiled
-def _intersecting(p, triangles, cell):
+def _move_apart(p, s, t):
+    """The shortest move that separates two triangles: their least overlap along the normals of both and what is at right angles to
+    an edge of each (Gottschalk 1996)."""
+    least = np.inf
+    for k in range(11):
+        if k < 2:
+            of = s if k == 0 else t
+            u, v = p[of[1]] - p[of[0]], p[of[2]] - p[of[0]]
+        else:
+            i, j = (k - 2) // 3, (k - 2) % 3
+            u, v = p[s[(i + 1) % 3]] - p[s[i]], p[t[(j + 1) % 3]] - p[t[j]]
+        x, y, z = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+        length = np.sqrt(x * x + y * y + z * z)
+        if length < 1e-12:
+            continue
+        low, high = np.full(2, np.inf), np.full(2, -np.inf)
+        for side in range(2):
+            for corner in range(3):
+                q = p[t[corner]] if side else p[s[corner]]
+                along = (x * q[0] + y * q[1] + z * q[2]) / length
+                low[side], high[side] = min(low[side], along), max(high[side], along)
+        least = min(least, high[0] - low[1], high[1] - low[0])
+    return least
+
+
+@compiled
+def _intersecting(p, triangles, cell, least):
     count = len(triangles)
     low, high = np.empty((count, 3)), np.empty((count, 3))
     for f in range(count):
@@ -98,6 +127,6 @@ def _intersecting(p, triangles, cell):
                 for x in range(3):
                     for y in range(3):
                         shared = shared or s[x] == t[y]
-                if not shared and _cross(p, s, t):
+                if not shared and _cross(p, s, t) and (least <= 0.0 or _move_apart(p, s, t) >= least):
                     out[f] = out[g] = 1
     return out

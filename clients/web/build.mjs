@@ -16,6 +16,11 @@ const made = {
   "sound/player_worklet.ts": "services/vistel_services/console/page/player.js",
   "join/camera_worker.ts": "services/vistel_services/console/page/landmarks/camera_worker.js",
 };
+// Only guests who show a PDF need it: it is loaded then.
+if (existsSync("node_modules/pdfjs-dist")) {
+  made["join/pdf.ts"] = "services/vistel_services/console/page/pdf.js";
+  made["join/pdf_worker.ts"] = "services/vistel_services/console/page/pdf_worker.js";
+}
 const classic = ["join/camera_worker.ts"]; // what it loads knows no modules
 const onlyConsole = process.argv.includes("--console");
 

@@ -81,11 +81,12 @@ class CyberGlove:
         return 2 + len(self._chosen) + 5 * self._on[ord("D")] + self._on[ord("U")] + 2 * (not self.plugged)
 
     def measure(self, t_s: float) -> bytes:
-        counts = np.array(self._calibration.counts([float(a) for a in self._angles(t_s)], self.sensors))
+        counts = np.array(self._calibration.counts(list(self._angles(t_s)), self.sensors))
         counts += self._drift + self._noise * self._rng.standard_normal(self.sensors)
         if self._saturated:
             counts[:] = 255.0
-        values = bytes(np.clip(np.rint(counts[self._chosen]), 1, 255).astype(np.uint8))
+        rounded = np.rint(counts).astype(np.int64).tolist()
+        values = bytes([min(255, max(1, rounded[i])) for i in self._chosen])
         if self._as_text:
             self._as_text -= 1
             return b"g " + " ".join(map(str, values)).encode() + b"\r\n\0"

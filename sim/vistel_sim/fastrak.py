@@ -155,7 +155,7 @@ class Fastrak:
         position, attitude, error = self._measured(number, station, t_s)
         unit = 100.0 if self.settings.centimetres else 100.0 / 2.54
         position, moved = position * unit, position * unit - station.last
-        if float(np.linalg.norm(moved)) < station.increment:
+        if station.increment > 0.0 and float(np.linalg.norm(moved)) < station.increment:
             return b""
         station.last = position
         return encode_record(number, error, station.items, self.settings.binary, position, moved, attitude)
@@ -164,11 +164,11 @@ class Fastrak:
         """Position [m] and rotation (3, 3) as the unit would compute them, and the error letter."""
         p, q = self._pose(number, t_s)
         position = np.asarray(p, np.float64) + self._drift + self._noise[0] * self._rng.standard_normal(3)
-        attitude = rotations.matrix(np.asarray(q, np.float64))
+        q = np.asarray(q, np.float64)
         if self._metal is not None:
             error = self._metal(np.asarray(p, np.float64))
-            position, attitude = position + error[:3], rotations.from_vector(error[3:]) @ attitude
-        attitude = rotations.from_vector(self._noise[1] * self._rng.standard_normal(3)) @ attitude
+            position, q = position + error[:3], rotations.quaternion(rotations.turned(q, error[3:]))
+        attitude = rotations.turned(q, self._noise[1] * self._rng.standard_normal(3))
         if any(station.hemisphere) and position @ np.array(station.hemisphere) < 0.0:
             position = -position  # a dipole's field is the same on both sides
         error = b" "

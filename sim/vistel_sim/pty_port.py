@@ -43,6 +43,7 @@ class PtyPort:
         self._received = received
         self._master = self._slave = -1
         self._rest = b""
+        self._waits_for_room = False
         self._unseen = 0
         self._free_ns = 0
         self._answers: set[asyncio.Task[None]] = set()
@@ -77,6 +78,7 @@ class PtyPort:
         loop = asyncio.get_running_loop()
         loop.remove_reader(self._master)
         loop.remove_writer(self._master)
+        self._waits_for_room = False
         self.path.unlink(missing_ok=True)
         os.close(self._master)
         os.close(self._slave)
@@ -133,11 +135,13 @@ class PtyPort:
         with contextlib.suppress(BlockingIOError):
             written = os.write(self._master, self._rest)
         self._rest = self._rest[written:]
-        loop = asyncio.get_running_loop()
-        if self._rest:
-            loop.add_writer(self._master, self._hand_over)
-        else:
-            loop.remove_writer(self._master)
+        if bool(self._rest) != self._waits_for_room:
+            self._waits_for_room = bool(self._rest)
+            loop = asyncio.get_running_loop()
+            if self._rest:
+                loop.add_writer(self._master, self._hand_over)
+            else:
+                loop.remove_writer(self._master)
 
     def _readable(self) -> None:
         try:

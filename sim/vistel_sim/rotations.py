@@ -5,11 +5,14 @@ import math
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.jit.kernel_jit import compiled
 
 
+@compiled
 def matrix(q: F64) -> F64:
     """(3, 3) from a quaternion (x, y, z, w) of any length but 0."""
-    x, y, z, w = q / math.sqrt(float(q @ q))
+    n = math.sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3])
+    x, y, z, w = q[0] / n, q[1] / n, q[2] / n, q[3] / n
     return np.array(
         [
             [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
@@ -17,6 +20,18 @@ def matrix(q: F64) -> F64:
             [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
         ]
     )
+
+
+@compiled
+def turned(q: F64, v: F64) -> F64:
+    """(3, 3) of a quaternion, turned on by a rotation vector [rad] of the frame in which it is given."""
+    first, then = matrix(q), from_vector(v)
+    out = np.zeros((3, 3))
+    for i in range(3):
+        for j in range(3):
+            for k in range(3):
+                out[i, j] += then[i, k] * first[k, j]
+    return out
 
 
 def quaternion(m: F64) -> F64:
@@ -33,9 +48,10 @@ def quaternion(m: F64) -> F64:
     return out if out[3] >= 0 else -out
 
 
+@compiled
 def from_vector(v: F64) -> F64:
     """(3, 3) of a rotation vector [rad]."""
-    angle = math.sqrt(float(v @ v))
+    angle = math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
     k = 0.5 if angle < 1e-9 else math.sin(angle / 2) / angle
     return matrix(np.array([v[0] * k, v[1] * k, v[2] * k, math.cos(angle / 2)]))
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import dataclasses
+import io
 import json
 import socket
 import ssl
@@ -39,7 +40,7 @@ class Host:
     def __init__(self, folder: Path) -> None:
         self.now = START
         self.authority = Authority.create(folder, START)
-        self.enrolment = Enrolment(self.authority, "demo", FILE, lambda: self.now)
+        self.enrolment = Enrolment(self.authority, "demo", lambda _site: FILE, lambda: self.now)
         self.invitation = self.enrolment.invite("tokyo", "127.0.0.1", 7448)
 
     def asked(self, site: str = "tokyo", *, secret: bytes | None = None, request: str | None = None, address: str = "a") -> str:
@@ -138,7 +139,7 @@ def test_a_site_is_enrolled_over_a_link_and_its_key_stays_with_it(host: Host) ->
 
 
 def test_a_machine_in_between_is_known_by_its_fingerprint_and_learns_no_secret(host: Host) -> None:
-    other = Enrolment(host.authority, "demo", FILE, lambda: START)
+    other = Enrolment(host.authority, "demo", lambda _site: FILE, lambda: START)
     heard: list[bytes] = []
     other.answer = lambda line, address: heard.append(line) or b"{}\n"  # type: ignore[method-assign]
 
@@ -231,22 +232,30 @@ def test_what_an_invitation_brings_is_kept_in_a_folder_and_nothing_is_written_ov
     file = tmp_path / "conference.toml"
     file.write_text(
         'name = "office"\n[bus]\nmode = "routed"\nendpoints = ["tls/127.0.0.1:7447"]\ntls = { folder = "certificates" }\n'
+        '[console]\nat = "0.0.0.0:8440"\ntoken = "of-the-console-alone"\n'
         '[[sites]]\nname = "tokyo"\nparticipants = [{ name = "ann" }]\n'
+        'display = { width = 640, stream = "0.0.0.0:8090", stream_token = "of-tokyo-and-alone" }\n'
+        '[[sites]]\nname = "osaka"\nparticipants = [{ name = "ben" }]\n'
+        'display = { width = 480, stream = "0.0.0.0:8090", stream_token = "of-osaka-and-alone" }\n'
     )
     Authority.create(tmp_path / "certificates", datetime.now(UTC))
     words = [sys.executable, "-m", "vistel_cli.main", "site", "invite", str(file), "tokyo", "--port", "0"]
     host = subprocess.Popen(words, stdout=subprocess.PIPE, text=True)
     assert host.stdout is not None
-    code = next(line.split()[-1] for line in host.stdout if "--invite" in line)
+    code = next(line for line in host.stdout if line.startswith("    "))
     there = tmp_path / "there"
     there.mkdir()
     monkeypatch.chdir(there)
-    kept, site = accept(code, force=False)
+    monkeypatch.setattr("sys.stdin", io.StringIO(code))
+    kept, site = accept("-", force=False)
     assert (str(kept), site) == ("office/conference.toml", "tokyo")
     keys = list(kept.parent.rglob("*.key"))
     assert keys and all(key.stat().st_mode & 0o077 == 0 for key in keys), "nobody else of the machine reads the key"
     files = tls_files(load(kept), "tokyo")
     assert files is not None and fault(files, datetime.now(UTC)) == ""
+    text = kept.read_text()
+    assert "of-tokyo-and-alone" in text and "of-osaka-and-alone" not in text and "of-the-console-alone" not in text
+    assert [s.display.width for s in load(kept).sites] == [640, 480], "all else is there"
     assert not (tmp_path / "certificates/tokyo.key").exists(), "the key stays where it was made"
     assert host.wait() == 0
     before = kept.read_bytes()

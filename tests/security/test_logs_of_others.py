@@ -169,12 +169,12 @@ def channels_of_megabytes(path: Path) -> Path:
 
 
 def all_of_one_time(path: Path) -> Path:
-    """A thousand chunks, each small in the file and large in memory, which all claim to span the whole time."""
+    """Hundreds of chunks, each small in the file and large in memory, which all claim to span the whole time."""
     first = record(channel(1, MOTION))
     messages = record(*(message(1, motion(), START_NS + n) for n in range(1000)))
     data = first + messages * ((MOST_MESSAGES - 1) // 1000)
     one = record(chunk(data, end_ns=START_NS + 10**12))
-    return written(path, [one] * 1000)
+    return written(path, [one] * 250)
 
 
 def more_messages_than_bytes(path: Path) -> Path:

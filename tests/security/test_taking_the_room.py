@@ -14,6 +14,8 @@ from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.v1.world_pb2 import WorldHandoverRequest, WorldInputs, WorldMoveRequest, WorldSnapshot
 from vistel.wire.clock import SimulatedClock, SystemClock
+from vistel.wire.lease.file import FileLease
+from vistel.wire.lease.lease import Holder
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME, TOPICS, Audience, Delivery
 from vistel.wire.world.presence import LEADS, MOST_TERM, WAITS, WorldToken
@@ -22,9 +24,7 @@ from vistel.wire.zenoh.bus import ZenohBus
 from vistel_services import world
 from vistel_services.world import Config
 from vistel_services.world.authority import Authority, Start
-from vistel_services.world.lease.file import FileLease
-from vistel_services.world.lease.leadership import Leadership
-from vistel_services.world.lease.lease import Holder
+from vistel_services.world.leadership import Leadership
 
 PREPARE, TAKE = WorldHandoverRequest.PHASE_PREPARE, WorldHandoverRequest.PHASE_TAKE
 PRIVATE = {"world_save": None, "world_handover": WorldHandoverRequest(phase=PREPARE), "world_move": WorldMoveRequest(place="hub")}

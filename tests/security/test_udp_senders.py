@@ -11,16 +11,15 @@ import pytest
 from waiting import until
 
 from vistel.conference.devices import FaceConfig, TrackerConfig, UdpPort
+from vistel.devices.transport.udp import UdpTransport, open_udp
 from vistel.wire.clock import SystemClock
-from vistel_services.devices.udp_transport import UdpTransport, open_udp
 
 
 @pytest.mark.parametrize("senders", [[], ["127.0.0.3"]], ids=["everybody", "named"])
 def test_a_port_with_senders_receives_theirs_alone(caplog: pytest.LogCaptureFixture, senders: list[str]) -> None:
     async def run() -> list[bytes]:
         heard: list[bytes] = []
-        keys = UdpPort(listen="127.0.0.1", senders=senders)
-        transport = open_udp(0, keys, SystemClock())(lambda data, t_ns: heard.append(data), lambda reason: None)
+        transport = open_udp(0, SystemClock(), senders=senders)(lambda data, t_ns: heard.append(data), lambda reason: None)
         assert isinstance(transport, UdpTransport)
         address = transport._socket.getsockname()
         assert address[0] == "127.0.0.1"
@@ -51,7 +50,7 @@ def test_the_file_says_who_may_send_and_where_it_listens() -> None:
 
 def test_a_simulated_suite_is_heard_on_this_machine_alone(tmp_path: Path) -> None:
     async def run() -> str:
-        opened = open_udp(0, UdpPort(senders=["192.168.1.30"]), SystemClock(), announce=tmp_path / "port")
+        opened = open_udp(0, SystemClock(), announce=tmp_path / "port")
         transport = opened(lambda data, t_ns: None, lambda reason: None)
         assert isinstance(transport, UdpTransport)
         address = str(transport._socket.getsockname()[0])

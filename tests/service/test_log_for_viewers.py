@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import csv
 import importlib.util
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -157,7 +159,7 @@ def test_a_table_for_programs_that_read_parquet_is_that_of_csv_or_says_what_it_n
         (["--npz", "ben", "--from", "100", "-o", "x.npz"], "no posture of ben"),
         (["--npz", "ben", "--foxglove", "-o", "x.npz"], "give one of them"),
         (["--foxglove", "--from", "100", "-o", "x.mcap"], "nobody"),
-        (["--foxglove", "-o", MEETING, "--force"], "is the log itself"),
+        *(([*way, "-o", MEETING, "--force"], "is the log itself") for way in (["--foxglove"], ["--rerun"], ["--npz", "ben"], [])),
     ],
 )
 def test_what_cannot_be_exported_gets_one_line_and_nothing_is_written(
@@ -168,3 +170,21 @@ def test_what_cannot_be_exported_gets_one_line_and_nothing_is_written(
     done = call(MEETING, *arguments)
     assert done.exit_code in (1, 2) and said in done.stderr, done.output
     assert "Traceback" not in done.output and MEETING.read_bytes() == before and not list(tmp_path.iterdir())
+
+
+def test_without_rerun_one_line_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "rerun", None)
+    done = call(MEETING, "--rerun", "-o", tmp_path / "viewed.rrd")
+    assert done.exit_code == 2 and "pip install rerun-sdk" in done.output and not (tmp_path / "viewed.rrd").exists()
+
+
+def test_reruns_own_program_finds_people_and_things_in_what_was_written_for_it(tmp_path: Path) -> None:
+    pytest.importorskip("rerun", reason="rerun is not installed")
+    path = tmp_path / "viewed.rrd"
+    done = call(MEETING, "--rerun", "-o", path)
+    assert done.exit_code == 0, done.output
+    read = [sys.executable, "-m", "rerun_cli", "rrd"]
+    assert subprocess.run([*read, "verify", str(path)], stdin=subprocess.DEVNULL, check=False).returncode == 0
+    shown = subprocess.run([*read, "print", str(path)], stdin=subprocess.DEVNULL, capture_output=True, text=True, check=True).stdout
+    for entity in ("world/room/ben/left_hand/bones", "world/room/aiko/head/name", "world/room/thing/baton/piece-0", "events"):
+        assert entity in shown

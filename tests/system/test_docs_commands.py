@@ -23,7 +23,14 @@ from vistel.conference.running import running_conferences
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(3000)]
 
 ROOT = Path(__file__).resolve().parents[2]
-COMMAND = re.compile(r"(\.venv/bin/)?vistel [a-z]|(make|cp|python|sudo|pip) ")
+COMMAND = re.compile(r"(\.venv/bin/)?vistel [a-z]|(make|cp|python|pytest|sudo|pip) ")
+LINE = re.compile(r"^ {4,8}(\S.*?)(?: +#.*)?$|\| `(vistel [^`]+)` \|$", re.MULTILINE)
+FILE = re.compile(
+    r"^(Save this as|Put this in place of the last line of) `([\w.]+)`(?:(?!\n\n).)*\n\n```\w+\n(.*?)^```", re.MULTILINE | re.DOTALL
+)
+"""A file that the reader writes, or whose end they change: how, its name, the text."""
+FAILS = re.compile(r"\s*This time it fails")
+"""Follows a command that must not end well."""
 QUICK = {"docs/how-to/make-wrinkles.md"}
 """A page whose commands take half a minute."""
 NOT_RUN = {
@@ -43,21 +50,24 @@ NOT_RUN = {
     r"log (grep|diff) |--against ": "its exit code says what it found",
     r"(take|snatch) the baton": "needs a hand that is at the baton at this moment",
     r"--wav ": "needs somebody who speaks",
+    r"dist/vistel": "make wheel makes and installs it",
 }
 """Commands that no test can run, as regular expressions, and why."""
 INSTEAD = {"make demo": "vistel up --seconds 20"}
 """What `make demo` does after setting up, which `make first` tries in a fresh clone."""
-UNTIL_STOPPED = r"vistel sim |replay .*--open|wrinkle studio|voice watch|examples/activities"
+UNTIL_STOPPED = r"vistel sim (?!crowd)|replay .*--open|wrinkle studio|voice watch|vistel chat$|examples/activities"
 """They run until Ctrl-C: each must show a line, and then end well."""
-BESIDE_A_CONFERENCE = r"vistel (ask|voice)|world (where|move)|--now|examples/activities"
+BESIDE_A_CONFERENCE = r"vistel (ask|voice|chat|show|invite)|world (where|move)|--now|examples/activities"
 
 
 def commands_of(page: Path) -> list[str]:
     """The commands that stand alone on a line of a page, or in a cell of a table."""
-    text = page.read_text("utf-8")
-    found = re.findall(r"^ {4,8}(\S.*?)(?: +#.*)?$|\| `(vistel [^`]+)` \|$", text, re.MULTILINE)
-    lines = [line or cell for line, cell in found]
-    return [line for line in lines if COMMAND.match(line) and not re.search(r"…|\b(?!VISTEL)[A-Z]{4,}\b|   ", line)]
+    return [command for _, command in _commands(page.read_text("utf-8"))]
+
+
+def _commands(text: str) -> list[tuple[re.Match[str], str]]:
+    found = [(line, line[1] or line[2]) for line in LINE.finditer(text)]
+    return [(m, c) for m, c in found if COMMAND.match(c) and not re.search(r"…|\b(?!VISTEL)[A-Z]{4,}\b|   ", c)]
 
 
 PAGES = {
@@ -83,10 +93,16 @@ class Reader:
     def said(self) -> str:
         return (self.folder / "terminal.log").read_text("utf-8")
 
-    def run(self, command: str) -> None:
-        """Until it ends, which it must do well."""
+    def write(self, how: str, name: str, text: str) -> None:
+        """A file of the page, or its new end."""
+        path = self.folder / name
+        kept = path.read_text("utf-8").splitlines(keepends=True)[:-1] if how.startswith("Put") else []
+        path.write_text("".join(kept) + text, "utf-8")
+
+    def run(self, command: str, fails: bool = False) -> None:
+        """Until it ends, as the page says."""
         code = self.start(command).wait()
-        assert code == 0, f"{command}: exit code {code}\n{self.said()[-3000:]}"
+        assert (code != 0) == fails, f"{command}: exit code {code}\n{self.said()[-3000:]}"
 
     def see(self, command: str) -> None:
         """Until it has shown something; then Ctrl-C."""
@@ -148,18 +164,27 @@ def reader(filled: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Ite
 
 
 @pytest.mark.parametrize("page", [p if p in QUICK else pytest.param(p, marks=pytest.mark.docs) for p in PAGES])
-def test_the_commands_of_a_page_run_as_printed(page: str, reader: Reader, request: pytest.FixtureRequest) -> None:
-    commands = [c for c in PAGES[page] if not any(re.search(reason, c) for reason in NOT_RUN)]
-    if any("out/latest" in c for c in commands):
+def test_the_commands_and_programs_of_a_page_run_as_printed(page: str, reader: Reader, request: pytest.FixtureRequest) -> None:
+    commands = PAGES[page]
+    run = [c for c in commands if not any(re.search(reason, c) for reason in NOT_RUN)]
+    if any("out/latest" in c for c in run):
         shutil.copytree(request.getfixturevalue("recorded"), reader.folder / "out", symlinks=True)
-    for command, following in zip(commands, [*commands, ""][1:], strict=True):
+    text = (ROOT / page).read_text("utf-8")
+    begin = 0
+    for (line, command), following in zip(_commands(text), [*commands, ""][1:], strict=True):
+        for file in FILE.findall(text, begin, line.start()):
+            reader.write(*file)
+        begin = line.end()
+        if command not in run:
+            continue
         typed = INSTEAD.get(command, command)
-        if re.match(r"(\.venv/bin/)?vistel up", typed) and ("--seconds" not in typed or re.search(BESIDE_A_CONFERENCE, following)):
+        goes_on = not re.search("--seconds|--plan", typed) or re.search(BESIDE_A_CONFERENCE, following)
+        if re.match(r"(\.venv/bin/)?vistel up", typed) and goes_on:
             reader.begin(typed)
         elif re.search(UNTIL_STOPPED, typed):
             reader.see(typed)
         else:
-            reader.run(typed)
+            reader.run(typed, fails=FAILS.match(text, begin) is not None)
     reader.end()
 
 

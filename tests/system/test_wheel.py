@@ -96,6 +96,10 @@ def test_it_is_of_pure_python_small_and_of_the_version_that_it_says(wheel: Path,
 def test_its_examples_are_checked(installed: Environment) -> None:
     installed.vistel("examples", "mine", "--no-recording")
     assert "hub/world" in installed.vistel("up", "mine/conference.toml", "--plan")
+
+
+@pytest.mark.package
+def test_the_doctor_finds_what_it_needs(installed: Environment) -> None:
     assert "found   Python" in installed.vistel("doctor")
 
 
@@ -113,6 +117,7 @@ def test_a_conference_runs_and_is_recorded(installed: Environment) -> None:
     installed.says("ours/examples/01_open_a_log.py", "run/conference.mcap")
 
 
+@pytest.mark.package
 def test_pytest_finds_its_fixtures(installed: Environment) -> None:
     shutil.copy(ROOT / "examples/test_an_integration/test_my_tracker.py", installed.folder)
     assert "2 passed" in installed.says("-m", "pytest", "-p", "no:cacheprovider", "test_my_tracker.py")

@@ -138,14 +138,14 @@ class BodyCapture:
 
 def receiver_pose(r: TrackerReceiver) -> Placement | None:
     """The pose that a receiver measured, in its transmitter's frame; None where it is not finite."""
-    p = np.array((r.position.x, r.position.y, r.position.z))
-    q = np.array((r.rotation.x, r.rotation.y, r.rotation.z, r.rotation.w))
-    if not (np.isfinite(p).all() and np.isfinite(q).all()) or np.linalg.norm(p) > FAR_M:
+    at, turned = r.position, r.rotation
+    p, q = (at.x, at.y, at.z), (turned.x, turned.y, turned.z, turned.w)
+    n = math.hypot(*q)
+    if not (math.hypot(*p) <= FAR_M and n < math.inf):  # what is no number is not less, either
         return None
-    n = float(np.linalg.norm(q))
     if n == 0.0:
-        return p, np.array([0.0, 0.0, 0.0, 1.0])
-    return (p, q / n) if abs(n - 1.0) < 0.1 else None
+        return np.array(p), np.array([0.0, 0.0, 0.0, 1.0])
+    return (np.array(p), np.array(q) / n) if abs(n - 1.0) < 0.1 else None
 
 
 def warm_up() -> None:
@@ -153,8 +153,10 @@ def warm_up() -> None:
     skeleton = standard_skeleton()
     solver = PostureSolver(skeleton)
     poses = receiver_poses(skeleton, pose_joints(skeleton, standing()))
-    still = PoseFilter()
+    still, fingers = PoseFilter(), AngleFilter()
+    elbows = {side: np.array((0.0, -1.0, 0.0)) for side in SIDES}
     for k in range(3):
+        fingers.update(k / RATE_HZ, np.zeros(HAND_DOF_COUNT))
         still.update(k / RATE_HZ, *out_of_frame(poses["chest"], *poses["head"]))
         still.at(k / RATE_HZ)
-        solver.solve(k / RATE_HZ, poses if k != 1 else {})
+        solver.solve(k / RATE_HZ, poses if k != 1 else {}, elbows=elbows if k == 2 else None)

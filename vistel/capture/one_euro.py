@@ -3,8 +3,12 @@
 The filter is a first-order low-pass whose cut-off rises with speed: still hands do not tremble, quick hands do not lag. Here it
 filters the difference between a sample and the pose predicted from the speed, so that steady motion does not lag at all. The
 speed is filtered in the same way. A pose can be predicted a little beyond its last sample: the stations of one tracker are measured
-one after the other, and a posture needs all four at one instant. The constants give the least error on recorded people at 30 Hz per
-station with a FASTRAK's noise; at rest they give the least jitter at that error.
+one after the other, and a posture needs all four at one instant.
+
+A hand that begins to move has no filtered speed yet. So what a sample differs from its prediction by, beyond what noise explains,
+counts as speed at once. How much noise explains is learnt while the receiver is still, as the usual difference then: a receiver far
+from its transmitter, or one of a better tracker, gets its own. The constants were tuned on recorded people and made-up reaches, and
+chosen on others; `vistel bench posture` reports on a third set.
 
 The angles of a glove go through the filter as it was published, without a prediction.
 """
@@ -14,29 +18,50 @@ import math
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
+from vistel.geometry.rotation import (
+    matrix_from_quaternion,
+    matrix_from_rotvec,
+    multiply,
+    quaternion_from_matrix,
+    rotvec_from_matrix,
+)
+from vistel.jit.kernel_jit import compiled
 
-POSITION_CUTOFF_HZ = 1.0
+POSITION_CUTOFF_HZ = 1.1
 """Cut-off of the position at rest [Hz]."""
-POSITION_SPEED_GAIN = 80.0
+POSITION_SPEED_GAIN = 75.0
 """By how much that cut-off rises with speed [Hz per m/s]."""
-ROTATION_CUTOFF_HZ = 1.0
+ROTATION_CUTOFF_HZ = 0.8
 """Cut-off of the rotation at rest [Hz]."""
-ROTATION_SPEED_GAIN = 15.0
+ROTATION_SPEED_GAIN = 60.0
 """By how much that cut-off rises with spin [Hz per rad/s]."""
-VELOCITY_CUTOFF_HZ = 5.0
+VELOCITY_CUTOFF_HZ = 0.85
 """Cut-off of the velocity at rest [Hz]."""
-VELOCITY_SPEED_GAIN = 40.0
+VELOCITY_SPEED_GAIN = 160.0
 """By how much that cut-off rises with speed [Hz per m/s]."""
-SPIN_CUTOFF_HZ = 5.0
+SPIN_CUTOFF_HZ = 0.8
 """Cut-off of the spin at rest [Hz]."""
-SPIN_SPEED_GAIN = 2.0
+SPIN_SPEED_GAIN = 20.0
 """By how much that cut-off rises with spin [Hz per rad/s]."""
 MOST_SPIN = 12.0
 """A faster spin is followed, but predictions use no more than this [rad/s]."""
-ACCELERATION_SHARE = 0.5
-"""Share of the last acceleration that predictions use."""
-AT_ONCE_M = 0.01
+MOST_ACCELERATION = 30.0
+"""Predictions use no greater acceleration [m/s2]: noise and glitches make one, too."""
+SURPRISE_GAIN = 4.0
+"""A difference beyond noise, divided by the time since the last sample, counts as so many times that speed."""
+BEYOND_NOISE = 2.4
+"""A difference of more than so many times the usual one is none of noise."""
+NOISE_M = 0.0018
+"""The usual difference of a still receiver, until its own is learnt [m]: of a FASTRAK's 0.8 mm for each axis."""
+NOISE_RAD = 0.0045
+"""The same of its rotation [rad]: of 0.15 degrees for each axis."""
+LEAST_NOISE = 0.25
+"""No receiver is taken to be quieter than this share of that."""
+MOST_NOISE = 6.0
+"""No receiver is taken to be noisier than so many times that."""
+NOISE_SHARE = 0.05
+"""Share of each sample of a still receiver in what is usual."""
+AT_ONCE_M = 0.025
 """A sample corrects the predicted position at once by at most this [m]; more would make a quick hand jump."""
 AT_ONCE_RAD = 0.15
 """A sample corrects the predicted rotation at once by at most this [rad]."""
@@ -54,9 +79,19 @@ LONGEST_PREDICTION_S = 0.035
 """A pose is predicted for at most this time [s]: the cycle of a tracker with four stations."""
 
 
-def _share(cutoff_hz: float, dt: float) -> float:
-    r = 2.0 * math.pi * cutoff_hz * dt
-    return r / (r + 1.0)
+_NUMBERS = 8, 4
+"""Rows and columns of what a `PoseFilter` knows; the rows are the following."""
+_POSITION = 0
+_QUATERNION = 1
+_VELOCITY = 2
+_SPIN = 3
+_ACCELERATION = 4
+_LEFT_P = 5
+"""What is left of a correction, position [m]."""
+_LEFT_Q = 6
+"""What is left of a correction, rotation vector [rad]."""
+_USUAL = 7
+"""The usual difference of a still receiver, position [m] and rotation [rad]."""
 
 
 class AngleFilter:
@@ -77,10 +112,8 @@ class AngleFilter:
         if dt > self._restart_s or angles.shape != self._angles.shape:
             self._t, self._angles, self._speed = t, angles, np.zeros_like(angles)
         elif dt > 0.0:
-            innovation = angles - self._angles
-            self._speed = self._speed + _share(ANGLE_VELOCITY_CUTOFF_HZ, dt) * (innovation / dt - self._speed)
-            r = 2.0 * math.pi * dt * (self._cutoff_hz + self._gain * np.abs(self._speed))
-            self._t, self._angles = t, self._angles + r / (r + 1.0) * innovation
+            self._t = t
+            self._angles, self._speed = _follow_angles(self._angles, self._speed, angles, dt, self._cutoff_hz, self._gain)
         return self._angles
 
 
@@ -89,7 +122,8 @@ class PoseFilter:
 
     def __init__(self) -> None:
         self._t = -math.inf
-        self._start(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
+        self._known: F64 = np.zeros(_NUMBERS)
+        _start(self._known, np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
 
     @property
     def t(self) -> float:
@@ -99,7 +133,7 @@ class PoseFilter:
     @property
     def speeds(self) -> tuple[F64, F64]:
         """Velocity (3,) [m/s] and spin (3,) [rad/s] at the last sample, in the frame of the samples."""
-        return self._v, self._w
+        return self._known[_VELOCITY, :3].copy(), self._known[_SPIN, :3].copy()
 
     def update(self, t: float, p: F64, q: F64) -> None:
         """Take a sample; ignored if it is not newer than the last."""
@@ -107,44 +141,112 @@ class PoseFilter:
         if dt <= 0.0:
             return
         if dt > RESTART_S:
-            self._start(p, q)
+            _start(self._known, p, q)
         else:
-            shown_p, shown_q = self.at(t)
-            self._follow(dt, p, q)
-            self._remaining_p = _beyond(shown_p - self._p, AT_ONCE_M)
-            turn = matrix_from_quaternion(shown_q) @ matrix_from_quaternion(self._q).T
-            self._remaining_q = _beyond(rotvec_from_matrix(turn), AT_ONCE_RAD)
+            _take(self._known, dt, p, q)
         self._t = t
 
     def at(self, t: float) -> tuple[F64, F64]:
         """The pose at `t`, predicted from the last sample by velocity and acceleration."""
-        ahead = min(LONGEST_PREDICTION_S, max(0.0, t - self._t))
-        remaining = max(0.0, 1.0 - max(0.0, t - self._t) / CORRECTION_S)
-        p = self._p + self._v * ahead + self._a * (0.5 * ACCELERATION_SHARE * ahead * ahead) + self._remaining_p * remaining
-        turn = matrix_from_rotvec(self._remaining_q * remaining) @ matrix_from_rotvec(self._w * ahead)
-        return p, quaternion_from_matrix(turn @ matrix_from_quaternion(self._q))
-
-    def _start(self, p: F64, q: F64) -> None:
-        self._p, self._q = p, q
-        self._v, self._w, self._a = np.zeros(3), np.zeros(3), np.zeros(3)
-        self._remaining_p, self._remaining_q = np.zeros(3), np.zeros(3)
-
-    def _follow(self, dt: float, p: F64, q: F64) -> None:
-        """Filter a sample `dt` after the last one."""
-        speed, spin = float(np.linalg.norm(self._v)), float(np.linalg.norm(self._w))
-        innovation = p - (self._p + self._v * dt)
-        taken = _share(POSITION_CUTOFF_HZ + POSITION_SPEED_GAIN * speed, dt)
-        self._p = p - (1.0 - taken) * innovation
-        faster = taken * _share(VELOCITY_CUTOFF_HZ + VELOCITY_SPEED_GAIN * speed, dt) / dt * innovation
-        self._v, self._a = self._v + faster, 0.5 * self._a + 0.5 * faster / dt
-        predicted = matrix_from_rotvec(self._w * dt) @ matrix_from_quaternion(self._q)
-        turn = rotvec_from_matrix(matrix_from_quaternion(q) @ predicted.T)
-        taken = _share(ROTATION_CUTOFF_HZ + ROTATION_SPEED_GAIN * spin, dt)
-        self._q = quaternion_from_matrix(matrix_from_rotvec(taken * turn) @ predicted)
-        w = self._w + taken * _share(SPIN_CUTOFF_HZ + SPIN_SPEED_GAIN * spin, dt) / dt * turn
-        self._w = w * min(1.0, MOST_SPIN / max(float(np.linalg.norm(w)), 1e-9))
+        return _predicted(self._known, max(0.0, t - self._t))
 
 
+@compiled
+def _follow_angles(angles: F64, speed: F64, sample: F64, dt: float, cutoff_hz: float, gain: float) -> tuple[F64, F64]:
+    """Filtered angles and their speed, `dt` after the last ones."""
+    innovation = sample - angles
+    speed = speed + _share(ANGLE_VELOCITY_CUTOFF_HZ, dt) * (innovation / dt - speed)
+    r = 2.0 * math.pi * dt * (cutoff_hz + gain * np.abs(speed))
+    return angles + r / (r + 1.0) * innovation, speed
+
+
+@compiled
+def _start(known: F64, p: F64, q: F64) -> None:
+    known[:_USUAL] = 0.0
+    known[_POSITION, :3], known[_QUATERNION] = p, q
+
+
+@compiled
+def _predicted(known: F64, passed: float) -> tuple[F64, F64]:
+    """The pose `passed` seconds after the last sample."""
+    ahead = min(LONGEST_PREDICTION_S, passed)
+    remaining = max(0.0, 1.0 - passed / CORRECTION_S)
+    p = known[_POSITION, :3] + known[_VELOCITY, :3] * ahead + known[_ACCELERATION, :3] * (0.5 * ahead * ahead)
+    left, spun = matrix_from_rotvec(known[_LEFT_Q, :3] * remaining), matrix_from_rotvec(known[_SPIN, :3] * ahead)
+    q = multiply(multiply(left, spun), matrix_from_quaternion(known[_QUATERNION]))
+    return p + known[_LEFT_P, :3] * remaining, quaternion_from_matrix(q)
+
+
+@compiled
+def _take(known: F64, dt: float, p: F64, q: F64) -> None:
+    """Filter a sample `dt` after the last one. What was shown moves to it at once by no more than AT_ONCE_M and AT_ONCE_RAD."""
+    shown_p, shown_q = _predicted(known, dt)
+    _follow_position(known, dt, p)
+    _follow_rotation(known, dt, q)
+    known[_LEFT_P, :3] = _beyond(shown_p - known[_POSITION, :3], AT_ONCE_M)
+    back = matrix_from_quaternion(_conjugate(known[_QUATERNION]))
+    known[_LEFT_Q, :3] = _beyond(rotvec_from_matrix(multiply(matrix_from_quaternion(shown_q), back)), AT_ONCE_RAD)
+
+
+@compiled
+def _follow_position(known: F64, dt: float, p: F64) -> None:
+    v = known[_VELOCITY, :3]
+    innovation = p - (known[_POSITION, :3] + v * dt)
+    speed = _length(v) + _surprise(known[_USUAL], 0, _length(innovation), _length(v), dt, NOISE_M)
+    taken = _share(POSITION_CUTOFF_HZ + POSITION_SPEED_GAIN * speed, dt)
+    known[_POSITION, :3] = p - (1.0 - taken) * innovation
+    faster = taken * _share(VELOCITY_CUTOFF_HZ + VELOCITY_SPEED_GAIN * speed, dt) / dt * innovation
+    known[_VELOCITY, :3] = v + faster
+    known[_ACCELERATION, :3] = _at_most(faster / dt, MOST_ACCELERATION)
+
+
+@compiled
+def _follow_rotation(known: F64, dt: float, q: F64) -> None:
+    w = known[_SPIN, :3]
+    predicted = multiply(matrix_from_rotvec(w * dt), matrix_from_quaternion(known[_QUATERNION]))
+    turn = rotvec_from_matrix(multiply(matrix_from_quaternion(q), predicted.T))
+    spin = _length(w) + _surprise(known[_USUAL], 1, _length(turn), _length(w), dt, NOISE_RAD)
+    taken = _share(ROTATION_CUTOFF_HZ + ROTATION_SPEED_GAIN * spin, dt)
+    known[_QUATERNION] = quaternion_from_matrix(multiply(matrix_from_rotvec(taken * turn), predicted))
+    w = w + taken * _share(SPIN_CUTOFF_HZ + SPIN_SPEED_GAIN * spin, dt) / dt * turn
+    known[_SPIN, :3] = _at_most(w, MOST_SPIN)
+
+
+@compiled
+def _surprise(usual: F64, which: int, difference: float, speed: float, dt: float, noise: float) -> float:
+    """The speed that `difference` from the prediction counts as. usual: of a still receiver, learnt here where `speed` stays
+    within it; noise: what it is before."""
+    learnt = usual[which] if usual[which] > 0.0 else noise
+    if speed * dt < learnt:
+        square = learnt * learnt
+        learnt = math.sqrt(square + NOISE_SHARE * (min(difference * difference, 4.0 * square) - square))
+    usual[which] = min(max(learnt, LEAST_NOISE * noise), MOST_NOISE * noise)
+    return SURPRISE_GAIN * max(0.0, difference - BEYOND_NOISE * usual[which]) / dt
+
+
+@compiled
+def _share(cutoff_hz: float, dt: float) -> float:
+    r = 2.0 * math.pi * cutoff_hz * dt
+    return r / (r + 1.0)
+
+
+@compiled
+def _conjugate(q: F64) -> F64:
+    return np.array([-q[0], -q[1], -q[2], q[3]])
+
+
+@compiled
+def _length(v: F64) -> float:
+    return math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+
+
+@compiled
+def _at_most(vector: F64, length: float) -> F64:
+    """The vector, no longer than `length`."""
+    return vector * min(1.0, length / max(_length(vector), 1e-9))
+
+
+@compiled
 def _beyond(vector: F64, length: float) -> F64:
     """The vector, shortened by `length`."""
-    return vector * max(0.0, 1.0 - length / max(float(np.linalg.norm(vector)), 1e-9))
+    return vector * max(0.0, 1.0 - length / max(_length(vector), 1e-9))

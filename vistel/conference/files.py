@@ -6,7 +6,6 @@ from typing import Any
 import tomli_w
 from pydantic import ValidationError
 
-from vistel.conference.console import ConsoleConfig
 from vistel.conference.devices import CameraConfig
 from vistel.conference.model import Conference, Participant, RoomConfig, Tls
 from vistel.conference.page_address import StreamTls
@@ -41,17 +40,21 @@ def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
     return conference
 
 
-def text_without_tokens(conference: Conference) -> str:
-    """A conference's file as others may see it: a page that asks for a token is left out with it."""
-    sites = [
-        site.model_copy(update={"display": site.display.model_copy(update={"stream": "", "stream_token": ""})})
-        if site.display.stream_token
-        else site
-        for site in conference.sites
-    ]
-    console = ConsoleConfig() if conference.console.token else conference.console
-    shared = conference.model_copy(update={"sites": sites, "console": console})
-    return tomli_w.dumps(shared.model_dump(mode="json", exclude_none=True))
+def text_without_tokens(file: dict[str, Any], but_of: str = "") -> str:
+    """What a conference's file holds, as others may see it: a page that asks for a token is left out with it, but for that of the
+    site `but_of`."""
+    shared = dict(file)
+    if shared.get("console", {}).get("token"):
+        del shared["console"]
+    shared["sites"] = [site if site["name"] == but_of else _without_page(site) for site in file.get("sites", [])]
+    return tomli_w.dumps(shared)
+
+
+def _without_page(site: dict[str, Any]) -> dict[str, Any]:
+    display = site.get("display", {})
+    if not display.get("stream_token"):
+        return site
+    return {**site, "display": {key: value for key, value in display.items() if not key.startswith("stream")}}
 
 
 def _with_room_kept(conference: Conference, path: Path) -> Conference:

@@ -284,6 +284,10 @@ FILM_DELAY_S = 0.1
 """How far a film's pictures are behind the motions in its log, unless a delay is fixed: long enough for nearly any link [s]."""
 
 
+PREDICTED_S = 0.017
+"""How much of a motion is predicted rather than waited for, unless it is said: one of sixty frames a second [s]."""
+
+
 class PlayoutConfig(Checked):
     """When a renderer shows a motion."""
 
@@ -295,8 +299,8 @@ class PlayoutConfig(Checked):
     """auto: what comes later than this is not waited for [s]."""
     in_time: float = Field(default=0.99, ge=0.5, le=1.0)
     """auto: the share of frames that are to be there in time."""
-    predict: float = Field(default=0.0, ge=0.0, le=0.1)
-    """auto: so much of every motion is predicted and its delay is shorter by it [s]."""
+    predict: float = Field(default=PREDICTED_S, ge=0.0, le=0.1)
+    """auto: so much of every motion is predicted at most and its delay is shorter by it [s]."""
     own_waits: bool = False
     """Whether people see themselves and what they hold as late as others see them, too, and not at once."""
 

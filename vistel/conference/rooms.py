@@ -13,6 +13,7 @@ from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.load import load_room
 from vistel.space.files.place import FromFile, lying, put_into
+from vistel.space.joints.json_values import from_joint
 from vistel.space.room import meeting_room
 from vistel.space.things.json_values import from_thing
 
@@ -42,5 +43,6 @@ def _of(entry: RoomThing, file: Path) -> FromFile:
 def _source(interior: Interior) -> str:
     """A digest that identifies this room in a snapshot."""
     seats = [[s.position.tolist(), s.heading] for s in interior.room.seats]
-    text = json.dumps([seats, [from_thing(t) for t in interior.room.things]])
+    joints = [[from_joint(j) for j in interior.room.joints]] if interior.room.joints else []
+    text = json.dumps([seats, [from_thing(t) for t in interior.room.things], *joints])
     return hashlib.sha256(text.encode()).hexdigest()[:32]

@@ -11,6 +11,7 @@ from vistel.arrays import F32
 from vistel.figure.avatar.avatar import Avatar, Mesh, flesh
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limbs_of
+from vistel.figure.hems import with_hems_outwards
 from vistel.figure.layers.skin import SkinLayers
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.rigid.bulge_fit import fit_bulges
@@ -67,7 +68,7 @@ class Figure:
     def __init__(self, avatar: Avatar, *, same_body: "Figure | None" = None) -> None:
         self.avatar = avatar
         mesh = avatar.mesh
-        normals = vertex_normals(mesh)
+        normals = with_hems_outwards(avatar, vertex_normals(mesh))
         given = None if mesh.bone is None or mesh.weight is None else Influences(mesh.bone, mesh.weight)
         limb_joint = avatar.body.joint[mesh.limb]
         self.skin = RigidSkin(avatar.skeleton, mesh.vertices, normals, mesh.triangles, limb_joint, given)

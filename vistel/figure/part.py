@@ -83,4 +83,11 @@ def together(meshes: Sequence[Mesh]) -> Mesh:
         np.concatenate([m.bone for m in meshes if m.bone is not None]),
         np.concatenate([m.weight for m in meshes if m.weight is not None]),
         tuple(targets),
+        _hanging(meshes),
     )
+
+
+def _hanging(meshes: Sequence[Mesh]) -> F32 | None:
+    if all(m.hangs is None for m in meshes):
+        return None
+    return np.concatenate([np.zeros(len(m.vertices), np.float32) if m.hangs is None else m.hangs for m in meshes])

@@ -92,6 +92,11 @@ class Log:
             raise ValueError(f"{self.path}: no participant is called {name!r}; there are {', '.join(self.participants)}")
 
     @property
+    def share_read(self) -> float:
+        """How far into the log reading has come, 0 to 1."""
+        return self._reader.share_read
+
+    @property
     def damage(self) -> list[str]:
         """A line for every fault found so far."""
         return list(self._reader.damage)

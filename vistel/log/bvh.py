@@ -36,15 +36,13 @@ def write_bvh(log: Log, participant: str, file: TextIO, begin: float = 0.0, end:
     participant and where there is no posture.
     """
     skeleton = skeleton_of(log, participant)
-    timed = list(log.postures(participant, begin, end))
-    if not timed:
-        raise ValueError(f"{log.path}: no posture of {participant} in that time")
-    frames = list(_frames(timed, fps))
+    timed = postures_of(log, participant, begin, end)
+    moved = list(frames(timed, fps))
     file.write("HIERARCHY\n")
     _write_joint(file, skeleton.offsets * CM, skeleton.tip * CM, 0, "")
-    file.write(f"MOTION\nFrames: {len(frames)}\nFrame Time: {1.0 / fps:.8f}\n")
+    file.write(f"MOTION\nFrames: {len(moved)}\nFrame Time: {1.0 / fps:.8f}\n")
     order = list(_depth_first(0))
-    for posture in frames:
+    for posture in moved:
         pose = pose_joints(skeleton, posture)
         numbers: list[float] = []
         for j in order:
@@ -54,10 +52,19 @@ def write_bvh(log: Log, participant: str, file: TextIO, begin: float = 0.0, end:
                 numbers += (CM * above @ (pose.position[j] - (pose.position[p] if p >= 0 else 0.0))).tolist()
             numbers += _zxy(above @ pose.rotation[j])
         file.write(" ".join(f"{x:.4f}" for x in numbers) + "\n")
-    return len(frames)
+    return len(moved)
 
 
-def _frames(timed: Sequence[tuple[float, Posture]], fps: float) -> Iterator[Posture]:
+def postures_of(log: Log, participant: str, begin: float, end: float | None) -> list[tuple[float, Posture]]:
+    """Times [s] and postures from `begin` to `end`. Raises ValueError, one line, where there is none."""
+    timed = list(log.postures(participant, begin, end))
+    if not timed:
+        raise ValueError(f"{log.path}: no posture of {participant} in that time")
+    return timed
+
+
+def frames(timed: Sequence[tuple[float, Posture]], fps: float) -> Iterator[Posture]:
+    """`fps` postures a second, from the first of `timed` [s] to the last, between its own."""
     n, (t0, last) = 0, (timed[0][0], timed[-1][0])
     for frame in range(int((last - t0) * fps) + 1):
         t = t0 + frame / fps

@@ -9,23 +9,24 @@ import math
 import re
 import sys
 import tempfile
-from collections.abc import AsyncGenerator, Mapping, Sequence
+from collections.abc import AsyncGenerator, Iterable, Mapping, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 
 import vistel.log
 from vistel.log import Log, LogError
 from vistel.log.bvh import write_bvh
-from vistel.log.numbers import together
+from vistel.log.numbers import Track, together
 from vistel.log.playhead import NotUnderstoodError, number
 from vistel.log.questions import MOST_LETTERS_OF_NAME, MOST_NAMES
 from vistel.log.two import Pair
 from vistel.log.voices import write_wav
-from vistel.wire.log import LogReader, LogWriter
+from vistel.wire.log import LogReader, LogRecord, LogWriter
 
-KINDS = ("csv", "bvh", "wav", "mcap")
-"""What can be written, by the endings of files: numbers, a person's skeleton, a person's voice, a piece of the log."""
+KINDS = ("csv", "bvh", "glb", "wav", "mcap")
+"""What can be written, by the endings of files: numbers, a person's skeleton, their figure, their voice, a piece of the log."""
 
 
 @dataclass(frozen=True)
@@ -94,36 +95,44 @@ def write(kind: str, of: Sequence[str], part: Part, output: Path) -> None:
     if kind != "mcap" and not of:
         raise ValueError(f"{kind}: of what? name numbers or a participant")
     if kind == "mcap":
-        cut(LogReader(part.log), output, part.begin, part.end)
+        _cut(LogReader(part.log), output, part)
         return
     log = vistel.log.open(part.log)
     if kind == "csv":
         pair = Pair(log, vistel.log.open(part.beside) if part.beside else None, part.offset)
-        write_csv(pair, of, output, part.begin, part.end)
+        write_csv(pair.tracks(of, part.begin, part.end), output)
     elif kind == "bvh":
         _bvh(log, of[0], output, part)
+    elif kind == "glb":
+        import_module("vistel.log.glb").write_glb(log, of[0], output, part.begin, part.end)  # loads the engine
     else:
         write_wav(log, of[0], output, part.begin, part.end)
 
 
-def write_csv(pair: Pair, names: Sequence[str], output: Path, begin: float, end: float) -> None:
-    """A row for each time at which one of the numbers has a value, and the newest values of the others."""
-    times, values = together(pair.tracks(names, begin, end).values())
+def write_csv(numbers: Mapping[str, Track], output: Path) -> int:
+    """A row for each time at which one of the numbers has a value, and the newest values of the others; returns how many rows."""
+    times, values = together(numbers.values())
     with output.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["t", *names])
+        writer.writerow(["t", *numbers])
         for t, *row in zip(times, *values, strict=True):
             writer.writerow([f"{t:.6f}", *("" if math.isnan(x) else f"{x:.6g}" for x in row)])
+    return len(times)
 
 
-def cut(reader: LogReader, output: Path, begin: float, end: float) -> int:
-    """A piece of a log as a log of its own; returns how many messages it has."""
+def write_records(reader: LogReader, records: Iterable[LogRecord], output: Path) -> int:
+    """Records of a log as a log of its own; returns how many they are."""
     count = 0
     with LogWriter(output, conference=reader.conference_toml) as writer:
-        for r in reader.records(begin_ns=reader.begin_ns + round(begin * 1e9), end_ns=reader.begin_ns + round(end * 1e9) + 1):
+        for r in records:
             writer.write(r.topic, r.key, r.message, r.log_ns)
             count += 1
     return count
+
+
+def _cut(reader: LogReader, output: Path, part: Part) -> None:
+    begin_ns, end_ns = (reader.begin_ns + round(s * 1e9) for s in (part.begin, part.end))
+    write_records(reader, reader.records(begin_ns=begin_ns, end_ns=end_ns + 1), output)
 
 
 def _bvh(log: Log, participant: str, output: Path, part: Part) -> None:

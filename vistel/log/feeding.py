@@ -14,13 +14,13 @@ from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME, Topic
 from vistel.wire.world.decoder import SnapshotBuilder
 
-KEPT = ("participant", "avatar_part")
+KEPT = ("participant", "avatar_part", "picture_part")
 """Said seldom, and true until it is said again: read once, of the whole log."""
 SELDOM = ("device_status", "heartbeat", "clock_offset", "image_delay", "sound_status")
 """How well everything does, said every second or so."""
 ROOM = ("motion", "motion_thin", "world_state")
 """Where everything is."""
-TOPICS = ("participant", *SELDOM, *ROOM, "world_key", "voice", "voice_level")
+TOPICS = ("participant", "picture_part", *SELDOM, *ROOM, "world_key", "voice", "voice_level")
 BEFORE_NS = 600_000_000
 """Motion and room are read from so long before a moment: a full frame of motion comes every 0.4 s."""
 SELDOM_BEFORE_NS = 3_000_000_000

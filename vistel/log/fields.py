@@ -37,7 +37,17 @@ GAP_S = 2.5
 """Values farther apart than this, and than `GAP_STEPS` usual steps, are not joined [s]."""
 GAP_STEPS = 5.0
 """Times the usual step between two values."""
-SPELLED = ("participant", "motion", "motion_thin", "world_state", "world_key", "world_detail", "avatar_part", "device_raw")
+SPELLED = (
+    "participant",
+    "motion",
+    "motion_thin",
+    "world_state",
+    "world_key",
+    "world_detail",
+    "avatar_part",
+    "picture_part",
+    "device_raw",
+)
 """Topics whose numbers are packed, or are of joints and things, which have names of their own."""
 _JOINT_UNITS: dict[str, str] = dict(zip(JOINT_FIELDS, ("m", "m", "m", "m/s", "°"), strict=True))
 _THING_UNITS: dict[str, str] = dict(zip(THING_FIELDS, ("m", "m", "m", "m/s", ""), strict=True))

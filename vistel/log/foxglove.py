@@ -55,6 +55,20 @@ _Z_UP: F64 = np.array([0.5**0.5, 0.0, 0.0, 0.5**0.5])
 def write_foxglove(log: Log, path: Path, begin: float = 0.0, end: float | None = None, fps: float = FPS) -> int:
     """Write what is between `begin` and `end` [s] of a log, `fps` transforms a second. Returns how many messages. Raises OSError;
     ValueError, one line, where there is nobody and nothing."""
+    messages = messages_of(log, begin, end, fps)
+    with path.open("wb") as file:
+        writer = Writer(file, compression=CompressionType.LZ4)
+        writer.start(profile="", library="vistel")
+        channels = {topic: _channel(writer, topic, kind) for topic, kind in _TOPICS.items()}
+        for number, (t, topic, message) in enumerate(messages):
+            t_ns = log.begin_ns + round(t * 1e9)
+            writer.add_message(channels[topic], t_ns, message.SerializeToString(), t_ns, number & 0xFFFFFFFF)
+        writer.finish()
+    return len(messages)
+
+
+def messages_of(log: Log, begin: float = 0.0, end: float | None = None, fps: float = FPS) -> list[Message]:
+    """What `write_foxglove` writes, by time. Raises ValueError, one line, where there is nobody and nothing."""
     people = _people(log, begin, end)
     rooms = list(_rooms(log, begin, end))
     if not people and not rooms:
@@ -65,19 +79,11 @@ def write_foxglove(log: Log, path: Path, begin: float = 0.0, end: float | None =
         *_transforms(log, people, rooms, begin, fps),
         *_events(log, rooms, begin, end),
     ]
-    with path.open("wb") as file:
-        writer = Writer(file, compression=CompressionType.LZ4)
-        writer.start(profile="", library="vistel")
-        channels = {topic: _channel(writer, topic, kind) for topic, kind in _TOPICS.items()}
-        for number, (t, topic, message) in enumerate(sorted(messages, key=lambda m: m[0])):
-            t_ns = log.begin_ns + round(t * 1e9)
-            writer.add_message(channels[topic], t_ns, message.SerializeToString(), t_ns, number & 0xFFFFFFFF)
-        writer.finish()
-    return len(messages)
+    return sorted(messages, key=lambda m: m[0])
 
 
 _TOPICS: dict[str, type[Any]] = {"/scene": SceneUpdate, "/tf": FrameTransforms, "/events": Event}
-_Message = tuple[float, str, Any]
+Message = tuple[float, str, Any]
 """Seconds after the log's beginning, topic, message."""
 _Timed = Sequence[tuple[float, Posture]]
 _Person = tuple[Build, _Timed]
@@ -106,7 +112,7 @@ def _rooms(log: Log, begin: float, end: float | None) -> Iterator[tuple[float, R
 # -- what there is ----------------------------------------------------------------------------------------------
 
 
-def _limbs(log: Log, people: dict[str, _Person], begin: float) -> Iterator[_Message]:
+def _limbs(log: Log, people: dict[str, _Person], begin: float) -> Iterator[Message]:
     for number, (name, (build, timed)) in enumerate(people.items()):
         clothes = _CLOTHES[number % len(_CLOTHES)]
         update = SceneUpdate()
@@ -154,7 +160,7 @@ def _from_z(direction: F64) -> F64:
     return q / np.linalg.norm(q)
 
 
-def _things(rooms: Sequence[tuple[float, RoomState]]) -> Iterator[_Message]:
+def _things(rooms: Sequence[tuple[float, RoomState]]) -> Iterator[Message]:
     """Each thing when it is first there and where its shape changes; and that it is gone."""
     known: dict[str, bytes] = {}
     for t, room in rooms:
@@ -200,7 +206,7 @@ def _turn(told: Any, q: F64) -> None:
 
 def _transforms(
     log: Log, people: dict[str, _Person], rooms: Sequence[tuple[float, RoomState]], begin: float, fps: float
-) -> Iterator[_Message]:
+) -> Iterator[Message]:
     last = max([*(timed[-1][0] for _, timed in people.values()), *(t for t, _ in rooms[-1:])])
     at = dict.fromkeys(people, 0)
     room = 0
@@ -237,7 +243,7 @@ def _frame(out: FrameTransforms, t_ns: int, parent: str, child: str, p: F64, q: 
 # -- what happens -----------------------------------------------------------------------------------------------
 
 
-def _events(log: Log, rooms: Sequence[tuple[float, RoomState]], begin: float, end: float | None) -> Iterator[_Message]:
+def _events(log: Log, rooms: Sequence[tuple[float, RoomState]], begin: float, end: float | None) -> Iterator[Message]:
     before: set[str] = set()
     for t, room in rooms:
         now = {f"{k.target} is touched by {k.source}" for k in room.touches}
@@ -257,7 +263,7 @@ def _events(log: Log, rooms: Sequence[tuple[float, RoomState]], begin: float, en
             yield _event(log, m.t, m.names["participant"], f"{outcome.removeprefix('OUTCOME_').lower()} {m.message.reason}".strip())
 
 
-def _event(log: Log, t: float, who: str, text: str) -> _Message:
+def _event(log: Log, t: float, who: str, text: str) -> Message:
     event = Event(level=Event.INFO, name=who, message=text)
     event.timestamp.FromNanoseconds(log.begin_ns + round(t * 1e9))
     return t, "/events", event

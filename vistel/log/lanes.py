@@ -35,7 +35,7 @@ GAP_S = 1.0
 """Motion that is missing for longer is a gap [s]."""
 PIECES = 50
 """A summary is told after each of so many parts."""
-SAID = ("utterance", "command", "bond_torn")
+SAID = ("utterance", "command", "bond_torn", "button")
 _JOINTS = [JOINT_INDEX[j] for j in ("hips", "head", "left_hand", "right_hand")]
 _APART_S = 0.03
 """Motion is looked at no oftener [s]: energy is of gestures, not of noise."""
@@ -152,8 +152,14 @@ class Lanes:
             self._left_out += 1
             return
         kind, message = record.topic.name, record.message
-        text = {"utterance": lambda: message.text, "command": lambda: command_text(message)}.get(kind, lambda: "a bond tore")()
-        self._events.append({"t": round(t, 3), "kind": kind, "who": record.names.get("participant", ""), "text": text[:200]})
+        told = {
+            "utterance": lambda: message.text,
+            "command": lambda: command_text(message),
+            "button": lambda: f"{message.thing} {'pressed' if message.pressed else 'released'}",
+        }
+        text = told.get(kind, lambda: "a bond tore")()
+        who = message.participant if kind == "button" else record.names.get("participant", "")
+        self._events.append({"t": round(t, 3), "kind": kind, "who": who, "text": text[:200]})
 
     def _bin(self, t: float) -> int:
         return min(self._bins - 1, max(0, int(t / self._end * self._bins)))

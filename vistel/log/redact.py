@@ -158,7 +158,7 @@ class _Keeping:
         self._raw = {d.name for d in devices_of(conference) if d.kind.role in RAW and not d.kind.whole_body}
         self._coders: dict[str, tuple[MotionDecoder, MotionEncoder]] = {}
         self._edits: dict[str, Edit] = {
-            **dict.fromkeys(("tracker", "glove", "prop", "ownership", "bond_torn", "heartbeat", "clock_offset"), _whole),
+            **dict.fromkeys(("tracker", "glove", "prop", "ownership", "bond_torn", "button", "heartbeat", "clock_offset"), _whole),
             **dict.fromkeys(("world_detail", "hand_force", "image_delay", "voice_control", "voice_level"), _whole),
             **dict.fromkeys(("world_state", "world_key"), _without("hash", "check")),
             "device_status": _without("detail"),

@@ -35,6 +35,8 @@ def _write(source: Any, into: Any) -> None:
         elif isinstance(value, Enum):
             kind = into.DESCRIPTOR.fields_by_name[name].enum_type
             setattr(into, name, kind.values_by_name[f"{kind.name.upper()}_{value.name}"].number)
+        elif isinstance(value, tuple):
+            getattr(into, name).extend(value)
         elif name in ("position", "rotation"):
             part = getattr(into.pose, name)
             for axis, number in zip("xyzw", value.tolist(), strict=False):

@@ -59,6 +59,8 @@ def _value(name: str, message: Any) -> Any:
         known = field.enum_type.values_by_number.get(value)
         prefix = f"{field.enum_type.name.upper()}_"
         return _ENUMS[field.enum_type.name].__members__.get(known.name.removeprefix(prefix)) if known else None
+    if field.is_repeated:
+        return tuple(value)
     return value if not field.has_presence or message.HasField(name) else None
 
 

@@ -1,5 +1,5 @@
-"""What a guest's page says: a record for what its mouse and keys do, and
-three of the console's gateway, which vouches for the guest: who is there, that they left, and what they wrote.
+"""What a guest's page says: a record for what its mouse and keys do, and five of the console's gateway, which vouches for the
+guest: who is there, that they left, what they wrote, a part of a picture that they show, and what they ask of the panel it is on.
 
 Every record is a datagram of its own and begins with "VP" and its kind. Numbers are little-endian; lengths are in millimetres and
 angles in units of 1e-4 rad, as signed 16-bit numbers. Only `posture_record` may come from a page; it is passed on as it is.
@@ -9,7 +9,11 @@ import math
 import struct
 from dataclasses import dataclass
 
+from google.protobuf.message import DecodeError
+
+from vistel.v1.command_pb2 import Command
 from vistel.v1.device_pb2 import Guest, PointedHand, PointerFrame
+from vistel.v1.motion_pb2 import AvatarPart
 
 POSTURE = 1
 """The kind of a page's record."""
@@ -21,6 +25,13 @@ LINE = 6
 """The kind of the gateway's record of a line that the guest wrote to all."""
 MOST_LINE_BYTES = 1200
 """Of a line: 300 letters of any script."""
+PICTURE = 7
+"""The kind of the gateway's record of a part of a picture."""
+ASKED = 8
+"""The kind of the gateway's record of a command."""
+MOST_ASKED_BYTES = 5000
+"""Of a command: a hundred pages and their title."""
+_PICTURE = struct.Struct("<2sB16sHHI")
 _HEAD = b"VP"
 _POSTURE = struct.Struct("<2s4B2h4h4h")
 POSTURE_BYTES = _POSTURE.size
@@ -102,6 +113,34 @@ def line_of(data: bytes) -> str | None:
     if data[:3] != _HEAD + bytes((LINE,)) or len(data) > 3 + MOST_LINE_BYTES:
         return None
     return data[3:].decode(errors="replace")
+
+
+def picture_record(digest: str, name: str, part: AvatarPart) -> bytes:
+    """What the gateway sends of a picture that a guest shows: the part of that name, of the parcel of that digest."""
+    return _PICTURE.pack(_HEAD, PICTURE, bytes.fromhex(digest), int(name), part.parts, part.size) + part.data
+
+
+def picture_of(data: bytes) -> tuple[str, int, AvatarPart] | None:
+    """The digest, the number and the part of a `picture_record`; None where it is none."""
+    if len(data) <= _PICTURE.size or data[:3] != _HEAD + bytes((PICTURE,)):
+        return None
+    _, _, digest, number, parts, size = _PICTURE.unpack_from(data)
+    return digest.hex(), number, AvatarPart(parts=parts, size=size, data=data[_PICTURE.size :])
+
+
+def asked_record(command: Command) -> bytes:
+    """What the gateway sends of a command that a guest gives."""
+    return _HEAD + bytes((ASKED,)) + command.SerializeToString()
+
+
+def asked_of(data: bytes) -> Command | None:
+    """The command of an `asked_record`; None where it is none."""
+    if data[:3] != _HEAD + bytes((ASKED,)) or len(data) > 3 + MOST_ASKED_BYTES:
+        return None
+    try:
+        return Command.FromString(data[3:])
+    except DecodeError:
+        return None
 
 
 def posture_of(data: bytes) -> PointerFrame | None:

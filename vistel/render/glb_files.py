@@ -47,7 +47,8 @@ class Figure:
 
 
 class GlbFiles:
-    """Makes files, one at a time; each may take seconds. `bytes` has them by digest."""
+    """Makes files; each may take seconds. Figures may be made in one thread, things and the room in another. `bytes` has them by
+    digest."""
 
     def __init__(self, conference: Conference, parcel: Callable[[str], bytes], models: Mapping[str, Polymesh]) -> None:
         """parcel: the bytes of an avatar of another site by digest; raises ValueError where they are not here. models: polymeshes

@@ -159,7 +159,7 @@ class Painter:
     def drop_thing(self, thing_id: str) -> None:
         """Forget a thing."""
         for old in (*self._things.pop(thing_id, ()), *self._resting.pop(thing_id, ())):
-            old.release()
+            self._solids.release(old)
 
     def drop_figure(self, name: str) -> None:
         """Forget a figure."""

@@ -55,6 +55,8 @@ class ThingsShown:
             complete = all(k.model in self._models for k in thing.looks)
             if self._things.get(thing_id) is thing and not (complete and thing_id in self._lacking):
                 continue
+            if not complete and thing.pages and thing_id in self._things:
+                continue  # the page before is seen until the new one is here
             if complete:
                 self._lacking.discard(thing_id)
             elif thing_id not in self._lacking:

@@ -148,21 +148,37 @@ class Move(Action):
 
 @command(
     typed("move WHICH TOWARDS [DISTANCE]"),
+    typed("press WHICH", towards=Towards.AHEAD),
     spoken(
         "move",
         phrase("move.move", "うごかして", "move/slide", "動かして"),
-        phrase("push.push", "おして", "push", "押して", towards="ahead"),
+        phrase("push.push", "おして", "push/press", "押して", towards="ahead"),
         phrase("push.pull", "ひっぱって", "pull", "引っ張って", towards="back"),
         phrase("push.lift", "もちあげて", "lift/raise", "持ち上げて", towards="up"),
     ),
 )
 @dataclass(frozen=True)
 class MoveBy(Action):
-    """Move in a direction as the speaker sees it."""
+    """Move in a direction as the speaker sees it; what hangs on a joint as far as that goes. A button is pressed."""
 
     which: Which
     towards: Towards
     distance: Annotated[float, Length("LENGTH", "how far?", {"": 0.1, "little": 0.03, "more": 0.3}, tag="metres")] = 0.1
+
+
+@command(
+    typed("open WHICH [SHARE]"),
+    typed("close WHICH", share=0.0),
+    spoken("open", phrase("push.open", "あけて/ひらいて", "open", "開けて/開いて")),
+    spoken("close", phrase("push.close", "しめて/とじて", "close/shut", "閉めて/閉じて"), share=0.0),
+)
+@dataclass(frozen=True)
+class Open(Action):
+    """Open or close what hangs on a joint: a lid, a door, a drawer; of a box, what hangs on it. share: of the way, 0 closed, 1
+    open."""
+
+    which: Which
+    share: Annotated[float, Quantity("SHARE", "how far, of 1?", {"": 1.0, "little": 0.3, "more": 1.0}, tag="share")] = 1.0
 
 
 @command(
@@ -419,6 +435,42 @@ class Attach(Action):
 @dataclass(frozen=True)
 class Detach(Action):
     """Separate things that were attached."""
+
+    which: Which = THIS
+
+
+@command()
+@dataclass(frozen=True)
+class Present(Action):
+    """Put up a panel that shows pictures, before everybody. pages: digests of polymeshes (`vistel.space.pages.sheet`), in order;
+    aspect: width of every page by its height; title: name of the panel for people."""
+
+    pages: tuple[str, ...]
+    aspect: float
+    title: str = ""
+
+
+@command(
+    typed("next page [WHICH]", by=1.0),
+    typed("previous page [WHICH]", by=-1.0),
+    typed("page PAGE"),
+    spoken("next_page", phrase("alone.next_page", "つぎのぺーじ", "next page", "次のページ"), by=1.0),
+    spoken("previous_page", phrase("alone.previous_page", "まえのぺーじ", "previous page", "前のページ"), by=-1.0),
+)
+@dataclass(frozen=True)
+class TurnPage(Action):
+    """Show another page on a panel. which: "this" means the speaker's newest panel, else the newest; by: so many pages on, below 0
+    back; page: its number, from 1, in place of that, 0 for none."""
+
+    which: Which = THIS
+    by: Annotated[float, Quantity("COUNT", "by how many pages?", {"": 1.0})] = 0.0
+    page: Annotated[float, Quantity("NUMBER", "which page?", {"": 1.0})] = 0.0
+
+
+@command(typed("put away [WHICH]"))
+@dataclass(frozen=True)
+class PutAway(Action):
+    """Take a panel out of the room; "this" as for `TurnPage`."""
 
     which: Which = THIS
 

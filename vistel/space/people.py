@@ -1,7 +1,6 @@
 """People in the world: their posed primitives, their velocities, and the primitives of digits and palms."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
@@ -35,8 +34,6 @@ MOST_BUILDS = 1024
 """Bodies of different people that are kept, some kB each. More people than that in a room build some of them in every step."""
 SILENT_NS = 100_000_000
 """Without a new motion for so long, a limb counts as still."""
-OPENING_LEAK = 0.3
-"""Rate at which the least flexion fades [rad/s]: a fist that stays closed is not a closing hand."""
 
 
 @dataclass(frozen=True)
@@ -119,7 +116,7 @@ def _digits(body: Body) -> I64:
 @dataclass(frozen=True)
 class PersonState:
     """A person in the room. posture is None until the first motion; before: the posture before that, if usable for
-    speeds; opened: (2, 4) recent least flexion of each finger [rad]; appeared: the step of the first motion."""
+    speeds; appeared: the step of the first motion."""
 
     person: ParticipantBody
     posture: Posture | None = None
@@ -127,7 +124,6 @@ class PersonState:
     seq: int = 0
     t_ns: int = 0
     before_t_ns: int = 0
-    opened: F64 = field(default_factory=lambda: np.full((2, 4), 10.0))
     appeared: int = 0
 
     @property
@@ -149,28 +145,6 @@ class PersonState:
             before_t_ns=self.t_ns,
             appeared=step if self.posture is None else self.appeared,
         )
-
-    def opened_now(self, hands: tuple[bool, ...]) -> "PersonState":
-        """The least flexions begin anew for the chosen `hands` (left, right)."""
-        if self.posture is None or not any(hands):
-            return self
-        return replace(self, opened=np.where(np.array(hands)[:, None], flexion(self.posture), self.opened))
-
-
-def with_opening(figures: tuple[PersonState, ...], dt: float) -> tuple[PersonState, ...]:
-    """The figures with the least flexions one step later; whose do not change are the same objects. dt: [s]."""
-    postures = [f.posture for f in figures if f.posture is not None]
-    if not postures:
-        return figures
-    before = np.array([f.opened for f in figures if f.posture is not None])
-    opened = np.minimum(flexion_of(np.array([p.hands for p in postures])), before + OPENING_LEAK * dt)
-    changed: list[bool] = (opened != before).any(axis=(1, 2)).tolist()
-    new: Iterator[tuple[F64, bool]] = iter(zip(opened, changed, strict=True))
-    out: list[PersonState] = []
-    for figure in figures:
-        now, other = next(new) if figure.posture is not None else (figure.opened, False)
-        out.append(replace(figure, opened=now.copy()) if other else figure)
-    return tuple(out)
 
 
 def flexion(posture: Posture) -> F64:

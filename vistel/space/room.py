@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.space.joints.joint import Joint
 from vistel.space.things.things import GraspAxis, PhysicsMaterial, Thing, ThingPrimitive
 
 TABLE_HEIGHT = 0.72
@@ -98,7 +99,8 @@ class Extra:
 
 @dataclass(frozen=True, eq=False)
 class Room:
-    """A room at its beginning: seats, and things in a fixed order; extras: the things that the conference file added.
+    """A room at its beginning: seats, and things in a fixed order; extras: the things that the conference file added; joints: on
+    which some things hang.
 
     source: digest of its files, empty for the built-in room; shell: whether it has the built-in floor, walls and ceiling.
     """
@@ -108,6 +110,7 @@ class Room:
     extras: tuple[Extra, ...] = ()
     source: str = ""
     shell: bool = True
+    joints: tuple[Joint, ...] = ()
 
     @cached_property
     def by_id(self) -> dict[str, Thing]:

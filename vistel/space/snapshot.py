@@ -16,10 +16,14 @@ from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.geometry.pose import Pose
 from vistel.space.dynamics.dynamics import Motions
+from vistel.space.hands.approach import Approach
 from vistel.space.hands.claims import Claim
 from vistel.space.hands.grasp import Grasp
+from vistel.space.hands.reach_kernels import PAIRS
 from vistel.space.history import Change, History, PlacedThing
 from vistel.space.inputs import ParticipantBody, PropInput
+from vistel.space.joints.joint import check_joints
+from vistel.space.joints.json_values import from_joint, to_joint
 from vistel.space.ledger import Ledger
 from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import DentRecord
@@ -32,7 +36,7 @@ from vistel.space.things.props import Tracked
 from vistel.space.things.things import PhysicsMaterial, Thing
 from vistel.space.view import Outcome
 
-VERSION = 8
+VERSION = 9
 """Of this format; a world refuses any other."""
 
 
@@ -71,6 +75,8 @@ def _fields(room: Room, s: State, extras: Any) -> dict[str, Any]:
     own: dict[str, Any] = {"room": _from_room(room)} if room.source else {}
     things = [shapes.number(t) for t in s.things]
     history = [[_from_change(c, shapes) for c in some] for some in (s.history.done, s.history.undone)]
+    if s.pressed:  # written only when there are some, so that rooms without buttons keep their form
+        own["pressed"] = list(s.pressed)
     return own | {
         "version": VERSION,
         "seats": len(room.seats),
@@ -87,6 +93,7 @@ def _fields(room: Room, s: State, extras: Any) -> dict[str, Any]:
         "still": m.still,
         "figures": [_from_figure(f) for f in s.figures],
         "grasps": [_from_grasp(g) for g in s.grasps],
+        "approaches": [_from_approach(a) for a in s.approaches],
         "let_go": [[e.participant, e.right, e.thing, e.step] for e in s.let_go],
         "answers": [[a.id, a.participant, a.done, a.reason, a.step, list(a.things)] for a in s.ledger.answers],
         "allowance": [[who, left] for who, left in s.ledger.allowance],
@@ -163,6 +170,7 @@ def _state(d: dict[str, Any], room: Room, known: dict[str, Thing]) -> State:
         t_ns=int(d["t_ns"]),
         figures=tuple(_to_figure(f) for f in d["figures"]),
         grasps=tuple(_to_grasp(g) for g in d["grasps"]),
+        approaches=tuple(_to_approach(a) for a in d["approaches"]),
         let_go=tuple(LetGo(str(a), bool(b), str(c), int(e)) for a, b, c, e in d["let_go"]),
         ledger=Ledger(
             tuple(Outcome(str(a), str(b), bool(c), str(e), int(f), tuple(map(str, g))) for a, b, c, e, f, g in d["answers"]),
@@ -177,19 +185,24 @@ def _state(d: dict[str, Any], room: Room, known: dict[str, Thing]) -> State:
         selected=tuple((str(who), tuple(str(t) for t in ids)) for who, ids in d["selected"]),
         history=History(tuple(done), tuple(undone)),
         claims=tuple(Claim(str(thing), str(owner), int(until)) for thing, owner, until in d["claims"]),
+        pressed=tuple(str(joint) for joint in d.get("pressed", ())),
     )
 
 
 @lru_cache(4)
 def _from_room(room: Room) -> list[Any]:
     seats = [[s.position.tolist(), s.heading] for s in room.seats]
-    return [room.source, room.shell, seats, [from_thing(t) for t in room.things]]
+    joints = [[from_joint(j) for j in room.joints]] if room.joints else []  # rooms without them keep their form
+    return [room.source, room.shell, seats, [from_thing(t) for t in room.things], *joints]
 
 
 def _to_room(d: Any) -> Room:
-    source, shell, seats, things = d
+    source, shell, seats, things, *joints = d
     places = tuple(Seat(_rows(p, 1, 3)[0], float(h)) for p, h in seats)
-    return Room(places, tuple(to_thing(t) for t in things), source=str(source), shell=bool(shell))
+    found = tuple(to_thing(t) for t in things)
+    hinged = tuple(to_joint(j) for some in joints for j in some)
+    check_joints(hinged, found)
+    return Room(places, found, source=str(source), shell=bool(shell), joints=hinged)
 
 
 def _from_extra(e: Extra) -> list[Any]:
@@ -328,7 +341,6 @@ def _from_figure(f: PersonState) -> dict[str, Any]:
         "seq": f.seq,
         "t_ns": f.t_ns,
         "before_t_ns": f.before_t_ns,
-        "opened": f.opened,
         "appeared": f.appeared,
     }
 
@@ -359,9 +371,18 @@ def _to_figure(d: dict[str, Any]) -> PersonState:
         int(d["seq"]),
         int(d["t_ns"]),
         int(d["before_t_ns"]),
-        _rows(d["opened"], 2, 4),
         int(d["appeared"]),
     )
+
+
+def _from_approach(a: Approach) -> list[Any]:
+    numbers = a.aperture, a.play, a.widest, a.loosest, a.speed, a.quickest
+    return [a.participant, a.right, a.thing, *(x.tolist() for x in numbers)]
+
+
+def _to_approach(d: Any) -> Approach:
+    who, right, thing, *numbers = d
+    return Approach(str(who), bool(right), str(thing), *_rows(numbers, 6, PAIRS))
 
 
 def _from_grasp(g: Grasp) -> dict[str, Any]:
@@ -373,7 +394,10 @@ def _from_grasp(g: Grasp) -> dict[str, Any]:
         "aim": [g.aim.position.tolist(), g.aim.rotation.tolist()],
         "since_ns": g.since_ns,
         "engaged": list(g.engaged),
+        "pairs": list(g.pairs),
+        "aperture": g.aperture.tolist(),
         "tightest": g.tightest.tolist(),
+        "touched": g.touched.tolist(),
         "fingers": g.fingers.tolist(),
         "laid": [g.laid.position.tolist(), g.laid.rotation.tolist()],
         "shift": g.shift.tolist(),
@@ -392,7 +416,10 @@ def _to_grasp(d: dict[str, Any]) -> Grasp:
         aim,
         int(d["since_ns"]),
         tuple(bool(e) for e in d["engaged"]),
-        _rows(d["tightest"], 1, 4)[0],
+        tuple(bool(e) for e in d["pairs"]),
+        _rows(d["aperture"], 1, PAIRS)[0],
+        _rows(d["tightest"], 1, PAIRS)[0],
+        _rows(d["touched"], 1, PAIRS)[0],
         _rows(d["fingers"], 1, 20)[0],
         laid,
         _rows(d["shift"], 1, 3)[0],

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 from vistel.space.dynamics.dynamics import Motions
+from vistel.space.hands.approach import Approach
 from vistel.space.hands.claims import Claim, ClaimEvent
 from vistel.space.hands.grasp import Grasp
 from vistel.space.history import History
@@ -29,9 +30,11 @@ class LetGo:
 @dataclass(frozen=True)
 class State:
     """things: in the order of `motions`; figures: sorted by name; grasps: oldest first;
-    tracked: sorted by thing; felt: hands (participant, right) with a hand force, sorted; dents, bonds: by thing; marks: the next
+    approaches: by hand and thing; tracked: sorted by thing;
+    felt: hands (participant, right) with a hand force, sorted; dents, bonds: by thing; marks: the next
     number of a dent or bond; glides: things that commands move; selected: participants with the things that "this" means to
-    them, sorted; history: changes by commands; claims: owners of held things, by thing; claim_events: within a step only."""
+    them, sorted; history: changes by commands; claims: owners of held things, by thing; claim_events: within a step only;
+    pressed: ids of the joints whose buttons are pressed, sorted."""
 
     things: tuple[Thing, ...]
     motions: Motions
@@ -40,6 +43,7 @@ class State:
     figures: tuple[PersonState, ...] = ()
     grasps: tuple[Grasp, ...] = ()
     let_go: tuple[LetGo, ...] = ()
+    approaches: tuple[Approach, ...] = ()
     ledger: Ledger = field(default_factory=Ledger)
     tracked: tuple[Tracked, ...] = ()
     felt: tuple[tuple[str, bool], ...] = ()
@@ -51,6 +55,7 @@ class State:
     history: History = field(default_factory=History)
     claims: tuple[Claim, ...] = ()
     claim_events: tuple[ClaimEvent, ...] = ()
+    pressed: tuple[str, ...] = ()
 
     @cached_property
     def rows(self) -> dict[str, int]:

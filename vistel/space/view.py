@@ -6,6 +6,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.space.hands.claims import ClaimEvent
+from vistel.space.joints.buttons import ButtonEvent
 from vistel.space.memory.bonds import Bond, Torn
 from vistel.space.memory.dents import DentRecord
 from vistel.space.things.things import Thing
@@ -122,7 +123,8 @@ class WorldView:
 
     things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0; hands: hand
     forces, and one last empty one when a contact has ended; dents, bonds: all there are; fresh: numbers of new or changed dents and
-    bonds; gone: numbers of those that ended in this step; claims: changes of claims; torn: bonds torn in this step.
+    bonds; gone: numbers of those that ended in this step; claims: changes of claims; torn: bonds torn in this step;
+    buttons: those that were pressed or released in it.
     """
 
     step: int
@@ -145,3 +147,4 @@ class WorldView:
     selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
     """Participants with the ids of the things that they have selected."""
     torn: tuple[Torn, ...] = ()
+    buttons: tuple[ButtonEvent, ...] = ()

@@ -5,7 +5,7 @@ from the same state give the same bytes; `World.snapshot` is that state, and `Wo
 """
 
 import math
-from collections.abc import Container, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,9 +28,11 @@ from vistel.space.holding.displayed_hands import displayed_contacts
 from vistel.space.holding.forces import Reached, due_at, hand_forces, nothing
 from vistel.space.holding.sharing import Pull, with_pulls
 from vistel.space.inputs import CommandInput, StepInputs, usable
+from vistel.space.joints.buttons import ButtonEvent, button_events, pressed_after
+from vistel.space.lamps import lamps_switched
 from vistel.space.materials import bond_forces
 from vistel.space.materials.dents_and_bonds import changes, remembered
-from vistel.space.people import PersonState, Posed, pose_figure, with_opening
+from vistel.space.people import PersonState, Posed, pose_figure
 from vistel.space.reach import reaching
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.state import State
@@ -59,7 +61,7 @@ class World:
         """state: by default the room's beginning; known: arrays that are already computed for some of its things."""
         self._room = room
         self._state: State = state if state is not None else State(things=room.things, motions=_begin(room.things))
-        self._solids: Solids = solids(self._state.things, known)
+        self._solids: Solids = solids(self._state.things, known, room.joints)
         self._last: dict[str, Posed] = {}  # of the step before; saves time, is no state
         self._said = ThingViews()  # the same
         self._touches = Touches()  # the same
@@ -152,9 +154,7 @@ class World:
         outcomes = tuple(self._obey(c) for c in inputs.commands)
         if inputs.props or self._state.tracked:
             self._state = guided(self._state, self._solids, inputs.props, DT)
-        figures = with_opening(self._state.figures, DT)
-        self._state = replace(self._state, figures=figures)
-        posed = {f.name: p for f in figures if (p := pose_figure(f, inputs.t_ns, self._last.get(f.name))) is not None}
+        posed = {f.name: p for f in self._state.figures if (p := pose_figure(f, inputs.t_ns, self._last.get(f.name))) is not None}
         self._last = posed
 
         m = self._state.motions
@@ -164,12 +164,12 @@ class World:
         solids_ = self._solids
         heard = _heard(before, self._state)
         self._state = ownership.lapsed(before, self._state, heard)
-        self._state = holding.let_go(before, self._state, solids_, posed, near)
+        self._state = holding.let_go(before, self._state, solids_, posed, near, DT)
         drawn = bond_forces.bond_forces(self._state, solids_, posed) if self._state.bonds else []
         anchors = bond_forces.anchors(drawn, self._state, solids_) if drawn else holding.NOTHING
         self._state = holding.carry(self._state, solids_, posed, DT, anchors)
-        self._state = holding.glide(self._state, DT)
-        self._state = holding.take_hold(self._state, solids_, posed, near)
+        self._state = holding.glide(self._state, solids_, DT)
+        self._state = holding.take_hold(self._state, solids_, posed, near, DT)
         self._state = holding.forget_let_go(self._state, solids_, near, posed)
         self._state, claims = ownership.settled(before, self._state, heard)
         names = tuple(posed)
@@ -178,7 +178,7 @@ class World:
             two for two, c in skin.items() if any(posed[n].build.of_hand[i].any() for n, i in zip(two, (c.a, c.b), strict=True))
         )
         self._touching = frozenset(name for two in by_hand for name in two)
-        rest = self._with_fixed(posed)
+        rest = self._with_fixed(posed, bodies)
         on_loose = displayed_contacts(self._state, solids_, posed, near)
         contacts, ghosts = self._touches.step(posed, skin, rest, on_loose, solids_, MAX_CONTACTS)
         if drawn:
@@ -188,8 +188,9 @@ class World:
         self._state, torn = remembered(self._state, self._solids, posed, DT)
         reached = {name: Reached(rest[name], near[name]) for name in posed}
         stuck = bond_forces.pulls(drawn, self._state, posed)
+        buttons = self._press_buttons(near)
         view = self._view(before, outcomes, contacts, ghosts, self._feel(posed, skin, reached, anchors, stuck))
-        return replace(view, claims=claims, torn=torn)
+        return replace(view, claims=claims, torn=torn, buttons=buttons)
 
     # -- people ------------------------------------------------------------------------------------------------
 
@@ -214,17 +215,18 @@ class World:
     def _obey(self, command: CommandInput) -> Outcome:
         self._state, outcome = obey(self._state, self._solids, self._room, command)
         if self._state.things != self._solids.things:
-            self._solids = solids(self._state.things, self._solids)
+            self._solids = solids(self._state.things, self._solids, self._room.joints)
         return outcome
 
     # -- contacts and motion -----------------------------------------------------------------------------------
 
-    def _with_fixed(self, posed: dict[str, Posed]) -> dict[str, ContactArray]:
-        """Contacts of people with fixed things, found anew for those who have moved."""
+    def _with_fixed(self, posed: dict[str, Posed], bodies: Bodies) -> dict[str, ContactArray]:
+        """Contacts of people with fixed things, found anew for those who have moved. bodies: of all people."""
         fixed, last = self._solids.fixed_placed, self._rest
         same = {n for n, p in posed.items() if n in last and last[n][0] is p.primitives and last[n][1] is fixed}
         moved = [name for name in posed if name not in same]
-        found = dict(zip(moved, Bodies([posed[name].cones for name in moved]).with_things(fixed), strict=True))
+        theirs = bodies if len(moved) == len(posed) else Bodies([posed[name].cones for name in moved])
+        found = dict(zip(moved, theirs.with_things(fixed), strict=True))
         self._rest = {n: last[n] if n in same else (p.primitives, fixed, found[n]) for n, p in posed.items()}
         return {name: contacts for name, (_, _, contacts) in self._rest.items()}
 
@@ -233,7 +235,7 @@ class World:
         posed: dict[str, Posed],
         skin: dict[tuple[str, str], ContactArray],
         reached: dict[str, Reached],
-        anchors: Container[str],
+        anchors: Iterable[str],
         stuck: Sequence[Pull],
     ) -> tuple[HandForce, ...]:
         """The hand forces at the end of the step. anchors: things that stick to something; stuck: pulls of bonds on hands."""
@@ -241,7 +243,11 @@ class World:
         let_go = [(e.participant, e.right, e.thing) for e in self._state.let_go]
         due = due_at(self._state.step, tuple(posed))
         hands_now = hand_forces(posed, skin, reached, self._solids, self._state.motions, held, let_go, due)
-        pulls = [p for p in (*holding.pulled(self._state, posed, anchors), *stuck) if p.participant in due]
+        pulls = [
+            p
+            for p in (*holding.pulled(self._state, posed, {*anchors, *self._solids.joined.of_thing}), *stuck)
+            if p.participant in due
+        ]
         hands_now = with_pulls(hands_now, pulls, posed)
         felt = {(h.participant, h.right) for h in hands_now}
         waiting = {hand for hand in self._state.felt if hand[0] in posed and hand[0] not in due}
@@ -284,6 +290,29 @@ class World:
             m.position[n], m.rotation[n], m.velocity[n], m.spin[n] = start.position, start.rotation, 0.0, 0.0
             m.mode[n], m.still[n] = FIXED if start.fixed else FREE, 0
         self._state = replace(self._state, motions=m)
+
+    def _press_buttons(self, near: dict[str, ContactArray]) -> tuple[ButtonEvent, ...]:
+        """What has become of buttons in this step; their lamps change colour. near: contacts of people with loose things."""
+        s = self._state
+        events = button_events(s.pressed, self._solids.joined, s.motions.position, s.motions.rotation)
+        if not events:
+            return ()
+        leading = {t.thing: t.measured.led_by for t in s.tracked} | {g.thing: g.participant for g in s.glides}
+        events = tuple(replace(e, participant=leading.get(e.thing) or self._nearest(near, self._index(e.thing))) for e in events)
+        lit = {e.joint for e in events if e.pressed}
+        things = lamps_switched(s.things, self._room, [j for j in self._solids.joined.joints if j.id in lit])
+        self._state = replace(s, things=things, pressed=pressed_after(s.pressed, events))
+        self._solids = solids(things, self._solids, self._room.joints)
+        return events
+
+    def _nearest(self, near: dict[str, ContactArray], n: int) -> str:
+        """Who is nearest to thing n; empty when nobody is within reach."""
+        best, deepest = "", -hands.MARGIN
+        for name in sorted(near):
+            depths = near[name].depth[self._solids.owner[near[name].b] == n]
+            if len(depths) and float(depths.max()) > deepest:
+                best, deepest = name, float(depths.max())
+        return best
 
     # -- the view ------------------------------------------------------------------------------------------
 

@@ -51,7 +51,7 @@ WHERE_HERE: Where
 WHERE_POINTED: Where
 
 class Command(_message.Message):
-    __slots__ = ("header", "id", "participant", "move", "release", "delete", "reset", "select", "move_by", "place", "turn", "scale", "bend", "twist", "paint", "harden", "copy", "create", "grip", "attach", "detach", "undo", "redo", "stop", "hide", "show", "align", "dent", "sharpen")
+    __slots__ = ("header", "id", "participant", "move", "release", "delete", "reset", "select", "move_by", "place", "turn", "scale", "bend", "twist", "paint", "harden", "copy", "create", "grip", "attach", "detach", "undo", "redo", "stop", "hide", "show", "align", "dent", "sharpen", "present", "turn_page", "put_away", "open")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     ID_FIELD_NUMBER: _ClassVar[int]
     PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
@@ -81,6 +81,10 @@ class Command(_message.Message):
     ALIGN_FIELD_NUMBER: _ClassVar[int]
     DENT_FIELD_NUMBER: _ClassVar[int]
     SHARPEN_FIELD_NUMBER: _ClassVar[int]
+    PRESENT_FIELD_NUMBER: _ClassVar[int]
+    TURN_PAGE_FIELD_NUMBER: _ClassVar[int]
+    PUT_AWAY_FIELD_NUMBER: _ClassVar[int]
+    OPEN_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     id: str
     participant: str
@@ -110,7 +114,11 @@ class Command(_message.Message):
     align: AlignThings
     dent: DentThing
     sharpen: SharpenThing
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., move: _Optional[_Union[MoveThing, _Mapping]] = ..., release: _Optional[_Union[ReleaseThing, _Mapping]] = ..., delete: _Optional[_Union[DeleteThing, _Mapping]] = ..., reset: _Optional[_Union[ResetRoom, _Mapping]] = ..., select: _Optional[_Union[SelectThings, _Mapping]] = ..., move_by: _Optional[_Union[MoveThingBy, _Mapping]] = ..., place: _Optional[_Union[PlaceThing, _Mapping]] = ..., turn: _Optional[_Union[TurnThing, _Mapping]] = ..., scale: _Optional[_Union[ScaleThing, _Mapping]] = ..., bend: _Optional[_Union[BendThing, _Mapping]] = ..., twist: _Optional[_Union[TwistThing, _Mapping]] = ..., paint: _Optional[_Union[PaintThing, _Mapping]] = ..., harden: _Optional[_Union[HardenThing, _Mapping]] = ..., copy: _Optional[_Union[CopyThing, _Mapping]] = ..., create: _Optional[_Union[CreateThing, _Mapping]] = ..., grip: _Optional[_Union[GripThing, _Mapping]] = ..., attach: _Optional[_Union[AttachThing, _Mapping]] = ..., detach: _Optional[_Union[DetachThing, _Mapping]] = ..., undo: _Optional[_Union[UndoLast, _Mapping]] = ..., redo: _Optional[_Union[RedoLast, _Mapping]] = ..., stop: _Optional[_Union[StopMoving, _Mapping]] = ..., hide: _Optional[_Union[HideThing, _Mapping]] = ..., show: _Optional[_Union[ShowThing, _Mapping]] = ..., align: _Optional[_Union[AlignThings, _Mapping]] = ..., dent: _Optional[_Union[DentThing, _Mapping]] = ..., sharpen: _Optional[_Union[SharpenThing, _Mapping]] = ...) -> None: ...
+    present: PresentPages
+    turn_page: TurnPage
+    put_away: PutAway
+    open: OpenThing
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., move: _Optional[_Union[MoveThing, _Mapping]] = ..., release: _Optional[_Union[ReleaseThing, _Mapping]] = ..., delete: _Optional[_Union[DeleteThing, _Mapping]] = ..., reset: _Optional[_Union[ResetRoom, _Mapping]] = ..., select: _Optional[_Union[SelectThings, _Mapping]] = ..., move_by: _Optional[_Union[MoveThingBy, _Mapping]] = ..., place: _Optional[_Union[PlaceThing, _Mapping]] = ..., turn: _Optional[_Union[TurnThing, _Mapping]] = ..., scale: _Optional[_Union[ScaleThing, _Mapping]] = ..., bend: _Optional[_Union[BendThing, _Mapping]] = ..., twist: _Optional[_Union[TwistThing, _Mapping]] = ..., paint: _Optional[_Union[PaintThing, _Mapping]] = ..., harden: _Optional[_Union[HardenThing, _Mapping]] = ..., copy: _Optional[_Union[CopyThing, _Mapping]] = ..., create: _Optional[_Union[CreateThing, _Mapping]] = ..., grip: _Optional[_Union[GripThing, _Mapping]] = ..., attach: _Optional[_Union[AttachThing, _Mapping]] = ..., detach: _Optional[_Union[DetachThing, _Mapping]] = ..., undo: _Optional[_Union[UndoLast, _Mapping]] = ..., redo: _Optional[_Union[RedoLast, _Mapping]] = ..., stop: _Optional[_Union[StopMoving, _Mapping]] = ..., hide: _Optional[_Union[HideThing, _Mapping]] = ..., show: _Optional[_Union[ShowThing, _Mapping]] = ..., align: _Optional[_Union[AlignThings, _Mapping]] = ..., dent: _Optional[_Union[DentThing, _Mapping]] = ..., sharpen: _Optional[_Union[SharpenThing, _Mapping]] = ..., present: _Optional[_Union[PresentPages, _Mapping]] = ..., turn_page: _Optional[_Union[TurnPage, _Mapping]] = ..., put_away: _Optional[_Union[PutAway, _Mapping]] = ..., open: _Optional[_Union[OpenThing, _Mapping]] = ...) -> None: ...
 
 class Which(_message.Message):
     __slots__ = ("thing", "name", "shape", "colour", "shown", "every", "size")
@@ -343,6 +351,40 @@ class SharpenThing(_message.Message):
     which: Which
     by: float
     def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., by: _Optional[float] = ...) -> None: ...
+
+class PresentPages(_message.Message):
+    __slots__ = ("pages", "aspect", "title")
+    PAGES_FIELD_NUMBER: _ClassVar[int]
+    ASPECT_FIELD_NUMBER: _ClassVar[int]
+    TITLE_FIELD_NUMBER: _ClassVar[int]
+    pages: _containers.RepeatedScalarFieldContainer[str]
+    aspect: float
+    title: str
+    def __init__(self, pages: _Optional[_Iterable[str]] = ..., aspect: _Optional[float] = ..., title: _Optional[str] = ...) -> None: ...
+
+class TurnPage(_message.Message):
+    __slots__ = ("which", "by", "page")
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    BY_FIELD_NUMBER: _ClassVar[int]
+    PAGE_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    by: float
+    page: float
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., by: _Optional[float] = ..., page: _Optional[float] = ...) -> None: ...
+
+class PutAway(_message.Message):
+    __slots__ = ("which",)
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ...) -> None: ...
+
+class OpenThing(_message.Message):
+    __slots__ = ("which", "share")
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    SHARE_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    share: float
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., share: _Optional[float] = ...) -> None: ...
 
 class CommandResult(_message.Message):
     __slots__ = ("header", "id", "outcome", "reason", "step", "things")

@@ -55,8 +55,18 @@ class Look(_message.Message):
     colour: int
     def __init__(self, model: _Optional[str] = ..., matrix: _Optional[_Iterable[float]] = ..., offset: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., colour: _Optional[int] = ...) -> None: ...
 
+class Pages(_message.Message):
+    __slots__ = ("models", "shown", "by")
+    MODELS_FIELD_NUMBER: _ClassVar[int]
+    SHOWN_FIELD_NUMBER: _ClassVar[int]
+    BY_FIELD_NUMBER: _ClassVar[int]
+    models: _containers.RepeatedScalarFieldContainer[str]
+    shown: int
+    by: str
+    def __init__(self, models: _Optional[_Iterable[str]] = ..., shown: _Optional[int] = ..., by: _Optional[str] = ...) -> None: ...
+
 class Thing(_message.Message):
-    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky", "bears", "curve", "looks", "hidden")
+    __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky", "bears", "curve", "looks", "hidden", "pages")
     ID_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PRIMITIVES_FIELD_NUMBER: _ClassVar[int]
@@ -71,6 +81,7 @@ class Thing(_message.Message):
     CURVE_FIELD_NUMBER: _ClassVar[int]
     LOOKS_FIELD_NUMBER: _ClassVar[int]
     HIDDEN_FIELD_NUMBER: _ClassVar[int]
+    PAGES_FIELD_NUMBER: _ClassVar[int]
     id: str
     name: str
     primitives: _containers.RepeatedCompositeFieldContainer[Primitive]
@@ -85,7 +96,8 @@ class Thing(_message.Message):
     curve: Curve
     looks: _containers.RepeatedCompositeFieldContainer[Look]
     hidden: bool
-    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ..., material: _Optional[str] = ..., sticky: _Optional[float] = ..., bears: _Optional[float] = ..., curve: _Optional[_Union[Curve, _Mapping]] = ..., looks: _Optional[_Iterable[_Union[Look, _Mapping]]] = ..., hidden: _Optional[bool] = ...) -> None: ...
+    pages: Pages
+    def __init__(self, id: _Optional[str] = ..., name: _Optional[str] = ..., primitives: _Optional[_Iterable[_Union[Primitive, _Mapping]]] = ..., mass_kg: _Optional[float] = ..., compliance: _Optional[float] = ..., colour: _Optional[int] = ..., texture: _Optional[str] = ..., shape: _Optional[str] = ..., material: _Optional[str] = ..., sticky: _Optional[float] = ..., bears: _Optional[float] = ..., curve: _Optional[_Union[Curve, _Mapping]] = ..., looks: _Optional[_Iterable[_Union[Look, _Mapping]]] = ..., hidden: _Optional[bool] = ..., pages: _Optional[_Union[Pages, _Mapping]] = ...) -> None: ...
 
 class Dent(_message.Message):
     __slots__ = ("number", "thing", "shape", "depth", "left_ns", "fade_s")
@@ -311,6 +323,22 @@ class WorldState(_message.Message):
     order: _containers.RepeatedScalarFieldContainer[str]
     selections: Selections
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ..., frame: _Optional[bytes] = ..., check: _Optional[int] = ..., order: _Optional[_Iterable[str]] = ..., selections: _Optional[_Union[Selections, _Mapping]] = ...) -> None: ...
+
+class ButtonEvent(_message.Message):
+    __slots__ = ("header", "step", "joint", "thing", "pressed", "participant")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    STEP_FIELD_NUMBER: _ClassVar[int]
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    THING_FIELD_NUMBER: _ClassVar[int]
+    PRESSED_FIELD_NUMBER: _ClassVar[int]
+    PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    step: int
+    joint: str
+    thing: str
+    pressed: bool
+    participant: str
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., joint: _Optional[str] = ..., thing: _Optional[str] = ..., pressed: _Optional[bool] = ..., participant: _Optional[str] = ...) -> None: ...
 
 class WorldDetail(_message.Message):
     __slots__ = ("header", "step", "frame")

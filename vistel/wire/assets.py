@@ -12,6 +12,7 @@ from google.protobuf.message import DecodeError
 
 from vistel.v1.world_pb2 import AssetPart, AssetRequest
 from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock, sleep
 from vistel.wire.parcels import MOST_BYTES, PART_BYTES, is_digest
 from vistel.wire.topics import BY_NAME
 
@@ -136,6 +137,18 @@ async def fetch_asset(bus: Bus, digest: str, arrived: Callable[[int, int], None]
     except* AssetRefusedError as refused:
         raise refused.exceptions[0] from None
     return b"".join(parts)
+
+
+async def is_served(bus: Bus, clock: Clock, digest: str, patience_s: float = PATIENCE_S) -> bool:
+    """Whether somebody has an asset to give, now or within `patience_s`."""
+    until_ns = clock.now_ns() + round(patience_s * 1e9)
+    while True:
+        part: AssetPart | None = await bus.query(BY_NAME["room_asset"], AssetRequest(digest=digest), PATIENCE_S)
+        if part is not None and part.parts:
+            return True
+        if clock.now_ns() >= until_ns or (part is not None and part.reason):
+            return False
+        await sleep(clock, _NOT_READY_S)
 
 
 async def _ask(bus: Bus, digest: str, number: int) -> AssetPart:

@@ -7,7 +7,7 @@ does not parse: a service never sees a broken message.
 from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from google.protobuf.message import Message
 
@@ -16,8 +16,7 @@ from vistel.wire.topics import Publisher, Topic
 from vistel.wire.uplink import Uplink
 
 
-@dataclass(frozen=True)
-class Sample:
+class Sample(NamedTuple):
     """One message that arrived.
 
     names: what the key's braces held (site, participant, device, ...). received_ns: conference time of arrival.

@@ -65,11 +65,12 @@ async def on_thread(clock: Clock, work: Callable[[], T]) -> T:
         clock.held -= 1
 
 
+_RUNNING = None if sys.platform == "win32" else getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC)
+
+
 def running_ns() -> int:
     """Time since the machine was started, that in which it slept included; nobody sets it."""
-    if sys.platform == "win32":
-        return time.monotonic_ns()
-    return time.clock_gettime_ns(getattr(time, "CLOCK_BOOTTIME", time.CLOCK_MONOTONIC))
+    return time.monotonic_ns() if _RUNNING is None else time.clock_gettime_ns(_RUNNING)
 
 
 STEP_NS = 500_000_000
@@ -116,16 +117,20 @@ class SystemClock:
 
     def _slewed_ns(self) -> int:
         mono = self._running()
-        limit = self.MAX_SLEW * (mono - self._slewed_at_ns)
+        if self._target_ns != self._offset_ns:
+            limit = self.MAX_SLEW * (mono - self._slewed_at_ns)
+            self._offset_ns += max(-limit, min(limit, self._target_ns - self._offset_ns))
         self._slewed_at_ns = mono
-        self._offset_ns += max(-limit, min(limit, self._target_ns - self._offset_ns))
         return int(mono + self._base_ns + self._offset_ns)
 
     async def sleep_until_ns(self, t_ns: int) -> None:
         """As `Clock.sleep_until_ns`."""
-        while (left_s := (t_ns - self.now_ns()) * 1e-9) > 0.0:
+        left_s = (t_ns - self.now_ns()) * 1e-9
+        if left_s <= 0.0:
+            await asyncio.sleep(0)  # others have their turn all the same
+        while left_s > 0.0:
             await asyncio.sleep(min(left_s, self.LOOK_S))
-        await asyncio.sleep(0)
+            left_s = (t_ns - self.now_ns()) * 1e-9
 
     def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
         """As `Clock.call_after`."""

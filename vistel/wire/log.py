@@ -107,6 +107,7 @@ class LogWriter:
         self._writer._Writer__finalize_chunk()  # pyright: ignore  (mcap has no public way)
         self._pack_index()
         self._file.flush()
+        self._flushed_ns = None
 
     def _pack_index(self) -> None:
         """A chunk a second, each with a place for every channel, is 16 MB an hour until the index is written at the end."""
@@ -188,6 +189,7 @@ class LogReader:
             raise LogError(f"{path}: is not an MCAP log: {e}") from e
         self._index: LogIndex = index
         self._bounds: dict[str, tuple[int, int]] = {}
+        self._read_ns = 0
         self.damage: list[str] = list(index.damage)
         self.begin_ns: int = min((c.begin_ns for c in index.chunks), default=0)
         self.end_ns: int = self._believed(max((c.end_ns for c in index.chunks), default=0))
@@ -264,6 +266,11 @@ class LogReader:
             assert found is not None
             yield found, channel, message
 
+    @property
+    def share_read(self) -> float:
+        """How far into the log reading has come, 0 to 1."""
+        return max(0, self._read_ns - self.begin_ns) / max(1, self.end_ns - self.begin_ns)
+
     def _messages(self, begin_ns: int, end_ns: int, wants: Callable[[Channel], bool]) -> Iterator[tuple[Channel, McapMessage]]:
         """Merge the chunks by time; they overlap only a little, so few are open at once."""
         chunks = [c for c in self._index.chunks if c.end_ns >= begin_ns and c.begin_ns < end_ns]
@@ -281,6 +288,7 @@ class LogReader:
             while heap or chunks:
                 while chunks and (not heap or chunks[-1].begin_ns <= heap[0][0]):
                     place = chunks.pop()
+                    self._read_ns = place.begin_ns
                     if held > MOST_OPEN_BYTES:
                         self._lack(place, "too much of the log claims to be of the same time")
                         continue

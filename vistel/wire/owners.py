@@ -19,9 +19,9 @@ log = logging.getLogger("vistel.bus")
 
 OWNED = ("participant", "device", "equipment")
 """Names of a key that the conference file gives to a site."""
-MOST_NAMES: Mapping[str, int] = {"thing": 256, "node": 64, "digest": 64, "part": 400, "hand": 2}
+MOST_NAMES: Mapping[str, int] = {"thing": 256, "node": 64, "digest": 64, "picture": 512, "part": 400, "hand": 2}
 """How many different names a site may use that the file does not give it, by kind: things that are led by a mouse, processes,
-avatars, parts of an avatar, hands."""
+avatars, pictures on panels, parts of either, hands."""
 MOST_AHEAD_NS = 10_000_000_000
 """How far a sender's clock may be ahead of the receiver's."""
 LOG_EVERY_NS = 60_000_000_000

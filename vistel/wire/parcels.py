@@ -6,15 +6,19 @@ the right one, wherever it came from.
 
 import hashlib
 import logging
-from collections.abc import Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from dataclasses import dataclass, field
 
 from vistel.v1.motion_pb2 import AvatarPart
+from vistel.wire.bus import Publication
+from vistel.wire.clock import Clock
 
 log = logging.getLogger("vistel.bus")
 
 PART_BYTES = 48 * 1024
 """A larger message would be cut into fragments, and lost whole with any one of them."""
+PART_EVERY_NS = 20_000_000
+"""Parts follow one another no faster: 2.4 MB a second, which leaves room for motion."""
 MOST_BYTES = 16 << 20
 """Of a parcel."""
 MOST_WAITING = 64 << 20
@@ -46,6 +50,23 @@ def parts_of(data: bytes) -> Iterator[tuple[str, AvatarPart]]:
         yield part_name(n), AvatarPart(parts=parts, size=len(data), data=piece)
 
 
+async def parts_in_time(data: bytes, clock: Clock) -> AsyncIterator[tuple[str, AvatarPart]]:
+    """As `parts_of`, one every PART_EVERY_NS."""
+    due_ns = clock.now_ns()
+    for name, part in parts_of(data):
+        yield name, part
+        due_ns += PART_EVERY_NS
+        await clock.sleep_until_ns(due_ns)
+
+
+async def send_parcel(data: bytes, publication: Callable[[str], Publication], clock: Clock, source: str) -> None:
+    """Put a parcel on the bus, a part at a time; late joiners get it from there as long as the bus is open. publication: that of
+    a part, by its name; source: who sends it."""
+    async for name, part in parts_in_time(data, clock):
+        part.header.t_ns, part.header.source = clock.now_ns(), source
+        publication(name).put(part)
+
+
 @dataclass
 class _Coming:
     size: int
@@ -56,7 +77,9 @@ class Parcels:
     """Puts parts together, those of each sender apart. `known`: digests that need not be gathered (any more); `refused`:
     sender and digest of what cannot be."""
 
-    def __init__(self) -> None:
+    def __init__(self, most_bytes: int = MOST_BYTES) -> None:
+        """most_bytes: of a parcel; larger ones are refused with their first part."""
+        self._most_bytes = most_bytes
         self.known: set[str] = set()
         self.refused: set[tuple[str, str]] = set()
         self._coming: dict[tuple[str, str], _Coming] = {}
@@ -92,8 +115,8 @@ class Parcels:
     def _objection(self, key: tuple[str, str], number: int, message: AvatarPart) -> str:
         if not is_digest(key[1]):
             return "no digest"
-        if not 0 < message.size <= MOST_BYTES:
-            return f"{message.size / 1e6:.1f} MB, expected at most {MOST_BYTES / 1e6:.1f} MB"
+        if not 0 < message.size <= self._most_bytes:
+            return f"{message.size / 1e6:.1f} MB, expected at most {self._most_bytes / 1e6:.1f} MB"
         if message.parts != _count(message.size) or not 0 <= number < message.parts:
             return f"part {number} of {message.parts} of {message.size} bytes cannot be"
         if len(message.data) != min(PART_BYTES, message.size - number * PART_BYTES):
@@ -102,7 +125,7 @@ class Parcels:
         if coming is not None and coming.size != message.size:
             return "its parts tell different sizes"
         if self._waiting + len(message.data) > MOST_WAITING:
-            return f"more than {MOST_WAITING / 1e6:.0f} MB of avatars on their way at once"
+            return f"more than {MOST_WAITING / 1e6:.0f} MB on their way at once"
         return ""
 
     def _forget(self, key: tuple[str, str]) -> None:

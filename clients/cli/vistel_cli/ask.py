@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Awaitable, Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from vistel.wire.bus import Bus
-from vistel.wire.clock import SystemClock
+from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import set_clock
 from vistel_cli.conference_choice import Hub, as_participant, on_bus, participants
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import FAILED, USAGE, fail
+
+if TYPE_CHECKING:
+    from vistel.session.asking import Answer, Asker
 
 PROBES = 2
 """Round trips by which the hub's time is learnt: a command need not tell its time to the millisecond."""
@@ -36,7 +40,6 @@ def ask(
 
       vistel ask conference.toml undo --hub tls/192.0.2.7:7447
     """
-    from vistel.session.asking import Answer, Asker
     from vistel.space.commands.phrase import PhraseError, read, usage
 
     first = Path(words[0])
@@ -47,6 +50,15 @@ def ask(
         action = read(" ".join(words))
     except PhraseError as e:
         fail(f"{e}\n{usage()}", USAGE)
+    answer = answered(file, hub, who, lambda _, __, asker: asker.ask(action))
+    typer.echo(f"done: {', '.join(answer.things)}" if answer.things else "done")
+
+
+def answered(file: Path | None, hub: str | None, who: str | None, work: Callable[[Bus, Clock, Asker], Awaitable[Answer]]) -> Answer:
+    """The answer of a running conference's world to what `work` asks in the name of a participant. Ends the command with one line
+    where it refuses."""
+    from vistel.session.asking import Answer, Asker
+
     conference, people, router = participants(file, hub)
     name, site = as_participant(people, who)
 
@@ -57,11 +69,11 @@ def ask(
             return Answer(False, (), offset.objection)
         asker = Asker(bus, clock, name)
         try:
-            return await asker.ask(action)
+            return await work(bus, clock, asker)
         finally:
             asker.close()
 
     answer = on_bus(conference, site, router, asked, f"the world of {conference.name} at {router}")
     if not answer.done:
         fail(f"refused: {answer.reason}", FAILED)
-    typer.echo(f"done: {', '.join(answer.things)}" if answer.things else "done")
+    return answer

@@ -63,6 +63,7 @@ def chat(
         await set_clock(bus, clock, PROBES)
         message.header.t_ns = clock.now_ns()
         bus.publish(BY_NAME["chat"], participant=name).put(message)
+        typer.echo(f"written to all, as {name}")
 
     on_bus(conference, site, router, written, f"the clock of {conference.name} at {router}")
 

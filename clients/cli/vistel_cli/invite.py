@@ -24,12 +24,14 @@ from vistel_cli.terminal import USAGE, fail, load_conference, out, print_warning
 
 
 def invite(
-    name: Annotated[str, typer.Argument(help="Of the guest, as it stands over their head.")],
+    name: Annotated[str, typer.Argument(help="The guest's name, as it is shown over their head.")],
     file: Annotated[
         Path | None, Takes(CONFERENCE), typer.Argument(help="Conference file; default: the one that runs here.")
     ] = None,
     seat: Annotated[str, typer.Option(help="A participant of the file with guest = true; default: the first that is free.")] = "",
-    person: Annotated[str, typer.Option(help="Who they come as, such as carla, unless they choose at the page.")] = "",
+    person: Annotated[
+        str, typer.Option(help="The figure they come as, such as carla, unless they choose another on the page.")
+    ] = "",
     hours: Annotated[float, typer.Option(min=0.01, max=720, help="How long the link counts.")] = 2.0,
     host: Annotated[str, typer.Option(help="How the guest's machine reaches this one: a name, or an address.")] = "",
     revoke: Annotated[bool, typer.Option("--revoke", help="Take the invitation back; a guest who is there leaves.")] = False,

@@ -42,6 +42,7 @@ PARTS = Kind("a list of parts of a person", "vistel avatar assemble FILE")
 GRAMMAR = Kind("a file of words and sentences", "vistel speech grammar FILE")
 TOML = Kind("a TOML file of no kind that VISTEL knows")
 LOG = Kind("a log of a conference", "vistel log info FILE")
+ENCRYPTED = Kind("an encrypted file", "vistel log decrypt FILE --key KEY --out LOG")
 USD = Kind("a USD file", "vistel avatar inspect FILE, or vistel world show FILE")
 GLTF = Kind("a glTF or VRM file", "vistel avatar import FILE, or vistel world show FILE")
 OBJ = Kind("an OBJ mesh", "vistel avatar import FILE, or vistel world show FILE")
@@ -49,7 +50,8 @@ PLY = Kind("a PLY mesh")
 MHCLO = Kind("clothing of MakeHuman", "vistel avatar import MESH --clothes FILE")
 BVH = Kind("recorded motion (BVH)", "vistel up --motion FILE")
 VRPN = Kind("a capture of VRPN", "vistel log import FILE")
-PICTURE = Kind("a picture")
+PICTURE = Kind("a picture", "vistel show FILE")
+PDF = Kind("a PDF", "vistel show FILE")
 FILM = Kind("a film")
 SOUND = Kind("a recording of sound", "vistel speech try FILE")
 CSV = Kind("a table (CSV)")
@@ -61,11 +63,13 @@ COMPRESSED = Kind("a compressed file (gzip)")
 
 _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"\x89MCAP0\r\n", LOG),
+    (b"age-encryption.org/", ENCRYPTED),
     (b"PXR-USDC", USD),
     (b"#usda", USD),
     (b"glTF", GLTF),
     (b"\x89PNG\r\n\x1a\n", PICTURE),
     (b"\xff\xd8\xff", PICTURE),
+    (b"%PDF-", PDF),
     (b"GIF8", PICTURE),
     (b"BM", PICTURE),
     (b"II*\0", PICTURE),

@@ -33,6 +33,12 @@ def keep_existing(*files: Path, force: bool) -> None:
         fail(f"{there[0]}{more}: exists already; name another place, or write over it with --force")
 
 
+def keep_source(source: Path, output: Path) -> None:
+    """Ends the command with one line when what is read would be written over, which --force does not ask for."""
+    if output.resolve() == source.resolve():
+        fail(f"--out {output}: is the log itself; name another file")
+
+
 def _beside(file: Path) -> list[Path]:
     """What the writers of OBJ and USD put beside it: material, textures, parts."""
     if file.suffix.lower() == ".obj":

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 SILENT_S = 2.0
@@ -14,9 +14,9 @@ EVERY_S = 1.9
 
 
 @contextmanager
-def waiting(what: str, silent_s: float = SILENT_S) -> Iterator[None]:
-    """Within the block, `what` is said on standard error with the seconds that have passed: "waiting for the world … 4 s". In a
-    thread, for the command may be loading, or wait in native code."""
+def waiting(what: str | Callable[[], str], silent_s: float = SILENT_S) -> Iterator[None]:
+    """Within the block, `what`, or what it gives then, is said on standard error with the seconds that have passed: "waiting for
+    the world … 4 s". In a thread, for the command may be loading, or wait in native code."""
     ended = threading.Event()
     thread = threading.Thread(target=_tell, args=(what, silent_s, ended), daemon=True)
     thread.start()
@@ -27,7 +27,7 @@ def waiting(what: str, silent_s: float = SILENT_S) -> Iterator[None]:
         thread.join()
 
 
-def _tell(what: str, silent_s: float, ended: threading.Event) -> None:
+def _tell(what: str | Callable[[], str], silent_s: float, ended: threading.Event) -> None:
     began = time.monotonic()
     if ended.wait(silent_s):
         return
@@ -37,7 +37,7 @@ def _tell(what: str, silent_s: float, ended: threading.Event) -> None:
 
     with err.status("") as status:  # shown on a terminal only
         while True:
-            said = f"{what} … {time.monotonic() - began:.0f} s"
+            said = f"{what if isinstance(what, str) else what()} … {time.monotonic() - began:.0f} s"
             status.update(Text(said))
             if not err.is_terminal:
                 err.print(said, soft_wrap=True)

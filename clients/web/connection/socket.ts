@@ -1,5 +1,6 @@
 // The WebSocket, which comes back by itself; it lives in a worker.
 import type { Words } from "../console/wire";
+import { TROUBLE } from "./trouble";
 
 const LOOK_MS = 1000;
 const MOST_UNHEARD = 5; // looks at which nothing had come since the one before: while somebody watches, frames come all the time
@@ -55,7 +56,7 @@ export class Socket {
       this.socket = null;
       if (event.code >= FINAL) return void (this.over = true);
       this.ended ||= event.code === ENDED;
-      this.listener.trouble(this.ended ? "The conference has ended. This page waits for the next one." : "Nothing comes; trying again.");
+      this.listener.trouble(this.ended ? TROUBLE.over : TROUBLE.again);
       this.later = setTimeout(() => this.open(), this.wait);
       this.wait = Math.min(2 * this.wait, MOST_WAIT_MS);
     };

@@ -39,12 +39,9 @@ export function Export(props: Props) {
         <ul class="choices">
           <li>{link("mcap", [], text("cutLog"))}</li>
           {names.length > 0 && <li>{link("csv", names, text("csv"))}</li>}
-          {people.map((name) => (
-            <li key={name}>{link("bvh", [name], text("bvh", name))}</li>
-          ))}
-          {people.map((name) => (
-            <li key={name}>{link("wav", [name], text("wav", name))}</li>
-          ))}
+          {(["bvh", "glb", "wav"] as const).flatMap((kind) =>
+            people.map((name) => <li key={`${kind} ${name}`}>{link(kind, [name], text(kind, name))}</li>),
+          )}
         </ul>
         {commands.map(([what, command]) => (
           <p key={what} class="command">

@@ -1,6 +1,7 @@
 // How it goes: what is wrong, which stands on top, and sites, people, devices and services.
 import type { ComponentChildren } from "preact";
 import type { History } from "./history";
+import { panelText } from "./panel_words";
 import type { Device, Numbers } from "./wire";
 
 const FEW_PICTURES = 10; // per second; fewer are marked
@@ -16,18 +17,18 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
   const down = numbers.devices.filter((d) => d.state !== "streaming");
   return (
     <>
-      <Rows title="Sites" heads={["site", "pictures/s", "", "delay", "devices"]}>
+      <Rows title={panelText("sites")} heads={[panelText("site"), panelText("perS"), "", panelText("delay"), panelText("devicesHead")]}>
         {numbers.sites.map((s) => (
           <tr key={s.name}>
             <th scope="row">{s.name}</th>
             <Figure value={s.draws ? s.pictures_per_s : undefined} bad={(v) => v < FEW_PICTURES || (s.silent_s ?? 0) > SILENT_S} digits={1} />
             <Spark of={history.of(`${s.name} pictures`)} />
             <Figure value={s.delay_ms} bad={(v) => v > LATE_MS} unit="ms" />
-            <td class={s.sending < s.devices ? "bad" : ""}>{`${s.sending} of ${s.devices}`}</td>
+            <td class={s.sending < s.devices ? "bad" : ""}>{panelText("ofAll", s.sending, s.devices)}</td>
           </tr>
         ))}
       </Rows>
-      <Rows title="People" heads={["person", "motions/s", "", "age", "jitter", "shown after"]}>
+      <Rows title={panelText("people")} heads={[panelText("person"), panelText("motionsPerS"), "", panelText("age"), panelText("jitter"), panelText("shownAfter")]}>
         {numbers.people.map((p) => (
           <tr key={p.name}>
             <th scope="row">{p.shown}</th>
@@ -39,17 +40,17 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
           </tr>
         ))}
       </Rows>
-      <Rows title={`Devices: ${numbers.devices.length - down.length} of ${numbers.devices.length} send`} heads={["device", "frames/s", "state"]}>
+      <Rows title={panelText("devices", numbers.devices.length - down.length, numbers.devices.length)} heads={[panelText("device"), panelText("framesPerS"), panelText("state")]}>
         {[...down, ...numbers.devices.filter((d) => d.state === "streaming")].map((d) => (
           <DeviceRow key={d.name} device={d} />
         ))}
       </Rows>
-      <Rows title="Services" heads={["process", "runs", "up", "clock"]}>
+      <Rows title={panelText("services")} heads={[panelText("process"), panelText("runs"), panelText("up"), panelText("clock")]}>
         {numbers.services.map((s) => (
           <tr key={s.node} class={s.silent_s > SILENT_S ? "bad" : ""}>
             <th scope="row">{s.node}</th>
             <td>{s.services.join(", ")}</td>
-            <td class="number">{s.silent_s > SILENT_S ? `silent ${s.silent_s.toFixed(0)} s` : spell(s.up_s)}</td>
+            <td class="number">{s.silent_s > SILENT_S ? panelText("silent", s.silent_s.toFixed(0)) : spell(s.up_s)}</td>
             <td class={`number ${(s.uncertainty_ms ?? 0) > OFF_MS ? "bad" : ""}`}>
               {s.clock_ms === undefined ? "–" : `${s.clock_ms.toFixed(1)} ± ${(s.uncertainty_ms ?? 0).toFixed(1)} ms`}
             </td>
@@ -61,7 +62,7 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
 }
 
 export function Troubles({ lines }: { lines: string[] }) {
-  if (lines.length === 0) return <p class="well">Everything runs.</p>;
+  if (lines.length === 0) return <p class="well">{panelText("well")}</p>;
   return (
     <ul class="troubles" role="alert">
       {lines.map((line) => (
@@ -105,7 +106,7 @@ function DeviceRow({ device }: { device: Device }) {
       <th scope="row">{device.name}</th>
       <Figure value={device.frames_per_s} />
       <td class={well ? "number" : "number bad"} title={device.detail}>
-        {well ? "sends" : device.state}
+        {well ? panelText("sends") : device.state}
       </td>
     </tr>
   );
@@ -126,6 +127,6 @@ function Spark({ of }: { of: readonly number[] }) {
 }
 
 function spell(seconds: number): string {
-  if (seconds < 60) return `${seconds.toFixed(0)} s`;
-  return seconds < 3600 ? `${(seconds / 60).toFixed(0)} min` : `${(seconds / 3600).toFixed(1)} h`;
+  if (seconds < 60) return panelText("seconds", seconds.toFixed(0));
+  return seconds < 3600 ? panelText("minutes", (seconds / 60).toFixed(0)) : panelText("hours", (seconds / 3600).toFixed(1));
 }

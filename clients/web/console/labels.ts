@@ -1,5 +1,6 @@
 // Names over heads, as text of the page: they stay sharp, and screen readers find them.
 import { Vector3 } from "three";
+import { panelText } from "./panel_words";
 import type { Room } from "./room";
 
 const MARGIN_PX = 4;
@@ -29,7 +30,7 @@ export class Labels {
       if (hidden) continue;
       const text = figure.about.shown;
       const holds = this.room.held.grasps.filter(([who]) => who === name).map(([, , id]) => this.room.things.get(id)?.about.name ?? id);
-      const more = holds.length ? `holds ${[...new Set(holds)].join(", ")}` : "";
+      const more = holds.length ? panelText("holdsThese", [...new Set(holds)].join(", ")) : "";
       const [first, second] = label.children as unknown as [HTMLElement, HTMLElement];
       if (first.textContent !== text) first.textContent = text;
       if (second.textContent !== more) second.textContent = more;

@@ -12,7 +12,7 @@ export interface Playhead {
 }
 export interface Event {
   t: number;
-  kind: "utterance" | "command" | "bond_torn";
+  kind: "utterance" | "command" | "bond_torn" | "button";
   who: string;
   text: string;
 }

@@ -1,5 +1,6 @@
 // The console: the room live, and how the conference goes.
 import { render } from "preact";
+import { translated } from "../connection/trouble_words";
 import { canHear, Voices } from "../sound/voices";
 import { Lines } from "./chat";
 import { Goes, Troubles } from "./goes";
@@ -7,6 +8,7 @@ import { History } from "./history";
 import { Labels } from "./labels";
 import { switchLanguage } from "./language";
 import { Looking } from "./looking";
+import { panelText } from "./panel_words";
 import { Room } from "./room";
 import { Travel } from "./travel";
 import { text } from "./words";
@@ -80,8 +82,8 @@ function showPanel(): void {
       {table && <Who people={table.people} things={table.things} {...{ held, numbers, talks, chosen, choose }} />}
       {lines.length > 0 && (
         <section>
-          <h2>Chat</h2>
-          <Lines lines={lines} people={table?.people ?? []} label="What is written to all" />
+          <h2>{panelText("chat")}</h2>
+          <Lines lines={lines} people={table?.people ?? []} label={panelText("chatAbout")} />
         </section>
       )}
       {numbers && <Goes numbers={numbers} history={history} />}
@@ -91,7 +93,7 @@ function showPanel(): void {
 }
 
 function showViews(now: string): void {
-  const views = [["round", "Room"], ["table", "Table"], ...(page.table?.people ?? []).map((p) => [p.name, `${p.shown}’s eyes`])];
+  const views = [["round", panelText("roomView")], ["table", panelText("tableView")], ...(page.table?.people ?? []).map((p) => [p.name, panelText("eyesOf", p.shown)])];
   render(
     <>
       {views.map(([name, text]) => (
@@ -126,11 +128,11 @@ function hear(words: Words): void {
   } else if (words.kind === "numbers") {
     page.numbers = words;
     history.add(words);
-    const pictures = room ? `${room.picturesPerS.toFixed(0)} pictures/s here` : "tables only";
-    element("state").textContent = `${pictures}, ${words.viewers} ${words.viewers === 1 ? "viewer" : "viewers"}`;
+    const pictures = room ? panelText("picturesHere", room.picturesPerS.toFixed(0)) : panelText("tablesOnly");
+    element("state").textContent = panelText("both", pictures, panelText(words.viewers === 1 ? "viewer" : "viewers", words.viewers));
   } else if (words.kind === "beside") {
     if (words.said.kind === "table") room?.receiveBeside(words.said);
-  } else if (words.kind !== "invited" && words.kind !== "time") {
+  } else if (words.kind !== "invited" && words.kind !== "shown" && words.kind !== "time") {
     return travel.hear(words);
   }
   showSoon();
@@ -170,7 +172,7 @@ function showSound(): void {
 /** text: why nothing comes; null: it does. */
 function say(text: string | null): void {
   trouble.hidden = text === null;
-  trouble.textContent = text;
+  trouble.textContent = translated(text);
 }
 
 function draw(now: number): void {
@@ -215,6 +217,11 @@ const travel = new Travel(
   (sounding) => voices.leap(sounding),
 );
 showSound();
+trouble.textContent = panelText("waiting");
+element("nopicture").textContent = panelText("noPicture");
+for (const [id, key] of [["room", "roomLabel"], ["views", "viewsLabel"], ["past", "pastLabel"], ["timeline", "timelineLabel"]] as const) {
+  element(id).setAttribute("aria-label", panelText(key));
+}
 element("language").textContent = text("language");
 element("language").onclick = () => {
   switchLanguage();

@@ -31,6 +31,7 @@ const QUICK_MS = 14; // and finer again below
 const LOOK_MS = 4; // from one look whether a picture is there to the next
 const SEEN_MS = 200; // from one picture that is looked after to the next
 
+const PAGE = 0.8; // how bright a page of a panel is: 0.9 as it is seen
 const SKIN_M = 0.05; // over a joint
 
 export interface Picked {
@@ -220,8 +221,19 @@ export class Room {
       child.position.set(0, 0, 0);
       child.quaternion.identity();
     }
-    scene.traverse((part) => part instanceof Mesh && (part.castShadow = part.receiveShadow = true));
+    scene.traverse((part) => {
+      if (!(part instanceof Mesh)) return;
+      part.castShadow = part.receiveShadow = true;
+      if (part.material instanceof MeshBasicMaterial) this.shine(part.material);
+    });
     node.add(scene);
+  }
+
+  /** A page of a panel: as a screen is seen, its letters sharp from the side, too. */
+  private shine(page: MeshBasicMaterial): void {
+    page.toneMapped = false;
+    page.color.setScalar(PAGE);
+    if (page.map) page.map.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
   }
 
   private async showShell(digest: string): Promise<void> {

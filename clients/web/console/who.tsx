@@ -1,4 +1,5 @@
 // Who and what is in the room: a list to choose from, and what is known of the one chosen.
+import { panelText } from "./panel_words";
 import type { Held, Numbers, PersonRow, ThingRow } from "./wire";
 
 export type Chosen = { person?: string; thing?: string } | null;
@@ -15,8 +16,8 @@ interface Props {
 
 export function Who({ people, things, held, numbers, talks, chosen, choose }: Props) {
   const name = (id: string) => people.find((p) => p.name === id)?.shown ?? things.find((t) => t.id === id)?.name ?? id;
-  const holding = (who: string) => held.grasps.filter((g) => g[0] === who).map((g) => `${name(g[2])} (${g[1]} hand)`);
-  const holders = (id: string) => held.grasps.filter((g) => g[2] === id).map((g) => `${name(g[0])} (${g[1]} hand)`);
+  const holding = (who: string) => held.grasps.filter((g) => g[0] === who).map((g) => panelText(g[1], name(g[2])));
+  const holders = (id: string) => held.grasps.filter((g) => g[2] === id).map((g) => panelText(g[1], name(g[0])));
   const touching = (id: string) => {
     const others = held.touching.flatMap(([a, b]) => (a === id ? [b] : b === id ? [a] : []));
     return [...new Set(others)].filter((o) => things.some((t) => t.id === o) || people.some((p) => p.name === o)).map(name);
@@ -28,13 +29,13 @@ export function Who({ people, things, held, numbers, talks, chosen, choose }: Pr
   return (
     <>
       <section>
-        <h2>In the room</h2>
+        <h2>{panelText("inTheRoom")}</h2>
         <ul class="choices">
           {people.map((p) => (
             <li key={p.name}>
               <button type="button" aria-pressed={person === p} onClick={() => choose(person === p ? null : { person: p.name })}>
                 {p.shown}
-                <small>{muted.has(p.name) ? "muted" : talks.has(p.name) ? "talks" : p.site}</small>
+                <small>{muted.has(p.name) ? panelText("muted") : talks.has(p.name) ? panelText("talks") : p.site}</small>
               </button>
             </li>
           ))}
@@ -42,7 +43,7 @@ export function Who({ people, things, held, numbers, talks, chosen, choose }: Pr
             <li key={t.id}>
               <button type="button" aria-pressed={thing === t} onClick={() => choose(thing === t ? null : { thing: t.id })}>
                 {t.name}
-                {holders(t.id).length > 0 && <small>held</small>}
+                {holders(t.id).length > 0 && <small>{panelText("isHeld")}</small>}
               </button>
             </li>
           ))}
@@ -52,10 +53,10 @@ export function Who({ people, things, held, numbers, talks, chosen, choose }: Pr
         <Card
           title={person.shown}
           rows={[
-            ["site", person.site || "–"],
-            ["holds", holding(person.name).join(", ") || "nothing"],
-            ["touches", touching(person.name).join(", ") || "nothing"],
-            ["motions", motion ? `${motion.motions_per_s.toFixed(0)} a second, ${motion.age_ms.toFixed(0)} ms old` : "–"],
+            [panelText("site"), person.site || "–"],
+            [panelText("holds"), holding(person.name).join(", ") || panelText("nothing")],
+            [panelText("touches"), touching(person.name).join(", ") || panelText("nothing")],
+            [panelText("motions"), motion ? panelText("motionsAndAge", motion.motions_per_s.toFixed(0), motion.age_ms.toFixed(0)) : "–"],
           ]}
         />
       )}
@@ -63,10 +64,10 @@ export function Who({ people, things, held, numbers, talks, chosen, choose }: Pr
         <Card
           title={thing.name}
           rows={[
-            ["shape", thing.shape],
-            ["mass", thing.mass_kg ? `${thing.mass_kg} kg` : "stands fast"],
-            ["held by", holders(thing.id).join(", ") || "nobody"],
-            ["touches", touching(thing.id).join(", ") || "nothing that gives way"],
+            [panelText("shape"), thing.shape],
+            [panelText("mass"), thing.mass_kg ? `${thing.mass_kg} kg` : panelText("standsFast")],
+            [panelText("heldBy"), holders(thing.id).join(", ") || panelText("nobody")],
+            [panelText("touches"), touching(thing.id).join(", ") || panelText("nothingGives")],
           ]}
         />
       )}

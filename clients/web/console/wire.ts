@@ -139,6 +139,12 @@ export interface Invited {
   people: string[]; // the built-in people
   seat: [number, number, number, number]; // on the floor [m], and its heading [rad]
 }
+export interface Shown {
+  kind: "shown"; // what has become of what a guest asked of their panel
+  done: boolean;
+  reason: string;
+  panels: number;
+}
 export interface Refused {
   kind: "refused";
   reason: string;
@@ -159,7 +165,7 @@ export interface Chat {
   kind: "chat";
   lines: Line[]; // the newest, the oldest first
 }
-export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Refused | Time | Chat;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat;
 
 export interface PersonFrame {
   who: number;

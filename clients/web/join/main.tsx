@@ -2,6 +2,7 @@
 import { render } from "preact";
 import { Vector3 } from "three";
 import { Link } from "../connection/link";
+import { translated } from "../connection/trouble_words";
 import { Lines } from "../console/chat";
 import { Labels } from "../console/labels";
 import { switchLanguage } from "../console/language";
@@ -15,7 +16,8 @@ import { GESTURES, Gestures } from "./gestures";
 import { Hand } from "./hand";
 import { CameraButton, drawMirror, Mirror } from "./mirror";
 import { record } from "./record";
-import { text, translated } from "./words";
+import { ShowButtons, Showing } from "./showing";
+import { text } from "./words";
 
 declare global {
   interface Window {
@@ -73,6 +75,7 @@ let chatOpen = false;
 const voices = new Voices(room, () => link, (hear) => person && link.send(JSON.stringify({ hear })));
 const microphone = new Microphone(() => link, () => Boolean(person), () => showWords());
 const camera = new Camera(() => link, () => Boolean(person), () => showMirror());
+const showing = new Showing(token, (said) => link.send(JSON.stringify(said)), () => person && showDoes());
 const meter = document.createElement("meter");
 
 function opened(): Room | null {
@@ -97,6 +100,8 @@ function hear(words: Words): void {
       muted = now;
       showWords();
     }
+  } else if (words.kind === "shown") {
+    showing.hear(words);
   } else if (words.kind === "chat") {
     lines = words.lines;
     showWords();
@@ -220,7 +225,8 @@ function showChat(): void {
   };
   render(
     <>
-      {lines.length ? <Lines lines={lines} people={table?.people ?? []} label={text("chat")} /> : <p>{text("noLines")}</p>}
+      {chatOpen && lines.length > 0 && <Lines lines={lines} people={table?.people ?? []} label={text("chat")} />}
+      {lines.length === 0 && <p>{text("noLines")}</p>}
       <form onSubmit={write} onKeyDown={close}>
         <input name="line" type="text" maxLength={MOST_LETTERS} autocomplete="off" aria-label={text("write")} placeholder={text("write")} />
         <button type="submit">{text("send")}</button>
@@ -256,6 +262,7 @@ function showDoes(): void {
       <button type="button" id="chat-button" aria-pressed={chatOpen} aria-controls="chat" onClick={turnChat}>
         {text("chat")} {unread > 0 && <b aria-label={text("unread", `${unread}`)}>{unread}</b>}
       </button>
+      <ShowButtons showing={showing} />
       {GESTURES.map(({ name, key }, n) => (
         <button type="button" key={name} onClick={() => gestures.make(n + 1)}>
           {text(name)} <kbd>{key}</kbd>
@@ -365,7 +372,8 @@ else {
     thing: (id) => room.things.get(id)?.node.position.toArray() ?? null,
     seen: (at) => {
       const p = new Vector3(...at).project(room.camera);
-      return [((p.x + 1) / 2) * canvas.clientWidth, ((1 - p.y) / 2) * canvas.clientHeight];
+      const { x, y, width, height } = canvas.getBoundingClientRect();
+      return [x + ((p.x + 1) / 2) * width, y + ((1 - p.y) / 2) * height];
     },
     held: () => room.held.grasps,
     own: () => Boolean(invited && room.figures.get(invited.participant)?.own),

@@ -49,9 +49,13 @@ const ENGLISH = {
   test: "Speak: the bar shows whether you are heard.",
   noInvitation: "This address has no invitation in it. Open the whole link that the host has sent you.",
   noPicture: "This browser has no WebGL 2, without which there is no picture of the room.",
-  again: "Nothing comes; trying again.",
-  over: "The conference has ended. This page waits for the next one.",
   other: "日本語",
+  show: "Show a picture or a PDF",
+  show_sends: "Sending page {0} of {1}",
+  show_cannot: "This cannot be shown:",
+  show_away: "Take it away",
+  page_back: "Previous page",
+  page_next: "Next page",
   wave: "Wave",
   nod: "Nod",
   shake: "Shake head",
@@ -108,9 +112,13 @@ const JAPANESE: Record<Key, string> = {
   test: "話してみてください。声が届いていればバーが動きます。",
   noInvitation: "このアドレスには招待が含まれていません。主催者から届いたリンク全体を開いてください。",
   noPicture: "このブラウザーには WebGL 2 がないため、部屋を表示できません。",
-  again: "何も届きません。再接続しています。",
-  over: "会議は終わりました。このページは次の会議を待ちます。",
   other: "English",
+  show: "画像や PDF を見せる",
+  show_sends: "{1} ページ中 {0} ページ目を送っています",
+  show_cannot: "見せられません：",
+  show_away: "片づける",
+  page_back: "前のページ",
+  page_next: "次のページ",
   wave: "手を振る",
   nod: "うなずく",
   shake: "首を振る",
@@ -120,9 +128,3 @@ const JAPANESE: Record<Key, string> = {
 };
 
 export const text = phrases(ENGLISH, JAPANESE);
-
-/** What the connection says, which knows no languages. */
-export function translated(said: string | null): string | null {
-  const key = (Object.keys(ENGLISH) as Key[]).find((k) => ENGLISH[k] === said);
-  return key ? text(key) : said;
-}

@@ -1,5 +1,6 @@
-"""A guest in a browser: the page before the room, own eyes and hand in it, and the guest as others see them: guest-*.png. Needs
-Chromium and the console's pages (`make web`); takes two minutes."""
+"""A guest in a browser: the page before the room, own eyes and hand in it, the guest as others see them, the chat, and a camera
+before which a drawn person sits: guest-*.png. Needs Chromium, a Japanese font and the console's pages (`make web`); takes some
+minutes."""
 
 import asyncio
 import contextlib
@@ -15,30 +16,40 @@ import cv2
 import numpy as np
 
 ROOT = Path(__file__).resolve().parents[3]
-sys.path.insert(0, str(ROOT / "tests"))
+sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "tests/service")]
 from browser import Page, page
+from guest_film import HIGH, RAISES, SITS, film, person, stills
 
 HERE = Path(__file__).parent
 CONFERENCE = ROOT / "examples/conferences/guests.toml"
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+CAMERA = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
 SIZE = (1120, 700)
+SMALL = (760, 480)
+"""Of pictures in which words are what is looked at."""
+QUICK = (480, 300)
+"""While nothing is looked at."""
 THINGS = ("box", "ball", "can")
 """One after the other, until one is taken: somebody else may have it, or it is out of reach."""
 TRY_S = 10.0
 LIFT_PX = 90
+TURNS = 4
+"""To the right, towards who writes."""
+COMMAND = [sys.executable, "-m", "vistel_cli.main"]
+LINES = (("aiko", "Welcome, Ann!"), ("aiko", "The agenda is at https://example.org/agenda"))
+ANSWER = "Thanks. I have the box."
 
 
 def main() -> None:
-    command = [sys.executable, "-m", "vistel_cli.main"]
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         conference = shutil.copy(CONFERENCE, folder)  # its room is kept beside it
-        run = [*command, "up", conference, "--out", str(folder / "out")]
+        run = [*COMMAND, "up", conference, "--out", str(folder / "out")]
         with subprocess.Popen(run, stdout=subprocess.PIPE, text=True) as up:
             try:
                 url = next(line.split()[1] for line in up.stdout or () if line.startswith("  console"))
                 next(line for line in up.stdout or () if "everybody sees everybody" in line)
-                asked = [*command, "invite", "Ann", "--seat", "guest-2", "--json"]
+                asked = [*COMMAND, "invite", "Ann", "--seat", "guest-2", "--json"]
                 told = subprocess.run(asked, stdout=subprocess.PIPE, check=True)
                 asyncio.run(visit(folder, url, json.loads(told.stdout)["link"]))
             finally:
@@ -46,13 +57,17 @@ def main() -> None:
 
 
 async def visit(folder: Path, console: str, link: str) -> None:
-    """Enter by the link, take the box, and look at it from the console too."""
-    async with page(folder / "guest", *SOFTWARE_GL) as tab:
+    """Enter by the link, take the box, and look at it from the console too; then chat, and turn the camera on."""
+    sits, raises, high = stills(person("ben"), (SITS, RAISES, HIGH))
+    shown = film(folder / "film.mjpeg", [(sits, 8.0), (raises, 12.0), (high, 60.0)])
+    more = (*SOFTWARE_GL, *CAMERA, f"--use-file-for-fake-video-capture={shown}")
+    async with page(folder / "guest", *more) as tab:
         await tab.open(link, *SIZE)
         await tab.until("!document.getElementById('door').hidden && window.guest.ready() === 1")
         await asyncio.sleep(6.0)  # for walls and things
+        await sharp(tab)
         await kept(tab, "guest-door")
-        await tab.call("Emulation.setDeviceMetricsOverride", width=480, height=300, deviceScaleFactor=1, mobile=False)
+        await resize(tab, QUICK)
         await tab.click(".people button[aria-current=true]")
         await tab.until("window.guest.own()")
         await asyncio.sleep(2.0)  # until the view is steady
@@ -66,10 +81,46 @@ async def visit(folder: Path, console: str, link: str) -> None:
             await other.value("window.vistel.sharp()")
             await asyncio.sleep(8.0)
             await kept(other, "guest-seen")
-        await tab.call("Emulation.setDeviceMetricsOverride", width=SIZE[0], height=SIZE[1], deviceScaleFactor=1, mobile=False)
-        await tab.value("window.guest.sharp()")
-        await asyncio.sleep(8.0)
+        await resize(tab, SIZE)
+        await sharp(tab)
         await kept(tab, "guest-eyes")
+        await resize(tab, QUICK)
+        await chat(tab)
+        await resize(tab, SMALL)
+        await sharp(tab)
+        await kept(tab, "guest-chat", "document.body")
+        await resize(tab, QUICK)
+        await tab.click("#chat-button")
+        await mouse(tab, "mouseReleased", x, y - LIFT_PX / 2, clickCount=1)
+        await tab.click("#camera")
+        await tab.until("document.getElementById('mirror').innerText.includes('Your figure does what you do')")
+        await tab.until("window.guest.joints(window.guest.me()).filter(([, y]) => y > 1.15).length > 40")  # both hands are up
+        await resize(tab, SMALL)
+        await sharp(tab)
+        await kept(tab, "guest-camera")
+
+
+async def chat(tab: Page) -> None:
+    """Somebody writes, and the guest answers and turns to them."""
+    for who, line in LINES:
+        await asyncio.to_thread(subprocess.run, [*COMMAND, "chat", line, "--as", who], check=True)
+    await tab.until(f"document.querySelector('#chat-button b')?.innerText === '{len(LINES)}'")
+    await tab.click("#chat-button")
+    await tab.call("Input.insertText", text=ANSWER)
+    await tab.click("#chat form button")
+    await tab.until(f"document.querySelector('#chat .lines').innerText.includes({ANSWER!r})")
+    for _ in range(TURNS):
+        await tab.value("document.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight' }))")
+        await asyncio.sleep(0.5)  # the page draws when it does
+
+
+async def resize(tab: Page, size: tuple[int, int]) -> None:
+    await tab.call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
+
+
+async def sharp(tab: Page) -> None:
+    await tab.value("window.guest.sharp()")
+    await asyncio.sleep(8.0)
 
 
 async def taken(tab: Page) -> tuple[float, float]:
@@ -91,9 +142,9 @@ async def mouse(tab: Page, kind: str, x: float, y: float, **more: object) -> Non
     await tab.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=1, **more)
 
 
-async def kept(tab: Page, name: str) -> None:
-    """The picture of the room, and what lies over it."""
-    box = "document.getElementById('room').getBoundingClientRect()"
+async def kept(tab: Page, name: str, part: str = "document.getElementById('room')") -> None:
+    """The picture of the room, and what lies over it; or another part of the page."""
+    box = f"{part}.getBoundingClientRect()"
     x, y, width, height = await tab.value(f"(r => [r.x, r.y, r.width, r.height].map(Math.round))({box})")
     picture = (await tab.picture())[y : y + height, x : x + width, ::-1]
     cv2.imwrite(str(HERE / f"{name}.png"), np.ascontiguousarray(picture))

@@ -31,9 +31,10 @@ from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.camera import Camera, look_at
 from vistel.render.view.screens import Stereo
-from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
+from vistel.space.files.interior import Interior
+from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.people import HAND_JOINT, build_like
-from vistel.space.room import meeting_room
+from vistel.space.room import Room, meeting_room
 from vistel.space.world import World
 from vistel.v1 import motion_pb2
 from vistel.wire.motion import MotionEncoder, MotionSample
@@ -48,19 +49,20 @@ UP = np.array([0.0, 1.0, 0.0])
 
 @dataclass(frozen=True)
 class Moment:
-    """What is drawn. camera: from where, None as the view says."""
+    """What is drawn. camera: from where, None as the view says; decor: the room of a file, None the built-in one."""
 
     view: View
     instant: Instant
     camera: Camera | None = None
     seats: int = 3
+    decor: Interior | None = None
 
 
 def photograph(
     moment: Moment, width: int, height: int, light: str = "fine", prepare: Callable[[SceneRenderer], None] | None = None
 ) -> U8:
     """(height, width, 3), first row at the top. prepare: is given the studio before it draws."""
-    studio = SceneRenderer(replace(moment.view, width=width, height=height, light=light), moment.seats, load_figure)
+    studio = SceneRenderer(replace(moment.view, width=width, height=height, light=light), moment.seats, load_figure, moment.decor)
     try:
         studio.painter.saves_shadows = False
         studio.camera = moment.camera
@@ -104,8 +106,10 @@ def three_at_the_table() -> Moment:
 class Played:
     """People in a room, from step to step, as a renderer is told of them."""
 
-    def __init__(self, **avatars: str) -> None:
-        self.world, self._k = World(meeting_room(3)), 0
+    def __init__(self, interior: Interior | None = None, /, **avatars: str) -> None:
+        """interior: the room of a file, None the built-in one."""
+        self._interior = interior
+        self.world, self._k = World(interior.room if interior else meeting_room(3)), 0
         self.avatars = {name: builtin_avatar(said, name=name, height=1.75) for name, said in avatars.items()}
         self._stage, self._decoder = Stage(0), WorldDecoder()
         self._encoders = {name: MotionEncoder() for name in avatars}
@@ -119,13 +123,13 @@ class Played:
         avatar = self.avatars[name]
         return Proportions.of(avatar.skeleton, avatar.body)
 
-    def step(self, **postures: Posture) -> None:
-        """A sixtieth of a second."""
+    def step(self, *asked: CommandInput, **postures: Posture) -> None:
+        """A sixtieth of a second. asked: commands."""
         self._k += 1
         t_ns = self._k * STEP_NS
         people = tuple(ParticipantBody(n, proportions=self.limbs(n)) for n in postures) if self._k == 1 else ()
         motions = tuple(MotionInput(n, p, self._k, t_ns) for n, p in sorted(postures.items()))
-        view = self.world.step(StepInputs(self._k, t_ns, people, motions))
+        view = self.world.step(StepInputs(self._k, t_ns, people, motions, commands=asked))
         for name, posture in postures.items():
             stance = np.append(posture.stance.position, posture.stance.heading)
             sample = MotionSample(self._k, t_ns, posture.dofs, posture.hands, stance)
@@ -135,7 +139,8 @@ class Played:
         self._now = self._stage.instant(t_ns)
 
     def now(self, camera: Camera) -> Moment:
-        return Moment(View(640, 360, "room", ""), self._now, camera)
+        decor = self._interior and replace(self._interior, room=Room((), (), shell=self._interior.room.shell))
+        return Moment(View(640, 360, "room", ""), self._now, camera, decor=decor)
 
 
 def reaching(like: Proportions, palm: F64, fingers: F64, facing: F64, heading: float, angles: F64, elbow: float = 1.0) -> Posture:

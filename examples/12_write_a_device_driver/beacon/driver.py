@@ -6,12 +6,12 @@ from pathlib import Path
 from beacon.protocol import START, STOP, Parser
 from vistel.conference.device_list import Device
 from vistel.conference.devices import AnyTracker
+from vistel.devices.transport.serial_port import open_serial
 from vistel.protocol.tracker_frames import Stations
 from vistel.v1.device_pb2 import TrackerFrame
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import Link, NoAnswerError
 from vistel_services.devices.service import Connected
-from vistel_services.devices.transport import open_serial
 
 ANSWER_S = 1.0
 """A Beacon that is told to start sends its first line within this time [s]."""

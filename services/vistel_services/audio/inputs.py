@@ -16,10 +16,10 @@ import numpy as np
 
 from vistel.arrays import F32
 from vistel.audio.capture import Input, SoundDeviceError
+from vistel.audio.cards import Card, CardOpener, find_card, sound_cards
 from vistel.audio.opus import RATE
 from vistel.audio.recording import read_recording
 from vistel.wire.clock import Clock
-from vistel_services.audio.cards import Card, CardOpener, find_card, sound_cards
 
 log = logging.getLogger("vistel.audio")
 

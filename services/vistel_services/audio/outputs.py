@@ -13,10 +13,10 @@ import numpy as np
 
 from vistel.arrays import F32
 from vistel.audio.capture import SoundDeviceError
+from vistel.audio.cards import Card, CardOpener, find_card, sound_cards
 from vistel.audio.device_clock import DeviceClock
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import Clock
-from vistel_services.audio.cards import Card, CardOpener, find_card, sound_cards
 
 log = logging.getLogger("vistel.audio")
 

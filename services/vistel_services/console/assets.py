@@ -22,16 +22,17 @@ _ROOM = "room"
 
 
 class Assets:
-    """Lives on the event loop; files are made one after the other in a thread. `changed` is called when one is there."""
+    """Lives on the event loop; files are made in two threads, so that no thing waits for a figure, which takes seconds. `changed`
+    is called when one is there."""
 
     def __init__(
         self, conference: Conference, parcel: Callable[[str], bytes], models: Mapping[str, Polymesh], changed: Callable[[], None]
     ) -> None:
         """parcel, models: as of `GlbFiles`."""
         self._files, self._models = GlbFiles(conference, parcel, models), models
-        self._maker = ThreadPoolExecutor(1, thread_name_prefix="assets")
-        self._figures = _Made[Figure](self._maker, changed)
-        self._others = _Made[str](self._maker, changed)
+        self._makers = [ThreadPoolExecutor(1, thread_name_prefix=name) for name in ("figures", "things")]
+        self._figures = _Made[Figure](self._makers[0], changed)
+        self._others = _Made[str](self._makers[1], changed)
 
     def figure(self, about: ParticipantInfo) -> Figure | None:
         """Somebody's figure; None while it is being made, and where there is none."""
@@ -68,7 +69,8 @@ class Assets:
 
     def close(self) -> None:
         """Make no more."""
-        self._maker.shutdown(wait=False, cancel_futures=True)
+        for maker in self._makers:
+            maker.shutdown(wait=False, cancel_futures=True)
 
 
 class _Made(Generic[T]):

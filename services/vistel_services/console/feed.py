@@ -20,6 +20,7 @@ from vistel.render.frames import BODY, FINGERS, SHIFT_M, SHIFTED, header, person
 from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.session.chat import Chat, Line
+from vistel.session.models import RoomDeliveries
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
 from vistel.v1.audio_pb2 import SoundStatus
@@ -30,7 +31,6 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel_services.console.assets import Assets
 from vistel_services.deliveries.avatars import Deliveries
-from vistel_services.deliveries.models import RoomDeliveries
 
 _CHOOSE_NS = 500_000_000
 """From one choice of who of a crowd is received in full to the next."""
@@ -125,7 +125,8 @@ class Feed:
         for sample in self._about.take():
             stage.receive_participant(sample.message)
         self._avatars.take()
-        self._furniture.want(stage.looks - self._assets.models_here)
+        self._furniture.want(stage.looks - stage.pages - self._assets.models_here)
+        self._furniture.show(stage.pages)
         for sample in self._motion.take():
             who = sample.names["participant"]
             self.received[who] += 1

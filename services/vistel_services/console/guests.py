@@ -7,9 +7,9 @@ import asyncio
 import json
 import logging
 import socket
-from collections import deque
+from collections import defaultdict, deque
 from collections.abc import Callable
-from contextlib import AbstractContextManager, suppress
+from contextlib import AbstractContextManager, closing, suppress
 
 from aiohttp import WSMsgType, web
 from prometheus_client import Counter, Gauge
@@ -23,8 +23,11 @@ from vistel.conference.seats import seat_place
 from vistel.figure.body_model.builtin_people import PEOPLE
 from vistel.messages.chat import ChatError, line_message
 from vistel.protocol.camera_body import camera_body_of, is_camera_body
-from vistel.protocol.pointer import guest_record, left_record, line_of, line_record, posture_of
+from vistel.protocol.pointer import ASKED, LINE, PICTURE, guest_record, left_record, line_record, posture_of
+from vistel.session.guest_pages import GuestPages, NotTakenError
+from vistel.space.pages.sheet import MOST_BYTES, PageError
 from vistel.wire import background
+from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, sleep, within
 from vistel_services.console.viewer import Viewer
 from vistel_services.serving.server import prepared_socket
@@ -56,6 +59,8 @@ _PRESENT_S = 0.25
 MOST_STRANGERS = 20
 """Pages that have not shown a link yet."""
 _BEARER = "Bearer "
+_SAID = tuple(bytes((kind,)) for kind in (LINE, PICTURE, ASKED))
+"""Kinds of records for who takes a guest's voice, beside that."""
 
 # With what a WebSocket is closed (RFC 6455 §7.4.2: codes of the application), so that a page does not come back by itself.
 REFUSED = 4403
@@ -74,8 +79,11 @@ View = Callable[[web.WebSocketResponse, Viewer], AbstractContextManager[None]]
 class Guests:
     """Lives on the event loop."""
 
-    def __init__(self, conference: Conference, paths: RunPaths, clock: Clock, view: View) -> None:
+    def __init__(self, conference: Conference, paths: RunPaths, bus: Bus, clock: Clock, view: View) -> None:
         self._conference, self._paths, self._clock, self._view = conference, paths, clock, view
+        self._bus = bus
+        self._visits: dict[str, _Visit] = {}
+        self._panels = defaultdict[str, list[str]](list)
         self._seats = {p.name for site in conference.sites for p in site.participants if p.by_link}
         self._here: set[str] = set()
         self._strangers = 0
@@ -114,6 +122,31 @@ class Guests:
                 self._send(guest.participant, left_record())
         return connection
 
+    async def show(self, request: web.Request) -> web.StreamResponse:
+        """A picture that a guest's page sends, to be shown on a panel."""
+        try:
+            guest = self._invited(request.headers.get("Authorization", "").removeprefix(_BEARER))
+        except RefusedError as fault:
+            return web.Response(status=403, text=f"{fault}\n")
+        visit = self._visits.get(guest.participant)
+        if visit is None or not visit.entered:
+            return web.Response(status=403, text="enter the room first\n")
+        if visit.pages.full:
+            return web.Response(status=429, text="too many pictures\n")
+        async with visit.pages.uploading():  # from its first byte on: many at once would fill memory before any is looked at
+            data = bytearray()
+            async for piece in request.content.iter_any():
+                data += piece
+                if len(data) > MOST_BYTES:
+                    return web.Response(status=413, text=f"expected at most {MOST_BYTES / 1e6:.1f} MB\n")
+            try:
+                return web.json_response({"pages": await visit.pages.take(bytes(data))})
+            except PageError as fault:
+                log.warning("event=guest_picture_refused participant=%s reason=%r", guest.participant, str(fault))
+                return web.Response(status=415, text=f"{fault}\n")
+            except NotTakenError as fault:
+                return web.Response(status=503, text=f"{fault}\n")
+
     async def _shown(self, connection: web.WebSocketResponse) -> Invitation | None:
         """The invitation whose token a page shows first. Closes the connection where it shows none that counts."""
         token = ""
@@ -150,14 +183,20 @@ class Guests:
         words |= {"people": sorted(PEOPLE), "seat": [*place[0].tolist(), place[1]]}
         viewer.put("invited", json.dumps(words))
         log.info("event=guest_came participant=%s", guest.participant)
-        visit = _Visit(self, connection, guest, viewer)
-        with self._view(connection, viewer):
+        pages = self._pages_of(guest)
+        visit = self._visits[guest.participant] = _Visit(self, connection, guest, viewer, pages)
+        with self._view(connection, viewer), closing(pages):
             present = background.start(visit.stay(self._clock), "guest")
             try:
                 await visit.listen()
             finally:
                 present.cancel()
+                del self._visits[guest.participant]
         log.info("event=guest_went participant=%s passed_on=%d", guest.participant, visit.passed_on)
+
+    def _pages_of(self, guest: Invitation) -> GuestPages:
+        who = guest.participant
+        return GuestPages(who, self._bus, self._clock, lambda record: self.pass_on(guest, record), self._panels[who])
 
     def still(self, guest: Invitation) -> bool:
         """Whether the invitation still counts: it has not ended, and no newer one took its place."""
@@ -170,7 +209,7 @@ class Guests:
         return self._clock.now_ns()
 
     def _send(self, participant: str, record: bytes) -> None:
-        said = is_voice(record) or line_of(record) is not None
+        said = is_voice(record) or record[2:3] in _SAID
         name = microphone_name if said else camera_body_name if is_camera_body(record) else pointer_name
         device = self._paths.device(name(participant))
         with suppress(OSError, ValueError):  # the device is not there now
@@ -184,14 +223,21 @@ class Guests:
 class _Visit:
     """One guest at one page."""
 
-    def __init__(self, gateway: Guests, connection: web.WebSocketResponse, guest: Invitation, viewer: Viewer) -> None:
-        self._gateway, self._connection, self._guest, self._viewer = gateway, connection, guest, viewer
+    def __init__(
+        self, gateway: Guests, connection: web.WebSocketResponse, guest: Invitation, viewer: Viewer, pages: GuestPages
+    ) -> None:
+        self._gateway, self._connection, self._guest, self._viewer, self.pages = gateway, connection, guest, viewer, pages
         self._voice = VoiceGate()
         self._avatar = ""
         self._written_ns = deque[int](maxlen=MOST_LINES)
         self._second_ns, self._in_second, self._faulty = 0, 0, 0
         self._passed_ns = {"body": 0, "pointer": 0}
         self.passed_on = 0
+
+    @property
+    def entered(self) -> bool:
+        """Whether the guest has chosen a person, and is in the room."""
+        return bool(self._avatar)
 
     async def listen(self) -> None:
         """Take what the page says until it goes or misbehaves."""
@@ -215,6 +261,8 @@ class _Visit:
         while self._gateway.still(self._guest):
             if self._avatar:
                 self._gateway.pass_on(self._guest, guest_record(self._guest.name, self._avatar))
+            for number, words in enumerate(self.pages.answers()):
+                self._viewer.put(f"shown {number}", words)
             await sleep(clock, _PRESENT_S)
         await _close(self._connection, ENDED, "This invitation has ended, or the host has taken it back.")
 
@@ -232,6 +280,8 @@ class _Visit:
             self._viewer.hears = bool(said["hear"] and self._avatar)
         elif isinstance(said.get("write"), str):
             self._write(str(said["write"]), now_ns)
+        elif self._avatar and self.pages.ask(said):
+            return
         else:
             self._choose(said)
 

@@ -29,6 +29,7 @@ _OF_GUESTS = {
     "/chat.css": "chat.css",
     f"/{bundle.GUEST_BUNDLE}": bundle.GUEST_BUNDLE,
     "/missing.js": "missing.js",
+    **{f"/{name}": name for name in bundle.OF_PDF},
     **{f"/{name}": name for name in bundle.OF_BOTH},
 }
 """What anybody may read: who opens it has no more than an empty page until the link's token is shown."""
@@ -39,6 +40,8 @@ SERVED = _OF_GUESTS | {
     f"/{bundle.BUNDLE}": bundle.BUNDLE,
 }
 _VISIT = "/guest"
+_SHOWN = "/guest/page"
+"""Where a guest's page sends the pictures that it shows."""
 POLICY = "connect-src 'self' blob:; img-src 'self' data: blob:"
 
 
@@ -46,7 +49,7 @@ async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -
     """Serve until cancelled."""
     address = console_address(conference.console)
     gateway = Gateway(conference, bus, clock, lambda: bool(paths.logs))
-    guests = Guests(conference, paths, clock, gateway.viewing)
+    guests = Guests(conference, paths, bus, clock, gateway.viewing)
     replays = Replays(conference, lambda: paths.logs[-1] if paths.logs else None, clock)
 
     async def asset(request: web.Request) -> web.StreamResponse:
@@ -58,11 +61,12 @@ async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -
 
     def also(request: web.Request) -> bool:
         everybodys = request.path in (*_OF_GUESTS, _VISIT) or request.path.startswith("/landmarks/")
-        return everybodys or (request.path.startswith("/asset/") and guests.may_read(request))
+        return everybodys or (request.path.startswith(("/asset/", _SHOWN)) and guests.may_read(request))
 
     files = PageFiles("console", bundle.FOLDER, SERVED, POLICY, also)
     try:
-        server = await open_server(f"{conference.name}-console", files, address, more, clock, datetime.now(UTC))
+        now, posted = datetime.now(UTC), {_SHOWN: guests.show}
+        server = await open_server(f"{conference.name}-console", files, address, more, clock, now, posted)
     except CertificateError as e:
         log.error("event=no_console address=%s reason=%r mend='a certificate'", address, str(e))
         return

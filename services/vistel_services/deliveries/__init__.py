@@ -1,1 +1,1 @@
-"""What crosses the bus in parts and is kept on this machine: avatars, polymeshes of things."""
+"""What crosses the bus in parts and is kept on this machine: avatars."""

@@ -11,13 +11,13 @@ from typing import Protocol, TypeVar
 from google.protobuf.message import Message
 from prometheus_client import Counter, Histogram
 
+from vistel.devices.transport import OpenTransport, Transport, TransportError
 from vistel.v1.device_pb2 import DeviceStatus, RawBytes
 from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, sleep, within
 from vistel.wire.raw_bytes import RawGatherer
 from vistel.wire.topics import BY_NAME, Topic
-from vistel_services.devices.transport import OpenTransport, Transport, TransportError
 
 T = TypeVar("T")
 
@@ -74,22 +74,27 @@ class Link:
         """How often a transport was attached: the number of the present connection."""
         self._transport: Transport | None = None
         self._lost: str | None = None
-        self._news = asyncio.Event()
+        self._news, self._loss = asyncio.Event(), asyncio.Event()
+        self._heard_ns = 0
         self.sent: Callable[[bytes], None] = lambda data: None
 
     def attach(self, transport: Transport) -> None:
         self._transport, self._lost = transport, None
         self.attached += 1
+        self._loss.clear()
         self.recent.clear()
 
     def arrived(self, data: bytes, frames: int) -> None:
         self.recent += data
         del self.recent[:-_RECENT]
-        self.frames += frames
+        if frames:
+            self.frames += frames
+            self._heard_ns = self.clock.steady_ns()
         self._news.set()
 
     def lose(self, reason: str) -> None:
         self._lost = reason
+        self._loss.set()
         self._news.set()
 
     def send(self, data: bytes) -> None:
@@ -117,6 +122,16 @@ class Link:
             await self._news.wait()
         if self._lost is not None:
             raise TransportError(self._lost)
+
+    async def until_silent(self, silence_s: float) -> None:
+        """Return when no frame has come for `silence_s`: not woken by each. Raises TransportError when the device is lost."""
+        self._heard_ns = self.clock.steady_ns()
+        while (left_s := silence_s - (self.clock.steady_ns() - self._heard_ns) * 1e-9) > 0.0:
+            with contextlib.suppress(TimeoutError):
+                async with within(self.clock, left_s):
+                    await self._loss.wait()
+            if self._lost is not None:
+                raise TransportError(self._lost)
 
     async def quiet(self, for_s: float, at_most_s: float) -> None:
         """Return when nothing has come `for_s`, or after `at_most_s`."""
@@ -289,10 +304,7 @@ async def _run_open(driver: Driver, link: Link, reporter: _Reporter, silence_s: 
         reporter.set(DeviceStatus.STATE_STREAMING, about)
         beating = background.start(_send_again(link, *driver.beat), f"beat {driver.name}") if driver.beat is not None else None
         try:
-            while True:
-                seen = link.frames
-                if await link.wait_for(lambda seen=seen: link.frames if link.frames > seen else None, silence_s) is None:
-                    break
+            await link.until_silent(silence_s)
         finally:
             if beating is not None:
                 beating.cancel()

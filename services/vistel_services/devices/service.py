@@ -4,16 +4,19 @@ import asyncio
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from vistel.conference.device_list import Device, devices_of, devices_of_site
+from vistel.conference.devices import UdpPort
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.devices.kind import Role, load
+from vistel.devices.transport import OpenTransport
+from vistel.devices.transport.udp import open_udp
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel_services.devices.device import Driver, keep_running
-from vistel_services.devices.transport import OpenTransport
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,14 @@ def connect(device: Device, link: Path | None = None) -> Connected:
     """What `DeviceKind.driver` gives for a device. link: the file by which its simulator or its page is found, None for other
     devices or for recorded bytes. Raises GloveCalibrationError or FaceCalibrationError (one line)."""
     return load(device.kind.driver)(device, link)
+
+
+def udp_opener(device: Device, link: Path | None) -> Callable[[Clock], OpenTransport]:
+    """Opens the UDP port of the file for whom the file allows; or, for a device found by the file `link`, any of this machine."""
+    if device.found_by_file:
+        return partial(open_udp, 0, announce=link)
+    keys = device.config if isinstance(device.config, UdpPort) else UdpPort()
+    return partial(open_udp, int(device.port), listen=keys.listen, senders=keys.senders)
 
 
 class DeviceService:

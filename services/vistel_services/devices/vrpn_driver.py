@@ -7,13 +7,13 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
+from vistel.devices.transport import OpenTransport, TransportError
+from vistel.devices.transport.tcp import open_tcp
 from vistel.protocol import vrpn
 from vistel.protocol.vrpn import VrpnParser, parse_address
 from vistel.wire.clock import Clock
 from vistel.wire.topics import Topic
 from vistel_services.devices.device import Decoder, DeviceError, Link, NoAnswerError
-from vistel_services.devices.tcp_transport import open_tcp
-from vistel_services.devices.transport import OpenTransport, TransportError
 
 _HELLO_S = 3.0
 """A server must answer the opening of a connection within this time [s]."""

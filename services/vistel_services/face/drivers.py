@@ -6,14 +6,13 @@ from pathlib import Path
 from vistel.capture.live_link_frames import LiveLinkDecoder
 from vistel.conference.device_list import Device
 from vistel.conference.devices import CameraConfig, EyeConfig, FaceConfig
+from vistel.devices.transport.camera import CameraSource, open_camera
 from vistel.vision.camera_frames import GazeReader, MarksReader, PictureReader
 from vistel.vision.face_calibration import read_face
 from vistel.vision.gaze_calibration import read_gaze
 from vistel.wire.topics import BY_NAME
-from vistel_services.devices.camera_transport import CameraSource, open_camera
 from vistel_services.devices.sender_driver import SenderDriver
-from vistel_services.devices.service import Connected
-from vistel_services.devices.udp_transport import open_udp
+from vistel_services.devices.service import Connected, udp_opener
 from vistel_services.face.camera import CameraDriver
 
 
@@ -30,7 +29,7 @@ def live_link(device: Device, link: Path | None) -> Connected:
         missing,
         lambda: f"Live Link Face on {decoder.subject or 'a phone'}",
     )
-    return Connected(driver, partial(open_udp, port, device.config, announce=link))
+    return Connected(driver, udp_opener(device, link))
 
 
 def face_camera(device: Device, link: Path | None) -> Connected:

@@ -5,6 +5,8 @@ from pathlib import Path
 
 from vistel.conference.device_list import Device
 from vistel.conference.devices import GloveConfig
+from vistel.devices.transport.hid import find_hid, open_hid
+from vistel.devices.transport.serial_port import open_serial
 from vistel.protocol import fivedt as fivedt_protocol
 from vistel.protocol.fivedt_calibration import load_calibration
 from vistel.protocol.glove_calibration import open_calibration
@@ -12,9 +14,7 @@ from vistel.protocol.glove_frames import FiveDtDecoder, highest_of
 from vistel.protocol.vrpn import SIMULATED_GLOVE, parse_address
 from vistel.protocol.vrpn_frames import VrpnGloveDecoder
 from vistel.wire.topics import BY_NAME
-from vistel_services.devices.hid_transport import find_hid, open_hid
 from vistel_services.devices.service import Connected
-from vistel_services.devices.transport import open_serial
 from vistel_services.devices.vrpn_driver import VrpnDriver, open_vrpn
 from vistel_services.glove.cyberglove import CyberGloveDriver
 from vistel_services.glove.fivedt import FiveDtDriver

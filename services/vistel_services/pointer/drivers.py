@@ -1,7 +1,6 @@
 """The drivers of a guest's page and of its camera (`DeviceKind.driver`). The console's gateway sends to them what it has checked,
 on this machine."""
 
-from functools import partial
 from pathlib import Path
 
 from vistel.conference.device_list import Device
@@ -10,8 +9,7 @@ from vistel.protocol.pointer import PointerDecoder
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import Decoder, Link
 from vistel_services.devices.sender_driver import SenderDriver
-from vistel_services.devices.service import Connected
-from vistel_services.devices.udp_transport import open_udp
+from vistel_services.devices.service import Connected, udp_opener
 
 
 class PageDriver(SenderDriver):
@@ -34,4 +32,4 @@ def camera(device: Device, link: Path | None) -> Connected:
 
 def _connected(device: Device, link: Path | None, decoder: Decoder, about: str) -> Connected:
     driver = PageDriver(device.name, BY_NAME[device.kind.topic], decoder, about, "", lambda: about)
-    return Connected(driver, partial(open_udp, 0, device.config, announce=link), may_be_silent=True)
+    return Connected(driver, udp_opener(device, link), may_be_silent=True)

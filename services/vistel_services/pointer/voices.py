@@ -1,5 +1,5 @@
-"""What guests' pages say: what the console's gateway passes on becomes the voice of the guest, as any microphone's, and their lines
-of the chat."""
+"""What guests' pages say: what the console's gateway passes on becomes the voice of the guest, as any microphone's, their lines
+of the chat, the pictures that they show, and what they ask of panels."""
 
 from __future__ import annotations
 
@@ -14,16 +14,19 @@ from vistel.audio.page_voice import PageVoice
 from vistel.conference.device_names import microphone_name
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
+from vistel.devices.transport.udp import UdpTransport
 from vistel.messages.chat import ChatError, line_message
-from vistel.protocol.pointer import line_of
+from vistel.protocol.pointer import asked_of, line_of, picture_of
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
+from vistel.wire.parcels import part_name
 from vistel.wire.topics import BY_NAME
-from vistel_services.devices.udp_transport import UdpTransport
 
 log = logging.getLogger("vistel.pointer")
 
+PANEL_COMMANDS = ("present", "turn_page", "put_away")
+"""What guests may ask of the world besides what their hands do."""
 _LEVEL_NS = 240_000_000
 """How often a crowd is told how loud a voice is."""
 _CONTROL_NS = 100_000_000
@@ -79,7 +82,8 @@ def _report(config: Microphones, switches: MicrophoneSwitches, now_ns: int) -> S
 
 class _Page:
     def __init__(self, participant: str, switches: MicrophoneSwitches, config: Microphones, bus: Bus) -> None:
-        self._participant, self._switches = participant, switches
+        self._participant, self._switches, self._bus = participant, switches, bus
+        self._commands = bus.publish(BY_NAME["command"], participant=participant)
         self._voice, self._told_ns = PageVoice(), 0
         self._publication = bus.publish(BY_NAME["voice"], participant=participant)
         self._chat = bus.publish(BY_NAME["chat"], participant=participant)
@@ -90,6 +94,15 @@ class _Page:
         if (line := line_of(data)) is not None:
             with contextlib.suppress(ChatError):
                 self._chat.put(line_message(line, now_ns))
+            return
+        if (picture := picture_of(data)) is not None:
+            digest, number, part = picture
+            part.header.t_ns = now_ns
+            self._bus.publish(BY_NAME["picture_part"], picture=digest, part=part_name(number)).put(part)
+            return
+        if (command := asked_of(data)) is not None and command.WhichOneof("action") in PANEL_COMMANDS:
+            command.participant, command.header.t_ns = self._participant, now_ns
+            self._commands.put(command)
             return
         message = self._voice.message(data, now_ns) if self._switches[self._participant].open else None
         if message is None:

@@ -13,13 +13,10 @@ from vistel.figure.formats.load import read_parcel
 from vistel.figure.people.builtin import builtin_proportions
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel.wire.parcels import digest_of, parts_of
+from vistel.wire.parcels import digest_of, parts_of, send_parcel
 from vistel.wire.topics import BY_NAME
 
 log = logging.getLogger("vistel.posture")
-
-PART_EVERY_NS = 20_000_000
-"""Parts follow one another no faster: 2.4 MB a second, which leaves room for motion."""
 
 
 @dataclass(frozen=True)
@@ -65,9 +62,5 @@ def _builtin(person: Person) -> OwnAvatar | None:
 
 async def send_parts(own: OwnAvatar, site: str, bus: Bus, clock: Clock) -> None:
     """Put the parcel on the bus, a part at a time; late joiners get it from there."""
-    due_ns = clock.now_ns()
-    for name, part in parts_of(own.parcel):
-        part.header.t_ns, part.header.source = clock.now_ns(), f"{site}/posture"
-        bus.publish(BY_NAME["avatar_part"], digest=own.digest, part=name).put(part)
-        due_ns += PART_EVERY_NS
-        await clock.sleep_until_ns(due_ns)
+    topic = BY_NAME["avatar_part"]
+    await send_parcel(own.parcel, lambda name: bus.publish(topic, digest=own.digest, part=name), clock, f"{site}/posture")

@@ -161,6 +161,7 @@ class _Maker:
         self._motion = MotionPublication(bus, person.name, crowded=config.crowded, losses=config.losses, repeats=config.repeats)
         self._about: Publication = bus.publish(BY_NAME["participant"], participant=person.name)
         self._silent: frozenset[str] = frozenset()
+        self._solve_s, self._motions = _SOLVE.labels(person.name), _MOTIONS.labels(person.name)
 
     def announce(self, clock: Clock) -> None:
         """Publish who this is."""
@@ -174,9 +175,9 @@ class _Maker:
             return
         started = time.perf_counter()
         solved = self.capture.solve(t_ns)
-        _SOLVE.labels(self.person.name).observe(time.perf_counter() - started)
+        self._solve_s.observe(time.perf_counter() - started)
         self._motion.put(self._sample(t_ns, solved))
-        _MOTIONS.labels(self.person.name).inc()
+        self._motions.inc()
         if (silent := solved.stale - self.person.not_worn) != self._silent:
             self._note(silent)
 
@@ -197,8 +198,9 @@ class _Maker:
             if now_ns - max(self.capture.newest_ns, start_ns) > PATIENCE_NS:
                 others.take()
                 self.publish(now_ns)
-            # After a pause of the process go on from now instead of running after the ticks missed.
-            tick = max(tick, math.floor((clock.now_ns() - start_ns) * 1e-9 * RATE_HZ))
+            # While the tracker speaks there is nothing to do, and after a pause of the process nothing that was missed.
+            next_ns = max(clock.now_ns(), self.capture.newest_ns + PATIENCE_NS)
+            tick = max(tick, math.floor((next_ns - start_ns) * 1e-9 * RATE_HZ))
 
     def _note(self, stale: frozenset[str]) -> None:
         for name in sorted(stale - self._silent):

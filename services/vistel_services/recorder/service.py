@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import collections
 import logging
 import shutil
 from collections.abc import Iterable
@@ -28,7 +29,7 @@ _SIZE = Gauge("vistel_recorder_log_size_bytes", "Size of the log")
 _ROUND_NS = 100_000_000
 _FLUSH_NS = 1_000_000_000
 _RETRY_NS = 2_000_000_000
-_TOLD_ONCE = frozenset({"participant", "avatar_part", "voice_control"})
+_TOLD_ONCE = frozenset({"participant", "avatar_part", "picture_part", "voice_control"})
 """What is said once and holds until it is said anew: it is in every file."""
 _MB = 1e6
 
@@ -46,7 +47,8 @@ class Config:
 
 def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Config:
     """The recorder of a conference, which runs at the hub."""
-    return Config(paths.log, text_without_tokens(conference), conference.record_raw, conference.recording)
+    text = text_without_tokens(conference.model_dump(mode="json", exclude_none=True))
+    return Config(paths.log, text, conference.record_raw, conference.recording)
 
 
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
@@ -119,6 +121,7 @@ class _Recording:
     def write(self, samples: list[Sample], now_ns: int) -> None:
         """Append samples; they reach the disk within a second."""
         writer = self._open(now_ns)
+        written = collections.Counter[str]()
         for sample in samples:
             site = sample.names.get("site")
             if writer is None or (site and self._spending.over(site, now_ns)):
@@ -130,7 +133,7 @@ class _Recording:
                 size = writer.write(sample.topic, sample.key, sample.message, sample.received_ns)
                 if site:
                     self._spending.spend(site, size)
-                _MESSAGES.labels(sample.topic.name).inc()
+                written[sample.topic.name] += 1
             except OSError as e:
                 self._lose(sample)
                 self._fail(e, now_ns)
@@ -138,6 +141,8 @@ class _Recording:
             except Exception as e:  # one message that cannot be written must not end the recording
                 self._lose(sample)
                 log.error("event=message_not_written key=%s reason=%r", sample.key, str(e))
+        for topic, count in written.items():
+            _MESSAGES.labels(topic).inc(count)
         if writer is not None and now_ns - self._flushed_ns >= _FLUSH_NS:
             self._flushed_ns = now_ns
             try:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from prometheus_client import Gauge
 
 from vistel.conference.model import RoomConfig as RoomKeys
+from vistel.conference.running import running_folder
 from vistel.render.figures.figures import DrawableFigure
 from vistel.render.gl.context import NoOpenGlError
 from vistel.render.interaction.navigation import Deflection
@@ -26,10 +27,12 @@ from vistel.render.preparation import decor_of
 from vistel.render.resolution import Resolution
 from vistel.render.scene_renderer import SceneRenderer
 from vistel.render.stage.stage import Instant, ParticipantInfo
+from vistel.render.turns import DrawingTurn, places_here
 from vistel.render.view.view import View
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Polymesh
+from vistel.wire.clock import Clock
 from vistel_services.renderer.window.presenter import DesktopWindows
 from vistel_services.renderer.window.window import Pane
 
@@ -65,6 +68,8 @@ class DrawingThread:
         self._load, self._thread, self._models, self._panes = load, thread, models, panes
         self._resolution = None if whole else Resolution(rate, view.height)
         self._renderer: SceneRenderer | None = None
+        self._turn = DrawingTurn(running_folder(), places_here())
+        self._began_ns: int | None = None
         self._retry_ns = self._now_ns = 0
         self._requests: list[Request] = []
         self._set: WindowInteraction | None = None
@@ -78,9 +83,18 @@ class DrawingThread:
         out, self._requests = self._requests, []
         return out
 
+    async def take_turn(self, clock: Clock) -> None:
+        """Wait until this machine's cores have time for a picture, where they draw; `draw` gives the turn back. What the picture
+        shows is better received afterwards."""
+        self._began_ns = time.perf_counter_ns()
+        if self._renderer is not None and self._renderer.capability.software:
+            await self._turn.begin(clock)
+
     async def draw(self, sampled: Callable[[], Instant]) -> NDArray[np.uint8] | None:
         """The picture, or None when there is none this time: after a failure, until the time of the next attempt. sampled: gives
         the newest instant; it is called on the drawing thread, when nothing is left to wait for."""
+        if self._began_ns is None:
+            self._began_ns = time.perf_counter_ns()
         try:
             return await self._call(self._draw, sampled)
         except NoOpenGlError as e:
@@ -90,6 +104,9 @@ class DrawingThread:
             log.exception("event=drawing_failed action=set_up_again wait_s=%.0f", RETRY_NS * 1e-9)
             self._retry_ns = self._now_ns + RETRY_NS
             await self._call(self._give_up)
+        finally:
+            self._turn.end()
+            self._began_ns = None
         return None
 
     @property
@@ -106,6 +123,7 @@ class DrawingThread:
         if self._renderer is not None:
             renderer, self._renderer = self._renderer, None
             await self._call(renderer.close)
+        self._turn.close()
 
     def _give_up(self) -> None:
         """Leave what cannot draw any more: its windows go, what was set at them stays."""
@@ -158,13 +176,13 @@ class DrawingThread:
                 (time.perf_counter() - began) * 1e3,
             )
             return None
-        began_ns = time.perf_counter_ns()
         interaction = _interaction(self._renderer)
         if interaction is not None:
             interaction.status, interaction.deflection = self.status, self.deflection
         picture = self._renderer.render(instant)
         if self._resolution is not None and self._renderer.complete:
-            self._follow(self._renderer, self._resolution, time.perf_counter_ns(), began_ns)
+            now_ns = time.perf_counter_ns()
+            self._follow(self._renderer, self._resolution, now_ns, now_ns - (self._began_ns or now_ns))
         if interaction is not None:
             self._apply(self._renderer, interaction)
         if self._renderer is None:
@@ -200,14 +218,14 @@ class DrawingThread:
         self._view = replace(self._view, light=light)
         log.info("event=light now=%s setup_ms=%.0f", light, (time.perf_counter() - began) * 1e3)
 
-    def _follow(self, renderer: SceneRenderer, resolution: Resolution, now_ns: int, began_ns: int) -> None:
-        """As many pixels as there is time for."""
+    def _follow(self, renderer: SceneRenderer, resolution: Resolution, now_ns: int, took_ns: int) -> None:
+        """As many pixels as there is time for. took_ns: for the picture and the wait for its turn."""
         before = resolution.scale
-        scale = resolution.drew(now_ns, now_ns - began_ns)
+        scale = resolution.drew(now_ns, took_ns)
         if scale != before:
             renderer.draw_at(scale)
             _SCALE.labels(self._site).set(scale)
-            log.info("event=resolution scale=%.2f took_ms=%.0f", scale, (now_ns - began_ns) * 1e-6)
+            log.info("event=resolution scale=%.2f took_ms=%.0f", scale, took_ns * 1e-6)
 
 
 def _interaction(renderer: SceneRenderer) -> WindowInteraction | None:

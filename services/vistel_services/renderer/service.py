@@ -19,6 +19,7 @@ from vistel.render.interaction.requests import CommandRequest, Drag, Drop, Recor
 from vistel.render.stage.stage import Instant, Stage
 from vistel.render.view.screens import boxes
 from vistel.render.view.view import View
+from vistel.session.models import RoomDeliveries
 from vistel.space.files.model import Polymesh
 from vistel.v1 import audio_pb2, service_pb2
 from vistel.wire import motion
@@ -29,7 +30,6 @@ from vistel.wire.shared_pictures import shared_path
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel_services.deliveries.avatars import Deliveries
-from vistel_services.deliveries.models import RoomDeliveries
 from vistel_services.process.clocks import begin_ns_of
 from vistel_services.renderer.drawing_thread import DrawingThread
 from vistel_services.renderer.figure_maker import load_apart
@@ -200,10 +200,12 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         first.done("opening")
         due_ns = clock.now_ns()
         while True:
+            await drawing.take_turn(clock)
             inputs.take()
             deliveries.take()
             if drawing.furnished:
-                furniture.want(stage.looks)
+                furniture.want(stage.looks - stage.pages)
+                furniture.show(stage.pages)
             for sound in inputs.sounds():
                 outputs.put_sound(sound.header.t_ns, sound.opus)
             if wire is not None and mouse is not None:

@@ -7,6 +7,7 @@ import socket
 from collections.abc import Mapping
 from dataclasses import replace
 from datetime import datetime
+from types import MappingProxyType
 
 from aiohttp import web
 from aiohttp.typedefs import Handler
@@ -45,10 +46,16 @@ class PageServer:
 
 
 async def open_server(
-    name: str, files: PageFiles, address: PageAddress, more: Mapping[str, Handler], clock: Clock, now: datetime
+    name: str,
+    files: PageFiles,
+    address: PageAddress,
+    more: Mapping[str, Handler],
+    clock: Clock,
+    now: datetime,
+    posted: Mapping[str, Handler] = MappingProxyType({}),
 ) -> PageServer:
-    """Serve on the running event loop. name: of a certificate made here; more: handlers of GET by path, for whom the pages
-    admit; now: of this machine, for certificates. Raises OSError where the address cannot be used, CertificateError."""
+    """Serve on the running event loop. name: of a certificate made here; more, posted: handlers of GET and of POST by path, for
+    whom the pages admit; now: of this machine, for certificates. Raises CertificateError, OSError where the address is taken."""
     address = with_certificate(address, name, now)
     tls, names, shown = None, frozenset[str](), ""
     if address.certificate is not None:
@@ -61,6 +68,8 @@ async def open_server(
     app.router.add_post("/", pages.enter)
     for path, handler in more.items():
         app.router.add_get(path, pages.admitting(handler))
+    for path, handler in posted.items():
+        app.router.add_post(path, pages.admitting(handler))
     runner = web.AppRunner(app, access_log=None, shutdown_timeout=CLOSING_S)
     await runner.setup()
     try:

@@ -6,13 +6,12 @@ from pathlib import Path
 from vistel.capture.vmc_frames import VmcDecoder
 from vistel.conference.device_list import Device
 from vistel.conference.devices import AnyTracker
+from vistel.devices.transport.serial_port import open_serial
 from vistel.protocol.vrpn import SIMULATED, parse_address
 from vistel.protocol.vrpn_frames import VrpnTrackerDecoder
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.sender_driver import SenderDriver
-from vistel_services.devices.service import Connected
-from vistel_services.devices.transport import open_serial
-from vistel_services.devices.udp_transport import open_udp
+from vistel_services.devices.service import Connected, udp_opener
 from vistel_services.devices.vrpn_driver import VrpnDriver, open_vrpn
 from vistel_services.tracker.fastrak import FastrakDriver
 from vistel_services.tracker.liberty import LibertyDriver
@@ -43,7 +42,7 @@ def vmc(device: Device, link: Path | None) -> Connected:
     driver = SenderDriver(
         device.name, BY_NAME["tracker"], decoder, "a VMC tracking suite", missing, lambda: "a tracked body over VMC"
     )
-    return Connected(driver, partial(open_udp, 0 if device.simulated else int(device.port), device.config, announce=link))
+    return Connected(driver, udp_opener(device, link))
 
 
 def vrpn(device: Device, link: Path | None) -> Connected:

@@ -1,6 +1,6 @@
 """Which of several worlds leads a room, and how the room goes from one to another.
 
-Whoever holds the room's lease leads, under the lease's fencing token, the *term* (`vistel_services.world.lease`). Who leads next
+Whoever holds the room's lease leads, under the lease's fencing token, the *term* (`vistel.wire.lease`). Who leads next
 must have the newest steps: from a disk, or from the world that led last, which gives them over the bus and takes no further
 step. If they lie on the disk of a world that is not there, the room waits for that one. A world is present on the bus under a
 token that holds its term and place: that says who can be asked, never who may lead. Receivers drop what a lower term publishes
@@ -25,10 +25,10 @@ from vistel.v1.world_pb2 import WorldHandover, WorldHandoverRequest, WorldMoveRe
 from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, within
+from vistel.wire.lease.lease import Holder
 from vistel.wire.topics import BY_NAME, Publisher
 from vistel.wire.world.presence import LEADS, LEAVING, WAITS, WorldToken, world_token
-from vistel_services.world.lease.leadership import Leadership
-from vistel_services.world.lease.lease import Holder
+from vistel_services.world.leadership import Leadership
 
 log = logging.getLogger("vistel.world")
 

@@ -12,7 +12,7 @@ from google.protobuf.message import DecodeError
 from prometheus_client import Counter, Gauge, Histogram
 
 from vistel.messages.world.decode import command_input, prop_input
-from vistel.messages.world.encode import bond_torn, carries_state, command_result, hand_force, input_person, ownership
+from vistel.messages.world.encode import bond_torn, button_event, carries_state, command_result, hand_force, input_person, ownership
 from vistel.messages.world.encoder import WorldEncoder
 from vistel.persistence import journal
 from vistel.persistence.store import Store
@@ -131,6 +131,7 @@ class Room:
         self._results: dict[str, Publication] = {}
         self._outcomes: deque[tuple[Outcome, int]] = deque()
         self._torn = bus.publish(BY_NAME["bond_torn"])
+        self._buttons = bus.publish(BY_NAME["button"])
         self._claims: dict[str, Publication] = {}
         self._forces: dict[tuple[str, bool], Publication] = {}
         self._details: dict[str, Publication] = {}
@@ -178,6 +179,10 @@ class Room:
         for torn in view.torn:
             log.info("bond torn thing=%s body=%s force_n=%.2f gap_mm=%.1f", torn.thing, torn.body, torn.force, 1e3 * torn.gap)
             self._torn.put(bond_torn(torn, view.step, view.t_ns))
+        for event in view.buttons:
+            done = "pressed" if event.pressed else "released"
+            log.info("event=button_%s joint=%s thing=%s participant=%s", done, event.joint, event.thing, event.participant)
+            self._buttons.put(button_event(event, view.step, view.t_ns))
         self._log_grasps(view)
         self._begins, self._last_ns = False, t_ns
         _STEPS.inc()

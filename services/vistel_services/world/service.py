@@ -6,7 +6,7 @@ import asyncio
 import logging
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -22,8 +22,10 @@ from vistel.conference.room_things import extras_of
 from vistel.figure.posture.posture import standing
 from vistel.persistence import store
 from vistel.persistence.store import Store
+from vistel.session.pictures import Pictures
 from vistel.space.dynamics.motion_kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
-from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
+from vistel.space.inputs import MotionInput, ParticipantBody, PropInput, StepInputs
+from vistel.space.joints.joint import Joint, JointKind
 from vistel.space.room import Extra, meeting_room
 from vistel.space.room import Room as RoomShape
 from vistel.space.things.things import PhysicsMaterial
@@ -31,16 +33,16 @@ from vistel.space.world import World
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, on_thread
+from vistel.wire.lease.kinds import open_lease
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.config import TlsFiles
 from vistel_services.world.authority import Authority, RestartStates, Start
-from vistel_services.world.lease.kinds import open_lease
-from vistel_services.world.lease.leadership import Leadership
+from vistel_services.world.from_files import serve_assets
+from vistel_services.world.leadership import Leadership
 from vistel_services.world.room import SAVE_STEPS, STEP_NS, Room, RoomSubscriptions
 
 if TYPE_CHECKING:
     from vistel.space.files.interior import Interior
-    from vistel.wire.assets import AssetShelf
 
 log = logging.getLogger("vistel.world")
 
@@ -123,7 +125,8 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     began = time.perf_counter()
     await asyncio.to_thread(warm_up)
     begins, interior = await asyncio.to_thread(_begins, config)
-    shelf = None if interior is None else _shelf(bus, interior)
+    shelf, pictures = serve_assets(bus, interior), Pictures(bus)
+    keeping = background.start(pictures.follow(), "pictures")
     warm = time.perf_counter()
     kept = Store(config.folder, _UNSAFE.inc) if config.folder else None
     lease = open_lease(config.lease, config.lease_file, bus.conference, config.place, clock, config.lease_tls)
@@ -152,8 +155,9 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
     finally:
         subscriptions.close()
         await leadership.close()
-        if shelf is not None:
-            shelf.close()
+        keeping.cancel()
+        pictures.close()
+        shelf.close()
 
 
 async def _follow(
@@ -277,12 +281,6 @@ def _from_files(config: Config) -> Interior | None:
     return interior
 
 
-def _shelf(bus: Bus, interior: Interior) -> AssetShelf:
-    from vistel_services.world.from_files import serve_interior  # noqa: PLC0415  only for who has files
-
-    return serve_interior(bus, interior)
-
-
 def _next_due(due_ns: int, now_ns: int) -> int:
     """When the next step is about; steps that are too late to be worth computing are left out."""
     late = (now_ns - due_ns) // STEP_NS
@@ -298,9 +296,11 @@ def warm_up() -> None:
     """Make the kernels (the first time this takes half a minute), so that no step waits for them."""
     motion.warm_up()
     soft = Extra("clay", "clay", "ball", 0.04, 1.0, 0.3, 0, 0.0, 0.0, PhysicsMaterial("plastic", sticky=0.02))
-    world = World(meeting_room(2, [soft]))
+    room = replace(meeting_room(2, [soft]), joints=(Joint("rail", JointKind.SLIDER, "ball", "box"),))
+    world, ball = World(room), room.thing("ball")
     people = (ParticipantBody("a"), ParticipantBody("b"))  # in one place, so that their hands meet
     for step in range(1, 4):
         motions = tuple(MotionInput(p.participant, standing(), step, step * STEP_NS) for p in people)
-        world.step(StepInputs(step, step * STEP_NS, people if step == 1 else (), motions))
+        led = PropInput("ball", ball.position, ball.rotation, step * STEP_NS, led_by="a")
+        world.step(StepInputs(step, step * STEP_NS, people if step == 1 else (), motions, props=(led,) if step == 2 else ()))
     nearest_rotation(np.eye(3))  # for what several hold

@@ -14,6 +14,7 @@ from vistel.figure.posture.hands import OPEN, RELAXED, hand_rotation
 from vistel.figure.posture.posture import Posture
 from vistel.figure.posture.sensors import RECEIVERS, Placement
 from vistel.geometry.rotation import quaternion_from_matrix, slerp
+from vistel.jit.kernel_jit import compiled
 from vistel_sim.motion.layout import Layout, built_in
 from vistel_sim.motion.script import CYCLE_S, Script, write_script
 from vistel_sim.motion.sitter import Sitter
@@ -64,13 +65,13 @@ class Meeting:
         return self._script.things(t_s % CYCLE_S)
 
     def hand_angles(self, participant: str, t_s: float) -> F64:
-        (_, hands), weights = self._around(participant, t_s)
-        return (weights @ hands).reshape(2, -1)
+        (_, hands), u = self._around(participant, t_s)
+        return _between(hands, u).reshape(2, -1)
 
     def receivers(self, participant: str, t_s: float) -> dict[str, Placement]:
-        (receivers, _), weights = self._around(participant, t_s)
-        rows = (weights @ receivers).reshape(len(RECEIVERS), 7)
-        rows[:, 3:] /= np.sqrt((rows[:, 3:] ** 2).sum(axis=1, keepdims=True))
+        (receivers, _), u = self._around(participant, t_s)
+        rows = _between(receivers, u).reshape(len(RECEIVERS), 7)
+        _normalise(rows)
         return {name: (row[:3], row[3:]) for name, row in zip(RECEIVERS, rows, strict=True)}
 
     def posture(self, participant: str, t_s: float) -> Posture:
@@ -83,8 +84,8 @@ class Meeting:
         look = self._look(participant, t_s)
         return self._sitters[participant].posture(hands[0], hands[1], look, habits.sway(t_s, talk), habits.gaze(t_s))
 
-    def _around(self, participant: str, t_s: float) -> tuple[_Tick, F64]:
-        """Two ticks before a time and two after it, in rows, and their weights (4,) (Catmull-Rom)."""
+    def _around(self, participant: str, t_s: float) -> tuple[_Tick, float]:
+        """Two ticks before a time and two after it, in rows, and how far it is from the second to the third, 0 to 1."""
         k = math.floor(t_s * TICK_HZ)
         key = (participant, k)
         if (four := self._fours.get(key)) is None:
@@ -95,10 +96,7 @@ class Meeting:
             # Of a rotation's two quaternions the one near that of the second tick.
             receivers[..., 3:] *= np.where((receivers[..., 3:] * receivers[1, :, 3:]).sum(axis=-1, keepdims=True) < 0.0, -1.0, 1.0)
             four = self._fours[key] = receivers.reshape(4, -1), np.array([hands for _, hands in ticks]).reshape(4, -1)
-        u = t_s * TICK_HZ - k
-        return four, 0.5 * np.array(
-            [u * (u * (2.0 - u) - 1.0), u * u * (3.0 * u - 5.0) + 2.0, u * (u * (4.0 - 3.0 * u) + 1.0), u * u * (u - 1.0)]
-        )
+        return four, t_s * TICK_HZ - k
 
     def _tick(self, participant: str, k: int) -> _Tick:
         key = (participant, k)
@@ -200,3 +198,21 @@ class _Habits:
             palm = sitter.direction_in_room(np.array([-side * 0.9, 0.3, 0.1]))
             self._palms[side] = quaternion_from_matrix(hand_rotation(side, fingers, palm))
         return self._palms[side]
+
+
+@compiled
+def _between(rows: F64, u: float) -> F64:
+    """(n,) between the second and the third of four rows (4, n) (Catmull-Rom)."""
+    a, b = 0.5 * (u * (u * (2.0 - u) - 1.0)), 0.5 * (u * u * (3.0 * u - 5.0) + 2.0)
+    c, d = 0.5 * (u * (u * (4.0 - 3.0 * u) + 1.0)), 0.5 * (u * u * (u - 1.0))
+    out = np.empty(rows.shape[1])
+    for i in range(len(out)):
+        out[i] = a * rows[0, i] + b * rows[1, i] + c * rows[2, i] + d * rows[3, i]
+    return out
+
+
+@compiled
+def _normalise(poses: F64) -> None:
+    """Make unit quaternions of the last four numbers of each row."""
+    for row in poses:
+        row[3:] /= math.sqrt(row[3] * row[3] + row[4] * row[4] + row[5] * row[5] + row[6] * row[6])

@@ -24,6 +24,7 @@ from vistel_sim.motion.meeting import Meeting
 from vistel_sim.motion.played import PlayedFile, play_alone
 from vistel_sim.motion.six_dof import ROLES, is_hand_over, load_hand_over
 from vistel_sim.motion.source import AVERAGE, Clapper, MotionError, MotionSource, SimulatedPerson, simulated_people
+from vistel_sim.motion.workshop import write_workshop
 
 log = logging.getLogger("vistel.motion")
 
@@ -33,6 +34,8 @@ MEETING = "meeting"
 """The name of the built-in choreography; also what a participant without `motion` does."""
 CLAY = "clay"
 """Another: who sits nearest to the first thing that takes dents presses it."""
+WORKSHOP = "workshop"
+"""Another: somebody opens a lid, pulls a drawer and presses a button."""
 CLAP = "clap"
 """Another: everybody claps at known times."""
 CALIBRATION = "calibration"
@@ -42,9 +45,9 @@ CALIBRATION = "calibration"
 def open_motion(conference: Conference, limbs: Mapping[str, Proportions] = AVERAGE) -> MotionSource:
     """The motion of every participant. Raises MotionError (one line) for a file that cannot be played.
 
-    `motion` of a participant: "meeting" (or nothing), "clay", "clap", "calibration", a .bvh file, or the folder of a two-person
-    hand-over, whose giver and taker are its first two participants; further ones watch them from their seats. limbs: of those
-    who are no average person of their height.
+    `motion` of a participant: "meeting" (or nothing), "clay", "workshop", "clap", "calibration", a .bvh file, or the folder of a
+    two-person hand-over, whose giver and taker are its first two participants; further ones watch them from their seats. limbs:
+    of those who are no average person of their height.
     """
     everyone = simulated_people(conference, limbs)
     wanted: dict[str, list[SimulatedPerson]] = {}
@@ -64,6 +67,9 @@ def open_motion(conference: Conference, limbs: Mapping[str, Proportions] = AVERA
         write = partial(write_clay, thing=thing)
         layout = layout_of(conference.room)
         sources.append(Meeting(wanted.pop(CLAY), layout.seats, conference.seed, write=write, layout=layout))
+    if WORKSHOP in wanted:
+        layout = layout_of(conference.room)
+        sources.append(Meeting(wanted.pop(WORKSHOP), layout.seats, conference.seed, write=write_workshop, layout=layout))
     for name, people in wanted.items():
         path = Path(name)
         if path.is_dir() and is_hand_over(path):
@@ -77,8 +83,8 @@ def open_motion(conference: Conference, limbs: Mapping[str, Proportions] = AVERA
             sources.append(PlayedFile({p.name: play_alone(p, take) for p in people}))
         else:
             raise MotionError(
-                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, {CLAP!r}, {CALIBRATION!r}, a .bvh file or a folder with "
-                "*_pose_saved.csv files"
+                f"{name}: no such motion; expected {MEETING!r}, {CLAY!r}, {WORKSHOP!r}, {CLAP!r}, {CALIBRATION!r}, a .bvh file or "
+                "a folder with *_pose_saved.csv files"
             )
         log.info("motion from file path=%s participants=%s", path, ",".join(p.name for p in people))
     if meeting:

@@ -1,15 +1,17 @@
 """A seated body: targets of hands and eyes in, posture out."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture import posture as dof
-from vistel.figure.posture.arm import arm_dofs, bones_of
+from vistel.figure.posture.arm import Bones, arm_dofs, bones_of
 from vistel.figure.posture.posture import Posture, Stance, spine_chord, spine_rotations
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, SPINE_SEGMENTS
-from vistel.geometry.rotation import matrix_from_quaternion, rotation_x, rotation_y, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, multiply, rotation_x, rotation_y, rotvec_from_matrix, turn
+from vistel.jit.kernel_jit import compiled
 from vistel.space.room import CHAIR_HEIGHT
 from vistel_sim.motion.source import SimulatedPerson
 from vistel_sim.motion.tracks import HandState
@@ -18,6 +20,25 @@ COMFORTABLE_REACH = 0.86
 """Share of the arm's length from which the trunk leans towards a hand."""
 HIPS_BACK = -0.02
 """Offset of the hips from the seat's centre [m]; negative is towards the chair's back."""
+
+_SPINE = dof.SPINE_ROTATION.start
+_NECK = dof.NECK.start
+_ARMS = dof.SHOULDER["left"].start, dof.SHOULDER["right"].start
+
+
+class _Seated(NamedTuple):
+    """A body on its chair: seat in the room; foot of the spine, shoulders of who sits upright (2, 3) in the seat's frame; collars
+    (2, 3) and eyes from the spine's upper end; lengths [m]."""
+
+    position: F64
+    room_of_seat: F64
+    spine_base: F64
+    segment: float
+    collars: F64
+    left: Bones
+    right: Bones
+    eyes: F64
+    upright_shoulders: F64
 
 
 class Sitter:
@@ -33,16 +54,15 @@ class Sitter:
         forward = skeleton.rest[JOINT_INDEX["left_foot"], 2] + hips
         ankles = np.array([0.0, 0.0, HIPS_BACK - forward])
         self._stance = Stance(person.seat_position + self._room_of_seat @ ankles, person.seat_heading)
-        self._spine_base = np.array([0.0, hips_height, HIPS_BACK]) + skeleton.offsets[JOINT_INDEX["spine_1"]]
-        self._segment = skeleton.spine / SPINE_SEGMENTS
+        spine_base = np.array([0.0, hips_height, HIPS_BACK]) + skeleton.offsets[JOINT_INDEX["spine_1"]]
         top = skeleton.rest[JOINT_INDEX["spine_1"]] + np.array([0.0, skeleton.spine, 0.0])
-        self._collar = {s: skeleton.rest[JOINT_INDEX[f"{s}_shoulder"]] - top for s in ("left", "right")}
-        self._bones = {s: bones_of(skeleton, s) for s in ("left", "right")}
-        self._eyes = skeleton.rest[JOINT_INDEX["left_eye"]] * (0.0, 1.0, 1.0) - top
-        self._upright_shoulder = {
-            s: self._spine_base + np.array([0.0, skeleton.spine, 0.0]) + self._collar[s] + self._bones[s].collar
-            for s in ("left", "right")
-        }
+        collars = np.stack([skeleton.rest[JOINT_INDEX[f"{s}_shoulder"]] - top for s in ("left", "right")])
+        left, right = (bones_of(skeleton, s) for s in ("left", "right"))
+        upright = spine_base + np.array([0.0, skeleton.spine, 0.0]) + collars + np.stack([left.collar, right.collar])
+        eyes = skeleton.rest[JOINT_INDEX["left_eye"]] * (0.0, 1.0, 1.0) - top
+        segment = skeleton.spine / SPINE_SEGMENTS
+        at = np.asarray(person.seat_position, np.float64)
+        self._body = _Seated(at, self._room_of_seat, spine_base, segment, collars, left, right, eyes, upright)
 
     def into_seat(self, p_room: F64) -> F64:
         """A point of the room in the seat's frame."""
@@ -58,43 +78,58 @@ class Sitter:
 
     def posture(self, left: HandState, right: HandState, look: F64, sway: F64, gaze_noise: F64) -> Posture:
         """Hands at their targets, eyes on the room point `look` (3,); sway: (3,) added to the chest's rotation."""
-        hands = {"left": left, "right": right}
-        wrist = {s: self.into_seat(h.position) for s, h in hands.items()}
-        spine = self._lean(wrist) + sway
-        chest = spine_rotations(spine)[8]
-        top = self._spine_base + spine_chord(spine, self._segment)[8]
-        dofs = np.zeros(dof.DOF_COUNT)
+        dofs, gaze = _seated(
+            self._body, np.stack((left.position, right.position)), np.stack((left.rotation, right.rotation)), look, sway
+        )
         dofs[0], dofs[1] = self._ankle, self._knee
-        dofs[dof.SPINE_ROTATION] = spine
-        for s, h in hands.items():
-            local = chest.T @ (wrist[s] - top) - self._collar[s]
-            hand = chest.T @ self._room_of_seat.T @ matrix_from_quaternion(h.rotation)
-            ref = np.array([self._bones[s].side * 0.55, -1.0, -0.25])
-            arm, _, _ = arm_dofs(local, np.ascontiguousarray(hand), self._bones[s], ref, 0.0, 1.0)
-            dofs[dof.SHOULDER[s]], dofs[dof.ELBOW[s]], dofs[dof.WRIST[s]] = arm[:3], arm[3], arm[4:]
-        d = chest.T @ (self.into_seat(look) - top - chest @ self._eyes)
-        yaw, pitch = math.atan2(d[0], d[2]), math.atan2(d[1], math.hypot(d[0], d[2]))
-        head_yaw, head_pitch = _soft(0.8 * yaw, math.radians(68.0)), _soft(0.7 * pitch, math.radians(38.0))
-        dofs[dof.NECK] = rotvec_from_matrix(rotation_y(head_yaw) @ rotation_x(-head_pitch))
-        gaze = np.array([_soft(yaw - head_yaw, 0.6), _soft(pitch - head_pitch, 0.5)]) + gaze_noise
-        return Posture(dofs, np.stack((left.fingers, right.fingers)), self._stance, gaze)
-
-    def _lean(self, wrist: dict[str, F64]) -> F64:
-        """Rotation vector of the chest that brings both shoulders within comfortable reach of their wrists."""
-        comfortable = COMFORTABLE_REACH * (self._bones["left"].upper + self._bones["left"].lower)
-        pitch, yaw, roll = 0.02, 0.0, 0.0
-        for s, sign in (("left", 1.0), ("right", -1.0)):
-            d = wrist[s] - self._upright_shoulder[s]
-            distance = float(np.linalg.norm(d))
-            # A smooth maximum of 0 and the excess.
-            excess = 0.02 * math.log1p(math.exp(min(60.0, (distance - comfortable) / 0.02)))
-            ahead = d / max(distance, 1e-6)
-            pitch += 1.9 * excess * max(0.0, ahead[2])
-            yaw -= sign * 1.6 * excess * max(0.0, ahead[2])
-            roll -= 0.9 * excess * ahead[0]
-        return np.array([_soft(pitch, 0.75), _soft(yaw, 0.5), _soft(roll, 0.35)])
+        return Posture(dofs, np.stack((left.fingers, right.fingers)), self._stance, gaze + gaze_noise)
 
 
+@compiled
+def _seated(body: _Seated, wrists: F64, hands: F64, look: F64, sway: F64) -> tuple[F64, F64]:
+    """(25,) dofs but for the legs, and (2,) the gaze. wrists (2, 3), hands (2, 4): positions and quaternions, left first; look:
+    (3,) what is looked at; all in the room."""
+    into_seat = body.room_of_seat.T
+    dofs = np.zeros(dof.DOF_COUNT)
+    wrist = np.empty((2, 3))
+    for i in range(2):
+        wrist[i] = turn(into_seat, wrists[i] - body.position)
+    spine = _lean(body, wrist) + sway
+    dofs[_SPINE : _SPINE + 3] = spine
+    chest = spine_rotations(spine)[8]
+    back = chest.T
+    top = body.spine_base + spine_chord(spine, body.segment)[8]
+    for i in range(2):
+        bones = body.left if i == 0 else body.right
+        local = turn(back, wrist[i] - top) - body.collars[i]
+        hand = multiply(multiply(back, into_seat), matrix_from_quaternion(hands[i]))
+        toward = np.array([bones.side * 0.55, -1.0, -0.25])
+        dofs[_ARMS[i] : _ARMS[i] + 7] = arm_dofs(local, hand, bones, toward, 0.0, 1.0)[0]
+    d = turn(back, turn(into_seat, look - body.position) - top - turn(chest, body.eyes))
+    yaw, pitch = math.atan2(d[0], d[2]), math.atan2(d[1], math.hypot(d[0], d[2]))
+    head_yaw, head_pitch = _soft(0.8 * yaw, math.radians(68.0)), _soft(0.7 * pitch, math.radians(38.0))
+    dofs[_NECK : _NECK + 3] = rotvec_from_matrix(multiply(rotation_y(head_yaw), rotation_x(-head_pitch)))
+    return dofs, np.array([_soft(yaw - head_yaw, 0.6), _soft(pitch - head_pitch, 0.5)])
+
+
+@compiled
+def _lean(body: _Seated, wrist: F64) -> F64:
+    """Rotation vector of the chest that brings both shoulders within comfortable reach of their wrists (2, 3), seat's frame."""
+    comfortable = COMFORTABLE_REACH * (body.left.upper + body.left.lower)
+    pitch, yaw, roll = 0.02, 0.0, 0.0
+    for i in range(2):
+        d = wrist[i] - body.upright_shoulders[i]
+        distance = math.sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2])
+        # A smooth maximum of 0 and the excess.
+        excess = 0.02 * math.log1p(math.exp(min(60.0, (distance - comfortable) / 0.02)))
+        ahead = d / max(distance, 1e-6)
+        pitch += 1.9 * excess * max(0.0, ahead[2])
+        yaw -= (1.0 - 2.0 * i) * 1.6 * excess * max(0.0, ahead[2])
+        roll -= 0.9 * excess * ahead[0]
+    return np.array([_soft(pitch, 0.75), _soft(yaw, 0.5), _soft(roll, 0.35)])
+
+
+@compiled
 def _soft(x: float, most: float) -> float:
     """`x` where it is small, never beyond ±`most`."""
     return most * math.tanh(x / most)

@@ -10,6 +10,7 @@ import pytest
 from virtual_time import LoopClock, run
 from world_site import START_NS, TICK_NS, WorldSite
 
+from vistel.devices.transport import TransportError
 from vistel.persistence.store import Store
 from vistel.v1.command_pb2 import Command
 from vistel.v1.device_pb2 import TrackerFrame
@@ -21,7 +22,6 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_services import world
 from vistel_services.devices.device import keep_running
-from vistel_services.devices.transport import TransportError
 
 
 def _failures(caplog: pytest.LogCaptureFixture) -> list[str]:

@@ -23,13 +23,13 @@ from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.devices.kind import load as resolve
 from vistel.devices.registry import kind_of, kinds, packaged_kinds
+from vistel.devices.transport.serial_port import open_serial
 from vistel.v1.device_pb2 import RawBytes
 from vistel.wire.raw_bytes import reads_of
 from vistel_services import tracker
 from vistel_services.devices.device import Link
 from vistel_services.devices.probe import who_answers
 from vistel_services.devices.service import connect
-from vistel_services.devices.transport import open_serial
 from vistel_sim.device import SimulatedDevice
 from vistel_sim.faults import Fault
 from vistel_sim.process import simulators

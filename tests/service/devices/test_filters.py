@@ -9,6 +9,7 @@ import numpy as np
 from vistel.capture.one_euro import AngleFilter, PoseFilter
 from vistel.capture.peaks import PeakHold
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
+from vistel.geometry.smoothstep import ease
 
 STATION_S = 1.0 / 30.0
 GLOVE_S = 1.0 / 60.0
@@ -58,6 +59,51 @@ def test_a_hand_that_stops_at_once_does_not_jump_back() -> None:
     steps, true = np.diff(shown), np.diff(given)
     assert (true - steps).max() < 0.06
     assert abs(shown[-1] - 1.5) < 0.002
+
+
+def test_a_hand_that_begins_to_move_is_followed_at_once() -> None:
+    """150 mm within 140 ms, 2 m/s at most, however it falls between the samples: half-way is shown within a sixtieth and a bit."""
+    for phase in np.arange(8) / 8.0 * STATION_S:
+        rng, f = np.random.default_rng(3), PoseFilter()
+        late, beyond = math.inf, 0.0
+        for k in range(240):
+            t = k / 120.0
+            if k % 4 == 0:
+                u = ease(min(1.0, max(0.0, (t - 1.0 - phase) / 0.14)))
+                f.update(t, np.array([0.15 * u, 0.0, 0.0]) + 0.0008 * rng.standard_normal(3), turned(0.6 * u))
+            x = f.at(t)[0][0]
+            if x >= 0.075:
+                late = min(late, t - 1.07 - phase)
+            beyond = max(beyond, x - 0.15)
+        assert late < 0.02
+        assert beyond < 0.03
+
+
+def test_a_receiver_trembles_by_less_than_its_own_noise_whatever_that_is() -> None:
+    def trembling(noise: float) -> float:
+        rng, f = np.random.default_rng(4), PoseFilter()
+        seen = []
+        for k in range(900):
+            f.update(k * STATION_S, noise * rng.standard_normal(3), STILL)
+            seen.append(f.at((k + 0.5) * STATION_S)[0])
+        return float(np.std(seen[300:])) / noise
+
+    assert trembling(0.0002) < 0.55
+    assert trembling(0.0008) < 0.55
+    assert trembling(0.0024) < 0.7
+
+
+def test_what_noise_is_survives_a_long_movement() -> None:
+    """Ten seconds to and fro, then a sudden move: what is no noise is still known as none."""
+    f, late = PoseFilter(), math.inf
+    for k in range(1600):
+        t = k / 120.0
+        x = 0.2 * math.sin(5.0 * t) if t < 4.0 * math.pi * 0.8 else 0.15 * ease(min(1.0, max(0.0, (t - 12.0) / 0.14)))
+        if k % 4 == 0:
+            f.update(t, np.array([x, 0.0, 0.0]), STILL)
+        if t >= 12.0 and f.at(t)[0][0] >= 0.075:
+            late = min(late, t - 12.07)
+    assert late < 0.02
 
 
 def test_steady_movement_does_not_lag() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +17,22 @@ from vistel_services.console import bundle
 
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 
+BARE = "places => places.findLast(([x, y]) => document.elementFromPoint(x, y)?.id === 'room')"
+"""Of places on the page, a highest one at which there is the picture and no button."""
+
 
 async def mouse(tab: Page, kind: str, at: list[float], **more: Any) -> None:
     await tab.call("Input.dispatchMouseEvent", type=kind, x=at[0], y=at[1], **more)
+
+
+async def led_soon(room: GuestRoom, newest: Callable[[GuestRoom], PointerFrame]) -> bool:
+    """Whether a hand is led within some pictures of the page."""
+    for _ in range(30):
+        room.take()
+        if newest(room).HasField("left") or newest(room).HasField("right"):
+            return True
+        await asyncio.sleep(0.1)  # the page sends when it draws
+    return False
 
 
 async def entered(tab: Page, room: GuestRoom, link: str) -> None:
@@ -46,28 +60,44 @@ def test_a_guest_opens_the_link_enters_looks_waves_touches_and_rests(monkeypatch
             await there.enter_async_context(other.listening())
             await entered(tab, room, room.invited())
             assert {m.participant for m in room.heard if not m.left} <= {"guest-1", "guest-2"}
+            low = await tab.value("document.getElementById('does').offsetHeight / innerHeight")
+            assert 0.0 < low < 0.25, "the buttons of a low page leave the others in sight"
             await tab.until("window.guest.joints('guest-2').length > 0")
             await tab.call("Input.dispatchKeyEvent", type="keyDown", key="w")
             await room.until(lambda: newest(room).gesture == PointerFrame.GESTURE_WAVE, "a wave")
             before = newest(room).head_yaw
             await tab.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft")
             await room.until(lambda: newest(room).head_yaw > before + 0.05, "the head turns")
-            # Until the other person is in sight, and then a press on their chest.
-            for _ in range(12):
-                chest = await tab.value("window.guest.seen(window.guest.joints('guest-2')[9])")
-                if 40 < chest[0] < 440 and 20 < chest[1] < 250:
-                    break
-                await tab.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft" if chest[0] < 240 else "ArrowRight")
+            # Until a press meets the other person, who must be in sight and behind no button. The view follows the figure's eyes by
+            # and by, so that where they were seen may be empty when the press comes.
+            for _ in range(40):
+                x, _ = await tab.value("window.guest.seen(window.guest.joints('guest-2')[9])")
+                if at := await tab.value(f"({BARE})(window.guest.joints('guest-2').slice(5, 11).map(window.guest.seen))"):
+                    await mouse(tab, "mousePressed", at, button="left", buttons=1, clickCount=1)
+                    if await led_soon(room, newest):
+                        break
+                    await mouse(tab, "mouseReleased", at, button="left", clickCount=1)
+                else:
+                    await tab.call("Input.dispatchKeyEvent", type="keyDown", key="ArrowLeft" if x < 240 else "ArrowRight")
                 await asyncio.sleep(0.2)  # the page draws when it does
-            await mouse(tab, "mousePressed", chest, button="left", buttons=1, clickCount=1)
-            await room.until(lambda: newest(room).HasField("left") or newest(room).HasField("right"), "a hand is led")
             led = newest(room)
+            assert at and (led.HasField("left") or led.HasField("right")), "a hand is led"
             assert not (led.left.close or led.right.close)  # people are touched, not taken
-            await mouse(tab, "mouseReleased", chest, button="left", clickCount=1)
+            await mouse(tab, "mouseReleased", at, button="left", clickCount=1)
             await room.until(lambda: not (newest(room).HasField("left") or newest(room).HasField("right")), "the hand rests")
             # The letters of a line are no gestures; its addresses can be followed, and what looks like a page's code is text.
             waved = newest(room).gesture_number
+            for n in range(12):
+                await other.socket.send_json({"write": f"line {n}"})
+            await tab.until("document.querySelector('#chat-button b')?.innerText === '12'")
             await tab.click("#chat-button")
+            await tab.until("document.querySelectorAll('#chat .lines li').length === 12")
+            assert await tab.value(
+                "(at => at.scrollHeight > at.clientHeight && at.scrollTop)(document.querySelector('#chat .lines'))"
+            )
+            beside = "(([a, b]) => a.right <= b.left || a.bottom <= b.top)"
+            boxes = "['chat', 'room'].map(id => document.getElementById(id).getBoundingClientRect())"
+            assert await tab.value(f"{beside}({boxes})"), "nobody in the room is behind it"
             await other.socket.send_json({"write": "<img src=x> see https://example.org/a?b=1"})
             await tab.until("document.querySelector('#chat .lines a')?.href === 'https://example.org/a?b=1'")
             assert await tab.value("document.querySelector('#chat img')") is None

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vistel.audio import cards
 from vistel.audio.capture import MicrophoneCapture, SoundDeviceError
 from vistel.audio.opus import FRAME, FRAME_NS, RATE
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel_services.audio import Config, Microphone, cards, run
+from vistel_services.audio import Config, Microphone, run
 from vistel_services.audio.inputs import CardInput, InputOpener
 from vistel_services.audio.outputs import CardOutput, Loudspeaker
 from vistel_sim.microphone import SimulatedMicrophone, SimulatedVoice, run_microphones

@@ -23,13 +23,13 @@ from pydantic import ValidationError
 from vistel.conference.model import Conference
 from vistel.wire.certificates.authority import Authority
 from vistel.wire.clock import SimulatedClock
+from vistel.wire.lease.etcd import EtcdLease
+from vistel.wire.lease.file import FileLease
+from vistel.wire.lease.kinds import open_lease
+from vistel.wire.lease.kubernetes import KubernetesLease
+from vistel.wire.lease.lease import Holder, Lease, LeaseStoreError
 from vistel.wire.world.presence import MOST_TERM
-from vistel_services.world.lease.etcd import EtcdLease
-from vistel_services.world.lease.file import FileLease
-from vistel_services.world.lease.kinds import open_lease
-from vistel_services.world.lease.kubernetes import KubernetesLease
-from vistel_services.world.lease.leadership import Leadership
-from vistel_services.world.lease.lease import Holder, Lease, LeaseStoreError
+from vistel_services.world.leadership import Leadership
 
 KINDS = ["file", "etcd", "kubernetes"]
 
@@ -159,8 +159,8 @@ def test_what_is_no_lease_is_reported_in_a_line(kind: str, tmp_path: Path, monke
 HOLD = """
 import asyncio, sys
 from pathlib import Path
-from vistel_services.world.lease.file import FileLease
-from vistel_services.world.lease.lease import Holder
+from vistel.wire.lease.file import FileLease
+from vistel.wire.lease.lease import Holder
 lease = FileLease(Path(sys.argv[1]), "hub")
 assert asyncio.run(lease.acquire(Holder(), 4)) and asyncio.run(lease.note_led())
 print("holds", flush=True)

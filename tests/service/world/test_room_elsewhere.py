@@ -28,6 +28,7 @@ from vistel.geometry.pose import Pose
 from vistel.render.scene_renderer import SceneRenderer, View
 from vistel.render.stage.stage import Instant, Stage
 from vistel.render.stage.world_view import PlayoutWorld
+from vistel.session.models import RoomDeliveries
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Polymesh
 from vistel.space.files.travel import pack_model, pack_picture, packers, picture_digest, pictures_in, unpack_model, unpack_picture
@@ -42,7 +43,6 @@ from vistel.wire.world.listener import WorldListener
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.run.room_elsewhere import with_room
 from vistel_services import world
-from vistel_services.deliveries.models import RoomDeliveries
 
 DEN = Path(__file__).parents[3] / "examples/rooms/den.usdz"
 FILE = """

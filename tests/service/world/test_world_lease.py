@@ -28,10 +28,10 @@ from vistel.space.world import World
 from vistel.v1.command_pb2 import Command, CommandResult, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.v1.world_pb2 import WorldMoveReply, WorldMoveRequest
+from vistel.wire.lease.requests import Requests
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME, Topic
 from vistel_services import world
-from vistel_services.world.lease.requests import Requests
 
 LASTS_S = 5
 

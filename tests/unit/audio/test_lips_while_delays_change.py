@@ -7,6 +7,7 @@ import pytest
 
 from vistel.audio.delay_policy import MARGIN_S, Policy, TargetDelay, Way
 from vistel.audio.transit import TransitEstimate
+from vistel.conference.model import PREDICTED_S
 from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.playout import Playout
 
@@ -17,11 +18,13 @@ EARLY_S, LATE_S = 0.015, 0.045
 """How much before and after the lips a voice may be heard (ATSC IS-191) [s]."""
 
 
-def skews(jitter_ms: tuple[float, float, float], picture_ns: int, seed: int) -> list[tuple[float, float]]:
+def skews(jitter_ms: tuple[float, float, float], picture_ns: int, seed: int, predict_ns: int = 0) -> list[tuple[float, float]]:
     """Time and how much later than its picture a voice is heard, of somebody who speaks for a minute; the jitter is that of the
     first, second and third 20 s."""
     rng = np.random.default_rng(seed)
-    playout: Playout[float] = Playout(lambda a, b, u: a + u * (b - a), AdaptiveDelay())
+    playout: Playout[float] = Playout(
+        lambda a, b, u: a + u * (b - a), AdaptiveDelay(predict_ns=predict_ns), lambda a, b, span, ahead: b + (b - a) / span * ahead
+    )
     transit, target = TransitEstimate(), TargetDelay(Policy())
 
     def arrival(t: int) -> int:
@@ -54,9 +57,12 @@ def skews(jitter_ms: tuple[float, float, float], picture_ns: int, seed: int) -> 
     return out
 
 
+@pytest.mark.parametrize("predict_s", [0.0, PREDICTED_S, 0.05])
 @pytest.mark.parametrize("picture_ms", [16, 75, 200])
 @pytest.mark.parametrize("jitter", [(2.0, 2.0, 2.0), (2.0, 60.0, 2.0), (2.0, 200.0, 2.0)])
-def test_a_voice_is_with_the_lips_at_every_moment_of_a_change(jitter: tuple[float, float, float], picture_ms: int) -> None:
-    found = [(t, s) for t, s in skews(jitter, picture_ms * MS, 1) if t > 3.0]
+def test_a_voice_is_with_the_lips_at_every_moment_of_a_change(
+    jitter: tuple[float, float, float], picture_ms: int, predict_s: float
+) -> None:
+    found = [(t, s) for t, s in skews(jitter, picture_ms * MS, 1, round(predict_s * S)) if t > 3.0]
     assert max(s for _, s in found) <= LATE_S
     assert min(s for _, s in found) >= -EARLY_S

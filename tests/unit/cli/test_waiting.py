@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from waiting import wait_until
 
 from vistel_cli.waiting import waiting
 
 
-def test_what_takes_long_is_said_with_its_seconds(capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("what", ["reading [log]: 45%", lambda: "reading [log]: 45%"], ids=["a text", "what is true then"])
+def test_what_takes_long_is_said_with_its_seconds(what: str | Callable[[], str], capsys: pytest.CaptureFixture[str]) -> None:
     printed: list[str] = []
 
     def said() -> bool:
         printed.append(capsys.readouterr().err)
         return any(printed)
 
-    with waiting("waiting for the world at [tokyo]", silent_s=0.0):
+    with waiting(what, silent_s=0.0):
         wait_until(said)
-    assert "".join(printed) == "waiting for the world at [tokyo] … 0 s\n"
+    assert "".join(printed) == "reading [log]: 45% … 0 s\n"
 
 
 def test_what_is_soon_done_says_nothing_even_where_it_fails(capsys: pytest.CaptureFixture[str]) -> None:

@@ -69,3 +69,11 @@ def test_a_pair_that_crosses_is_found_in_whatever_order_and_neighbours_are_left_
         assert intersecting(p, np.array(triangles, np.int32)).all()
     assert not intersecting(p, np.array([[0, 1, 2], [0, 4, 3]], np.int32)).any()
     assert not intersecting(p + np.array([[0, 0, 0]] * 3 + [[0, 0, 0.06]] * 3), np.array([[0, 1, 2], [3, 4, 5]], np.int32)).any()
+
+
+def test_a_pair_that_crosses_by_less_than_asked_is_left_out() -> None:
+    # An edge that reaches 4 mm through a face on the floor.
+    p = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.1, 0], [0.02, 0.02, -0.004], [0.02, 0.02, 0.05], [0.03, 0.02, 0.05]])
+    triangles = np.array([[0, 1, 2], [3, 4, 5]], np.int32)
+    assert intersecting(p, triangles, 0.0039).all()
+    assert not intersecting(p, triangles, 0.0041).any()

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vistel_services.renderer.out.virtual_camera import FileDevice, NoCameraError, VirtualCamera, find_device
+from vistel.render.film.virtual_camera import FileDevice, NoCameraError, VirtualCamera, find_device
 
 QUERYCAP, S_FMT = 0x80685600, 0xC0D05605
 WIDTH, HEIGHT = 64, 48

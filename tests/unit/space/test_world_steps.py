@@ -209,10 +209,10 @@ def test_the_hash_is_the_same_for_what_was_restored_and_another_for_the_least_ch
     assert once == again == digest(room, state)
     moved = state.motions.copy()
     moved.velocity[2, 1] = np.nextafter(moved.velocity[2, 1], 1.0)
-    bent = replace(state.figures[0], opened=np.nextafter(state.figures[0].opened, 9.0))
+    bent = replace(state.grasps[0], tightest=np.nextafter(state.grasps[0].tightest, 9.0))
     others = [
         replace(state, motions=moved),
-        replace(state, figures=(bent,)),
+        replace(state, grasps=(bent,)),
         replace(state, marks=state.marks + 1),
         replace(state, grasps=()),
         replace(state, selected=(("ann", (BATON,)),)),

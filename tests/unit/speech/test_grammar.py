@@ -102,6 +102,13 @@ def test_one_command_however_it_is_written(text: str) -> None:
         ("line up all the balls", ask.Align(ask.Which(shape="ball", every=True))),
         ("はこをかくして", ask.Hide(ask.Which(shape="box"))),
         ("みせて", ask.Show()),
+        ("はこをあけて", ask.Open(ask.Which(shape="box"))),
+        ("引き出しを閉めて", ask.Open(ask.Which(shape="drawer"), 0.0)),
+        ("とびらをすこしあけて", ask.Open(ask.Which(shape="door"), 0.3)),
+        ("スイッチを押して", ask.MoveBy(ask.Which(shape="button"), ask.Towards.AHEAD)),
+        ("open the drawer", ask.Open(ask.Which(shape="drawer"))),
+        ("close the lid", ask.Open(ask.Which(shape="lid"), 0.0)),
+        ("press the button", ask.MoveBy(ask.Which(shape="button"), ask.Towards.AHEAD)),
         ("はい", Remark.YES),
     ],
 )

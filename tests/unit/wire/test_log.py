@@ -59,6 +59,12 @@ def test_everything_comes_back_in_order_with_its_times_and_conference(whole: Pat
     assert reader.damage == []
 
 
+def test_while_it_is_read_a_log_tells_how_far(whole: Path) -> None:
+    reader = LogReader(whole)
+    shares = [reader.share_read for _ in reader.records()]
+    assert shares == sorted(shares) and shares[0] == 0.0 and 0.9 < shares[-1] <= 1.0
+
+
 def test_the_file_carries_its_schemas_for_other_readers(whole: Path) -> None:
     with whole.open("rb") as file:
         summary = make_reader(file).get_summary()

@@ -16,6 +16,7 @@ NAMES = {
     "thing": "baton",
     "hand": "left",
     "digest": "0123abcd",
+    "picture": "0123abcd",
     "part": "0001",
     "equipment": "delay",
     "holder": "tokyo",

@@ -42,6 +42,7 @@ class Mesh:
     bone, weight: (V, 4) bones (joints, then `vistel.figure.rigid.weights.TWIST_BONES`) that a vertex follows and their
     shares, largest first; None: found from the joint chain.
     targets: morph targets of expressions from its file.
+    hangs: (V,) how far below the place that holds it each vertex hangs free [m], 0 what is held; None: nothing hangs.
     """
 
     vertices: F32
@@ -53,6 +54,7 @@ class Mesh:
     bone: I32 | None = None
     weight: F32 | None = None
     targets: tuple[Target, ...] = ()
+    hangs: F32 | None = None
 
 
 @dataclass(frozen=True)
@@ -107,6 +109,7 @@ def scaled(avatar: Avatar, height: float) -> Avatar:
                 m,
                 vertices=m.vertices * np.float32(scale),
                 targets=tuple(replace(t, offset=t.offset * np.float32(scale)) for t in m.targets),
+                hangs=None if m.hangs is None else m.hangs * np.float32(scale),
             )
             for m in (level.mesh, *level.eyeballs)
         )

@@ -22,6 +22,8 @@ MOST_LEVELS = 6
 """Coarser levels of detail."""
 MOST_TARGETS = 300
 """Most expression targets of one mesh."""
+LONGEST_M = 2.5
+"""How far hair or cloth may hang [m]."""
 MOST_WRINKLES = 1 << 18
 """Most characters of the text of its wrinkle sets."""
 
@@ -45,6 +47,8 @@ def check_avatar(avatar: Avatar, where: str) -> None:
         raise AvatarFileError(f"{where}: a texture of {texels.shape}, expected at most {MOST_TEXELS} texels along a side")
     if fault := fault_of(avatar.patches, MOST_TEXELS):
         raise AvatarFileError(f"{where}: {fault}")
+    if any((level.mesh.hangs is None) != (avatar.mesh.hangs is None) for level in avatar.coarser):
+        raise AvatarFileError(f"{where}: some levels of detail say what hangs, and some do not")
     for level in (avatar, *avatar.coarser):
         for mesh in (level.mesh, *level.eyeballs):
             _check_mesh(mesh, len(avatar.body), where)
@@ -73,6 +77,7 @@ def _check_mesh(mesh: Mesh, primitives: int, where: str) -> None:
     if not np.array_equal(mesh.corner_vertex[mesh.corner_triangles], mesh.triangles):
         raise AvatarFileError(f"{where}: texture corners of other triangles")
     check_targets(mesh, where)
+    check_hanging(mesh, where)
     if (mesh.bone is None) != (mesh.weight is None):
         raise AvatarFileError(f"{where}: bones without weights")
     if mesh.bone is not None and mesh.weight is not None:
@@ -90,6 +95,15 @@ def check_targets(mesh: Mesh, where: str) -> None:
             raise AvatarFileError(f"{where}: target {t.name!r} is damaged")
         if len(t.vertex) and (t.vertex.min() < 0 or t.vertex.max() >= len(mesh.vertices) or np.abs(t.offset).max() > 1.0):
             raise AvatarFileError(f"{where}: target {t.name!r} moves what is not there, or far away")
+
+
+def check_hanging(mesh: Mesh, where: str) -> None:
+    """Raises AvatarFileError, one line that begins with `where`, where it does not say of each vertex how far it hangs."""
+    hangs = mesh.hangs
+    if hangs is None:
+        return
+    if hangs.shape != (len(mesh.vertices),) or hangs.dtype.kind != "f" or not ((hangs >= 0.0) & (hangs <= LONGEST_M)).all():
+        raise AvatarFileError(f"{where}: how far each vertex hangs: expected 0 to {LONGEST_M:g} m; export the avatar again")
 
 
 def check_body(body: Body, skeleton: Skeleton, path: Path) -> None:
@@ -120,6 +134,7 @@ def check_indices(mesh: Mesh, body: Body, path: Path) -> None:
             raise AvatarFileError(f"{path}: a {what} that is not there; export the avatar again")
     if len(mesh.limb) != count or (mesh.bone is not None and (len(mesh.bone) != count or mesh.weight is None)):
         raise AvatarFileError(f"{path}: vertices and what belongs to them of different counts; export the avatar again")
+    check_hanging(mesh, str(path))
     if mesh.corner_triangles.shape != mesh.triangles.shape or not np.isfinite(mesh.vertices).all():
         raise AvatarFileError(f"{path}: a mesh that is damaged; export the avatar again")
 

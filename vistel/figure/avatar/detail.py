@@ -122,4 +122,5 @@ def of_triangles(mesh: Mesh, tri: I64, corner: I64) -> Mesh:
         None if mesh.bone is None else mesh.bone[vertices],
         None if mesh.weight is None else mesh.weight[vertices],
         tuple(t.of(place) for t in mesh.targets),
+        None if mesh.hangs is None else mesh.hangs[vertices],
     )

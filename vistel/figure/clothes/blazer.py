@@ -16,6 +16,7 @@ from vistel.figure.clothes.shell import shell
 from vistel.figure.clothes.strip import hem
 from vistel.figure.clothes.tops import Cut, above, neckline, painter, sleeves, top_pattern
 from vistel.figure.clothes.weave import Floats, Look, Weave
+from vistel.geometry.smoothstep import smooth
 
 BLAZER = Cut(0.0105, 0.010, 0.0035, 0.62, 0.022, 0.955, 0.013, 0.12, 0.0, (1.34, 0.010))
 _CLOSED = 0.022
@@ -37,7 +38,7 @@ def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     rings = sorted((ring for of in made.rims.values() for ring in of), key=lambda ring: -float(made.cloth.points[ring, 1].mean()))
     cloth, more, hems = made.cloth, list[Cloth](), list[Cloth]()
     neck = next(ring for ring in rings if abs(float(cloth.points[ring, 0].mean())) < 0.05)
-    more.append(lapels(cloth, along(cloth, neck, 0.0, 56, lowest=True), scale, "lapel"))
+    more.append(lapels(build, cloth, along(cloth, neck, 0.0, 56, lowest=True), "lapel"))
     # Lapels hide the edge along the neck.
     for ring in rings:
         cuff = abs(float(cloth.points[ring, 0].mean())) > 0.05
@@ -58,6 +59,7 @@ def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
         hems=tuple(hems),
         details=(closing,),
         both_sides=True,
+        hangs=_open_fronts(build),
     )
 
 
@@ -80,6 +82,18 @@ def _opening(build: Build, hem: float) -> Field:
         return np.where(p[:, 2] > middle[2] - 0.02, np.abs(p[:, 0]) - half, 0.2)
 
     return inside
+
+
+def _open_fronts(build: Build) -> Field:
+    """The fronts hang free beside their opening below the button, less and less towards the sides, where they lie on the hips."""
+    scale, part = build.scale, _button(build) - _CLOSED * build.scale
+    middle = build.trunk.origin[2]
+
+    def free(p: F64) -> F64:
+        aside = smooth((0.145 * scale - np.abs(p[:, 0])) / (0.075 * scale)) * smooth((p[:, 2] - middle) / (0.05 * scale))
+        return np.maximum(0.0, part - p[:, 1]) * aside
+
+    return free
 
 
 def _painter(build: Build, weave: Weave, seed: int) -> Paint:

@@ -8,6 +8,7 @@ import numpy as np
 from vistel.arrays import F32, F64, I32, Bool
 from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.avatar.detail import borders, coarser
+from vistel.figure.making.assembly.piece import closest
 from vistel.figure.rigid.weights import TWIST_BONES
 from vistel.figure.skeleton import JOINTS
 from vistel.geometry.normals import vertex_normals
@@ -42,6 +43,14 @@ class Cloth:
     def normals(self) -> F64:
         """(V, 3) unit normals, triangles weighted by their area."""
         return vertex_normals(self.points, self.triangles)
+
+    def bones_at(self, points: F64) -> tuple[F32, I32, F64]:
+        """(N, BONES) shares of bones and (N,) limbs of the places of this cloth nearest to points (N, 3), for what lies on it; and
+        (N,) how far off those are [m]."""
+        on, share, far = closest(points, self.points[self.triangles])
+        corner = self.triangles[on]
+        bones = np.einsum("nk,nkb->nb", share, self.weight[corner]).astype(np.float32)
+        return bones, self.limb[corner[np.arange(len(corner)), share.argmax(axis=1)]], far
 
 
 def dense(bone: I32, weight: F32) -> F32:

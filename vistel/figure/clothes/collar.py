@@ -6,10 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F32, F64, I32
+from vistel.figure.clothes.build import TRUNK, Build
 from vistel.figure.clothes.cloth import Cloth
-from vistel.figure.clothes.shell import spread
+from vistel.figure.clothes.shell import of_skin, spread
 from vistel.figure.clothes.strip import frames, laid
-from vistel.figure.making.assembly.piece import closest
+from vistel.geometry.smoothstep import smooth
+
+_EVEN = 3
+"""Rounds of evening bones' shares along a collar."""
+_LIES = 0.006
+"""How far off the cloth what lies on it is, at most [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +51,7 @@ def along(cloth: Cloth, ring: I32, gap: float, count: int, lowest: bool = False)
     return Line(read(p), n, a, read(cloth.weight[ring].astype(np.float64)).astype(np.float32), cloth.limb[ring[nearest]])
 
 
-def shirt_collar(line: Line, stand: float, fall: float, points: float, panel: str) -> Cloth:
+def shirt_collar(build: Build, line: Line, stand: float, fall: float, points: float, panel: str) -> Cloth:
     """Stands `stand` high and falls by `fall`, in front by `points` [m]."""
     count = len(line.points)
     front = np.abs(np.linspace(-1.0, 1.0, count)) ** 6
@@ -54,31 +60,39 @@ def shirt_collar(line: Line, stand: float, fall: float, points: float, panel: st
     lean = 0.004 * front
     edge = np.full(count, stand)
     profile = [
-        (0.0035 + lean, edge - drop + 0.003), (0.0065 + lean, edge - drop), (0.0075 + lean, edge - 0.5 * drop),
-        (0.0055 + lean, edge - 0.003), (0.0020 + lean, edge + 0.0015), (-0.0015 + lean, edge - 0.003), (-0.0015, 0.5 * edge),
+        (0.0030 + lean, edge - drop + 0.003), (0.0050 + lean, edge - drop), (0.0055 + lean, edge - 0.5 * drop),
+        (0.0045 + lean, edge - 0.003), (0.0020 + lean, edge + 0.0015), (-0.0015 + lean, edge - 0.003), (-0.0015, 0.5 * edge),
         (-0.0020, 0.0 * edge - 0.006),
     ]  # fmt: skip
-    return _of(line, profile, panel)
+    return _of(build, line, profile, panel)
 
 
-def _of(line: Line, profile: Sequence[tuple[F64 | float, F64]], panel: str) -> Cloth:
+def _of(build: Build, line: Line, profile: Sequence[tuple[F64 | float, F64]], panel: str) -> Cloth:
     """A strip; profile: of each row how far out and how far away it lies [m]."""
     count = len(line.points)
     rows = np.array([line.points + np.broadcast_to(o, count)[:, None] * line.out + a[:, None] * line.away for o, a in profile])
-    weight, limb = np.tile(line.weight, (len(rows), 1, 1)), np.tile(line.limb, (len(rows), 1))
-    return laid(rows, panel, weight, limb)
+    return laid(rows, panel, _of_neck(build, rows), np.tile(line.limb, (len(rows), 1)))
 
 
-def lapels(cloth: Cloth, line: Line, scale: float, panel: str) -> Cloth:
+def _of_neck(build: Build, rows: F64) -> F32:
+    """(K, N, BONES) bones' shares of rows round a neck, even along them: a neck that bends takes its collar along."""
+    share = of_skin(build, rows, "neck", *TRUNK).astype(np.float64)
+    for _ in range(_EVEN):
+        ends = np.concatenate([share[:, :1], share, share[:, -1:]], axis=1)
+        share = 0.25 * ends[:, :-2] + 0.5 * share + 0.25 * ends[:, 2:]
+    return share.astype(np.float32)
+
+
+def lapels(build: Build, cloth: Cloth, line: Line, panel: str) -> Cloth:
     """Lapels and collar in one, with a notch between them; `line` begins where they meet in front, lowest."""
-    count = len(line.points)
+    scale, count = build.scale, len(line.points)
     step = np.linalg.norm(np.diff(line.points, axis=0), axis=1)
     way = np.concatenate([[0.0], np.cumsum(step)])
     from_apex = np.minimum(way, way[-1] - way)
     total = 0.5 * float(way[-1])
-    notch = total - 0.125 * scale
+    notch = total - 0.165 * scale
     lapel = 0.082 * scale * np.clip(from_apex / notch, 0.0, 1.0) ** 0.75
-    collar = scale * (0.060 - 0.014 * np.clip((from_apex - notch) / (total - notch), 0.0, 1.0))
+    collar = scale * (0.050 - 0.004 * np.clip((from_apex - notch) / (total - notch), 0.0, 1.0))
     wide = np.where(from_apex < notch - 0.004, lapel, np.where(from_apex < notch + 0.008, 0.030 * scale, collar))
     stand = 0.020 * scale * np.clip((from_apex - 0.8 * notch) / (total - 0.8 * notch), 0.0, 1.0)
     flat = np.full(count, 0.004)
@@ -88,15 +102,16 @@ def lapels(cloth: Cloth, line: Line, scale: float, panel: str) -> Cloth:
         (flat - 0.007, stand - 0.004), (flat - 0.008, 0.0 * stand - 0.012),
     ]  # fmt: skip
     rows = np.array([line.points + o[:, None] * line.out + a[:, None] * line.away for o, a in profile])
-    # What lies on the cloth follows it.
+    # What lies on the cloth follows it, the more freely the farther it is from where it is turned over.
     normal = cloth.normals()
-    for k in range(4):
+    for k, most in enumerate((0.03, 0.03, 0.015, 0.004)):
         near = spread(cloth.points, np.hstack([cloth.points, normal]), rows[k])
         n = near[:, 3:] / np.linalg.norm(near[:, 3:], axis=1, keepdims=True)
         short = profile[k][0] - ((rows[k] - near[:, :3]) * n).sum(axis=1)
-        rows[k] += np.maximum(short, -0.004)[:, None] * n
-    on, share, _ = closest(rows.reshape(-1, 3), cloth.points[cloth.triangles])
-    corner = cloth.triangles[on]
-    bones = np.einsum("nk,nkb->nb", share, cloth.weight[corner]).astype(np.float32)
-    limb = cloth.limb[corner[np.arange(len(corner)), share.argmax(axis=1)]]
-    return laid(rows, panel, bones.reshape(*rows.shape[:2], -1), limb.reshape(rows.shape[:2]))
+        rows[k] += np.maximum(short, -most)[:, None] * n
+    bones, limb, far = cloth.bones_at(rows.reshape(-1, 3))
+    bones = bones.reshape(*rows.shape[:2], -1)
+    # What stands up round the neck goes with it.
+    free = smooth((far - _LIES) / _LIES).reshape(*rows.shape[:2], 1)
+    bones = (bones + free * (_of_neck(build, rows) - bones)).astype(np.float32)
+    return laid(rows, panel, bones, limb.reshape(rows.shape[:2]))

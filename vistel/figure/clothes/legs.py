@@ -10,7 +10,7 @@ from vistel.figure.clothes.cloth import Cloth
 from vistel.figure.clothes.fastening import buckle, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_legs
-from vistel.figure.clothes.shell import Pattern, Tables, shell
+from vistel.figure.clothes.shell import Pattern, Tables, of_skin, shell
 from vistel.figure.clothes.strip import hem, offsets, with_strip
 from vistel.figure.clothes.tailoring import trouser_painter
 from vistel.figure.clothes.tops import above, below
@@ -99,4 +99,4 @@ def _to_the_shoe(build: Build, cloth: Cloth, ring: I32) -> tuple[Cloth, I32]:
         at[:, 2] += 0.010 * scale * t * t * np.maximum(front, 0.0)
         rows.append(at)
     # They continue the panels of the leg: cloth there has places of its own.
-    return with_strip(cloth, ring, np.array(rows), "ankle")
+    return with_strip(cloth, ring, np.array(rows), "ankle", of_skin(build, np.array(rows), *LEG, "foot"))

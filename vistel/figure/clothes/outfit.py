@@ -6,7 +6,7 @@ from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.folds import Folds
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.legs import LegCut, trousers
-from vistel.figure.clothes.shirt import SHIRT, shirt
+from vistel.figure.clothes.shirt import SHIRT, UNDER_JACKET, shirt
 from vistel.figure.clothes.shoes import ShoeCut, shoes
 from vistel.figure.clothes.skirt import DRESS, SkirtCut, dress, skirt
 from vistel.figure.clothes.tops import SWEATER, T_SHIRT, pulled_over
@@ -25,7 +25,7 @@ def outfit(body: Avatar, wearing: Outfit) -> tuple[Part, ...]:
     layers = _layers(build, wearing)
     folds = Folds(build, wearing.seed)
     margin = _MARGIN * build.scale
-    return tuple(worn.beneath(layers[:k], margin).part(folds) for k, worn in enumerate(layers))
+    return tuple(worn.beneath(build, layers[:k], margin).part(folds) for k, worn in enumerate(layers))
 
 
 def _layers(build: Build, wearing: Outfit) -> list[Worn]:
@@ -46,5 +46,5 @@ def _layers(build: Build, wearing: Outfit) -> list[Worn]:
     if wearing.top == "blazer":
         under = Weave("plain", wearing.second)
         jacket = blazer("blazer", build, BLAZER, weave, wearing.seed)
-        return [jacket, lower, shirt("shirt", build, SHIRT, under, wearing.seed), worn]
+        return [jacket, lower, shirt("shirt", build, UNDER_JACKET, under, wearing.seed), worn]
     return [pulled_over(wearing.top, build, SWEATER if wearing.top == "sweater" else T_SHIRT, weave, wearing.seed), lower, worn]

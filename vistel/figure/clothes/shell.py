@@ -8,7 +8,7 @@ import numpy as np
 from vistel.arrays import F32, F64, I32, Bool
 from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.clothes.build import SIDES, Build, Neighbours
-from vistel.figure.clothes.cloth import Cloth, thinned
+from vistel.figure.clothes.cloth import Cloth, dense, thinned
 from vistel.figure.clothes.cut import Cutting, Field
 from vistel.figure.clothes.lowered import lowered
 from vistel.figure.clothes.panels import PANELS, Panels
@@ -116,6 +116,18 @@ def spread(source: F64, values: F64, points: F64) -> F64:
         w = 1.0 / (far + 1e-5) ** 2
         out[k : k + _CHUNK] = np.einsum("nk,nkc->nc", w / w.sum(axis=1, keepdims=True), values[near])
     return out
+
+
+def of_skin(build: Build, rows: F64, *limbs: str) -> F32:
+    """(K, N, BONES) bones' shares of rows of points (K, N, 3) beside those limbs: as the skin beneath has them, so that it does not
+    come through when it turns in what is round it."""
+    mesh = build.levels[0]
+    assert mesh.bone is not None and mesh.weight is not None, "a body has bones"
+    mine = build.on(mesh, *limbs)
+    share = spread(
+        mesh.vertices[mine].astype(np.float64), dense(mesh.bone, mesh.weight)[mine].astype(np.float64), rows.reshape(-1, 3)
+    )
+    return share.astype(np.float32).reshape(*rows.shape[:2], -1)
 
 
 def _brought_out(build: Build, pattern: Pattern, cut: Cutting) -> F64:

@@ -5,20 +5,22 @@ from dataclasses import replace
 
 import numpy as np
 
-from vistel.figure.clothes.build import Build
+from vistel.figure.clothes.build import ARM, Build
 from vistel.figure.clothes.cloth import Cloth, sewn
 from vistel.figure.clothes.collar import along, shirt_collar
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.fastening import button, middle_line
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.sheet import Paint
-from vistel.figure.clothes.shell import shell
+from vistel.figure.clothes.shell import of_skin, shell
 from vistel.figure.clothes.strip import hem, offsets, with_strip
-from vistel.figure.clothes.tops import Cut, above, beyond_wrist, neckline, painter, sleeves, top_pattern
+from vistel.figure.clothes.tops import Cut, above, beyond_wrist, neckline, painter, round_wrists, sleeves, top_pattern
 from vistel.figure.clothes.weave import Floats, Look, Weave
 from vistel.geometry.smoothstep import smooth
 
 SHIRT = Cut(0.003, 0.0, 0.0018, 0.60, 0.014, 0.985, 0.011, 0.13, 0.70, (1.20, 0.026), tucked=True)
+UNDER_JACKET = replace(SHIRT, clear=0.006, loose=0.4, ease=0.008, sleeve_ease=0.004, taper=1.0)
+"""A jacket presses it flat."""
 _CUFF = 0.060
 _BUTTONS = 6
 _BUTTON = 0.0055
@@ -46,17 +48,18 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
             if rim == "neck":
                 line = along(cloth, at, 0.022 * scale, 28)
                 # It hides the rim.
-                more.append(shirt_collar(line, 0.028 * scale, 0.044 * scale, 0.074 * scale, "collar"))
+                more.append(shirt_collar(build, line, 0.028 * scale, 0.044 * scale, 0.074 * scale, "collar"))
                 continue
             if rim == "cuff":
                 tight = beyond_wrist(build, cloth.points[at], 0.009)
                 steps = [(0.0012, 0.0), (-0.6 * tight, 0.05 * deep), (-tight, deep)]
-                cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), "cuff")
+                rows = round_wrists(build, offsets(cloth, at, steps), 0.005)
+                cloth, ring = with_strip(cloth, at, rows, "cuff", of_skin(build, rows, *ARM, "palm"))
             hems.append(hem(cloth, ring, cut.thick, 0.03))
     buttons = _buttons(build, cloth)
     look = _painter(build, weave, seed, [float(b.points[:, 1].mean()) for b in buttons])
     whole = replace(pattern, borders=borders | {"cuff": cuff})
-    hides, sinks = whole.hides(build, 0.028), whole.sinks(build)
+    hides, sinks = whole.hides(build, 0.018), whole.sinks(build)
     return Worn(name, sewn([cloth, *more]), hides, sinks, whole.inside, look, (1250, 560), hems=tuple(hems), details=tuple(buttons))
 
 

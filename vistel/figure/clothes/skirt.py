@@ -7,6 +7,7 @@ import numpy as np
 from vistel.arrays import F32, F64, I32
 from vistel.figure.clothes.build import SIDES, TRUNK, Build
 from vistel.figure.clothes.cloth import BONES, Cloth
+from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_top
 from vistel.figure.clothes.shell import Pattern, Tables, shell
@@ -60,6 +61,7 @@ def skirt(name: str, build: Build, cut: SkirtCut, weave: Weave, seed: int) -> Wo
         (1100, 480),
         hems=tuple(hems),
         both_sides=True,
+        hangs=below_hips(build),
     )
 
 
@@ -88,12 +90,19 @@ def dress(name: str, build: Build, cut: Cut, lower: SkirtCut, weave: Weave, seed
         (1900, 800),
         hems=tuple(hems),
         both_sides=True,
+        hangs=below_hips(build),
     )
 
 
 def _hips(build: Build) -> float:
     """Height below which cloth hangs free [m]."""
     return float(max(build.crotch + 0.035 * build.scale, build.joint("left_upper_leg")[1] - 0.03 * build.scale))
+
+
+def below_hips(build: Build) -> Field:
+    """How far below the hips a place is."""
+    hips = _hips(build)
+    return lambda p: hips - p[:, 1]
 
 
 def _end(build: Build, cut: SkirtCut) -> float:

@@ -86,7 +86,7 @@ def hem(cloth: Cloth, ring: I32, thick: float, deep: float, edge: bool = True) -
     return Cloth(
         rows.reshape(-1, 3),
         _bands(np.arange(len(rows) * count, dtype=np.int32).reshape(-1, count)),
-        np.tile(cloth.weight[ring], (len(rows), 1)),
+        np.vstack([np.tile(cloth.weight[ring], (len(rows) - 1, 1)), cloth.bones_at(rows[-1])[0]]),
         np.tile(cloth.limb[ring], len(rows)),
         np.tile(own, 2 * (len(rows) - 1)),
         flat,

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vistel.arrays import F64
+from vistel.arrays import F32, F64
 from vistel.figure.clothes.build import ARM, TRUNK, Build
 from vistel.figure.clothes.cloth import Cloth
 from vistel.figure.clothes.cut import Field
 from vistel.figure.clothes.garment import Worn
 from vistel.figure.clothes.panels import of_top
 from vistel.figure.clothes.sheet import Paint
-from vistel.figure.clothes.shell import Pattern, Tables, shell
+from vistel.figure.clothes.shell import Pattern, Tables, of_skin, shell
 from vistel.figure.clothes.strip import hem, offsets, with_strip
 from vistel.figure.clothes.tube import Tube, eased, hung
 from vistel.figure.clothes.weave import Floats, Look, Weave
@@ -135,6 +135,14 @@ def beyond_wrist(build: Build, rim: F64, room: float) -> float:
     return max(0.0, far - float(build.arms[0].girth[-1].mean()) - room)
 
 
+def round_wrists(build: Build, rows: F64, room: float) -> F64:
+    """Rows of points (K, N, 3) round an arm with at least so much room [m] round it: wrists are flat, what is drawn in is not."""
+    tube = build.arms[int(rows[..., 0].mean() < 0.0)]
+    s, angle, far, way = tube.polar(rows.reshape(-1, 3))
+    more = np.maximum(tube.read(tube.girth, s, angle) + room - far, 0.0)
+    return rows + (more[:, None] * way).reshape(rows.shape)
+
+
 def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     """A T-shirt or a sweater."""
     scale = build.scale
@@ -159,19 +167,28 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
                 steps = [(-0.35 * tight, 0.06 * ribs), (-tight, 0.3 * ribs), (-tight, ribs)] if ribs else []
             ring = at
             if steps:
-                cloth, ring = with_strip(cloth, at, offsets(cloth, at, steps), f"{rim}_rib")
+                rows = offsets(cloth, at, steps)
+                if rim == "cuff":
+                    rows = round_wrists(build, rows, 0.004)
+                cloth, ring = with_strip(cloth, at, rows, f"{rim}_rib", _of_rib(build, rim, rows))
             hems.append(hem(cloth, ring, cut.thick, _HEM, edge=rim != "hem"))
     whole = replace(pattern, borders=borders | {"hem": above(hem_height(build, cut.hem)), "cuff": cuff})
     return Worn(
         name,
         cloth,
-        whole.hides(build, 0.016),
+        whole.hides(build, 0.008 if cut.ribs else 0.016),
         whole.sinks(build),
         whole.inside,
         painter(weave, seed),
         (1500, 560),
         hems=tuple(hems),
     )
+
+
+def _of_rib(build: Build, rim: str, rows: F64) -> F32 | None:
+    """Bones' shares of ribs (K, N, 3): round neck and wrists they go with the skin, a hem with the cloth above it."""
+    beside = {"neck": ("neck", *TRUNK), "cuff": (*ARM, "palm")}
+    return of_skin(build, rows, *beside[rim]) if rim in beside else None
 
 
 def painter(weave: Weave, seed: int) -> Paint:

@@ -1,5 +1,6 @@
 """The lids of an eye: where they open on one head, and how far each vertex of them turns when the eye closes."""
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,8 @@ from numpy.typing import NDArray
 from vistel.arrays import F64, I64
 from vistel.figure.face.landmarks import EYEBALL
 from vistel.geometry.smoothstep import smooth
+from vistel.geometry.smoothstep_kernels import ease
+from vistel.jit.kernel_jit import compiled
 
 SPAN = np.radians(34.0)
 """Along the eyeball, from a lid's edge to where the skin no longer follows it."""
@@ -90,15 +93,19 @@ def before_the_eye(p: F64, centre: F64, ball: float) -> I64:
     return np.flatnonzero((np.linalg.norm(q, axis=1) < 1.5 * ball) & (q[:, 2] > 0.0))
 
 
+@compiled
 def off_the_eye(p: F64, at_rest: F64, vertex: I64, centre: F64, ball: float) -> None:
     """Lids that were moved straight on go round the eyeball and its cornea, in place. p, at_rest: (N, 3); vertex: of the lids."""
-    rest, q = at_rest[vertex] - centre, p[vertex] - centre
-    was, away = np.linalg.norm(rest, axis=1), np.linalg.norm(q, axis=1)
-    aside = np.square(q[:, :2] / away[:, None]).sum(axis=1)
-    clear = ball * (1.015 + CORNEA[0] * np.exp(-aside / CORNEA[1] ** 2))
-    moved = smooth(np.linalg.norm(q - rest, axis=1) / (LIFTED * ball))
-    least = was + moved * np.maximum(0.0, clear - was)
-    p[vertex] = centre + q * np.maximum(1.0, least / away)[:, None]
+    for i in vertex:
+        x, y, z = p[i, 0] - centre[0], p[i, 1] - centre[1], p[i, 2] - centre[2]
+        a, b, c = at_rest[i, 0] - centre[0], at_rest[i, 1] - centre[1], at_rest[i, 2] - centre[2]
+        was, away = math.sqrt(a * a + b * b + c * c), math.sqrt(x * x + y * y + z * z)
+        aside = (x * x + y * y) / (away * away)
+        clear = ball * (1.015 + CORNEA[0] * math.exp(-aside / CORNEA[1] ** 2))
+        far = math.sqrt((x - a) ** 2 + (y - b) ** 2 + (z - c) ** 2) / (LIFTED * ball)
+        least = was + ease(min(1.0, far)) * max(0.0, clear - was)
+        on = max(1.0, least / away)
+        p[i, 0], p[i, 1], p[i, 2] = centre[0] + x * on, centre[1] + y * on, centre[2] + z * on
 
 
 def slit_of(q: F64, triangles: I64, ball: float) -> Slit | None:

@@ -44,6 +44,8 @@ def save_avatar(avatar: Avatar, path: Path, *, small: bool = False) -> None:
                 arrays[f"level{k}.mesh{i}.{array}"] = getattr(mesh, array)
             if mesh.bone is not None:
                 arrays[f"level{k}.mesh{i}.bone"], arrays[f"level{k}.mesh{i}.weight"] = mesh.bone, mesh.weight
+            if mesh.hangs is not None:
+                arrays[f"level{k}.mesh{i}.hangs"] = mesh.hangs
             if mesh.targets:
                 arrays[f"level{k}.mesh{i}.target"] = np.array([t.name for t in mesh.targets])
                 arrays[f"level{k}.mesh{i}.target.size"] = np.array([len(t.vertex) for t in mesh.targets])
@@ -69,6 +71,7 @@ def load_avatar(path: Path) -> Avatar:
                         *(file[f"level{k}.mesh{i}.{array}"] for array in _MESH_ARRAYS),
                         *(file[f"level{k}.mesh{i}.{array}"] for array in ("bone", "weight") if f"level{k}.mesh{i}.bone" in file),
                         targets=_targets(file, f"level{k}.mesh{i}.target"),
+                        hangs=file.get(f"level{k}.mesh{i}.hangs"),
                     )
                     for i in range(1 + int(file["eyeballs"]))
                 )

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar, Mesh, Target
+from vistel.figure.formats.gltf_animation import Movement, animation
 from vistel.figure.formats.gltf_binary import Binary, smallest
 from vistel.figure.formats.gltf_materials import extensions_used, primitives, write_materials
 from vistel.figure.formats.vrm import EYES, vrm_extension
@@ -38,13 +39,13 @@ def save_gltf(avatar: Avatar, path: Path, *, author: str = "") -> None:
         stream.write(data)
 
 
-def gltf_bytes(avatar: Avatar, *, author: str = "", vrm: bool = False) -> bytes:
-    """What `save_gltf` writes."""
-    return _Writer().whole(avatar, author or avatar.name or "unknown", vrm=vrm)
+def gltf_bytes(avatar: Avatar, *, author: str = "", vrm: bool = False, movement: Movement | None = None) -> bytes:
+    """What `save_gltf` writes. movement: how the figure moves."""
+    return _Writer().whole(avatar, author or avatar.name or "unknown", vrm, movement)
 
 
 class _Writer(Binary):
-    def whole(self, avatar: Avatar, author: str, *, vrm: bool) -> bytes:
+    def whole(self, avatar: Avatar, author: str, vrm: bool, movement: Movement | None) -> bytes:
         bind = np.tile(np.eye(4), (len(JOINTS), 1, 1))
         bind[:, 3, :3] = -avatar.skeleton.rest  # column-major: the translation is the last row
         nodes = _joint_nodes(avatar)
@@ -79,6 +80,9 @@ class _Writer(Binary):
         tree |= materials
         exact = [self._exact(m) | order for m, order in zip((avatar.mesh, *avatar.eyeballs), orders, strict=True)]
         tree["extensions"] = {EXTENSION: _kept(avatar) | {"meshes": exact} | ({"patches": patches} if patches else {})}
+        if movement is not None:
+            targets = [t.name for t in avatar.mesh.targets]
+            tree["animations"] = [animation(self, movement, avatar.name, len(JOINTS), targets)]
         if vrm:
             tree["extensionsUsed"].append("VRMC_vrm")
             tree["extensions"]["VRMC_vrm"] = vrm_extension(avatar, author)
@@ -122,6 +126,8 @@ class _Writer(Binary):
         if mesh.bone is not None and mesh.weight is not None:
             out["bone"] = self.accessor(mesh.bone.astype(np.uint8), target=None)
             out["weight"] = self.accessor(mesh.weight.astype(np.float32), target=None)
+        if mesh.hangs is not None:
+            out["hangs"] = self.accessor(mesh.hangs.astype(np.float32)[:, None], target=None)
         return out
 
 

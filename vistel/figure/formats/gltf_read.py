@@ -108,6 +108,8 @@ def _mesh(document: Document, primitives: list[dict[str, Any]], exact: dict[str,
     points = np.zeros((len(limb), 3), np.float32)
     points[vertex] = drawn
     mesh = Mesh(points, vertex[corner], vertex, kept["uv"].astype(np.float32), corner, limb)
+    if "hangs" in kept:
+        mesh = replace(mesh, hangs=kept["hangs"][:, 0].astype(np.float32))
     if "bone" not in kept or "weight" not in kept:
         return mesh
     return replace(mesh, bone=kept["bone"].astype(np.int32), weight=kept["weight"].astype(np.float32))

@@ -183,6 +183,8 @@ def _write_mesh(stage: Any, at: str, mesh: Mesh, avatar: Avatar, joint: int | No
         else:
             keep(prim, "bone", types.IntArray, Vt.IntArray.FromNumpy(np.ascontiguousarray(bone.reshape(-1), np.int32)))
             keep(prim, "weight", types.FloatArray, Vt.FloatArray.FromNumpy(np.ascontiguousarray(weight.reshape(-1))))
+        if mesh.hangs is not None:
+            keep(prim, "hangs", types.FloatArray, Vt.FloatArray.FromNumpy(np.ascontiguousarray(mesh.hangs, np.float32)))
         indices, shares = joints_only(bone, weight)
         binding.CreateJointIndicesPrimvar(False, 4).Set(Vt.IntArray.FromNumpy(np.ascontiguousarray(indices.reshape(-1))))
         binding.CreateJointWeightsPrimvar(False, 4).Set(Vt.FloatArray.FromNumpy(np.ascontiguousarray(shares.reshape(-1))))
@@ -251,6 +253,8 @@ def _read(stage: Any, root: Any, path: Path) -> Avatar:
                 mesh = replace(
                     mesh, bone=array(prim, "vistel:bone", np.int32, 4), weight=array(prim, "vistel:weight", np.float32, 4)
                 )
+            if prim.HasAttribute("vistel:hangs"):
+                mesh = replace(mesh, hangs=array(prim, "vistel:hangs", np.float32))
             mesh = replace(mesh, targets=read_targets(stage, prim))
             check_indices(mesh, body, path)
             check_targets(mesh, str(path))

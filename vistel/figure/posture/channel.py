@@ -1,6 +1,7 @@
 """One sensor's value over time: followed while it arrives, held and then relaxed while it is missing, eased back on return."""
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -55,14 +56,14 @@ class Channel:
         self._back = -math.inf
         self._from: MatrixPose | None = None
 
-    def follow(self, t: float, measured: MatrixPose | tuple[F64, F64] | None, rest: MatrixPose) -> MatrixPose:
-        """The value at time `t`: `measured`, or without it what was last known on its way to `rest`."""
+    def follow(self, t: float, measured: MatrixPose | tuple[F64, F64] | None, rest: Callable[[], MatrixPose]) -> MatrixPose:
+        """The value at time `t`: `measured`, or without it what was last known on its way to `rest`, asked for only then."""
         dt, self._t = t - self._t, t
         if measured is None:
             if self._value is None:
-                self._value, self._heard = rest, t
+                self._value, self._heard = rest(), t
             else:
-                self._value = blend(self._value, rest, relaxation(t - self._heard, dt))
+                self._value = blend(self._value, rest(), relaxation(t - self._heard, dt))
             self._from = self._value
             return self._value
         now = MatrixPose(*measured)

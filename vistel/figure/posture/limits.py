@@ -14,8 +14,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.arm import MAX_FLEXION, twist_about_x
-from vistel.figure.posture.posture import ANKLE, ELBOW, KNEE, NECK, SHOULDER, SPINE_ROTATION, WRIST, Posture
-from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotvec_from_matrix
+from vistel.figure.posture.posture import ANKLE, KNEE, NECK, SHOULDER, SPINE_ROTATION, Posture
+from vistel.geometry.rotation import matrix_from_rotvec, multiply, rotation_x, rotvec_from_matrix
 from vistel.jit.kernel_jit import compiled
 
 SIDES = {"left": 1.0, "right": -1.0}
@@ -30,6 +30,10 @@ FINGER_LIMITS: F64 = np.radians(
 because a thing in the hand can press fingers apart."""
 
 
+_SPINE = SPINE_ROTATION.start
+_NECK = NECK.start
+_ARMS = tuple(SHOULDER[side].start for side in SIDES)
+"""Where the angles of an arm begin: shoulder, elbow, wrist."""
 _CLOSED = math.radians(140.0)
 """Base and middle flexion of an index finger together from which it begins to be closed [rad]."""
 _CLOSES = math.radians(35.0)
@@ -49,16 +53,23 @@ def within_limits(posture: Posture) -> Posture:
     """The posture with every joint brought to its limit where it is beyond, given the others. Joints within their limits keep
     their angles to the last bit."""
     dofs, hands = posture.dofs.copy(), posture.hands.copy()
-    dofs[KNEE] = clip(dofs[KNEE], 0.0, MOST_KNEE)
-    dofs[ANKLE] = clip(dofs[ANKLE], *ankle_range(dofs[KNEE]))
-    dofs[SPINE_ROTATION] = spine_within_limits(dofs[SPINE_ROTATION])
-    dofs[NECK] = _cone(dofs[NECK], (60.0, 50.0), (45.0, 45.0), 80.0)
-    for i, (side, sign) in enumerate(SIDES.items()):
-        dofs[ELBOW[side]] = clip(dofs[ELBOW[side]], 0.0, MAX_FLEXION)
-        dofs[SHOULDER[side]] = shoulder_within_limits(dofs[SHOULDER[side]], sign)
-        dofs[WRIST[side]] = _wrist(dofs[WRIST[side]], sign)
-        hands[i] = hand_within_limits(hands[i])
+    _bring_within(dofs, hands)
     return replace(posture, dofs=dofs, hands=hands)
+
+
+@compiled
+def _bring_within(dofs: F64, hands: F64) -> None:
+    dofs[KNEE] = clip(dofs[KNEE], 0.0, MOST_KNEE)
+    least, most = ankle_range(dofs[KNEE])
+    dofs[ANKLE] = clip(dofs[ANKLE], least, most)
+    dofs[_SPINE : _SPINE + 3] = spine_within_limits(dofs[_SPINE : _SPINE + 3])
+    dofs[_NECK : _NECK + 3] = _cone(dofs[_NECK : _NECK + 3], (60.0, 50.0), (45.0, 45.0), 80.0)
+    for row in range(2):
+        side, arm = 1.0 - 2.0 * row, _ARMS[row]
+        dofs[arm + 3] = clip(dofs[arm + 3], 0.0, MAX_FLEXION)
+        dofs[arm : arm + 3] = shoulder_within_limits(dofs[arm : arm + 3], side)
+        dofs[arm + 4 : arm + 7] = _wrist(dofs[arm + 4 : arm + 7], side)
+        hands[row] = hand_within_limits(hands[row])
 
 
 @compiled
@@ -91,11 +102,13 @@ def axial_excess(upper_arm: F64, side: float) -> float:
     return max(0.0, low - twist, twist - high)
 
 
+@compiled
 def spine_within_limits(rotvec: F64) -> F64:
     """(3,) rotation vector of the chest relative to the hips, bent and turned no further than a spine goes."""
     return _cone(rotvec, (35.0, 75.0), (35.0, 35.0), 45.0)
 
 
+@compiled
 def _cone(rotvec: F64, pitch: tuple[float, float], roll: tuple[float, float], twist: float) -> F64:
     """A rotation vector within an ellipse of pitch (back, forward) and roll (right, left) [degrees]; the more it is bent
     the less it turns about its own axis, up to `twist`."""
@@ -107,38 +120,38 @@ def _cone(rotvec: F64, pitch: tuple[float, float], roll: tuple[float, float], tw
     return np.array((rotvec[0] * scale, clip(rotvec[1], -most, most), rotvec[2] * scale))
 
 
+@compiled
 def _twist_and_swing(rotvec: F64) -> tuple[float, F64]:
     """A rotation as a turn about X and what is left in front of it: swing @ twist."""
-    m = matrix_from_rotvec(np.ascontiguousarray(rotvec))
+    m = matrix_from_rotvec(rotvec)
     angle = twist_about_x(m)
-    return angle, m @ rotation_x(angle).T
+    return angle, multiply(m, rotation_x(-angle))
 
 
-def _rotvec(m: F64) -> F64:
-    return rotvec_from_matrix(np.ascontiguousarray(m))
-
-
+@compiled
 def shoulder_within_limits(rotvec: F64, side: float) -> F64:
     """(3,) rotation vector of an upper arm relative to the chest, turned about itself no further than its elevation lets it; side
     +1 left, -1 right. `rotvec` itself where that is within the limits."""
     twist, swing = _twist_and_swing(rotvec)
-    low, high = axial_range(math.acos(clip(-side * float(swing[1, 0]), -1.0, 1.0)))
+    low, high = axial_range(math.acos(clip(-side * swing[1, 0], -1.0, 1.0)))
     kept = clip(twist, low, high)
-    return rotvec if kept == twist else _rotvec(swing @ rotation_x(kept))
+    return rotvec if kept == twist else rotvec_from_matrix(multiply(swing, rotation_x(kept)))
 
 
+@compiled
 def _wrist(rotvec: F64, side: float) -> F64:
     """Forearm twist, then deviation and flexion within a quarter of an ellipse each."""
     twist, swing = _twist_and_swing(rotvec)
-    v = _rotvec(swing)
+    v = rotvec_from_matrix(swing)
     deviation = -side * v[1] / math.radians(25.0 if -side * v[1] > 0.0 else 40.0)
     flexion = -side * v[2] / math.radians(85.0 if -side * v[2] > 0.0 else 75.0)
     far, kept = math.hypot(deviation, flexion), clip(twist, math.radians(-95.0), math.radians(95.0))
     if far <= 1.0 and kept == twist:
         return rotvec
-    return _rotvec(matrix_from_rotvec(np.ascontiguousarray(v / max(1.0, far))) @ rotation_x(kept))
+    return rotvec_from_matrix(multiply(matrix_from_rotvec(v / max(1.0, far)), rotation_x(kept)))
 
 
+@compiled
 def hand_within_limits(angles: F64) -> F64:
     """(20,) angles of a hand, as in a row of `Posture.hands` [rad]."""
     out = angles.copy()
@@ -148,8 +161,9 @@ def hand_within_limits(angles: F64) -> F64:
         middle = clip(out[f + 2], math.radians(-8.0), math.radians(112.0))
         # One tendon bends both: the end joint follows the middle one, and goes little further.
         end = clip(out[f + 3], math.radians(-8.0), clip(0.75 * middle + math.radians(25.0), 0.0, math.radians(85.0)))
-        out[f : f + 4] = base, clip(out[f + 1], -spread, spread), middle, end
-    out[2:4] = np.clip(out[2:4], np.radians((-30, -30)), np.radians((75, 90)))
+        out[f], out[f + 1], out[f + 2], out[f + 3] = base, clip(out[f + 1], -spread, spread), middle, end
+    out[2] = clip(out[2], math.radians(-30.0), math.radians(75.0))
+    out[3] = clip(out[3], math.radians(-30.0), math.radians(90.0))
     # Fingers that are closed leave a thumb that bends only the way over them.
     over = clip((out[4] + out[6] - _CLOSED) / _CLOSES, 0.0, 1.0) * clip((out[2] + out[3] - _BENT) / _BENDS, 0.0, 1.0)
     roll, abduction = _OVER[0], _OVER[1] + 0.6 * out[2]

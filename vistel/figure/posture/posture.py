@@ -368,3 +368,12 @@ def _pose(
         position[leg + 2] = position[leg + 1] + turn(rotation[leg + 1], offsets[leg + 2])
         rotation[leg + 3] = facing
         position[leg + 3] = position[leg + 2] + turn(facing, offsets[leg + 3])
+
+
+def local_joints(joints: JointPose) -> tuple[F64, F64]:
+    """Each joint in its parent's frame: positions (J, 3) and quaternions (J, 4) (x, y, z, w); the hips in the room's."""
+    position, rotation = joints.position.copy(), joints.rotation.copy()
+    up = joints.rotation[PARENTS[1:]].transpose(0, 2, 1)
+    rotation[1:] = up @ joints.rotation[1:]
+    position[1:] = np.einsum("jab,jb->ja", up, joints.position[1:] - joints.position[PARENTS[1:]])
+    return position, np.array([quaternion_from_matrix(np.ascontiguousarray(r)) for r in rotation])

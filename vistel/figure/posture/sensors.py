@@ -15,7 +15,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, Skeleton
-from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_y
+from vistel.geometry.rotation import matrix_from_quaternion, multiply, quaternion_from_matrix, rotation_y, turn
+from vistel.jit.kernel_jit import compiled
 
 Placement = tuple[F64, F64]
 """(position (3,) [m], unit quaternion (4,) x y z w): a frame placed in another."""
@@ -65,8 +66,7 @@ def receiver_poses(skeleton: Skeleton, joint_pose: JointPose, mounts: Mapping[st
 
 def joint_of_receiver(mount: Mount, position: F64, quaternion: F64) -> tuple[F64, F64]:
     """The joint's position (3,) and rotation (3, 3) from its receiver's: the inverse of a mount."""
-    rotation = matrix_from_quaternion(quaternion) @ mount.rotation.T
-    return position - rotation @ mount.position, rotation
+    return _unmounted(mount.position, mount.rotation, position, quaternion)
 
 
 def transmitter_in_room(
@@ -83,11 +83,27 @@ def transmitter_in_room(
 
 def into_frame(frame: Placement, p: F64, q: F64) -> Placement:
     """A placement (p, q) given in the room, seen from `frame`."""
-    rotation = matrix_from_quaternion(frame[1])
-    return rotation.T @ (p - frame[0]), quaternion_from_matrix(rotation.T @ matrix_from_quaternion(q))
+    return _into(*frame, p, q)
 
 
 def out_of_frame(frame: Placement, p: F64, q: F64) -> Placement:
     """A placement (p, q) given in `frame`, seen from the room: the inverse of `into_frame`."""
-    rotation = matrix_from_quaternion(frame[1])
-    return frame[0] + rotation @ p, quaternion_from_matrix(rotation @ matrix_from_quaternion(q))
+    return _out_of(*frame, p, q)
+
+
+@compiled
+def _unmounted(mount_p: F64, mount_r: F64, p: F64, q: F64) -> tuple[F64, F64]:
+    rotation = multiply(matrix_from_quaternion(q), mount_r.T)
+    return p - turn(rotation, mount_p), rotation
+
+
+@compiled
+def _into(frame_p: F64, frame_q: F64, p: F64, q: F64) -> tuple[F64, F64]:
+    back = matrix_from_quaternion(frame_q).T
+    return turn(back, p - frame_p), quaternion_from_matrix(multiply(back, matrix_from_quaternion(q)))
+
+
+@compiled
+def _out_of(frame_p: F64, frame_q: F64, p: F64, q: F64) -> tuple[F64, F64]:
+    rotation = matrix_from_quaternion(frame_q)
+    return frame_p + turn(rotation, p), quaternion_from_matrix(multiply(rotation, matrix_from_quaternion(q)))

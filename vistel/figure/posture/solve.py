@@ -6,21 +6,22 @@ returns, the body moves to its value smoothly."""
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.figure.posture import solve_kernels
 from vistel.figure.posture.arm import bones_of
 from vistel.figure.posture.channel import Channel, HandChannel, MatrixPose, blend, minimum_jerk
 from vistel.figure.posture.hands import RELAXED
-from vistel.figure.posture.limits import SIDES, hand_within_limits, shoulder_within_limits, spine_within_limits, within_limits
+from vistel.figure.posture.limits import SIDES, hand_within_limits, within_limits
 from vistel.figure.posture.posture import DOF_COUNT, ELBOW, HAND_DOF_COUNT, NECK, SHOULDER, WRIST, Posture, Stance
 from vistel.figure.posture.sensors import Mount, Placement, joint_of_receiver, receiver_mounts
 from vistel.figure.posture.stance import StanceFollower
-from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort, arm_within_limits, solve_arm
-from vistel.figure.posture.trunk import lean_to_head, solve_trunk
+from vistel.figure.posture.swivel import SWIVEL_SPEED, Comfort
 from vistel.figure.skeleton import JOINT_INDEX, SPINE_SEGMENTS, Skeleton
-from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_y, rotation_z, rotvec_from_matrix
+from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_y, rotation_z
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,7 @@ class PostureSolver:
         self._seated_top = self._top - np.array([0.0, skeleton.upper_leg, 0.0])
         self._segment = skeleton.spine / SPINE_SEGMENTS
         self._spine_base = np.ascontiguousarray(skeleton.offsets[spine])
+        self._hips = rest[0].copy()
         self._ankle, self._hip = rest[JOINT_INDEX["left_foot"]].copy(), rest[JOINT_INDEX["left_upper_leg"]].copy()
         self._collar = {s: rest[JOINT_INDEX[f"{s}_shoulder"]] - self._top for s in SIDES}
         self._bones = {s: bones_of(skeleton, s) for s in SIDES}
@@ -97,28 +99,25 @@ class PostureSolver:
         stale = {name for name in self._mounts if name not in receivers}
         joints = {name: joint_of_receiver(self._mounts[name], *pose) for name, pose in receivers.items()}
 
-        chest_p, chest = self._chest.follow(t_s, joints.get("chest"), self._chest_at_rest(joints.get("head")))
-        head = self._head.follow(t_s, _seen_from(joints.get("head"), chest_p, chest), MatrixPose(self._neck, np.eye(3)))
-        lean = matrix_from_rotvec(lean_to_head(head.position - self._middle, head.rotation, self._neck_joint, self._neck_bone))
-        chest_p, chest = chest_p + chest @ (self._middle - lean @ self._middle), chest @ lean
-        top = chest_p - chest @ self._collar["left"]
+        chest_p, chest = self._chest.follow(t_s, joints.get("chest"), lambda: self._chest_at_rest(joints.get("head")))
+        head = self._head.follow(t_s, _seen(joints.get("head"), chest_p, chest), lambda: MatrixPose(self._neck, np.eye(3)))
+        collar = self._collar["left"]
+        chest_p, chest, top, neck = solve_kernels.lean(
+            chest_p, chest, *head, self._middle, self._neck_joint, self._neck_bone, collar
+        )
         stance = self._stance.follow(dt, chest, top)
         dofs = np.empty(DOF_COUNT)
-        facing = rotation_y(stance.heading)
-        neck = lean.T @ head.rotation
-        spine = rotvec_from_matrix(facing.T @ chest)
-        kept = spine_within_limits(spine)
-        if not np.array_equal(kept, spine):
-            # The chest turns about the top of the spine; head and hands stay where they were measured.
-            measured, chest = chest, facing @ matrix_from_rotvec(kept)
-            chest_p = top + chest @ self._collar["left"]
-            neck = chest.T @ measured @ neck
-        dofs[0:8] = solve_trunk(
-            np.ascontiguousarray(facing.T @ chest),
-            facing.T @ (top - stance.position),
+        dofs[: NECK.stop], chest_p, chest = solve_kernels.trunk(
+            chest_p,
+            chest,
+            top,
+            neck,
+            collar,
+            stance.position,
+            stance.heading,
             self._ankle,
             self._hip,
-            self._skeleton.rest[0],
+            self._hips,
             self._spine_base,
             self._skeleton.lower_leg,
             self._skeleton.upper_leg,
@@ -126,21 +125,18 @@ class PostureSolver:
         )
         self._sitting = minimum_jerk((dofs[1] - math.radians(30.0)) / math.radians(50.0))
 
-        dofs[NECK] = rotvec_from_matrix(neck)
-        up = np.ascontiguousarray(chest[1])
-        for s, side in SIDES.items():
-            seen = _seen_from(joints.get(f"{s}_hand"), chest_p, chest)
-            wrist, hand = self._wrists[s].follow(t_s, seen, self._hand_at_rest(s))
-            local = wrist + self._collar["left"] - self._collar[s]
-            hand = np.ascontiguousarray(hand)
+        for s in SIDES:
+            seen = _seen(joints.get(f"{s}_hand"), chest_p, chest)
+            wrist, hand = self._wrists[s].follow(t_s, seen, partial(self._hand_at_rest, s))
+            local = wrist + collar - self._collar[s]
             if elbows is not None and s in elbows:
-                found = arm_within_limits(local, hand, self._bones[s], elbows[s], 0.0, self._scale[s])
+                found = solve_kernels.pointed_arm(local, hand, self._bones[s], elbows[s], self._scale[s])
             else:
-                found = solve_arm(
+                found = solve_kernels.free_arm(
                     local,
                     hand,
                     self._bones[s],
-                    up,
+                    chest[1],
                     self._hanging[s],
                     self._elbow[s],
                     self._scale[s],
@@ -150,9 +146,7 @@ class PostureSolver:
                 )
             arm, self._elbow[s], self._scale[s] = found
             self._solved[s] = True
-            arm = _cut_to_limits(arm, side)
-            dofs[SHOULDER[s]], dofs[ELBOW[s]] = arm[:3], arm[3]
-            dofs[WRIST[s]] = arm[4:]
+            dofs[SHOULDER[s]], dofs[ELBOW[s]], dofs[WRIST[s]] = arm[:3], arm[3], arm[4:]
         fingers = np.empty((2, HAND_DOF_COUNT))
         for row, s in enumerate(SIDES):
             angles = hands[row]
@@ -194,18 +188,5 @@ class PostureSolver:
         return blend(MatrixPose(hanging, down), MatrixPose(lap, ahead), self._sitting)
 
 
-def _seen_from(joint: tuple[F64, F64] | None, origin: F64, rotation: F64) -> MatrixPose | None:
-    if joint is None:
-        return None
-    return MatrixPose(rotation.T @ (joint[0] - origin), np.ascontiguousarray(rotation.T @ joint[1]))
-
-
-def _cut_to_limits(arm: F64, side: float) -> F64:
-    """(7,) dofs of an arm whose upper arm turns no further than it can; the hand keeps its orientation in the chest's frame."""
-    kept = shoulder_within_limits(arm[:3], side)
-    if np.array_equal(kept, arm[:3]):
-        return arm
-    elbow = rotation_y(-side * arm[3])
-    hand = matrix_from_rotvec(arm[:3]) @ elbow @ matrix_from_rotvec(arm[4:])
-    wrist = rotvec_from_matrix((matrix_from_rotvec(kept) @ elbow).T @ hand)
-    return np.concatenate([kept, arm[3:4], wrist])
+def _seen(joint: tuple[F64, F64] | None, origin: F64, frame: F64) -> MatrixPose | None:
+    return None if joint is None else MatrixPose(*solve_kernels.seen_from(*joint, origin, frame))

@@ -7,6 +7,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.space.hands.claims import ClaimChange, ClaimEvent
 from vistel.space.inputs import ParticipantBody
+from vistel.space.joints.buttons import ButtonEvent
 from vistel.space.memory.bonds import Bond, Torn
 from vistel.space.memory.dents import DentRecord
 from vistel.space.things.things import Thing, ThingPrimitive
@@ -128,6 +129,15 @@ def ownership(event: ClaimEvent, step: int, t_ns: int) -> world_pb2.Ownership:
     return out
 
 
+def button_event(event: ButtonEvent, step: int, t_ns: int) -> world_pb2.ButtonEvent:
+    """A button that was pressed or released in a step."""
+    out = world_pb2.ButtonEvent(
+        step=step, joint=event.joint, thing=event.thing, pressed=event.pressed, participant=event.participant
+    )
+    out.header.t_ns = t_ns
+    return out
+
+
 def input_person(p: ParticipantBody) -> world_pb2.WorldInputs.Person:
     """A participant, as recorded with the step in which they joined."""
     out = world_pb2.WorldInputs.Person(participant=p.participant, height_m=p.height, build=p.build)
@@ -156,6 +166,9 @@ def thing_message(t: Thing) -> world_pb2.Thing:
         look = out.looks.add(model=k.model, matrix=() if plain else k.matrix.ravel().tolist(), colour=k.colour)
         if not plain:
             look.offset.CopyFrom(_vec3(k.offset))
+    if t.pages is not None:
+        out.pages.models.extend(t.pages.models)
+        out.pages.shown, out.pages.by = t.pages.shown, t.pages.by
     if t.curve:
         a, straight = t.curve.arc, t.curve.straight
         out.curve.straight.extend(_primitive(p) for p in straight.primitives)

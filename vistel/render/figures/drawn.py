@@ -59,8 +59,8 @@ class Corners:
 
 @dataclass(frozen=True, eq=False)
 class Planned:
-    """A figure that the GPU poses and deforms: what of it never changes, and the frame; offsets: (V, 3) what its face does, in
-    the order of the shape, room frame [m]; None: nothing."""
+    """A figure that the GPU poses and deforms: what of it never changes, and the frame; offsets: (V, 3) what its face and what
+    hangs on it do, in the order of the shape, room frame [m]; None: nothing."""
 
     shape: SkinShape
     plan: FramePlan

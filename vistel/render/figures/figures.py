@@ -4,7 +4,7 @@ import logging
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,6 +26,8 @@ from vistel.figure.layers.places import Places
 from vistel.figure.layers.skin import Anatomy, SkinLayers
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
+from vistel.figure.swing.hanging import Hanging, HungMesh
+from vistel.figure.swing.swing import Swing, SwungLevel
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.render.figures.bare_skin import bare_skin, is_bare
@@ -249,6 +251,8 @@ class AvatarFigure:
         self._levels = [self._finest, *(_Level(a, self._finest.figure, w, picture, levels[-1]) for a, w in others)]
         self._countenance: Countenance | None = None
         self._face_of(avatar)
+        self._swing: Swing | None = None
+        self._let_hang(avatar)
         if layers:
             anatomy = Anatomy.of(Places(avatar))
             for level in self._levels:
@@ -264,6 +268,13 @@ class AvatarFigure:
         self._countenance = Countenance()
         for level in self._levels:
             level.face = FaceSkin(level.figure.avatar.mesh, marks)
+
+    def _let_hang(self, avatar: Avatar) -> None:
+        """Let swing what hangs loose."""
+        if (hanging := Hanging.of(avatar)) is not None:
+            self._swing = Swing(hanging, avatar.body)
+            for level in self._levels:
+                level.swung = SwungLevel(HungMesh(level.figure.avatar, hanging), hanging)
 
     def without_layers(self) -> None:
         """Let the skin follow the joints alone from now on."""
@@ -287,18 +298,41 @@ class AvatarFigure:
         """The figure in `posture`, deformed by its own limbs and by `ghosts`."""
         enough = sum(pixels_per_m <= limit for limit in COARSER_BELOW[: len(self._levels) - 1])
         level = self._levels[enough]
-        folds, expression, actions = None, None, {}
+        folds, expression, actions, swung = None, None, {}, None
         if self._countenance is not None:
-            shown = self._countenance.step(posture, at_ns, level_db)
-            actions, expression = shown.actions, None if shown.expression.still else shown.expression
-        if self.wearing is not None:
-            folds = self.wearing.weights(pose_joints(self.skeleton, posture), actions, at_ns)
-        now = level.plan if planned else level.pose
-        return now(posture, ghosts, folds, expression)
+            face = self._countenance.step(posture, at_ns, level_db)
+            actions, expression = face.actions, None if face.expression.still else face.expression
+        if self.wearing is not None or self._swing is not None:
+            joints = pose_joints(self.skeleton, posture)
+            if self.wearing is not None:
+                folds = self.wearing.weights(joints, actions, at_ns)
+            if self._swing is not None:
+                swung = self._swing.step(joints, self._finest.figure.skin.matrices(joints), at_ns)
+        moved = _Moved(folds, expression, swung)
+        return level.plan(posture, ghosts, moved) if planned else level.pose(posture, ghosts, moved)
 
     def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
         """This figure, posed, as ghosts for another."""
         return self._finest.figure.ghosts(posed, target=target)
+
+
+class _Moved(NamedTuple):
+    """What moves on a figure beside its bones and what touches it. folds: (S,) weights of its wrinkles; swung: (N, 3) as
+    `Swing.step` gives it; None: nothing of the kind."""
+
+    folds: F64 | None
+    expression: Expression | None
+    swung: F64 | None
+
+    @property
+    def moves(self) -> bool:
+        """Whether vertices go elsewhere in the room."""
+        return self.expression is not None or self.swung is not None
+
+    @property
+    def shader_weights(self) -> F32 | None:
+        """Of wrinkles that are drawn as relief."""
+        return None if self.folds is None else self.folds.astype(np.float32)
 
 
 class _Level:
@@ -314,7 +348,7 @@ class _Level:
     ) -> None:
         self._wrinkles = wrinkles
         self.face: FaceSkin | None = None
-        self._offsets: F32 | None = None
+        self.swung: SwungLevel | None = None
         # Coarser levels are for pictures in which they are small.
         patches = avatar.patches
         if finest is not None:
@@ -331,52 +365,46 @@ class _Level:
         """Let the skin follow the joints alone from now on."""
         self.figure.layers, self._planner = None, None
 
-    def pose(
-        self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None, expression: Expression | None = None
-    ) -> PosedVertices:
-        """The figure in `posture`, deformed by its own limbs and by `ghosts`; folds: (S,) weights of its wrinkles."""
-        state = self.figure.pose(posture, ghosts, self._displacement(folds))
-        if self.face is not None and expression is not None:
-            self.face.lay(state.vertices, state.normals, state.joints.rotation[_HEAD_JOINT], expression)
+    def pose(self, posture: Posture, ghosts: Sequence[GhostSource], moved: _Moved) -> PosedVertices:
+        """The figure in `posture`, deformed by its own limbs and by `ghosts`, and what moves on it."""
+        state = self.figure.pose(posture, ghosts, self._displacement(moved.folds))
+        if self.swung is not None and moved.swung is not None:
+            self.swung.lay(state.vertices, state.normals, moved.swung)
+        if self.face is not None and moved.expression is not None:
+            self.face.lay(state.vertices, state.normals, state.joints.rotation[_HEAD_JOINT], moved.expression)
         start = 0
         for corner, (vertices, normals) in zip(self._corners, ((state.vertices, state.normals), *state.eyeballs), strict=True):
             end = start + len(corner)
             np.take(vertices, corner, axis=0, out=self._positions[start:end])
             np.take(normals, corner, axis=0, out=self._normals[start:end])
             start = end
-        return PosedVertices(self.model, Corners(self._positions, self._normals), state.joints, state.posed, _shader_weights(folds))
+        return PosedVertices(self.model, Corners(self._positions, self._normals), state.joints, state.posed, moved.shader_weights)
 
-    def plan(
-        self, posture: Posture, ghosts: Sequence[GhostSource], folds: F64 | None = None, expression: Expression | None = None
-    ) -> PosedVertices:
+    def plan(self, posture: Posture, ghosts: Sequence[GhostSource], moved: _Moved) -> PosedVertices:
         """As `pose`, for the GPU to do."""
         if self._planner is None:
             planner = FigurePlanner(self.figure)
             self._planner = planner, SkinShape.of(planner)
         planner, shape = self._planner
-        displacement, offsets = self._displacement(folds), None
-        if self.face is not None and expression is not None:
-            if displacement is None:
-                displacement = np.zeros(len(self.figure.avatar.mesh.vertices), np.float32)
-            now = planner.plan(posture, ghosts, displacement)
-            offsets = self._room_offsets(self.face, planner, now.joints, expression)
-        else:
-            now = planner.plan(posture, ghosts, displacement)
-        return PosedVertices(self.model, Planned(shape, now.plan, offsets), now.joints, now.posed, _shader_weights(folds))
+        displacement, offsets = self._displacement(moved.folds), None
+        if moved.moves and displacement is None:
+            displacement = np.zeros(len(self.figure.avatar.mesh.vertices), np.float32)
+        now = planner.plan(posture, ghosts, displacement)
+        if moved.moves:
+            offsets = self._room_offsets(now.joints, moved)[planner.planner.order]
+        return PosedVertices(self.model, Planned(shape, now.plan, offsets), now.joints, now.posed, moved.shader_weights)
 
-    def _room_offsets(self, face: FaceSkin, planner: FigurePlanner, joints: JointPose, expression: Expression) -> F32:
-        """(V, 3) what the face does, in the order of the planner's places."""
-        if self._offsets is None:
-            self._offsets = np.zeros((len(self.figure.avatar.mesh.vertices), 3), np.float32)
-        face.room_offsets(joints.rotation[_HEAD_JOINT], expression, self._offsets)
-        return self._offsets[planner.planner.order]
+    def _room_offsets(self, joints: JointPose, moved: _Moved) -> F32:
+        """(V, 3) what the face and what hangs do."""
+        offsets = np.zeros((len(self.figure.avatar.mesh.vertices), 3), np.float32)
+        if self.face is not None and moved.expression is not None:
+            self.face.room_offsets(joints.rotation[_HEAD_JOINT], moved.expression, offsets)
+        if self.swung is not None and moved.swung is not None:
+            self.swung.add(moved.swung, offsets)
+        return offsets
 
     def _displacement(self, folds: F64 | None) -> F32 | None:
         return None if folds is None or self._wrinkles is None else self._wrinkles.displacement(folds)
-
-
-def _shader_weights(folds: F64 | None) -> F32 | None:
-    return None if folds is None else folds.astype(np.float32)
 
 
 def casters(body: Body) -> tuple[I32, I32]:

@@ -16,6 +16,7 @@ from vistel.arrays import U8
 from vistel.conference.avatar_files import kept_parcel
 from vistel.render.config import RenderConfig
 from vistel.render.figures.people import load_figure
+from vistel.render.film.pages import RecordedPages
 from vistel.render.film.sound import FilmSound
 from vistel.render.preparation import decor_of
 from vistel.render.scene_renderer import SceneRenderer
@@ -25,7 +26,9 @@ from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.world.recorded import TOPICS as WORLD_TOPICS
 from vistel.wire.world.recorded import RecordedWorld
 
-TOPICS = ("participant", "motion", *WORLD_TOPICS, "voice")
+SAID_ONCE = ("participant", "picture_part")
+"""What is true from then on: it is read from the log's beginning."""
+TOPICS = (*SAID_ONCE, "motion", *WORLD_TOPICS, "voice")
 """What of a log a film is made of."""
 PREROLL_NS = 2_500_000_000
 """Before the asked time: key frames of motion and the world come at least so often."""
@@ -62,11 +65,12 @@ def film(
     light = "fine" if view.light == "auto" else view.light
     large = replace(view, width=finer * view.width, height=finer * view.height, light=light)
     decor: Interior | None = decor_of(config.room) if config.room is not None else None
-    renderer = SceneRenderer(large, config.seats, lambda about: load_figure(about, files=config.avatars), decor)
+    pages = RecordedPages(decor.models if decor is not None else {})
+    renderer = SceneRenderer(large, config.seats, lambda about: load_figure(about, files=config.avatars), decor, pages)
     renderer.painter.saves_shadows = False
     try:
         # One instant ahead of what is drawn: what is heard until then belongs to the picture.
-        ahead = instants(config.delay_s, records, begin_ns, end_ns + math.ceil(1e9 / rate), rate, voices)
+        ahead = instants(config.delay_s, records, begin_ns, end_ns + math.ceil(1e9 / rate), rate, voices, pages)
         for instant, following in pairwise(ahead):
             picture = renderer.render_complete(instant)
             if finer > 1:
@@ -77,9 +81,9 @@ def film(
 
 
 def records_of(reader: LogReader, begin_ns: int, end_ns: int) -> Iterator[LogRecord]:
-    """Records for a film: participants from the log's beginning on, all others from a little before the start of the film."""
+    """Records for a film: participants and pages from the log's beginning on, all others from a little before it begins."""
     first_ns = max(reader.begin_ns, begin_ns - PREROLL_NS)
-    yield from reader.records(topics=("participant",), end_ns=first_ns)
+    yield from reader.records(topics=SAID_ONCE, end_ns=first_ns)
     yield from reader.records(topics=TOPICS, begin_ns=first_ns, end_ns=end_ns + 1)
 
 
@@ -89,11 +93,18 @@ def count_of(begin_ns: int, end_ns: int, rate: float) -> int:
 
 
 def instants(
-    delay_s: float, records: Iterable[LogRecord], begin_ns: int, end_ns: int, rate: float, voices: FilmSound | None = None
+    delay_s: float,
+    records: Iterable[LogRecord],
+    begin_ns: int,
+    end_ns: int,
+    rate: float,
+    voices: FilmSound | None = None,
+    pages: RecordedPages | None = None,
 ) -> Iterator[Instant]:
-    """What is shown, `rate` times a second from `begin_ns` to `end_ns`, of `records` (see `film`); `voices` collects the sound."""
+    """What is shown, `rate` times a second from `begin_ns` to `end_ns`, of `records` (see `film`); `voices` collects the
+    sound, `pages` what panels show."""
     stage = Stage(round(delay_s * 1e9))
-    playback = _LogPlayback(stage, iter(records), voices)
+    playback = _LogPlayback(stage, iter(records), voices, pages)
     for n in range(count_of(begin_ns, end_ns, rate)):
         now_ns = begin_ns + round(n * 1e9 / rate)
         playback.until(now_ns)
@@ -101,10 +112,10 @@ def instants(
 
 
 class _LogPlayback:
-    """Hands the records of a log to the stage and to the film's sound, up to a time."""
+    """Hands the records of a log to the stage, to the film's sound and to its pages, up to a time."""
 
-    def __init__(self, stage: Stage, records: Iterator[LogRecord], voices: FilmSound | None) -> None:
-        self._stage, self._records, self._voices = stage, records, voices
+    def __init__(self, stage: Stage, records: Iterator[LogRecord], voices: FilmSound | None, pages: RecordedPages | None) -> None:
+        self._stage, self._records, self._voices, self._pages = stage, records, voices, pages
         self._next = next(records, None)
         self._world = RecordedWorld()
 
@@ -122,6 +133,9 @@ class _LogPlayback:
                     self._stage.avatar_arrived(digest)
         elif record.topic.name == "motion":
             self._stage.receive_motion(record.names["participant"], message, record.log_ns)
+        elif record.topic.name == "picture_part":
+            if self._pages is not None:
+                self._pages.receive(record)
         elif record.topic.name == "voice":
             if self._voices is not None:
                 self._voices.receive(record.names["participant"], message)

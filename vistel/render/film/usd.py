@@ -16,12 +16,10 @@ from typing import Any
 
 import numpy as np
 
-from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.formats import usd as avatar_usd
-from vistel.figure.posture.posture import JointPose, pose_joints
-from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton
-from vistel.geometry.rotation import quaternion_from_matrix
+from vistel.figure.posture.posture import local_joints, pose_joints
+from vistel.figure.skeleton import JOINTS, Skeleton
 from vistel.render.stage.stage import Instant, ParticipantInfo
 from vistel.render.view.camera import SeatCamera
 from vistel.space.files.interior import Interior, looks_of
@@ -94,15 +92,6 @@ def _keep(kept: _Kept, frame: int, where: Any) -> None:
     kept.where.append(where)
 
 
-def local_of(joints: JointPose) -> tuple[F64, F64]:
-    """Each joint in its parent's frame: positions (J, 3) and quaternions (J, 4) (x, y, z, w); the hips in the room's."""
-    position, rotation = joints.position.copy(), joints.rotation.copy()
-    up = joints.rotation[PARENTS[1:]].transpose(0, 2, 1)
-    rotation[1:] = up @ joints.rotation[1:]
-    position[1:] = np.einsum("jab,jb->ja", up, joints.position[1:] - joints.position[PARENTS[1:]])
-    return position, np.array([quaternion_from_matrix(np.ascontiguousarray(r)) for r in rotation])
-
-
 class _Stage:
     """The file over the parts."""
 
@@ -155,7 +144,7 @@ class _Stage:
         animation.CreateScalesAttr(Vt.Vec3hArray([Gf.Vec3h(1.0)] * len(JOINTS)))
         moves, turns = animation.CreateTranslationsAttr(), animation.CreateRotationsAttr()
         for frame, joints in zip(kept.frames, kept.where, strict=True):
-            position, quaternion = local_of(joints)
+            position, quaternion = local_joints(joints)
             moves.Set(Vt.Vec3fArray.FromNumpy(np.ascontiguousarray(position, np.float32)), frame)
             turns.Set(Vt.QuatfArray([Gf.Quatf(w, x, y, z) for x, y, z, w in quaternion.tolist()]), frame)
         skeleton = self._stage.GetPrimAtPath(f"{at}/Skeleton")

@@ -60,11 +60,16 @@ def as_gl(matrix: NDArray[np.floating]) -> bytes:
 
 
 def put(prog: moderngl.Program, **uniforms: object) -> None:
-    """Set uniforms; those the compiler found unused are skipped."""
+    """Set uniforms, which nothing else may set; those that are so already, and those the compiler found unused, are skipped."""
+    if prog.extra is None:
+        prog.extra = {}
+    known: dict[str, object] = prog.extra
     for name, value in uniforms.items():
-        if name in prog:
-            member = prog[name]
-            if isinstance(value, bytes):
-                member.write(value)  # type: ignore[union-attr]
-            else:
-                member.value = value  # type: ignore[union-attr]
+        if known.get(name) == value:
+            continue
+        known[name] = value
+        member: Any = prog.get(name, None)
+        if isinstance(value, bytes) and member is not None:
+            member.write(value)
+        elif member is not None:
+            member.value = value

@@ -8,6 +8,15 @@ uniform float gloss;
 in vec2 place;
 uniform sampler2D picture;
 uniform float metallic;
+uniform float glows;  // 1: the picture shines by itself
+const float WHITE = 0.9;  // of a picture that does
+
+// Of a page: four places of the pixel, each from the next finer level of its mipmap, so that small letters stay sharp.
+vec3 page() {
+    vec2 right = 0.25 * dFdx(place), up = 0.25 * dFdy(place);
+    return 0.25 * (texture(picture, place + right + up, -1.0).rgb + texture(picture, place + right - up, -1.0).rgb
+        + texture(picture, place - right + up, -1.0).rgb + texture(picture, place - right - up, -1.0).rgb);
+}
 #ifndef FINE
 #include "plain_light.glsl"
 #endif
@@ -52,5 +61,13 @@ void main() {
     vec3 shine = gloss * (KEY * (visible * s16 * s16 * s16) + SKY * (0.10 + 0.6 * edge * edge) * base_colour.a);
     colour = vec4(display(own * light + shine), 1.0);
 #endif
+#endif
+#ifdef PICTURED
+    if (glows > 0.5) {
+        colour.rgb = WHITE * page();
+#ifndef FINE
+        colour.a = 0.99;  // its letters have no stairs: gl/antialias.py leaves alone what is not wholly opaque
+#endif
+    }
 #endif
 }

@@ -20,7 +20,7 @@ from vistel.render.stage.held import HeldThings
 from vistel.render.stage.motion import InterpolatedPosture, MotionReader, PredictedPosture, ShownPosture
 from vistel.render.stage.playout import Playout, Timing
 from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of, world_after
-from vistel.space.things.things import Thing
+from vistel.space.things.things import Pages, Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
 from vistel.wire.motion.proportions import from_message
 from vistel.wire.parcels import is_digest
@@ -50,6 +50,20 @@ class ParticipantInfo:
     parcel: str = ""
     proportions: Proportions | None = None
     here: bool = True
+
+
+def described(message: motion_pb2.Participant) -> ParticipantInfo:
+    """Who a message describes. Somebody with an avatar of their own is not `here` before it is."""
+    parcel = message.parcel if is_digest(message.parcel) else ""
+    return ParticipantInfo(
+        message.participant,
+        message.display_name or message.participant,
+        message.avatar or "builtin",
+        message.height_m if 0.5 <= message.height_m <= 2.6 else 1.75,
+        parcel,
+        _limbs(message),
+        not parcel,
+    )
 
 
 @dataclass(frozen=True)
@@ -97,6 +111,7 @@ class Stage:
         self._things: Mapping[str, Thing] = MappingProxyType({})
         self._described: Mapping[str, world_pb2.Thing] = MappingProxyType({})
         self._looks: frozenset[str] = frozenset()
+        self._pages: frozenset[str] = frozenset()
         self._touches: tuple[Touch, ...] = ()
         self._ghosts: tuple[ActingGhost, ...] = ()
         self._world: Playout[PlayoutWorld] = Playout(between, delay, world_after)
@@ -115,16 +130,9 @@ class Stage:
             self._people.pop(message.participant, None)
             return
         self._left.discard(message.participant)
-        parcel = message.parcel if is_digest(message.parcel) else ""
-        about = ParticipantInfo(
-            message.participant,
-            message.display_name or message.participant,
-            message.avatar or "builtin",
-            message.height_m if 0.5 <= message.height_m <= 2.6 else 1.75,
-            parcel,
-            _limbs(message),
-            not parcel or parcel in self._arrived,
-        )
+        about = described(message)
+        if about.parcel in self._arrived:
+            about = replace(about, here=True)
         person = self._people.get(about.name)
         if person is None:
             self._people[about.name] = _Person(about, self._delay, message.site)
@@ -153,6 +161,11 @@ class Stage:
     def looks(self) -> frozenset[str]:
         """Digests of the polymeshes that things of the room look like."""
         return self._looks
+
+    @property
+    def pages(self) -> frozenset[str]:
+        """Digests of the polymeshes that panels show, and of those that they show when somebody turns a page."""
+        return self._pages
 
     def receive_motion(self, name: str, message: motion_pb2.Motion, received_ns: int, *, thin: bool = False) -> None:
         """The motion of a participant, in full or thin: the newer posture is shown. Before their description is received, they are
@@ -245,6 +258,12 @@ class Stage:
         if things != dict(self._things):
             self._things = MappingProxyType(things)
             self._looks = frozenset(k.model for t in things.values() for k in t.looks)
+            self._pages = frozenset(page for t in things.values() if t.pages for page in _needed(t.pages))
+
+
+def _needed(pages: Pages) -> tuple[str, ...]:
+    """The page that is shown, the one before and the one after it."""
+    return pages.models[max(0, pages.shown - 1) : pages.shown + 2]
 
 
 def _shown(person: PersonNow) -> ShownPerson:

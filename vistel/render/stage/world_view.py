@@ -9,7 +9,7 @@ from vistel.arrays import F64
 from vistel.geometry.pose import Pose
 from vistel.render.stage.prediction import BODY_FADES_S, faded
 from vistel.space.things.arc import Arc
-from vistel.space.things.things import Curve, Look, Thing, ThingPrimitive
+from vistel.space.things.things import Curve, Look, Pages, Thing, ThingPrimitive
 from vistel.space.touch import FLESH_COMPLIANCE
 from vistel.v1 import geometry_pb2, world_pb2
 from vistel.wire.world.decoder import RoomState, Touch
@@ -96,7 +96,10 @@ def thing_of(message: world_pb2.Thing) -> Thing:
     primitives = tuple(primitive_from(p) for p in message.primitives)
     m = message
     looks = tuple(_look(k) for k in m.looks)
-    thing = Thing(m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3), looks=looks, hidden=m.hidden)
+    pages = Pages(tuple(m.pages.models), m.pages.shown, m.pages.by) if m.HasField("pages") else None
+    thing = Thing(
+        m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3), looks=looks, hidden=m.hidden, pages=pages
+    )
     if not m.HasField("curve"):
         return thing
     c = m.curve

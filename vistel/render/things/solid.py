@@ -14,11 +14,14 @@ from vistel.render.light.surroundings import SMOOTHEST
 from vistel.space.files.surfaces import PLAIN, SurfacePiece
 from vistel.space.things.tessellate import Surface3
 
+MOST_UNUSED = 4
+"""Textures that are kept when nothing shows them."""
+
 
 @dataclass
 class SurfaceBuffers:
     """A surface on the graphics side; more: (n, 4) tint of its vertices, or (n, 2) their places in the picture; finish: how it
-    shines where it is of a polymesh."""
+    shines where it is of a polymesh; glows: its picture shines by itself."""
 
     vao: moderngl.VertexArray
     shadow: moderngl.VertexArray
@@ -27,11 +30,21 @@ class SurfaceBuffers:
     picture: moderngl.Texture | None = None
     silhouette: moderngl.VertexArray | None = None
     finish: Finish = PLAIN
+    glows: bool = False
 
     def release(self) -> None:
         """Give it back."""
         for part in (self.vao, self.shadow, *([self.silhouette] if self.silhouette else []), *self.buffers):
             part.release()
+
+
+@dataclass
+class _Painted:
+    """A picture and its texture; uses: surfaces that show it."""
+
+    picture: U8
+    texture: moderngl.Texture
+    uses: int = 0
 
 
 class SolidThings:
@@ -43,7 +56,7 @@ class SolidThings:
         self.ctx, self._shadow, self._paint = ctx, shadow, paint
         self._plain = program(ctx, "solid", defines=light)
         self._pictured = program(ctx, "solid", defines=(*light, "PICTURED"))
-        self._textures: dict[int | bytes, tuple[U8, moderngl.Texture]] = {}
+        self._textures: dict[int | bytes, _Painted] = {}
 
     def plain(self, surface: Surface3, tint: F32) -> SurfaceBuffers:
         """A surface in colours of its vertices: linear colour and the ambient light there (n, 4)."""
@@ -62,7 +75,18 @@ class SolidThings:
         vbo, ibo = self.ctx.buffer(data.tobytes()), self.ctx.buffer(s.triangles.astype(np.int32).tobytes())
         vao = vertex_array(self.ctx, self._pictured, [(vbo, "3f 3f 2f", "position", "normal", "uv")], ibo)
         shadow = self._shadow.solid(vbo, "3f 20x", ibo)
-        return SurfaceBuffers(vao, shadow, [vbo, ibo], uv, self._texture(picture), finish=piece.finish)
+        return SurfaceBuffers(vao, shadow, [vbo, ibo], uv, self._texture(picture), finish=piece.finish, glows=piece.glows)
+
+    def release(self, solid: SurfaceBuffers) -> None:
+        """Give a surface back. Textures that nothing shows are kept for a while: a thing that changes shows its own again."""
+        solid.release()
+        for key, painted in list(self._textures.items()):
+            if painted.texture is solid.picture:
+                self._textures[key] = self._textures.pop(key)  # let go of last
+                painted.uses -= 1
+        unused = [key for key, painted in self._textures.items() if not painted.uses and painted.picture.size > 3]
+        for key in unused[:-MOST_UNUSED]:
+            self._textures.pop(key).texture.release()
 
     def draw(self, views: Sequence[tuple[bytes, SurfaceBuffers]], gloss: float, shared: dict[str, object]) -> None:
         """Draw solids at matrices (as OpenGL reads them) with what all shaders share."""
@@ -82,6 +106,7 @@ class SolidThings:
                     room_from_thing=matrix,
                     metallic=solid.finish.metallic,
                     rough=max(SMOOTHEST, solid.finish.roughness),
+                    glows=float(solid.glows),
                 )
                 solid.picture.use(0)
                 solid.vao.render()
@@ -91,5 +116,6 @@ class SolidThings:
         """One for all that show the same picture."""
         key = picture.tobytes() if picture.size <= 3 else id(picture)
         if key not in self._textures:
-            self._textures[key] = picture, self._paint(picture)
-        return self._textures[key][1]
+            self._textures[key] = _Painted(picture, self._paint(picture))
+        self._textures[key].uses += 1
+        return self._textures[key].texture

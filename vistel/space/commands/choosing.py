@@ -12,6 +12,7 @@ from vistel.space.actions import Refused
 from vistel.space.commands.context import Answer, Context, changed, exchanged, on_its_foot, performs
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
+from vistel.space.hands.reach_kernels import PAIRS
 from vistel.space.history import History, PlacedThing
 from vistel.space.holding import holding, ownership
 from vistel.space.state import State
@@ -73,8 +74,8 @@ def grip(context: Context, action: ask.Grip) -> Answer:
     if not found or posed is None:
         raise Refused(f"none of your free hands is at the {thing.name}; bring it nearer than {1e2 * NEAR:.0f} cm")
     right, reach = min(found, key=lambda f: (f[1].nearest, f[0]))
-    reach = reach if any(reach.engaged) else replace(reach, engaged=(True,) * 4)
-    return holding.grasped(ownership.forced(context.state, context.who, thing.id), s, posed, right, reach), (thing.id,)
+    free = ownership.forced(context.state, context.who, thing.id)
+    return holding.grasped(free, s, posed, right, reach, np.zeros(PAIRS, np.bool_)), (thing.id,)
 
 
 @performs(ask.Release)

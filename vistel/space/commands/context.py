@@ -77,14 +77,22 @@ class Context:
             how = f"is on the mouse of {led}" if led else "follows its own tracker; move the real one"
             raise Refused(f"the {thing.name} {how}")
 
-    def loose(self, which: Which) -> list[int]:
-        """The same, and in nobody's hand."""
+    def loose(self, which: Which, *, on_joints: bool = False) -> list[int]:
+        """The same, and in nobody's hand. on_joints: also what hangs on a joint."""
         rows = self.mine(which)
         for n in rows:
             thing = self.state.things[n]
+            if not on_joints:
+                self.check_free(n)
             if holding.holders(self.state, thing.id):
                 raise Refused(f"the {thing.name} is in your own hand; let go of it first")
         return rows
+
+    def check_free(self, n: int) -> None:
+        """Raises Refused for a thing that hangs on a joint."""
+        thing = self.state.things[n]
+        if thing.id in self.solids.joined.of_thing:
+            raise Refused(f"the {thing.name} hangs on a joint; it can be opened and closed, pushed and pulled")
 
     def placed(self, n: int) -> PlacedThing:
         """A thing and where it stands."""

@@ -57,8 +57,9 @@ def _sent(context: Context, rows: Sequence[int], shifts: F64) -> Answer:
 
 
 def _at_rest(context: Context, which: ask.Which) -> list[int]:
-    """Of all that are meant those that nothing leads: what is in somebody's hand is left there."""
+    """Of all that are meant those that nothing leads: what is in somebody's hand or on a joint is left there."""
     led = {g.thing for g in context.state.grasps} | holding.tracked_things(context.state)
+    led |= context.solids.joined.of_thing.keys()
     rows = [n for n in context.rows(which) if context.state.things[n].id not in led]
     for n in rows:
         context.check_mine(n)

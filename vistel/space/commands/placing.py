@@ -12,7 +12,7 @@ from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
-from vistel.space.commands import reshape
+from vistel.space.commands import moving_on_joint, reshape
 from vistel.space.commands.context import Answer, Context, changed, lowest, performs
 from vistel.space.dynamics.solids import outline
 from vistel.space.history import Change, PlacedThing
@@ -104,10 +104,12 @@ def _blocking(context: Context, n: int, x: PlacedThing, shift: F64, end: F64, li
 @performs(ask.MoveBy)
 def move_by(context: Context, action: ask.MoveBy) -> Answer:
     """Let things glide by a distance in a direction of the speaker."""
-    rows = context.loose(action.which)
+    rows = context.loose(action.which, on_joints=True)
     if not 0.0 < action.distance <= 2.0 * ROOM_RADIUS:
         raise Refused(f"a thing can be moved by more than 0 and at most {2 * ROOM_RADIUS:.0f} m, not {action.distance:g}")
     shift = action.distance * context.speaker.direction(action.towards)
+    if any(context.state.things[n].id in context.solids.joined.of_thing for n in rows):
+        return moving_on_joint.pushed(context, rows, shift)
     return glide(context, rows, lambda n: (shift, np.zeros(3)))
 
 

@@ -22,6 +22,8 @@ SMALLEST = 0.004
 """Least radius about its centre that a thing may have [m]."""
 LARGEST = 0.8
 """Largest such radius [m]."""
+LARGEST_PANEL = 4.0
+"""That of a panel, which stands on the floor [m]."""
 THINNEST = 0.002
 HEAVIEST = 50.0
 MOST_BEND = math.radians(300.0)
@@ -202,10 +204,11 @@ def sound(thing: Thing) -> Thing:
     """The thing, if it is of a size that things may have. Raises Refused."""
     radius = float(outline(thing).radius[0])
     thinnest = min(v for p in thing.primitives for k, v in enumerate(p.params) if k in _sizes(p))
-    if not (SMALLEST <= radius <= LARGEST and thinnest >= THINNEST):
+    largest = LARGEST_PANEL if thing.pages else LARGEST
+    if not (SMALLEST <= radius <= largest and thinnest >= THINNEST):
         raise Refused(
             f"the {thing.name} would be {2e2 * radius:.3g} cm long and {2e2 * thinnest:.2g} cm thin; "
-            f"things may be {2e2 * SMALLEST:.1f} to {2e2 * LARGEST:.0f} cm long and no thinner than {2e2 * THINNEST:.1f} cm"
+            f"things may be {2e2 * SMALLEST:.1f} to {2e2 * largest:.0f} cm long and no thinner than {2e2 * THINNEST:.1f} cm"
         )
     return thing
 

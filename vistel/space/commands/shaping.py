@@ -142,6 +142,7 @@ def attach(context: Context, action: ask.Attach) -> Answer:
         raise Refused("a thing cannot be attached to itself; say what to")
     for n in (a, b):
         context.check_mine(n)
+        context.check_free(n)
     x, y = context.placed(a), context.placed(b)
     one, other = (context.solids.part(n).moved(matrix_from_quaternion(z.rotation), z.position) for n, z in ((a, x), (b, y)))
     if len(find_contacts(one, other, margin=NEAR)) == 0:

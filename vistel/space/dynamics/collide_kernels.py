@@ -130,6 +130,13 @@ def _with_pair(out, count, a, b, n, position, reach):
     return count + 1, out
 
 
+@inner
+def _among(some, number):
+    """Whether a number is among some that are sorted."""
+    k = np.searchsorted(some, number) if len(some) > 0 else 0
+    return k < len(some) and some[k] == number
+
+
 @compiled
 def detect(
     first,
@@ -155,13 +162,14 @@ def detect(
     push_normal,
     push_gap,
     push_velocity,
+    apart,
     dt,
     pairs,
     contacts,
 ):
     """Write all contacts of things with each other and with what pushes them into `pairs` (K, 3) and `contacts` (K, columns); wake
-    things asleep that something moving touches. Arrays as `Solids`, `Motions` and `Pushes` have them, room frame, SI units; dt:
-    step [s]. Gives the number of contacts, and whether a thing was woken."""
+    things asleep that something moving touches. Arrays as `Solids`, `Motions`, `Pushes` and `Joined` have them, room frame,
+    SI units; dt: step [s]. Gives the number of contacts, and whether a thing was woken."""
     n = len(mode)
     count = 0
     woken = False
@@ -180,8 +188,10 @@ def detect(
         if mode[a] == 0:
             continue
         while next_pair < len(near) and near[next_pair] // n == a:  # contact points of one in the primitives of the other
-            b = near[next_pair] % n
+            b, joined = near[next_pair] % n, _among(apart, near[next_pair])
             next_pair += 1
+            if joined:
+                continue
             margin = MARGIN + (speed[a] + speed[b]) * dt
             # (a, b) walks a's contact points; b's contact points against a come when the loops meet (b, a), except that fixed
             # things are no `a`: theirs are walked here.

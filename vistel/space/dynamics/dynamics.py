@@ -15,6 +15,7 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.dynamics.collide_kernels import PUSHER, WIDTH, detect  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.motion_kernels import matrices, solve  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.dynamics.solids import Solids, pose_solids
+from vistel.space.joints.joint_kernels import wake  # pyright: ignore[reportUnknownVariableType]
 
 FIXED = 0
 """Nothing moves the thing."""
@@ -109,6 +110,8 @@ def _advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions,
     most = MOST_CONTACTS + CONTACTS_OF_EACH * len(m.mode)
     contacts, pairs = np.empty((most, WIDTH)), np.empty((most, 3), np.int64)
     count, woken = 0, True
+    if s.joined.joints:
+        wake(s.joined.ends, out.velocity, out.spin, out.mode, out.still)
     rotation = out.matrices()
     posed: PrimitiveSet = pose_solids(s, rotation, out.position)
     for _ in range(3):  # a woken thing may wake the next
@@ -136,6 +139,7 @@ def _advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions,
             pushes.normal,
             pushes.gap,
             pushes.velocity,
+            s.joined.apart,
             dt,
             pairs,
             contacts,
@@ -153,6 +157,8 @@ def _advance(s: Solids, m: Motions, pushes: Pushes, dt: float) -> tuple[Motions,
         out.still,
         pairs[:count],
         contacts[:count],
+        s.joined.rows,
+        s.joined.ends,
         dt,
     )
     between = pairs[:count, 1] != PUSHER

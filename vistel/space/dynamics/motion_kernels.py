@@ -14,6 +14,7 @@ from vistel.implicit.contacts.contact_kernels import surface
 from vistel.jit.kernel_jit import compiled, inner
 from vistel.jit.pointers import at, keep, pointer
 from vistel.space.dynamics.collide_kernels import WIDTH
+from vistel.space.joints.joint_kernels import DETENTS, JOINT, LOCKED, coordinates, hold, keep_speeds, prepare, settle, speeds
 
 GRAVITY = 9.81
 FRICTION = 0.5
@@ -155,8 +156,9 @@ def _prepare(c, turned, a, b, im, ii, axis):
 
 
 @inner
-def _iterate(pairs, contacts, turns, im, velocity, spin, rounds, biased, rate, mass_scale, impulse_scale, h):
-    """Impulses at all contacts, one after the other, some times. Pointers: turns, im, velocity, spin."""
+def _iterate(pairs, contacts, turns, im, velocity, spin, rounds, biased, rate, mass_scale, impulse_scale, h, joined):
+    """Impulses at all contacts, one after the other, then at all joints, some times. Pointers: turns, im, velocity, spin. joined:
+    what `joint_kernels.hold` takes."""
     for _ in range(rounds):
         for i in range(len(contacts)):
             c, turned = at(pointer(contacts), WIDTH * i), at(turns, 18 * i)
@@ -177,12 +179,28 @@ def _iterate(pairs, contacts, turns, im, velocity, spin, rounds, biased, rate, m
             total = max(0.0, c[22] + j)
             _push(c, turned, a, b, im, velocity, spin, 0, total - c[22])
             c[22] = total
+        if len(joined[1]) > 0:
+            hold(joined, biased, h)
+
+
+@inner
+def _weigh(free, inverse_inertia, rotation, out):
+    """Inverse inertias of the free things in the room, (N, 3, 3)."""
+    for a in free:
+        r = matrix_from_quaternion(rotation[a])
+        for i in range(3):
+            for j in range(3):
+                total = 0.0
+                for k in range(3):
+                    for m in range(3):
+                        total += r[i, k] * inverse_inertia[a, k, m] * r[j, m]
+                out[a, i, j] = total
 
 
 @compiled
-def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mode, still, pairs, contacts, dt):
-    """Move every free thing by one step of `dt` [s]: velocities by impulses at the contacts (soft contacts in small steps), then
-    poses. Changes position (N, 3) [m], rotation (N, 4), velocity [m/s] and spin [rad/s] in place."""
+def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mode, still, pairs, contacts, joints, ends, dt):
+    """Move every free thing by one step of `dt` [s]: velocities by impulses at the contacts (soft contacts in small steps) and
+    joints, then poses. Changes position (N, 3) [m], rotation (N, 4), velocity [m/s] and spin [rad/s] in place."""
     n = len(mode)
     free = np.flatnonzero(mode == 1)
     inverse_masses, inertias, turned = np.zeros(n), np.empty((n, 3, 3)), np.empty((len(contacts), 2, 3, 3))
@@ -191,14 +209,13 @@ def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mod
     im, ii, turns = pointer(inverse_masses), pointer(inertias), pointer(turned)
     for a in free:
         im[a] = inverse_mass[a]
-        r = matrix_from_quaternion(rotation[a])
-        for i in range(3):
-            for j in range(3):
-                total = 0.0
-                for k in range(3):
-                    for m in range(3):
-                        total += r[i, k] * inverse_inertia[a, k, m] * r[j, m]
-                inertias[a, i, j] = total
+    _weigh(free, inverse_inertia, rotation, inertias)
+    k = len(ends)
+    directions, moved = np.empty((k, LOCKED + 1, 12)), np.empty((k, LOCKED + 1, 12))
+    solution, free_mass = np.empty((k, LOCKED, LOCKED)), np.zeros(k)
+    coordinate, along, given = np.empty(k), np.zeros(k), np.empty((k, 1 + (JOINT - DETENTS) // 3))
+    joined = joints, ends, coordinate, given, inverse_masses, velocity, spin, directions, moved, solution, free_mass
+    coordinates(joints, ends, position, rotation, coordinate)
     fastest = 0.0
     for a in range(n):
         fastest = max(fastest, _length(at(v, 3 * a)))
@@ -221,29 +238,44 @@ def solve(inverse_mass, inverse_inertia, position, rotation, velocity, spin, mod
         for a in free:
             v[3 * a + 1] -= GRAVITY * h
             rolls = 1.0 + (3.0 if touched[a] else 0.3) * h  # rolling resists a little
-            for k in range(3 * a, 3 * a + 3):
-                v[k] /= 1.0 + 0.05 * h
-                w[k] /= rolls
+            for i in range(3 * a, 3 * a + 3):
+                v[i] /= 1.0 + 0.05 * h
+                w[i] /= rolls
+        if k > 0:
+            prepare(joints, ends, inverse_masses, inertias, position, rotation, directions, moved, solution, free_mass)
+            given[:] = 0.0
         for i in range(len(contacts)):  # begin where the last substep ended
             c, a, b = at(pointer(contacts), WIDTH * i), pairs[i, 0], pairs[i, 1]
             for axis in range(3):
                 _push(c, at(turns, 18 * i), a, b, im, v, w, axis, c[22 + axis])
-        _iterate(pairs, contacts, turns, im, v, w, 6, True, rate, mass_scale, impulse_scale, h)
+        _iterate(pairs, contacts, turns, im, v, w, 6, True, rate, mass_scale, impulse_scale, h, joined)
         for a in free:
             _limit(at(v, 3 * a), MAX_SPEED)
             _limit(at(w, 3 * a), MAX_SPIN)
-            for k in range(3 * a, 3 * a + 3):
-                x[k] += h * v[k]
+        if k > 0:
+            speeds(ends, velocity, spin, directions, free_mass, along)
+        for a in free:
+            for i in range(3 * a, 3 * a + 3):
+                x[i] += h * v[i]
             _turn(at(q, 4 * a), at(w, 3 * a), h)
+        if k > 0:
+            settle(joints, ends, coordinate, along, inverse_masses, mode, position, rotation, free_mass, h)
+            _weigh(free, inverse_inertia, rotation, inertias)
+            prepare(joints, ends, inverse_masses, inertias, position, rotation, directions, moved, solution, free_mass)
+            keep_speeds(ends, along, inverse_masses, velocity, spin, directions, moved, free_mass)
         for i in range(len(contacts)):
             contacts[i, 21] += h * _relative(at(pointer(contacts), WIDTH * i), pairs[i, 0], pairs[i, 1], v, w, 3)
-        _iterate(pairs, contacts, turns, im, v, w, 2, False, rate, mass_scale, impulse_scale, h)
+        _iterate(pairs, contacts, turns, im, v, w, 2, False, rate, mass_scale, impulse_scale, h, joined)
     for i in range(len(contacts)):  # bounce
         c, a, b = at(pointer(contacts), WIDTH * i), pairs[i, 0], pairs[i, 1]
         if c[28] < -0.5 and c[22] > 0.0:
             j = -c[25] * (_relative(c, a, b, v, w, 3) + RESTITUTION * c[28])
             if j > 0.0:
                 _push(c, at(turns, 18 * i), a, b, im, v, w, 0, j)
+    if k > 0:
+        hold(joined, False, h)
+        for i in range(k):
+            touched[ends[i, 1]] = True  # it may rest on its joint
     for a in free:
         slow = (velocity[a] * velocity[a]).sum() < 4e-4 and (spin[a] * spin[a]).sum() < 0.04
         still[a] = still[a] + 1 if slow and touched[a] else 0

@@ -12,6 +12,8 @@ from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space.contact.contact_points import contact_points_of
 from vistel.space.contact.near import PlacedPrimitives, placed
 from vistel.space.dynamics.motion_kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
+from vistel.space.joints.joined import Joined, joined
+from vistel.space.joints.joint import Joint
 from vistel.space.things.things import Thing, ThingPrimitive
 
 YIELD = 0.2
@@ -27,7 +29,8 @@ class Solids:
     first, contact_point_first: (N + 1,) where each thing's primitives and contact points begin; owner: (P,) thing of a primitive;
     primitives: the P primitives, posed in their thing's frame; centre (P, 3) and bound (P,): a sphere round each, thing frame;
     contact_point (M, 3), contact_point_radius (M,): little spheres that together reach the surface from inside; radius: (N,) round
-    the whole thing; inverse_mass (N,) [1/kg]; inverse_inertia (N, 3, 3) in the thing's frame [1/(kg m^2)]; both 0 for fixed things.
+    the whole thing; inverse_mass (N,) [1/kg]; inverse_inertia (N, 3, 3) in the thing's frame [1/(kg m^2)]; both 0 for fixed things;
+    joined: the joints between them.
     """
 
     things: tuple[Thing, ...]
@@ -42,6 +45,7 @@ class Solids:
     radius: F64
     inverse_mass: F64
     inverse_inertia: F64
+    joined: Joined
 
     def part(self, n: int) -> PrimitiveSet:
         """The primitives of thing n, posed in its frame."""
@@ -93,8 +97,9 @@ class Solids:
         return PrimitiveSet(rest.kind, rest.start, rest.params, out_r, out_p)
 
 
-def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
-    """The arrays of `things`; before: earlier arrays, whose known inertias are used again."""
+def solids(things: tuple[Thing, ...], before: Solids | None = None, joints: tuple[Joint, ...] = ()) -> Solids:
+    """The arrays of `things` and of those joints that are between them; before: earlier arrays of the same joints, whose known
+    inertias are used again."""
     if before is not None and len(before.things) == len(things) and all(a is b for a, b in zip(things, before.things, strict=True)):
         return before
     primitives = [(n, p) for n, thing in enumerate(things) for p in thing.primitives]
@@ -121,6 +126,7 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None) -> Solids:
         radius=np.array([reach[owner == n].max(initial=0.0) for n in range(len(things))], np.float64),
         inverse_mass=np.array([0.0 if t.fixed else 1.0 / t.mass for t in things], np.float64),
         inverse_inertia=np.zeros((len(things), 3, 3)),
+        joined=joined(joints, things),
     )
     known = {} if before is None else {id(t): n for n, t in enumerate(before.things)}
     for n, thing in enumerate(things):

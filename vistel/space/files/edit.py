@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import bulk_of_mesh
 from vistel.space.files.place import FromFile, lying, put_into
+from vistel.space.joints.joint import Joint, hanging_on
 from vistel.space.room import Extra, Seat
 from vistel.space.things.things import PhysicsMaterial, Thing
 
@@ -82,7 +83,16 @@ def _set(interior: Interior, words: list[str]) -> Changed:
             except ValueError as fault:
                 raise RoomFileError(f"{t.id}: {key}={value}: {fault}") from fault
         things.append(new)
+    renamed = {old.id: new.id for old, new in zip(interior.room.things, things, strict=True)}
+    joints = tuple(_renamed(j, renamed) for j in interior.room.joints)
+    interior = replace(interior, room=replace(interior.room, joints=joints))
     return interior.with_things(tuple(things)), f"{name}: {', '.join(f'{k} {v}' for k, v in given.items())}"
+
+
+def _renamed(j: Joint, to: Mapping[str, str]) -> Joint:
+    """The joint of things that have other ids now."""
+    button = j.button and replace(j.button, lights=to.get(j.button.lights, ""))
+    return replace(j, thing=to[j.thing], base=to.get(j.base, ""), button=button)
 
 
 def _move(interior: Interior, words: list[str]) -> Changed:
@@ -97,8 +107,18 @@ def _move(interior: Interior, words: list[str]) -> Changed:
         rotation = quaternion_from_matrix(np.ascontiguousarray(turn @ matrix_from_quaternion(rotation)))
     if not given:
         raise RoomFileError(f"move {t.id}: expected to=X,Y,Z, by=X,Y,Z or turn=DEGREES")
+    own = next((j for j in interior.room.joints if j.thing == t.id), None)
+    if own is not None:
+        raise RoomFileError(f"move {t.id}: {t.id} hangs on the joint {own.id}; move {own.base or 'the joint, in another program'}")
+    r = matrix_from_quaternion(rotation) @ matrix_from_quaternion(t.rotation).T
+
+    def along(x: Thing) -> Thing:
+        turned = quaternion_from_matrix(np.ascontiguousarray(r @ matrix_from_quaternion(x.rotation)))
+        return replace(x, position=position + r @ (x.position - t.position), rotation=turned)
+
+    carried = hanging_on(interior.room.joints, t.id)
     moved = replace(t, position=position, rotation=rotation)
-    things = tuple(moved if x is t else x for x in interior.room.things)
+    things = tuple(moved if x is t else along(x) if x.id in carried else x for x in interior.room.things)
     return interior.with_things(things), f"{t.id}: at {_spot(position)}"
 
 

@@ -45,12 +45,14 @@ class PartProperties:
 
 @dataclass(frozen=True, eq=False)
 class Made:
-    """A thing with its model. notes: remarks for the user; gap: mean distance of its surface from its primitives [m]."""
+    """A thing with its model. notes: remarks for the user; gap: mean distance of its surface from its primitives [m]; group: its
+    name among the groups of the file."""
 
     thing: Thing
     model: Polymesh
     gap: float
     notes: tuple[str, ...] = ()
+    group: str = ""
 
 
 @dataclass(frozen=True)
@@ -141,7 +143,7 @@ def _made(
         looks=(Look(moved.digest),),
         inertia=None if fixed else bulk.inertia,
     )
-    return Made(thing, moved, fit.mean, tuple(notes))
+    return Made(thing, moved, fit.mean, tuple(notes), name)
 
 
 def _bulk(model: Polymesh, vertices: F64, cells: Cells, axes: F64, notes: list[str], weighed: bool) -> Bulk:

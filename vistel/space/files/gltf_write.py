@@ -16,6 +16,9 @@ from vistel.space.files.surfaces import SurfacePiece, pieces_of
 from vistel.space.things.things import Thing
 from vistel.whole_file import whole_file
 
+UNLIT = "KHR_materials_unlit"
+"""The extension for what shines by itself."""
+
 
 def save_glb(interior: Interior, path: Path) -> None:
     """Writes a .glb, whole or not at all. Raises OSError, and ValueError for another ending."""
@@ -54,6 +57,8 @@ class _Writer(Binary):
         for name, rows in (("nodes", nodes), ("meshes", self.meshes), ("materials", self.materials), ("images", self.images)):
             if rows:
                 tree[name] = rows
+        if any("extensions" in m for m in self.materials):
+            tree["extensionsUsed"] = [UNLIT]
         if self.images:
             tree["textures"] = [{"source": n, "sampler": 0} for n in range(len(self.images))]
             tree["samplers"] = [{"magFilter": 9729, "minFilter": 9987, "wrapS": 10497, "wrapT": 10497}]
@@ -89,5 +94,6 @@ class _Writer(Binary):
             else:
                 look["baseColorFactor"] = [*linear(np.array(p.colour) / 255.0).tolist(), 1.0]
             self._known[key] = len(self.materials)
-            self.materials.append({"pbrMetallicRoughness": look, "doubleSided": p.mesh})
+            shines: dict[str, Any] = {"extensions": {UNLIT: {}}} if p.glows else {}
+            self.materials.append({"pbrMetallicRoughness": look, "doubleSided": p.mesh} | shines)
         return self._known[key]

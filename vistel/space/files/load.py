@@ -18,21 +18,24 @@ from vistel.arrays import F64
 from vistel.figure.avatar.cache_folder import default_cache
 from vistel.figure.making.files.read_gltf import read_gltf
 from vistel.figure.making.files.read_obj import read_obj
-from vistel.figure.making.source import MakingError
+from vistel.figure.making.source import MakingError, SourceMesh
 from vistel.figure.usd_fault import reason
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.foreign import ForeignFile, PartProperties, found
 from vistel.space.files.interior import Interior
 from vistel.space.files.seats import gltf_seats, seats_at_chairs, usd_seats
+from vistel.space.files.usd_joints import Bodies, read_joints
 from vistel.space.files.usd_read import own_room, read_room, read_seats
 from vistel.space.files.usd_write import USD_ENDINGS, save_usd
+from vistel.space.joints.joined import put_on_joints
+from vistel.space.joints.joint import Joint
 from vistel.space.room import Room, Seat
 from vistel.space.things.things import Thing
 
 GLTF_ENDINGS = (".gltf", ".glb")
 ENDINGS = (*USD_ENDINGS, *GLTF_ENDINGS, ".obj")
 MOST_THINGS = 400
-_KEPT = 5
+_KEPT = 6
 """Raised when the same file would be read differently."""
 _FAR = 1.5
 """A room whose middle is further from the origin than this is moved there [m]."""
@@ -111,6 +114,7 @@ def _made(path: Path, fixed: bool | None, room: bool) -> Interior:
     """The room of a file of others; or its things where they stand in it."""
     ending = path.suffix.lower()
     seats: list[Seat] = []
+    jointed: tuple[Any, SourceMesh] | None = None
     if ending in USD_ENDINGS:
         from vistel.figure.making.files.read_usd import read_usd  # USD takes long to load
 
@@ -118,6 +122,7 @@ def _made(path: Path, fixed: bool | None, room: bool) -> Interior:
         source = read_usd(path, lambda prim: str(_component(prim).GetPath()))
         whole = found(source, _said(stage), fixed=fixed)
         seats = usd_seats(stage, _to_room(source.unit, source.up))
+        jointed = stage, source
     elif ending in GLTF_ENDINGS:
         whole = found(read_gltf(path, apart=True), fixed=fixed)
         seats = gltf_seats(path)
@@ -128,10 +133,34 @@ def _made(path: Path, fixed: bool | None, room: bool) -> Interior:
     things, notes = tuple(m.thing for m in whole.made), list[str]()
     if room:
         things, seats, notes = _in_place(whole, seats)
+    joints: tuple[Joint, ...] = ()
+    if jointed is not None:
+        joints = read_joints(jointed[0], path, _bodies(jointed[1], whole, things), things, notes)
+        things = put_on_joints(joints, things, notes)
     shell = not any(t.shape in _SHELL for t in things)
-    made = Room(tuple(seats or seats_at_chairs(things)), things, shell=shell)
+    made = Room(tuple(seats or seats_at_chairs(things)), things, shell=shell, joints=joints)
     told = (f"{m.thing.id}: {note}" for m in whole.made for note in m.notes)
     return Interior(made, notes=(*whole.notes, *notes, *told)).with_things(things, {m.model.digest: m.model for m in whole.made})
+
+
+def _bodies(source: SourceMesh, whole: ForeignFile, things: tuple[Thing, ...]) -> Bodies:
+    """What joints of a file of others are between. things: those of `whole` where they stand in the room."""
+    from pxr import UsdGeom
+
+    to_room = _to_room(source.unit, source.up)
+    if things:
+        to_room[:3, 3] += things[0].position - whole.made[0].thing.position
+    at = {t.id: t.position for t in things}
+
+    def frame(prim: Any, thing: str) -> F64:
+        out = to_room.copy()
+        if prim is not None:
+            out = out @ np.array(UsdGeom.Xformable(prim).ComputeLocalToWorldTransform(0.0), np.float64).T
+        if thing:
+            out[:3, 3] -= at[thing]  # things of others stand straight, in the frame of the room
+        return out
+
+    return Bodies({m.group: t.id for m, t in zip(whole.made, things, strict=True)}, frame, source.unit or 1.0)
 
 
 def _in_place(whole: ForeignFile, seats: list[Seat]) -> tuple[tuple[Thing, ...], list[Seat], list[str]]:

@@ -1,6 +1,7 @@
 """Puts things into a room: on fixed things, or on the floor."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from vistel.space.commands.reshape import painted
 from vistel.space.files.interior import Interior
 from vistel.space.files.load import load_things
 from vistel.space.files.surfaces import height_at, in_room, pieces_of
+from vistel.space.joints.joint import Joint, JointFrame
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.things.things import Thing
 
@@ -45,8 +47,8 @@ def put_into(interior: Interior, new: FromFile) -> tuple[Interior, tuple[str, ..
     stands = all(t.fixed for t in found.room.things)
     floor = 0.0 if stands else height_at(interior.room.things, interior.models, x, z)
     out: list[Thing] = []
+    alone = len(found.room.things) == 1
     for t in found.room.things:
-        alone = len(found.room.things) == 1
         spot = turn @ (t.position - middle - (0.0, low[1], 0.0)) + (x, floor, z)
         placed = replace(
             t,
@@ -58,9 +60,23 @@ def put_into(interior: Interior, new: FromFile) -> tuple[Interior, tuple[str, ..
             compliance=t.compliance if new.rigidity is None else 1.0 - new.rigidity,
         )
         out.append(placed if new.colour is None else painted(placed, new.colour))
-    whole = interior.with_things((*interior.room.things, *out), found.models)
+    ids = {t.id: placed.id for t, placed in zip(found.room.things, out, strict=True)}
+    origin = np.array((x, floor, z)) - turn @ np.array((middle[0], low[1], middle[2]))
+    joints = tuple(_brought(j, new.id, ids, turn, origin) for j in found.room.joints)
+    joined = replace(interior, room=replace(interior.room, joints=(*interior.room.joints, *joints)))
+    whole = joined.with_things((*interior.room.things, *out), found.models)
     notes = (*interior.notes, *(f"{new.id}: {note}" for note in found.notes))
     return replace(whole, notes=notes), tuple(t.id for t in out)
+
+
+def _brought(j: Joint, prefix: str, ids: Mapping[str, str], turn: F64, origin: F64) -> Joint:
+    """The joint of a file between things that have these ids now; turn (3, 3), origin (3,): how the file stands in the room."""
+    button = j.button and replace(j.button, lights=ids.get(j.button.lights, ""))
+    out = replace(j, id=f"{prefix}-{j.id}", thing=ids[j.thing], base=ids.get(j.base, ""), button=button)
+    if j.base:
+        return out
+    frame = JointFrame(turn @ j.on_base.point + origin, quaternion_from_matrix(np.ascontiguousarray(turn @ j.on_base.matrix)))
+    return replace(out, on_base=frame)
 
 
 def lying(thing: Thing, interior: Interior) -> Thing:

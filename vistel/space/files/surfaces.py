@@ -24,7 +24,8 @@ PLAIN = Finish(0.6, 0.0)
 @dataclass(frozen=True, eq=False)
 class SurfacePiece:
     """A part of a thing's drawn surface, in the thing's frame. colour: (3,) sRGB bytes; with a picture (H, W, 3) uv: (n, 2), origin
-    bottom left; mesh: it is of a polymesh, which may be open. finish: how it shines."""
+    bottom left; mesh: it is of a polymesh, which may be open. finish: how it shines. glows: its picture shines by itself, as a
+    screen's."""
 
     surface: Surface3
     colour: tuple[int, int, int]
@@ -32,6 +33,7 @@ class SurfacePiece:
     picture: U8 | None = None
     mesh: bool = False
     finish: Finish = PLAIN
+    glows: bool = False
 
 
 def pieces_of(thing: Thing, models: Mapping[str, Polymesh], detail: float = 0.7) -> list[SurfacePiece]:
@@ -47,7 +49,8 @@ def pieces_of(thing: Thing, models: Mapping[str, Polymesh], detail: float = 0.7)
         surfaces = tessellate_thing(thing, detail)
         out += [SurfacePiece(s, rgb(p.colour or thing.colour)) for s, p in zip(surfaces, drawn.primitives, strict=True) if p.seen]
     for look in thing.looks:
-        out += [_bent(p, thing) for p in _look_pieces(look, models[look.model])]
+        shines = thing.pages is not None
+        out += [_bent(replace(p, glows=shines and p.picture is not None), thing) for p in _look_pieces(look, models[look.model])]
     return out
 
 

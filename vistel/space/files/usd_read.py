@@ -14,7 +14,9 @@ from vistel.space.files.faults import RoomFileError
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Polymesh
 from vistel.space.files.travel import finish_read
+from vistel.space.files.usd_joints import Bodies, read_joints
 from vistel.space.files.usd_write import FORMAT
+from vistel.space.joints.joined import put_on_joints
 from vistel.space.room import Room, Seat
 from vistel.space.things.json_values import from_thing, to_thing
 from vistel.space.things.things import BEARS, GraspAxis, Look, PhysicsMaterial, Thing, ThingPrimitive
@@ -62,9 +64,13 @@ class _Reader:
 
     def room(self, root: Any) -> Interior:
         things = self.stage.GetPrimAtPath(f"{root.GetPath()}/Things")
-        found = tuple(self._thing(prim) for prim in (things.GetChildren() if things else ()) if prim.HasAttribute("vistel:id"))
+        prims = [prim for prim in (things.GetChildren() if things else ()) if prim.HasAttribute("vistel:id")]
+        found = tuple(self._thing(prim) for prim in prims)
+        id_of = {str(prim.GetPath()): t.id for prim, t in zip(prims, found, strict=True)}
+        joints = read_joints(self.stage, self.path, Bodies(id_of), found, self.notes)
         self.notes[:0] = [str(n) for n in _get(root, "notes", None) or ()]
-        room = Room(tuple(read_seats(root)), found, shell=bool(_get(root, "shell")))
+        found = put_on_joints(joints, found, self.notes)
+        room = Room(tuple(read_seats(root)), found, shell=bool(_get(root, "shell")), joints=joints)
         return Interior(room, notes=tuple(self.notes)).with_things(found, self.models)
 
     def _thing(self, prim: Any) -> Thing:

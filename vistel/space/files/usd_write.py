@@ -5,6 +5,7 @@
 /Room/Things/ID      Xform, kind component: a thing where it starts. vistel:... say what it is, UsdPhysics its mass
 /Room/Things/ID/Look_N   Mesh: what is drawn for it, with texture coordinates (st)
 /Room/Things/ID/Body     Mesh: its own primitives, for programs that know none
+/Room/Joints/ID      PhysicsRevoluteJoint, PhysicsPrismaticJoint: what hangs on what (`usd_joints`)
 /Room/Materials      UsdPreviewSurface, for every face: colours, and pictures in the folder NAME_textures beside the file
                      (inside a .usdz)
 """
@@ -26,6 +27,7 @@ from vistel.space.files.interior import Interior
 from vistel.space.files.model import Polymesh
 from vistel.space.files.surfaces import PLAIN, rgb
 from vistel.space.files.travel import finish_told
+from vistel.space.files.usd_joints import write_joint
 from vistel.space.things.json_values import from_thing
 from vistel.space.things.tessellate import join, tessellate_thing
 from vistel.space.things.things import BEARS, Thing
@@ -107,8 +109,14 @@ class _Writer:
             keep(prim, "seat", Sdf.ValueTypeNames.Int, n)
             keep(prim, "heading", Sdf.ValueTypeNames.Double, seat.heading)
         names: set[str] = set()
+        paths = {t.id: f"/Room/Things/{_prim_name(t.id, names)}" for t in interior.room.things}
         for thing in interior.room.things:
-            self._thing(thing, _prim_name(thing.id, names), interior)
+            self._thing(thing, paths[thing.id], interior)
+        if interior.room.joints:
+            UsdGeom.Scope.Define(self.stage, "/Room/Joints")
+        names = set()
+        for joint in interior.room.joints:
+            write_joint(self.stage, joint, f"/Room/Joints/{_prim_name(joint.id, names)}", paths)
         self.stage.GetRootLayer().Save()
 
     def _placed(self, at: str, position: NDArray[np.float64], rotation: NDArray[np.float64]) -> Any:
@@ -120,10 +128,10 @@ class _Writer:
         form.AddOrientOp(UsdGeom.XformOp.PrecisionDouble).Set(Gf.Quatd(w, x, y, z))
         return form.GetPrim()
 
-    def _thing(self, t: Thing, name: str, interior: Interior) -> None:
+    def _thing(self, t: Thing, at: str, interior: Interior) -> None:
         from pxr import Sdf, Usd, UsdGeom, UsdPhysics
 
-        at, types = f"/Room/Things/{name}", Sdf.ValueTypeNames
+        types = Sdf.ValueTypeNames
         prim = self._placed(at, t.position, t.rotation)
         Usd.ModelAPI(prim).SetKind("component")
         text = (("id", t.id), ("name", t.name), ("shape", t.shape), ("colour", f"#{t.colour:08x}"))

@@ -1,8 +1,9 @@
 """Grasps: when a closing hand takes hold of a thing, how the thing lies in it, and when it lets go (Singh §6.6).
 
-A hand takes a thing when fingers touch it from one side and thumb or palm from the other while the fingers close; it
-lets go when the fingers open again. Where the thing lies is aligned to the hand: the thing's axis that needs the
-least change turns to lie across the palm (mathematics M8.8), and the fingers are laid on it (`vistel.space.hands.fitting`).
+A hand takes a thing when two digits on opposite sides of it have closed until it has hardly any play between them
+(`vistel.space.hands.approach`); it lets go when they open again. Where the thing lies is aligned to the hand: the thing's axis
+that needs the least change turns to lie across the palm (mathematics M8.8), and the fingers are laid on it
+(`vistel.space.hands.fitting`).
 """
 
 import math
@@ -10,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.geometry.pose import Pose
@@ -17,44 +19,66 @@ from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix
 from vistel.geometry.smoothstep import ease
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.space.hands.approach import Approach, apertures, smoothed, tips
 from vistel.space.hands.axes import axes_of
 from vistel.space.hands.fitting import fit
-from vistel.space.hands.reach_kernels import REACHED, reached  # pyright: ignore[reportUnknownVariableType]
-from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion, flexion_of
+from vistel.space.hands.reach_kernels import (
+    BESIDE,
+    FAR,
+    FIRST,
+    HANDS,
+    REACHED,
+    SECOND,
+    reached,  # pyright: ignore[reportUnknownVariableType]
+)
+from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion
 from vistel.space.things.things import Thing
 
 MARGIN = 0.030
 """How far from a thing digits are watched [m]."""
-TOUCH = 0.006
-"""A digit this near touches: the uncertainty of trackers and gloves [m]."""
-NEARLY = 0.006
-"""Fingers that have closed twice as far as they must to take hold count as touching from this far [m]: gloves are wrong by some
-degrees, and no real thing stops the hand."""
-NEARLY_OPPOSED = 0.012
-"""The same for what opposes those fingers [m]."""
-OPPOSED = -0.2
-"""Cosine between the normals of a finger and of what opposes it, at most."""
+OPPOSED = -0.35
+"""Cosine between the normals of two digits that hold a thing between them, at most."""
+FLAT = -0.6
+"""The same for a hand and the other hand."""
 VOLAR = -0.3
 """Cosine between where a digit touches and where its inner side faces, at least: backs of hands hold nothing."""
-ASIDE = 0.5
-"""The same cosine from which on fingers and what opposes them are on different sides of a thing, touched or not."""
-AROUND = 0.1
-"""Fingers that have closed by so much with a thing between them and what opposes them are about to take it [rad]..."""
-CLOSING = 0.4
-"""Fingers must have closed by so much, each on average, to take hold [rad]."""
-OPENING = 0.35
-"""Fingers open by so much from their tightest let go [rad]..."""
+TOUCH = 0.006
+"""A digit this near touches: the uncertainty of trackers and gloves [m]."""
+CLOSING = 0.008
+"""Two digits must have closed round a thing by so much to take it [m]..."""
+BESIDE_CLOSING = 0.005
+"""... two fingers beside each other by so much..."""
+HANDS_CLOSING = 0.015
+"""... and two hands by so much [m]."""
+PLAY = 0.010
+"""A thing with so little play between two digits is held by them [m]: each may be wrong by TOUCH."""
+STOPPED = 0.3
+"""Digits that have slowed down to this share of their quickest have found what they closed round..."""
+QUICK = 0.06
+"""... if that was at least so quick [m/s]..."""
+STOPPED_PLAY = 0.016
+"""... with no more play than this [m]: what a glove of 3 degrees and a hand of another size make of a touch."""
+LYING = 0.012
+"""A hand whose palm is so near lies on the thing [m]: it takes it when its fingers bend, not when only its thumb moves..."""
+BENDING = 0.008
+"""... which brings their tips nearer to the palm by so much [m]."""
+OPENING = 0.016
+"""Digits that are wider open than at their tightest by so much let go [m]..."""
+BESIDE_OPENING = 0.006
+"""... fingers beside each other by so much..."""
+HANDS_OPENING = 0.02
+"""... and two hands by so much [m]..."""
 BACK = 0.5
 """... and, where they have closed further than the thing lets them, by this share of the way back to where they lie on it:
 nothing stops fingers at a thing that is not there, and a fist that eases a little still holds."""
-BENT = 0.3
-"""Fingers flexed by less lie on a thing and do not hold it [rad]."""
 SLIP_STEPS = 6
 """A further holder whose hand is off the thing for so many steps has lost it."""
 PROP_SLIP_STEPS = 30
 """The same for whoever holds a tracked thing: its tracker may be ahead of theirs."""
 CLOSED = 1.5
 """Fingers flexed by so much, each on average, are closed round what they touch [rad]."""
+BENT = 0.3
+"""Fingers flexed by less lie on a thing and do not hold it [rad]."""
 SETTLE_NS = 150_000_000
 """Time in which the thing is brought into line with the hand."""
 MOST_TURN = math.radians(35.0)
@@ -67,15 +91,23 @@ REFIT_TURN = 0.2
 """Fingers are laid anew on a thing that has turned so far in the hand by itself [rad]."""
 ALONG = 0.1
 """Length that counts as much as a radian when axes are compared [m] (mathematics M8.8)."""
+_CLOSING = np.array([CLOSING] * BESIDE + [BESIDE_CLOSING] * (HANDS - BESIDE) + [HANDS_CLOSING])
+_OPENING = np.array([OPENING] * BESIDE + [BESIDE_OPENING] * (HANDS - BESIDE) + [HANDS_OPENING])
+JOINING_NS = 750_000_000
+"""Within this time further digits join a grasp."""
+STILL_CLOSES = 0.0005
+"""Fingers whose tips come nearer to the palm by so much still close [m], though they may pass the thumb."""
 
 
 @dataclass(frozen=True)
 class Grasp:
     """A hand holds a thing. start, aim: where it lay in the hand joint's frame and where it is brought to.
 
-    engaged: which of the four fingers hold it; tightest: (4,) their greatest flexion [rad]; fingers: (20,) angles with which the
-    hand touches it and does not go into it, when it lies in the displayed hand at `laid`; shift (3,): from its place in the real
-    hand to that one [m]; off: steps the hand has been off the thing; strained: steps it has borne more than it can.
+    engaged: which of the four fingers hold it; pairs: (PAIRS,) which pairs of digits do; aperture: (PAIRS,) how far apart they
+    are, smoothed, tightest: (PAIRS,) the least of that, touched: (PAIRS,) at which they just touch [m]; fingers: (20,) angles
+    with which the hand touches it and does not go into it, when it lies in the displayed hand at `laid`; shift (3,): from its
+    place in the real hand to that one [m]; off: steps the hand has been off the thing; strained: steps it has borne more than it
+    can.
     """
 
     participant: str
@@ -85,7 +117,10 @@ class Grasp:
     aim: Pose
     since_ns: int
     engaged: tuple[bool, ...]
+    pairs: tuple[bool, ...]
+    aperture: F64
     tightest: F64
+    touched: F64
     fingers: F64
     laid: Pose
     shift: F64
@@ -113,15 +148,25 @@ class Grasp:
 
 @dataclass(frozen=True)
 class Reach:
-    """One hand near one thing: fingers that touch it, and whether they are opposed by thumb or palm; around: it lies
-    between fingers and what opposes them, touched or not."""
+    """One hand near one thing. gap: (6,) how far each digit is [m], 1e300: not near; play: (PAIRS,) how much the thing has
+    between the digits of each pair, without regard to where the hand is exactly [m], 1e300: it is not between them; around:
+    another digit, or the other hand, is on its other side: a hand that comes to take it does not push it."""
 
     thing: int
-    engaged: tuple[bool, ...]
-    opposed: bool
-    palm: bool
     nearest: float
+    gap: F64
+    play: F64
     around: bool
+
+    @property
+    def engaged(self) -> tuple[bool, ...]:
+        """Which of the four fingers touch it."""
+        return tuple(bool(g < TOUCH) for g in self.gap[1:PALM])
+
+    @property
+    def palm(self) -> bool:
+        """Whether the palm touches it."""
+        return bool(self.gap[PALM] < TOUCH)
 
 
 def reaches(posed: Posed, near: ContactArray, owner: I64, right: bool) -> list[Reach]:
@@ -129,10 +174,11 @@ def reaches(posed: Posed, near: ContactArray, owner: I64, right: bool) -> list[R
     if len(near) == 0:
         return []
     build, out = posed.build, np.empty((len(near), REACHED))
-    a, b, normal, depth = (np.ascontiguousarray(x) for x in (near.a, near.b, near.normal, near.depth))
+    a, b, point, normal, depth = (np.ascontiguousarray(x) for x in (near.a, near.b, near.point, near.normal, near.depth))
     count: Any = reached(
         a,
         b,
+        point,
         normal,
         depth,
         owner,
@@ -140,63 +186,83 @@ def reaches(posed: Posed, near: ContactArray, owner: I64, right: bool) -> list[R
         build.body.joint,
         posed.joints.rotation,
         DIGITS if right else 0,
-        _touching(posed, right),
+        tips(posed, right),
         OPPOSED,
-        ASIDE,
+        FLAT,
         VOLAR,
         out,
     )
-    return [
-        Reach(int(thing), (one > 0, two > 0, three > 0, four > 0), opposed > 0, palm > 0, nearest, around > 0)
-        for thing, one, two, three, four, opposed, palm, nearest, around in out[:count].tolist()
-    ]
+    return [Reach(int(row[0]), float(row[1]), row[2:8], row[9:], bool(row[8] > 0.0)) for row in out[:count]]
 
 
-def _touching(posed: Posed, right: bool) -> F64:
-    """(6,) how near each digit of a hand must be to a thing to touch it [m]: the further the fingers have closed, the less."""
-    out = np.full(DIGITS, TOUCH)
-    if posed.figure.posture is not None:
-        further = np.clip((flexion(posed.figure.posture) - posed.figure.opened)[int(right)] / CLOSING - 1.0, 0.0, 1.0)
-        out[1:5] += NEARLY * further
-        out[[THUMB, PALM]] += NEARLY_OPPOSED * float(further.max())
-    return out
+def closing_pairs(reach: Reach, approach: Approach) -> NDArray[np.bool_]:
+    """(PAIRS,) the pairs of digits that have closed round the thing until it has hardly any play between them, or until they
+    stop."""
+    stopped = (approach.speed < STOPPED * approach.quickest) & (approach.quickest > QUICK)
+    play = np.where(stopped, STOPPED_PLAY, PLAY)
+    pairs = (approach.closed > _CLOSING) & (reach.play < play)
+    if reach.gap[PALM] < LYING:
+        pairs[:4] &= approach.bent > BENDING
+    return pairs
 
 
-def closes(posed: Posed, right: bool, reach: Reach) -> bool:
-    """The hand takes hold of what it reaches."""
-    if not reach.opposed or posed.figure.posture is None:
-        return False
-    row = int(right)
-    closed = (flexion(posed.figure.posture) - posed.figure.opened)[row]
-    return float(closed[np.array(reach.engaged)].mean()) > CLOSING
-
-
-def closes_round(posed: Posed, right: bool, reach: Reach) -> bool:
-    """The hand is about to take what lies between its fingers, and so does not push it."""
-    if not reach.around or posed.figure.posture is None:
-        return False
-    closed = (flexion(posed.figure.posture) - posed.figure.opened)[int(right)]
-    return float(closed.max()) > AROUND
+def closes(reach: Reach, approach: Approach) -> bool:
+    """The hand takes hold of what it reaches: thumb or side of a finger, or the palm and two fingers."""
+    pairs = closing_pairs(reach, approach)
+    return bool(pairs[:4].any() or pairs[BESIDE:].any() or pairs[4:BESIDE].sum() >= 2)
 
 
 def encloses(posed: Posed, right: bool, reach: Reach) -> bool:
     """The hand is closed round the thing, without a closing motion. So a prop is held: it is in the real hand before the world
     knows of it."""
-    if not reach.opposed or posed.figure.posture is None:
+    touching = np.array(reach.engaged)
+    if posed.figure.posture is None or not touching.any() or not (reach.play[:BESIDE] < 2.0 * TOUCH).any():
         return False
-    return float(flexion(posed.figure.posture)[int(right)][np.array(reach.engaged)].mean()) > CLOSED
+    return float(flexion(posed.figure.posture)[int(right)][touching].mean()) > CLOSED
 
 
-def take(posed: Posed, right: bool, thing: Thing, part: PrimitiveSet, pose: Pose, reach: Reach, t_ns: int, led: bool) -> Grasp:
-    """The grasp by which the hand holds `thing`, now at `pose` (room). part: its primitives, in its frame; led: the hand
-    leads it, and so brings it into line."""
+def take(
+    posed: Posed,
+    right: bool,
+    thing: Thing,
+    part: PrimitiveSet,
+    pose: Pose,
+    reach: Reach,
+    pairs: NDArray[np.bool_],
+    t_ns: int,
+    led: bool,
+) -> Grasp:
+    """The grasp by which the hand holds `thing`, now at `pose` (room). part: its primitives, in its frame; pairs: (PAIRS,) of
+    digits that hold it; led: the hand leads it, and so brings it into line."""
     assert posed.figure.posture is not None
     lie = into_hand(posed, right, pose)
-    tightest = flexion(posed.figure.posture)[int(right)]
-    bent = tuple(touches and bool(far > BENT) for touches, far in zip(reach.engaged, tightest, strict=True))
-    engaged = bent if any(bent) else reach.engaged
-    new = Grasp(posed.name, right, thing.id, lie, lie, t_ns, engaged, tightest, np.zeros(20), lie, np.zeros(3))
-    return _fitted(new, posed, thing, part, whole=reach.palm and sum(reach.engaged) >= 3, led=led)
+    now = apertures(posed, right)
+    flat = flexion(posed.figure.posture)[int(right)]
+    touching = np.array(reach.engaged)
+    for pair in np.flatnonzero(pairs[:HANDS]):
+        touching[[d - 1 for d in (FIRST[pair], SECOND[pair]) if THUMB < d < PALM]] = True
+    bent = touching & (flat > BENT)
+    engaged = tuple(bool(e) for e in (bent if bent.any() else touching))
+    touched = now - np.where(reach.play < FAR, reach.play, 0.0)
+    new = Grasp(
+        posed.name,
+        right,
+        thing.id,
+        lie,
+        lie,
+        t_ns,
+        engaged,
+        tuple(bool(p) for p in pairs),
+        now,
+        now,
+        touched,
+        np.zeros(20),
+        lie,
+        np.zeros(3),
+    )
+    if not pairs[:BESIDE].any():  # held by the sides of fingers or between two hands: no finger bends to hold it
+        return replace(new, fingers=posed.figure.posture.hands[int(right)])
+    return _fitted(new, posed, thing, part, whole=reach.palm and sum(engaged) >= 3, led=led)
 
 
 def _fitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, *, whole: bool, led: bool) -> Grasp:
@@ -212,21 +278,27 @@ def _fitted(grasp: Grasp, posed: Posed, thing: Thing, part: PrimitiveSet, *, who
     return replace(grasp, aim=laid if led else grasp.aim, fingers=found.fingers, laid=laid, shift=found.shift)
 
 
-def follow(grasp: Grasp, posed: Posed, near: bool) -> Grasp:
-    """The grasp one step on; near: the hand still is at the thing."""
-    assert posed.figure.posture is not None
-    now = flexion(posed.figure.posture)[int(grasp.right)]
-    return replace(grasp, tightest=np.maximum(grasp.tightest, now), off=0 if near else grasp.off + 1)
+def follow(grasp: Grasp, posed: Posed, near: bool, dt: float, joining: Reach | None) -> Grasp:
+    """The grasp one step of `dt` [s] on; near: the hand still is at the thing; joining: how it lies in the hand while further
+    digits may come to it, as all do in a grasp that one of them began."""
+    now = smoothed(grasp.aperture, apertures(posed, grasp.right), dt)
+    tightest = np.minimum(grasp.tightest, now)
+    closes = now[4:BESIDE] < grasp.tightest[4:BESIDE] - STILL_CLOSES
+    tightest[:4] = np.where(closes, now[:4], tightest[:4])
+    pairs, touched = np.array(grasp.pairs), grasp.touched
+    if joining is not None:
+        new = ~pairs & (joining.play < PLAY)
+        new[BESIDE:] = False
+        pairs, touched = pairs | new, np.where(new, now - joining.play, touched)
+    held = tuple(bool(p) for p in pairs)
+    return replace(grasp, pairs=held, aperture=now, tightest=tightest, touched=touched, off=0 if near else grasp.off + 1)
 
 
-def opens(grasp: Grasp, posed: Posed) -> bool:
-    """The hand lets go."""
-    assert posed.figure.posture is not None
-    engaged = np.array(grasp.engaged)
-    now = flexion(posed.figure.posture)[int(grasp.right)]
-    opened = float((grasp.tightest - now)[engaged].mean())
-    further = float((grasp.tightest - flexion_of(grasp.fingers))[engaged].mean())
-    return opened > max(OPENING, BACK * further)
+def opens(grasp: Grasp) -> bool:
+    """The hand lets go: the pairs that hold have opened, on average."""
+    pairs = np.array(grasp.pairs)
+    further = BACK * (grasp.touched - grasp.tightest)
+    return float((grasp.aperture - grasp.tightest - np.maximum(_OPENING, further))[pairs].mean()) > 0.0
 
 
 def lies(grasp: Grasp, posed: Posed, pose: Pose) -> Grasp:

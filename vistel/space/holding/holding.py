@@ -6,6 +6,7 @@ from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
@@ -15,8 +16,10 @@ from vistel.space.dynamics.dynamics import FREE, HELD, Motions, wake_around
 from vistel.space.dynamics.motion_kernels import MAX_SPEED, MAX_SPIN
 from vistel.space.dynamics.solids import Solids
 from vistel.space.hands import grasp as hands
+from vistel.space.hands.approach import Approach, apertures, begun, went_on
 from vistel.space.hands.grasp import Grasp
-from vistel.space.holding import sharing
+from vistel.space.hands.reach_kernels import BESIDE, HANDS, PAIRS
+from vistel.space.holding import on_joints, sharing
 from vistel.space.people import Posed
 from vistel.space.state import LetGo, State
 
@@ -64,28 +67,29 @@ def drop(state: State, gone: Callable[[Grasp], bool]) -> State:
             n = state.rows[g.thing]
             m.mode[n], m.still[n] = FREE, 0
     ended = tuple(LetGo(g.participant, g.right, g.thing, state.step) for g in dropped)
-    hands_off = {g.key for g in dropped}
-    # The hand must close anew, from how open it is now, to take hold again.
-    figures = tuple(f.opened_now(tuple((f.name, right) in hands_off for right in (False, True))) for f in state.figures)
-    return replace(state, grasps=kept, motions=m, let_go=state.let_go + ended, figures=figures)
+    return replace(state, grasps=kept, motions=m, let_go=state.let_go + ended)
 
 
-def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray]) -> State:
-    """Hands that open or have slipped off let go; the others hold on. before: the state a step ago."""
+def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray], dt: float) -> State:
+    """Hands that open or have slipped off let go; the others hold on. before: the state a step of `dt` [s] ago."""
     tracked = tracked_things(state)
     first = {g.thing: g.key for g in reversed(state.grasps) if g.thing not in tracked}
     followed: list[Grasp] = []
     for g in state.grasps:
         p = posed.get(g.participant)
-        followed.append(g if p is None else hands.follow(g, p, _at(state, solids, p, near[p.name], g) or _unsure(state, p, g)))
+        if p is None:
+            followed.append(g)
+            continue
+        joining = _reach(state, solids, p, near[p.name], g) if state.t_ns - g.since_ns < hands.JOINING_NS else None
+        followed.append(hands.follow(g, p, _at(state, solids, p, near[p.name], g) or _unsure(state, p, g), dt, joining))
     state = replace(state, grasps=tuple(followed))
     strained = _strained(state)
 
     def over(g: Grasp) -> bool:
         p = posed.get(g.participant)
         patience = hands.PROP_SLIP_STEPS if g.thing in tracked else hands.SLIP_STEPS
-        slipped = g.key != first.get(g.thing) and g.off > patience
-        return p is None or slipped or g.key in strained or hands.opens(g, p)
+        slipped = (g.key != first.get(g.thing) or on_joints.hangs(solids, g.thing)) and g.off > patience
+        return p is None or slipped or g.key in strained or hands.opens(g)
 
     state = drop(state, over)
     had, has = Counter(g.thing for g in before.grasps), Counter(g.thing for g in state.grasps)
@@ -98,7 +102,10 @@ def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed],
             if state.step % REFIT_STEPS == 0:
                 grasps[i] = hands.refitted(grasps[i], p, thing, solids.part(n))
         elif has[g.thing] < had[g.thing]:
-            grasps[i] = hands.restart(g, p, thing, solids.part(n), pose, state.t_ns, alone=has[g.thing] == 1)
+            alone = has[g.thing] == 1 and not on_joints.hangs(solids, g.thing)
+            grasps[i] = hands.restart(g, p, thing, solids.part(n), pose, state.t_ns, alone=alone)
+        elif on_joints.hangs(solids, g.thing):
+            grasps[i] = on_joints.slipped_round(solids, g, p, pose, state.t_ns)
     return replace(state, grasps=tuple(grasps))
 
 
@@ -119,6 +126,13 @@ def _at(state: State, solids: Solids, p: Posed, near: ContactArray, g: Grasp) ->
     return bool(((digit == int(g.right)) & (owner == state.rows[g.thing]) & (p.build.digit[near.a] >= 0)).any())
 
 
+def _reach(state: State, solids: Solids, p: Posed, near: ContactArray, g: Grasp) -> hands.Reach | None:
+    """How what a hand holds lies between its digits; None: it is not near."""
+    if g.pairs[HANDS] or not any(g.pairs[:BESIDE]):
+        return None
+    return next((r for r in hands.reaches(p, near, solids.owner, g.right) if r.thing == state.rows[g.thing]), None)
+
+
 def _unsure(state: State, p: Posed, g: Grasp) -> bool:
     """Whether hand or tracked thing has no recent measurement, so that their distance is unknown."""
     measured = [t.measured.t_ns for t in state.tracked if t.thing == g.thing]
@@ -132,15 +146,20 @@ def carry(
     things are held to."""
     m = state.motions.copy()
     strained: dict[tuple[str, bool], int] = {}
-    for thing, holds in _holds(state, posed).items():
-        n = state.rows[thing]
+    held = _holds(state, posed)
+    # What hangs on a held thing goes where that has gone.
+    for thing in sorted(held, key=lambda t: solids.joined.of_thing.get(t, -1)):
+        n, holds = state.rows[thing], held[thing]
         back = anchors.get(thing, ())
         if len(holds) == 1 and not back:
             ((g, p),) = holds
             position, rotation = hands.out_of_hand(p, g.right, g.lie(state.t_ns))
         else:
             position, rotation = sharing.balance(holds, state.t_ns, back)
-        position = position + out_of_furniture(solids, n, position, rotation)
+        if on_joints.hangs(solids, thing):
+            position, rotation = on_joints.led(solids, m, thing, position, rotation, holds)
+        else:
+            position = position + out_of_furniture(solids, n, position, rotation)
         guide(m, n, position, rotation, dt)
         if len(holds) > 1 or back:
             for (g, _), pull in zip(holds, sharing.pulls(holds, position, rotation, state.t_ns), strict=True):
@@ -181,57 +200,64 @@ def out_of_furniture(solids: Solids, n: int, position: F64, rotation: F64) -> F6
     return -found.normal[k] * min(PUSH_OUT, max(0.0, float(found.depth[k])))
 
 
-def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray]) -> State:
-    """Hands that close round a thing take it."""
+def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray], dt: float) -> State:
+    """Hands that close round a thing take it. dt: of the step [s]."""
     held = {g.key for g in state.grasps}
     held |= {(e.participant, e.right) for e in state.let_go if e.step == state.step}
     tracked = tracked_things(state)
     just_let_go = {(e.participant, e.right, e.thing) for e in state.let_go}
-
-    def holds(p: Posed, right: bool, r: hands.Reach) -> bool:
-        name = solids.things[r.thing].id
-        if name in tracked and (p.name, right, name) not in just_let_go and hands.encloses(p, right, r):
-            return True
-        return hands.closes(p, right, r)
-
-    takes: list[tuple[float, str, bool, hands.Reach]] = []
+    before = {a.key: a for a in state.approaches}
+    takes: list[tuple[float, str, bool, hands.Reach, NDArray[np.bool_]]] = []
     about: list[LetGo] = []
+    approaches: list[Approach] = []
     for name in sorted(posed):
         p = posed[name]
         for right in (False, True):
             if (name, right) in held:
                 continue
             reached = [r for r in hands.reaches(p, near[name], solids.owner, right) if not solids.things[r.thing].fixed]
+            if not reached:
+                continue
+            apart = apertures(p, right)
+            mine: list[tuple[float, str, bool, hands.Reach, NDArray[np.bool_]]] = []
             for r in reached:
-                entry = LetGo(name, right, solids.things[r.thing].id, state.step)
-                known = (name, right, entry.thing) in just_let_go or entry.thing in tracked
-                if not known and hands.closes_round(p, right, r):
-                    about.append(entry)
-            reach = [r for r in reached if holds(p, right, r)]
-            if reach:
-                chosen = min(reach, key=lambda r: (r.nearest, r.thing))
-                takes.append((chosen.nearest, name, right, chosen))
+                if (name, not right) in held:
+                    r.play[HANDS] = hands.FAR  # that hand is busy
+                thing = solids.things[r.thing].id
+                old = before.get((name, right, thing)) or begun(name, right, thing, apart)
+                new = went_on(old, apart, r.play, dt)
+                approaches.append(new)
+                known = (name, right, thing) in just_let_go
+                if not known and thing not in tracked and r.around:
+                    about.append(LetGo(name, right, thing, state.step))
+                if (thing in tracked and not known and hands.encloses(p, right, r)) or hands.closes(r, new):
+                    mine.append((r.nearest, name, right, r, hands.closing_pairs(r, new)))
+            if mine:
+                takes.append(min(mine, key=lambda t: (t[0], t[3].thing)))
     # The nearest hand comes first, and leads a thing that several hands take in one step.
-    for _, name, right, chosen in sorted(takes, key=lambda t: t[:3]):
-        state = grasped(state, solids, posed[name], right, chosen)
+    for _, name, right, chosen, pairs in sorted(takes, key=lambda t: t[:3]):
+        state = grasped(state, solids, posed[name], right, chosen, pairs)
     taken = {(g.participant, g.right, g.thing) for g in state.grasps}
+    busy = {key[:2] for key in taken}
     let_go = tuple(e for e in (*state.let_go, *about) if (e.participant, e.right, e.thing) not in taken)
-    return replace(state, let_go=let_go)
+    return replace(state, let_go=let_go, approaches=tuple(a for a in approaches if a.key[:2] not in busy))
 
 
-def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hands.Reach) -> State:
-    """The state after a hand has taken the thing it reaches."""
+def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hands.Reach, pairs: NDArray[np.bool_]) -> State:
+    """The state after a hand has taken the thing it reaches, by some pairs of digits; by the thumb and all fingers if by none."""
     n, m = reach.thing, state.motions
     thing, pose = solids.things[n], Pose(m.position[n], m.rotation[n])
-    led = thing.id not in tracked_things(state) and not holders(state, thing.id)
-    new = hands.take(posed, right, thing, solids.part(n), pose, reach, state.t_ns, led)
+    led = thing.id not in tracked_things(state) and not holders(state, thing.id) and not on_joints.hangs(solids, thing.id)
+    if not pairs.any():
+        pairs = np.arange(PAIRS) < BESIDE
+    new = hands.take(posed, right, thing, solids.part(n), pose, reach, pairs, state.t_ns, led)
     state = woken_round(state, solids, n)
     m = state.motions.copy()
     m.mode[n], m.still[n] = HELD, 0
     return replace(state, motions=m, grasps=(*state.grasps, new), glides=tuple(g for g in state.glides if g.thing != new.thing))
 
 
-def glide(state: State, dt: float) -> State:
+def glide(state: State, solids: Solids, dt: float) -> State:
     """Things that commands have set in motion go on their way, and are free at its end."""
     if not state.glides:
         return state
@@ -240,7 +266,7 @@ def glide(state: State, dt: float) -> State:
     for g in state.glides:
         if g.thing not in tracked:
             n = state.rows[g.thing]
-            guide(m, n, *g.at(state.step), dt)
+            guide(m, n, *on_joints.led(solids, m, g.thing, *g.at(state.step)), dt)
             m.mode[n], m.still[n] = HELD, 0
     state = replace(state, motions=m)
     return glides_ended(state, {g.thing for g in state.glides if g.over(state.step) or g.thing in tracked})

@@ -5,6 +5,7 @@ A hand holds the thing by a spring between its palm and the point of the thing t
 Their balance is a Procrustes problem, solved by polar decomposition. A thing slips out of a hand whose strength is exceeded.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -14,6 +15,7 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.dynamics.motion_kernels import nearest_rotation  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.hands.grasp import Grasp, out_of_hand
+from vistel.space.hands.reach_kernels import HANDS
 from vistel.space.people import HAND_JOINT, PALM, Posed
 from vistel.space.view import DigitTouch, HandForce
 
@@ -50,11 +52,17 @@ class Spring:
     stiffness: float
 
 
+def palm(g: Grasp, p: Posed) -> F64:
+    """(3,) the holding palm [m, room]."""
+    joint = HAND_JOINT[int(g.right)]
+    return p.joints.position[joint] + p.joints.rotation[joint] @ p.build.palm[int(g.right)]
+
+
 def balance(holds: Sequence[tuple[Grasp, Posed]], t_ns: int, anchors: Sequence[Spring] = ()) -> tuple[F64, F64]:
     """Position (3,) and rotation (4,) of a thing that hands hold and anchors hold back."""
     poses = [out_of_hand(p, g.right, g.lie(t_ns)) for g, p in holds]
     turns = [pose.matrix for pose in poses]
-    palms = [_palm(g, p) for g, p in holds]
+    palms = [palm(g, p) for g, p in holds]
     own = [r.T @ (h - x) for h, r, (x, _) in zip(palms, turns, poses, strict=True)]
     weight = [1.0] * len(holds) + [a.stiffness / STIFFNESS for a in anchors]
     there, here = [*palms, *(a.at for a in anchors)], [*own, *(a.own for a in anchors)]
@@ -73,9 +81,9 @@ def pulls(holds: Sequence[tuple[Grasp, Posed]], position: F64, rotation: F64, t_
     out: list[Pull] = []
     for g, p in holds:
         lie = out_of_hand(p, g.right, g.lie(t_ns))
-        palm = _palm(g, p)
-        there = position + r @ (lie.matrix.T @ (palm - lie.position))
-        out.append(Pull(g.participant, g.right, g.thing, there, STIFFNESS * (there - palm)))
+        at = palm(g, p)
+        there = position + r @ (lie.matrix.T @ (at - lie.position))
+        out.append(Pull(g.participant, g.right, g.thing, there, STIFFNESS * (there - at)))
     return out
 
 
@@ -106,11 +114,8 @@ def with_pulls(felt: Sequence[HandForce], drawn: Sequence[Pull], posed: Mapping[
 
 
 def strength(grasp: Grasp) -> float:
-    """Greatest force of a hand [N]: the thumb and each holding finger give an equal share."""
+    """Greatest force of a hand [N]: the thumb and each holding finger give an equal share. What two hands press between them is
+    lost when they part, not when they press."""
+    if grasp.pairs[HANDS]:
+        return math.inf
     return STRENGTH * (1 + sum(grasp.engaged)) / (1 + len(grasp.engaged))
-
-
-def _palm(g: Grasp, p: Posed) -> F64:
-    """(3,) the holding palm [m, room]."""
-    joint = HAND_JOINT[int(g.right)]
-    return p.joints.position[joint] + p.joints.rotation[joint] @ p.build.palm[int(g.right)]

@@ -6,7 +6,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.space.things.arc import Arc
-from vistel.space.things.things import BEARS, Curve, GraspAxis, Look, Part, PhysicsMaterial, Thing, ThingPrimitive
+from vistel.space.things.things import BEARS, Curve, GraspAxis, Look, Pages, Part, PhysicsMaterial, Thing, ThingPrimitive
 
 
 def from_thing(t: Thing) -> dict[str, Any]:
@@ -19,6 +19,8 @@ def from_thing(t: Thing) -> dict[str, Any]:
         own["inertia"] = t.inertia.tolist()
     if t.hidden:
         own["hidden"] = True
+    if t.pages is not None:
+        own["pages"] = [list(t.pages.models), t.pages.shown, t.pages.by]
     return own | {
         "id": t.id,
         "name": t.name,
@@ -57,7 +59,15 @@ def to_thing(d: Any) -> Thing:
         tuple(Look(str(k), _numbers(m, 9).reshape(3, 3), _numbers(o, 3), int(c)) for k, m, o, c in d.get("looks", ())),
         None if inertia is None else _numbers(inertia, 9).reshape(3, 3),
         bool(d.get("hidden", False)),
+        _to_pages(*d["pages"]) if "pages" in d else None,
     )
+
+
+def _to_pages(models: Any, shown: Any, by: Any) -> Pages:
+    pages = Pages(tuple(str(m) for m in models), int(shown), str(by))
+    if not 0 <= pages.shown < len(pages.models):
+        raise ValueError("a page that is not there")
+    return pages
 
 
 def _from_arc(a: Arc) -> list[Any]:

@@ -150,6 +150,16 @@ class Part:
     rotation: F64
 
 
+@dataclass(frozen=True)
+class Pages:
+    """What a panel can show. models: digests of the polymeshes, in order; shown: which of them is among the thing's looks, from 0;
+    by: the participant who has put them up."""
+
+    models: tuple[str, ...]
+    shown: int
+    by: str
+
+
 @dataclass(frozen=True, eq=False)
 class Curve:
     """The straight thing that a bent thing was made from, and its arc."""
@@ -167,7 +177,7 @@ class Thing:
     position (3,) [m] and rotation (4,) quaternion (x, y, z, w), thing to room; axes: axes for grasps;
     parts: the things it was joined from; curve: how it was bent; looks: polymeshes drawn for
     primitives that are not seen; inertia: (3, 3) per kilogram about its centre [m^2], None: that of its primitives;
-    hidden: it is felt but not drawn.
+    hidden: it is felt but not drawn; pages: of a panel.
     """
 
     id: str
@@ -186,6 +196,7 @@ class Thing:
     looks: tuple[Look, ...] = ()
     inertia: F64 | None = None
     hidden: bool = False
+    pages: Pages | None = None
 
     @property
     def fixed(self) -> bool:

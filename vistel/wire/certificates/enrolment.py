@@ -70,10 +70,16 @@ class Enrolment:
     """The host's side. on_enrolled: called with the site and its address when it has its certificate."""
 
     def __init__(
-        self, authority: Authority, conference: str, file: str, now: Callable[[], datetime], *, valid: timedelta = VALID
+        self,
+        authority: Authority,
+        conference: str,
+        file_of: Callable[[str], str],
+        now: Callable[[], datetime],
+        *,
+        valid: timedelta = VALID,
     ) -> None:
-        """conference: its name; file: the text of its file, which the invited get; valid: how long certificates are."""
-        self._authority, self._conference, self._file, self._now, self._valid = authority, conference, file, now, valid
+        """conference: its name; file_of: the text of its file that an invited site gets; valid: how long certificates are."""
+        self._authority, self._conference, self._file_of, self._now, self._valid = authority, conference, file_of, now, valid
         self._open: dict[str, _Open] = {}
         self._wrong: deque[tuple[datetime, str]] = deque(maxlen=1024)
         self._links = 0
@@ -127,7 +133,11 @@ class Enrolment:
         found.used = True
         pem = self._authority.sign(site, key, now, valid=self._valid)
         self.on_enrolled(site, address)
-        return {"certificate": pem.decode(), "authority": self._authority.file.read_text("ascii"), "conference": self._file}
+        return {
+            "certificate": pem.decode(),
+            "authority": self._authority.file.read_text("ascii"),
+            "conference": self._file_of(site),
+        }
 
     async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         self._links += 1

@@ -13,13 +13,13 @@ from vistel.wire.reliable import SendCache
 from vistel.wire.topics import MESSAGE_VERSION, Delivery, Publisher, Topic
 from vistel.wire.uplink import Pacer, Uplink
 
-_BULK = frozenset({"device_raw", "world_inputs", "avatar_part"})
+_BULK = frozenset({"device_raw", "world_inputs", "avatar_part", "picture_part"})
 """Reliable topics that must not delay motion on a thin uplink."""
 _FRAMES = frozenset({"tracker", "glove", "face", "pointer", "camera_body", "sound"})
 """Topics that give way to motion and voices where the uplink is thin. Who reads them in this process gets them all the same."""
 _RAW = "device_raw"
 """For the log alone: it has gaps where the uplink is thin."""
-_PUBLISHED_ONCE = frozenset({"avatar_part"})
+_PUBLISHED_ONCE = frozenset({"avatar_part", "picture_part"})
 """Reliable topics with very many keys, each published once: their heartbeats become rarer and rarer."""
 _RAREST_HEARTBEAT = 64
 """Periods of BEAT_S between two heartbeats of such a key, at most."""

@@ -22,7 +22,7 @@ def assemble(
     as_json: Json = False,
     force: Force = False,
 ) -> None:
-    """An avatar of separately scanned parts: blended at the joints, closed, one texture, fitted.
+    """Make an avatar of separately scanned parts: joined smoothly, closed, with one texture, its primitives fitted.
 
     [bold]Examples[/bold]
 

@@ -50,7 +50,7 @@ def generate(
 ) -> None:
     """Write a built-in person as an avatar file.
 
-    What --look does not tell is drawn from the name. person is one of the ten built-in ones; age is in years, weight in kilograms;
+    What --look leaves out is chosen by the name. person is one of the ten built-in ones; age is in years, weight in kilograms;
     skin is 0 (lightest) to 1; face is the number of a face.
 
     [bold]Examples[/bold]
@@ -79,9 +79,9 @@ def import_(
         Path, Takes(OBJ, GLTF, USD), typer.Argument(help="The mesh: .obj, .glb, .gltf, .vrm, .usda, .usdc, .usd or .usdz.")
     ],
     output: Output,
-    name: Annotated[str, typer.Option(help="Of the person.")] = "",
+    name: Annotated[str, typer.Option(help="Name of the person.")] = "",
     height: Annotated[
-        float | None, typer.Option(min=0.5, max=2.6, help="Of the person \\[m]; measured on the mesh by default.")
+        float | None, typer.Option(min=0.5, max=2.6, help="Height of the person \\[m]; measured on the mesh by default.")
     ] = None,
     unit: Annotated[float | None, typer.Option(min=1e-6, max=1e3, help="Metres of one unit of the file.")] = None,
     up: Annotated[str | None, typer.Option(help="Upward axis, Y or Z; measured on the shape by default.")] = None,

@@ -17,7 +17,7 @@ from vistel_cli.people import person_of
 from vistel_cli.terminal import err, fail, load_conference
 
 if TYPE_CHECKING:
-    from vistel_services.devices.camera_transport import CameraSource
+    from vistel.devices.transport.camera import CameraSource
 
 
 SIMULATED_HZ = 30
@@ -38,7 +38,7 @@ def shown(
         for k in track(range(round(seconds * SIMULATED_HZ)), "looking", console=err, transient=True):
             yield k / SIMULATED_HZ, simulated(k)
         return
-    from vistel_services.devices.camera_transport import CameraSource
+    from vistel.devices.transport.camera import CameraSource
 
     yield from _read(CameraSource(str(clip) if clip is not None else camera.source), seconds, timed=clip is None)
 
@@ -47,8 +47,8 @@ def _read(source: CameraSource, seconds: float, *, timed: bool) -> Iterator[tupl
     """timed: a camera's pictures have the time at which they come, a clip's that of its own pace."""
     import cv2
 
-    from vistel_services.devices.camera_transport import open_video
-    from vistel_services.devices.transport import TransportError
+    from vistel.devices.transport import TransportError
+    from vistel.devices.transport.camera import open_video
 
     try:
         video = open_video(source)

@@ -69,11 +69,12 @@ async def _probed(ports: list[str]) -> list[dict[str, Any]]:
 
 
 async def _answer(port: str) -> dict[str, str]:
+    from vistel.devices.transport import TransportError
+    from vistel.devices.transport.serial_port import open_serial
     from vistel.wire.clock import SystemClock
     from vistel_services.devices.describe import describe
     from vistel_services.devices.device import Link
     from vistel_services.devices.probe import who_answers
-    from vistel_services.devices.transport import TransportError, open_serial
 
     clock = SystemClock()
     link = Link(clock)

@@ -14,6 +14,7 @@ import numpy as np
 
 from vistel.conference.files import DEMO_FILE
 from vistel.figure.avatar.avatar import Avatar
+from vistel_cli.examples.slides import SLIDES, pdf
 
 SHIPPED = Path(__file__).parent / "files"
 """The repository's folder `examples`."""
@@ -107,6 +108,10 @@ def _face(folder: Path) -> None:
     Image.fromarray(_person().albedo).resize((256, 256)).save(folder / "face.png")
 
 
+def _slides(folder: Path) -> None:
+    (folder / "slides.pdf").write_bytes(pdf(SLIDES))
+
+
 def _sleeve(folder: Path) -> None:
     from PIL import Image
 
@@ -162,6 +167,7 @@ EXAMPLES = (
     Example(("mug.glb",), "a mug", "vistel world show mug.glb", _mug),
     Example(SCAN, "a mesh of a person, without bones", "vistel avatar import scan.obj -o me.usda", _scan),
     Example(CHARACTER, "a person with bones; also as .glb and .usdz", "vistel avatar inspect character.vrm", _character),
+    Example(("slides.pdf",), "three slides", "vistel show slides.pdf --as aiko", _slides),
     Example(("face.png",), "a picture for a part of a figure's texture", "vistel avatar register --help", _face),
     Example(("sleeve.jpg",), "cloth, lit from one side", "vistel wrinkle trace sleeve.jpg -o my_shape.toml --lamp 120", _sleeve),
     Example(("points.csv",), "points measured near metal", "vistel calibrate distortion points.csv --step 0.1", _points),

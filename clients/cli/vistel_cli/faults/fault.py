@@ -26,7 +26,7 @@ def fault(
         list[str] | None,
         typer.Argument(
             metavar="[FILE] NAME [TARGET]",
-            help="Which fault, and the process or site that it breaks; without any word, all faults are listed.",
+            help="Which fault, and the process or site that it breaks; without any word, list all faults.",
         ),
     ] = None,
     seconds: Annotated[float | None, typer.Option(help="How long it lasts; default: as the list says.")] = None,

@@ -11,10 +11,11 @@ MM = 5.0
 APART_S = 0.25
 """As above."""
 MostDegrees = Annotated[
-    float,
-    typer.Option("--most-degrees", min=0.0, help="Degrees a joint may turn otherwise, in all but a twentieth of the postures."),
+    float, typer.Option("--most-degrees", min=0.0, help="Degrees by which a joint may differ, in 19 of 20 postures.")
 ]
-MostMm = Annotated[float, typer.Option("--most-mm", min=0.0, help="Millimetres a joint may be elsewhere, in the same.")]
+MostMm = Annotated[
+    float, typer.Option("--most-mm", min=0.0, help="Millimetres by which a joint's place may differ, in 19 of 20 postures.")
+]
 MostApart = Annotated[
-    float, typer.Option("--most-apart", min=0.0, help="How long a contact or a grasp may be in only one of the logs, seconds.")
+    float, typer.Option("--most-apart", min=0.0, help="Seconds for which a contact or a grasp may be in only one of the logs.")
 ]

@@ -1,7 +1,5 @@
 """`vistel log export`: a log, or something of it, for other programs."""
 
-import csv
-import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -11,8 +9,8 @@ import typer
 from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
-from vistel_cli.log.study import A_LOG, Begin, End, opened
-from vistel_cli.overwriting import Force, out_file
+from vistel_cli.log.study import A_LOG, Begin, End, opened, reading
+from vistel_cli.overwriting import Force, keep_source, out_file
 from vistel_cli.terminal import USAGE, fail, out, print_warning
 
 if TYPE_CHECKING:
@@ -37,6 +35,9 @@ def export(
         typer.Option("--csv", metavar="NAME", help="A table of a number, named as in `vistel log grep`, or of a joint."),
     ] = None,
     bvh: Annotated[str | None, typer.Option(metavar="PARTICIPANT", help="The skeleton of this person, for animation.")] = None,
+    glb: Annotated[
+        str | None, typer.Option(metavar="PARTICIPANT", help="The figure of this person, as glTF with an animation.")
+    ] = None,
     wav: Annotated[str | None, typer.Option(metavar="PARTICIPANT", help="The voice of this person.")] = None,
     npz: Annotated[
         list[str] | None, typer.Option("--npz", metavar="NAME", help="Arrays of numbers named as with --csv, or of a participant.")
@@ -47,6 +48,7 @@ def export(
     foxglove: Annotated[
         bool, typer.Option("--foxglove", help="People, things and events as MCAP for Foxglove and Lichtblick.")
     ] = False,
+    rerun: Annotated[bool, typer.Option("--rerun", help="The same as a recording of Rerun; needs rerun-sdk.")] = False,
     force: Force = False,
 ) -> None:
     """Write a log for other programs: by default people, room and cameras as USD with time samples, for usdview and Blender.
@@ -59,10 +61,13 @@ def export(
 
       vistel log export out/latest/conference.mcap -o ben.bvh --bvh ben
 
+      vistel log export out/latest/conference.mcap -o ben.glb --glb ben
+
       vistel log export out/latest/conference.mcap -o viewed.mcap --foxglove
     """
-    ways = (("--csv", numbers), ("--npz", npz), ("--parquet", parquet), ("--bvh", bvh), ("--wav", wav), ("--foxglove", foxglove))
-    asked = [name for name, value in ways if value]
+    ways = {"--csv": numbers, "--npz": npz, "--parquet": parquet, "--bvh": bvh, "--glb": glb, "--wav": wav}
+    asked = [name for name, value in (ways | {"--foxglove": foxglove, "--rerun": rerun}).items() if value]
+    keep_source(log, output)
     if len(asked) > 1:
         fail(f"{asked[0]} and {asked[1]}: write different files; give one of them", USAGE)
     if not asked:
@@ -71,18 +76,17 @@ def export(
     if not output.parent.is_dir():
         fail(f"{output}: there is no directory {output.parent}")
     found = opened(log)
-    if numbers:
-        _writing(output, lambda: _csv(found, numbers, output, begin, end))
-    elif bvh:
-        _writing(output, lambda: _bvh(found, bvh, output, begin, end, fps or BVH_FPS))
-    elif npz:
-        _writing(output, lambda: _npz(found, npz, output, begin, end))
-    elif parquet:
-        _writing(output, lambda: _parquet(found, parquet, output, begin, end))
-    elif foxglove:
-        _writing(output, lambda: _foxglove(found, output, begin, end, fps or USD_FPS))
-    elif wav:
-        _writing(output, lambda: _wav(found, wav, output, begin, end))
+    writers: dict[str, Callable[[], str]] = {
+        "--csv": lambda: _csv(found, numbers or (), output, begin, end),
+        "--npz": lambda: _npz(found, npz or (), output, begin, end),
+        "--parquet": lambda: _parquet(found, parquet or (), output, begin, end),
+        "--bvh": lambda: _bvh(found, bvh or "", output, begin, end, fps or BVH_FPS),
+        "--glb": lambda: _glb(found, glb or "", output, begin, end, fps or USD_FPS),
+        "--wav": lambda: _wav(found, wav or "", output, begin, end),
+        "--foxglove": lambda: _foxglove(found, output, begin, end, fps or USD_FPS),
+        "--rerun": lambda: _rerun(found, output, begin, end, fps or USD_FPS),
+    }
+    _writing(found, output, writers[asked[0]])
 
 
 def _usd(log: Path, output: Path, begin: float, end: float | None, fps: float) -> None:
@@ -97,27 +101,30 @@ def _usd(log: Path, output: Path, begin: float, end: float | None, fps: float) -
     export_usd(reader, log, output, begin, end, fps)
 
 
-def _writing(output: Path, write: Callable[[], str]) -> None:
+def _writing(log: "Log", output: Path, write: Callable[[], str]) -> None:
     """Write, and tell what was written; what cannot be gets one line."""
     try:
-        out.print(write(), soft_wrap=True)
+        with reading(log):
+            written = write()
     except ValueError as e:
         fail(str(e), USAGE)
     except OSError as e:
         fail(f"--out {output}: cannot be written: {e.strerror}")
+    out.print(written, soft_wrap=True)
 
 
 def _csv(log: "Log", names: Sequence[str], output: Path, begin: float, end: float | None) -> str:
-    from vistel.log.numbers import together, tracks, with_fields
+    from vistel.log.exports import write_csv
+    from vistel.log.numbers import tracks, with_fields
 
     found = tracks(log, with_fields(names), begin, end)
-    times, values = together(found.values())
-    with output.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["t", *found])
-        for t, *row in zip(times, *values, strict=True):
-            writer.writerow([f"{t:.6f}", *("" if math.isnan(x) else f"{x:.6g}" for x in row)])
-    return f"{len(times)} rows of {len(found)} numbers written to {output}"
+    return f"{write_csv(found, output)} rows of {len(found)} numbers written to {output}"
+
+
+def _glb(log: "Log", participant: str, output: Path, begin: float, end: float | None, fps: float) -> str:
+    from vistel.log.glb import write_glb
+
+    return f"{write_glb(log, participant, output, begin, end, fps)} frames at {fps:g}/s written to {output}"
 
 
 def _npz(log: "Log", names: Sequence[str], output: Path, begin: float, end: float | None) -> str:
@@ -146,9 +153,13 @@ def _parquet(log: "Log", names: Sequence[str], output: Path, begin: float, end: 
 def _foxglove(log: "Log", output: Path, begin: float, end: float | None, fps: float) -> str:
     from vistel.log.foxglove import write_foxglove
 
-    if output.resolve() == log.path.resolve():
-        raise ValueError(f"--out {output}: is the log itself; name another file")
     return f"{write_foxglove(log, output, begin, end, fps)} messages written to {output}"
+
+
+def _rerun(log: "Log", output: Path, begin: float, end: float | None, fps: float) -> str:
+    from vistel.log.rerun_recording import write_rerun
+
+    return f"{write_rerun(log, output, begin, end, fps)} moving things and joints written to {output}"
 
 
 def _bvh(log: "Log", participant: str, output: Path, begin: float, end: float | None, fps: float) -> str:

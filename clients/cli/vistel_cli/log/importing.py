@@ -47,18 +47,16 @@ class _Recorded:
 
 
 def import_(
-    files: Annotated[
-        list[Path], Takes(BVH, CSV, VRPN, FOLDER), typer.Argument(help="Files or folders, one of each person or take.")
-    ],
+    files: Annotated[list[Path], Takes(BVH, CSV, VRPN, FOLDER), typer.Argument(help="Files or folders, one for each person.")],
     output: Annotated[Path, out_file("The log to write.")],
     delay: Annotated[
         list[float] | None,
         typer.Option("--delay", min=0.0, help="Seconds by which a file begins later than the log; one for each."),
     ] = None,
     height: Annotated[float, typer.Option(min=0.5, max=2.5, help="Of the people, in metres, where a file does not say it.")] = 1.75,
-    unit: Annotated[Literal["m", "cm", "mm", "inch", "foot"], typer.Option(help="CSV: of positions.")] = "m",
+    unit: Annotated[Literal["m", "cm", "mm", "inch", "foot"], typer.Option(help="CSV: unit of positions.")] = "m",
     up: Annotated[Literal["y", "z"], typer.Option(help="CSV: which axis is up.")] = "y",
-    clock: Annotated[Literal["s", "ms", "us", "ns"], typer.Option(help="CSV: of the column t.")] = "s",
+    clock: Annotated[Literal["s", "ms", "us", "ns"], typer.Option(help="CSV: unit of the column t.")] = "s",
     force: Force = False,
 ) -> None:
     """Make a log of what was recorded elsewhere: motion, tables of sensors, captures of VRPN.

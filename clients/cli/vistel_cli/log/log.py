@@ -6,15 +6,16 @@ from typing import Annotated
 import typer
 from rich.progress import track
 
-from vistel.wire.log import LogError, LogReader, LogWriter
+from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
+from vistel_cli.log.encrypt import decrypt, encrypt, new_key
 from vistel_cli.log.export import export
 from vistel_cli.log.importing import import_
 from vistel_cli.log.piece import piece_of
 from vistel_cli.log.redact import redact
-from vistel_cli.log.study import diff, grep, stats
-from vistel_cli.overwriting import Force, out_file
+from vistel_cli.log.study import diff, grep, reading, stats
+from vistel_cli.overwriting import Force, keep_source, out_file
 from vistel_cli.terminal import err, fail, out, print_warning
 
 app = typer.Typer(no_args_is_help=True)
@@ -45,7 +46,9 @@ def info(
     """
     from vistel_cli.log.info import contents_json, print_contents, read_contents  # loads the mathematics
 
-    found = read_contents(_open(log, warn=False))
+    reader = _open(log, warn=False)
+    with reading(reader):
+        found = read_contents(reader)
     if as_json:
         out.print_json(data=contents_json(found))
     else:
@@ -93,18 +96,18 @@ app.command()(grep)
 app.command()(export)
 app.command(name="import")(import_)
 app.command()(redact)
+app.command()(new_key)
+app.command()(encrypt)
+app.command()(decrypt)
 
 
 def _copy(reader: LogReader, log: Path, output: Path, begin_ns: int | None, end_ns: int | None) -> None:
-    if output.resolve() == log.resolve():
-        fail(f"--out {output}: is the log itself; name another file")
-    count = 0
+    keep_source(log, output)
+    from vistel.log.exports import write_records
+
+    records = reader.records(begin_ns=begin_ns, end_ns=end_ns)
     try:
-        with LogWriter(output, conference=reader.conference_toml) as writer:
-            records = reader.records(begin_ns=begin_ns, end_ns=end_ns)
-            for r in track(records, description="writing", console=err, transient=True):
-                writer.write(r.topic, r.key, r.message, r.log_ns)
-                count += 1
+        count = write_records(reader, track(records, description="writing", console=err, transient=True), output)
     except OSError as e:
         fail(f"--out {output}: cannot be written: {e.strerror}")
     out.print(f"{count} messages written to {output}", soft_wrap=True)

@@ -9,7 +9,7 @@ from rich.progress import Progress
 from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
-from vistel_cli.overwriting import Force, out_file
+from vistel_cli.overwriting import Force, keep_source, out_file
 from vistel_cli.terminal import err, fail, out, print_warning
 
 
@@ -17,7 +17,8 @@ def redact(
     log: Annotated[Path, Takes(LOG), typer.Argument(help="A log.")],
     output: Annotated[Path, out_file("File for what may be passed on.")],
     name: Annotated[
-        list[str] | None, typer.Option("--name", help="A further name that is to go, of somebody who was spoken of.")
+        list[str] | None,
+        typer.Option("--name", help="Another name to take out, of somebody who was spoken of; may be given again."),
     ] = None,
     force: Force = False,
 ) -> None:
@@ -33,8 +34,7 @@ def redact(
     from vistel.log.redact import RedactError
     from vistel.log.redact import redact as write  # loads the mathematics
 
-    if output.resolve() == log.resolve():
-        fail(f"--out {output}: is the log itself; name another file")
+    keep_source(log, output)
     try:
         reader = LogReader(log)
         with Progress(console=err, transient=True) as bar:

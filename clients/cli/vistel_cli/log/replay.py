@@ -113,10 +113,14 @@ def replay(
     light: Annotated[PictureLight, typer.Option(help="With --render: soft shadows and mirrors, or as live.")] = PictureLight.FINE,
     png: Annotated[bool, typer.Option("--png", help="With --render: one file for each picture instead of films.")] = False,
     fast: Annotated[
-        bool, typer.Option("--fast", help="Compute as fast as the machine can, without pictures, into a log: twice the same bytes.")
+        bool,
+        typer.Option(
+            "--fast",
+            help="Compute as fast as the machine can, without pictures, into a log; computed again, it has the same bytes.",
+        ),
     ] = False,
     against: Annotated[
-        Path | None, Takes(LOG), typer.Option(help="With --fast: a log, such as the same, to compare the result with.")
+        Path | None, Takes(LOG), typer.Option(help="With --fast: compare the result with this log, which may be the same one.")
     ] = None,
     most_degrees: MostDegrees = DEGREES,
     most_mm: MostMm = MM,
@@ -125,8 +129,7 @@ def replay(
 ) -> None:
     """See a recorded conference in a browser, from any moment and at any speed; or play it again through the same services.
 
-    The page is served unless --no-page or an option is given that is about playing again: --source, --site, --speed, --out,
-    --verify, --render or --fast.
+    With --no-page, --source, --site, --speed, --out, --verify, --render or --fast there is no page: the log is played again.
 
     [bold]Examples[/bold]
 

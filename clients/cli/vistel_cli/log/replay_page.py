@@ -2,7 +2,6 @@
 
 import asyncio
 import logging
-import signal
 import webbrowser
 from datetime import UTC, datetime
 from pathlib import Path
@@ -11,6 +10,7 @@ from vistel.conference.model import Conference
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogError, LogReader
+from vistel_cli.stop_asked import stop_asked
 from vistel_cli.terminal import FAILED, fail, out
 from vistel_services.console import bundle
 from vistel_services.console.replays import Replays, load
@@ -38,6 +38,7 @@ def serve_replay(reader: LogReader, conference: Conference, begin: float, port: 
 
 
 async def _serve(reader: LogReader, conference: Conference, begin: float, port: int, beside: Path | None, show: bool) -> None:
+    stop = stop_asked()
     clock, path = SystemClock(), Path(reader.path)
     replays = Replays(conference, lambda: path, clock, beside)
     files = PageFiles("replay", bundle.FOLDER, SERVED, POLICY)
@@ -49,9 +50,6 @@ async def _serve(reader: LogReader, conference: Conference, begin: float, port: 
         if show:
             webbrowser.open(address)
         loading = background.start(asyncio.to_thread(load), "loading")  # while the browser opens the page
-        stop = asyncio.Event()
-        for signum in (signal.SIGINT, signal.SIGTERM):
-            asyncio.get_running_loop().add_signal_handler(signum, stop.set)
         await stop.wait()
         loading.cancel()
     finally:

@@ -9,7 +9,6 @@ from vistel_cli.terminal import out
 HEADINGS = ("messages", "per s", "jitter", "kB", "99 % gap", "longest", "at", "delay", "99 %")
 UNITS = ("", "", "ms", "", "s", "s", "s", "ms", "ms")
 
-
 NARROWEST = 6
 """Columns that are left to the keys in a narrow terminal, where they stand on lines of their own."""
 
@@ -38,14 +37,16 @@ def print_statistics(found: LogStatistics) -> None:
         for c in found.channels
     ]
     widths = [max(len(row[n]) for row in (HEADINGS, UNITS, *rows)) for n in range(len(HEADINGS))]
-    left = max(NARROWEST, out.width - sum(w + 2 for w in widths))
+    longest = max((len(c.key.removeprefix(common)) for c in found.channels), default=0)
+    left = max(NARROWEST, min(max(longest, len(common) + len("under ")), out.width - sum(w + 2 for w in widths)))
     _print_row("", HEADINGS, widths, left, "bold")
     _print_row(f"under {common}" if common else "", UNITS, widths, left, "bold")
     for c, row in sorted(zip(found.channels, rows, strict=True), key=lambda pair: -pair[0].bytes):
         _print_row(c.key.removeprefix(common), row, widths, left)
     for c in found.channels:
         if c.backwards:
-            out.print(f"{c.key}: its sender's time went back {c.backwards} times", style="yellow")
+            often = "once" if c.backwards == 1 else f"{c.backwards} times"
+            out.print(f"{c.key}: its sender's time went back {often}", style="yellow")
     for clock in found.clocks:
         out.print(
             f"clock of {clock.node}: {clock.least_ms:.2f} to {clock.most_ms:.2f} ms off, measured {clock.measured} times "

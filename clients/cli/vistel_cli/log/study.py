@@ -1,16 +1,18 @@
 """`vistel log diff`, `stats` and `grep`: what differs between two logs, what one is made of, and when something was so."""
 
+from contextlib import AbstractContextManager
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vistel.wire.log import LogError
+from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
 from vistel_cli.log.compare_options import APART_S, DEGREES, MM, MostApart, MostDegrees, MostMm
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_warning
+from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
     from vistel.log import Log
@@ -43,8 +45,10 @@ def diff(
     from vistel_cli.log.compared import comparison_json, print_comparison
 
     limits = Limits(most_degrees, most_mm, most_apart)
+    one, other = opened(first), opened(second)
     try:
-        found = compare(opened(first), opened(second), begin, end)
+        with reading(one, other):
+            found = compare(one, other, begin, end)
     except ValueError as e:
         fail(str(e))
     if as_json:
@@ -66,7 +70,8 @@ def stats(log: Annotated[Path, Takes(LOG), A_LOG], as_json: AsJson = False) -> N
 
     read = opened(log)
     told = len(read.damage)
-    found = statistics(read)
+    with reading(read):
+        found = statistics(read)
     for line in read.damage[told:]:
         print_warning(f"{log}: {line}")
     if as_json:
@@ -77,15 +82,15 @@ def stats(log: Annotated[Path, Takes(LOG), A_LOG], as_json: AsJson = False) -> N
 
 def grep(
     log: Annotated[Path, Takes(LOG), A_LOG],
-    expression: Annotated[str, typer.Argument(help='What is to be so, such as "participant.ben.motion.left_wrist.speed > 2".')],
+    expression: Annotated[str, typer.Argument(help='What must be true, such as "participant.ben.motion.left_wrist.speed > 2".')],
     begin: Begin = 0.0,
     end: End = None,
     as_json: AsJson = False,
 ) -> None:
-    """Tell when something was so: an expression over numbers of joints, things, contacts and messages.
+    """Tell when an expression was true. It holds numbers of joints, things, contacts and messages.
 
     Names: participant.NAME.motion.JOINT.x, .y, .z, .speed, .angle; thing.ID.x, .y, .z, .speed, .held; touch.A.B;
-    TOPIC.NAMES.FIELD for any number in a message. Exit code 1 where it was never so.
+    TOPIC.NAMES.FIELD for any number in a message. Exit code 1 if it was never true.
 
     [bold]Examples[/bold]
 
@@ -97,8 +102,9 @@ def grep(
     from vistel.log.numbers import UnknownNumberError, spans, together, tracks
 
     try:
-        asked = Expression(expression)
-        found = tracks(opened(log), asked.names, begin, end)
+        asked, read = Expression(expression), opened(log)
+        with reading(read):
+            found = tracks(read, asked.names, begin, end)
     except (ExpressionError, UnknownNumberError) as e:
         fail(str(e), USAGE)
     times, values = together(found.values())
@@ -110,6 +116,11 @@ def grep(
         for a, b in so:
             out.print(f"{a:9.3f} s to {b:9.3f} s   {b - a:7.3f} s")
     raise typer.Exit(0 if so else FAILED)
+
+
+def reading(*logs: "Log | LogReader") -> AbstractContextManager[None]:
+    """Tells within the block how far logs have been read, where that takes long."""
+    return waiting(lambda: f"reading {', '.join(f'{log.path.name}: {log.share_read:.0%}' for log in logs)}")
 
 
 def opened(path: Path) -> "Log":

@@ -1,6 +1,7 @@
 """`vistel replay --verify`: runs the world again on a log and compares every state bit for bit."""
 
 from vistel.wire.log import LogReader
+from vistel_cli.log.study import reading
 from vistel_cli.terminal import FAILED, out, print_error
 
 VERIFIED_TOPICS = (
@@ -20,7 +21,8 @@ def verify_log(reader: LogReader, as_json: bool) -> int:
     """Run the world again on the log. Returns the exit code."""
     from vistel.messages.world.verify import verify  # its kernels take a second to load
 
-    report = verify((r.topic.name, r.names, r.message, r.log_ns) for r in reader.records(topics=VERIFIED_TOPICS))
+    with reading(reader):
+        report = verify((r.topic.name, r.names, r.message, r.log_ns) for r in reader.records(topics=VERIFIED_TOPICS))
     if as_json:
         out.print_json(
             data={

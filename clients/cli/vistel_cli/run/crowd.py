@@ -14,7 +14,7 @@ from vistel_cli.terminal import fail, out
 
 def crowd(
     people: Annotated[int, typer.Option("-n", "--people", min=2, max=1000, help="How many take part.")] = 100,
-    receive: Annotated[int | None, typer.Option(min=1, help="How many receive what their sites would; default: all.")] = None,
+    receive: Annotated[int | None, typer.Option(min=1, help="How many of them receive as sites do; default: all.")] = None,
     seconds: Annotated[float, typer.Option(min=1.0, help="How long it is measured, once the world runs.")] = 10.0,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object.")] = False,
 ) -> None:

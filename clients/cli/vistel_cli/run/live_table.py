@@ -111,6 +111,8 @@ class LiveTable:
             return
         for event in self._events.new():
             self._console.print(self._line(_clock(elapsed_s), event), soft_wrap=not self._console.is_terminal)
+        if not self._console.is_terminal:
+            return
         length = f"{_clock(elapsed_s)} of {_clock(self._seconds)}" if self._seconds else _clock(elapsed_s)
         legend = LEGEND + (LEGEND_OF_VOICES if _sounds(self._conference, self._observer) else "")
         below = Text(f"{length}, Ctrl-C ends it\n{legend}", style="dim")

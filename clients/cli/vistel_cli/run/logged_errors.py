@@ -37,8 +37,11 @@ class LoggedErrors:
 
     def _lines(self, path: Path) -> list[str]:
         """The lines of a log that are new and whole."""
+        read = self._read.get(path, 0)
+        with suppress(OSError):
+            if path.stat().st_size == read:
+                return []
         with suppress(OSError), path.open("rb") as stream:
-            read = self._read.get(path, 0)
             stream.seek(read if read <= stream.seek(0, 2) else 0)  # a new one began
             data = stream.read(MOST_BYTES)
             whole = data.rfind(b"\n") + 1 or (len(data) if len(data) == MOST_BYTES else 0)

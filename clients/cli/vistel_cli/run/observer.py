@@ -104,7 +104,7 @@ class Observer:
     def report(self) -> dict[str, Any]:
         """The figures of the run, as JSON-ready data; rates in Hz, delays in seconds, medians of the newest `MOST_KEPT` values."""
         sites: dict[str, Any] = {}
-        for site in self._conference.sites:
+        for site in (s for s in self._conference.sites if s.draws):
             image = self.images.get(site.name)
             rates = sorted(self._frame_rates.get(site.name, []))
             sites[site.name] = {

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import logging
 import multiprocessing
 import os
 import signal
@@ -25,13 +26,13 @@ from pathlib import Path
 
 import numpy as np
 
+from vistel.capture import body as capture
 from vistel.conference.files import load
 from vistel.conference.model import Conference
 from vistel.conference.room_things import extras_of
 from vistel.figure.avatar.cache_folder import default_cache, file_lock
 from vistel.figure.figure import Figure
 from vistel.figure.people.builtin import builtin_avatar
-from vistel.figure.posture import warm_up as posture_kernels
 from vistel.figure.posture.posture import Posture, standing
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import ghosts_of
@@ -45,6 +46,7 @@ from vistel.wire import motion as motion_codec
 from vistel_cli.run.compile_in_turn import compile_in_turn
 from vistel_cli.run.prepared import INTERRUPTED, NO_FIGURES, is_prepared, people_of, stamp_of
 from vistel_services.world.service import warm_up
+from vistel_sim import rotations
 from vistel_sim.motion import open_motion
 
 Step = tuple[str, Callable[..., object], tuple[object, ...]]
@@ -84,7 +86,8 @@ def _compile_posture(conference: Conference) -> None:
         for p in site.participants:
             motion.receivers(p.name, 0.0)
             motion.hand_angles(p.name, 0.0)
-    posture_kernels.warm_up()
+    capture.warm_up()
+    rotations.turned(np.array((0.0, 0.0, 0.0, 1.0)), np.zeros(3))
 
 
 def _compile_world(conference: Conference) -> None:
@@ -174,6 +177,7 @@ def _run(conference: Conference, *, draws: bool) -> None:
 def main() -> None:
     """Entry point of the child."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    logging.getLogger().addHandler(logging.NullHandler())  # what a log says of people, their renderers' logs will have
     conference, draws = _by_the_meeting(load(Path(sys.argv[1]))), NO_FIGURES not in sys.argv
     try:
         # Sites that start together on one machine prepare one after the other: the second finds all done.

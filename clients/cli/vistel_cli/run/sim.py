@@ -6,6 +6,7 @@ import asyncio
 import signal
 import sys
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -74,18 +75,18 @@ def devices(
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(ports or Path(run), Path(run))
         paths.run.mkdir(parents=True, exist_ok=True)
-        for name in names:
-            out.print(str(paths.device(name)))
-        raise typer.Exit(asyncio.run(_run(write_conference(conference, Path(run)), paths, seconds, fault or [])))
+        raise typer.Exit(asyncio.run(_run(write_conference(conference, Path(run)), paths, names, seconds, fault or [])))
 
 
-async def _run(file: Path, paths: RunPaths, seconds: float, faults: list[str]) -> int:
+async def _run(file: Path, paths: RunPaths, names: Sequence[str], seconds: float, faults: list[str]) -> int:
     given = [word for text in faults for word in ("--fault", text)]
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "vistel_sim.process", str(file), "--run", str(paths.run), *given, process_group=0
     )
     for signum in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(signum, process.terminate)
+    for name in names:
+        out.print(str(paths.device(name)))
     try:
         code = await asyncio.wait_for(process.wait(), seconds or None)
     except TimeoutError:

@@ -36,7 +36,7 @@ DAYS = 90
 def init(file: File, days: Days = DAYS, force: Force = False) -> None:
     """Make the authority that signs a conference's certificates, and the certificate of the hub.
 
-    The hub's is valid for the addresses that the file names under \\[bus]. Keep the folder on the hub's machine.
+    The hub's certificate is valid for the addresses that the file names under \\[bus]. Keep the folder on the hub's machine.
 
     [bold]Example[/bold]
 
@@ -91,8 +91,8 @@ def renew(
 ) -> None:
     """Make new keys and certificates in place of those that expire soon. A router that runs takes up its own at once.
 
-    What runs renews its own by itself, in the last third of its lifetime. Without the authority's key here, the host is asked, who
-    decides how many days the new one is valid.
+    A running process renews its own by itself, in the last third of its lifetime. If the authority's key is not here, the host
+    signs the new one, and decides how many days it is valid.
 
     [bold]Example[/bold]
 
@@ -213,7 +213,7 @@ def show(file: File, as_json: Annotated[bool, typer.Option("--json", help="Print
 def secret(
     file: File,
     name: Annotated[str, typer.Argument(help="Whose certificate and key.")] = HUB_PLACE,
-    namespace: Annotated[str, typer.Option(help="Of the cluster.")] = "vistel",
+    namespace: Annotated[str, typer.Option(help="Namespace in the cluster.")] = "vistel",
     called: Annotated[str, typer.Option(help="Name of the Secret.")] = "vistel-certificates",
 ) -> None:
     """Print a certificate with its key as a Secret of Kubernetes, for a pipe to kubectl. The key of the authority is not in it.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import signal
+import sys
 import tomllib
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
@@ -12,13 +12,15 @@ from typing import Annotated, Any
 
 import typer
 
+from vistel.conference.files import text_without_tokens
 from vistel.conference.model import RESERVED
 from vistel.whole_file import whole_file
 from vistel.wire.zenoh.endpoints import host_and_port, is_local
 from vistel_cli.overwriting import keep_existing
 from vistel_cli.site.certificate_folder import authority_of, check_name
 from vistel_cli.site.certs import DAYS, Days, File
-from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
+from vistel_cli.stop_asked import stop_asked
+from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out
 
 PORT = 7448
 """Beside the router's."""
@@ -31,10 +33,11 @@ def invite(
     days: Days = DAYS,
     port: Annotated[int, typer.Option(min=0, max=65535, help="Port that the others reach; 0 takes a free one.")] = PORT,
 ) -> None:
-    """Invite sites: print one line for each, to be pasted there, and wait until they have their certificates.
+    """Invite sites: print one line for each, to be pasted into `vistel site join --invite -` there, and wait until they have come.
 
     Send each line by a way that only its reader sees. It is valid once, for one site, and while this command runs. The conference
-    file goes with it. The authority's key is needed here (`vistel site certs init`).
+    file goes with it, without the tokens of other sites' pages and of the console. The authority's key is needed here
+    (`vistel site certs init`).
 
     [bold]Example[/bold]
 
@@ -54,14 +57,16 @@ def invite(
     endpoint = conference.bus.endpoints[0] if conference.bus.endpoints else ""
     if not endpoint:
         fail(f"{file}: bus.endpoints: expected the address at which others find this machine, such as tls/192.0.2.7:7447")
-    enrolment = Enrolment(authority, conference.name, text, lambda: datetime.now(UTC), valid=timedelta(days=days))
+
+    def file_of(site: str) -> str:
+        return text_without_tokens(tomllib.loads(text), but_of=site)
+
+    enrolment = Enrolment(authority, conference.name, file_of, lambda: datetime.now(UTC), valid=timedelta(days=days))
     asyncio.run(_invite(enrolment, sites, endpoint, port, hours))
 
 
 async def _invite(enrolment: Any, sites: list[str], endpoint: str, port: int, hours: float) -> None:
-    done = asyncio.Event()
-    for signum in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(signum, done.set)
+    done = stop_asked()
 
     def enrolled(site: str, address: str) -> None:
         out.print(f"{site}: has its certificate, at {address}")
@@ -76,9 +81,11 @@ async def _invite(enrolment: Any, sites: list[str], endpoint: str, port: int, ho
     host = host_and_port(endpoint)[0]
     here = server.sockets[0].getsockname()[1]
     for site in sites:
-        out.print(f"{site}: paste there, within {hours:g} hours:\n", soft_wrap=True)
         code = enrolment.invite(site, host, here, timedelta(hours=hours)).code
-        out.print(f"    vistel site join --invite {code}\n", soft_wrap=True)
+        out.print(
+            f"{site}: type `vistel site join --invite -` there, within {hours:g} hours, and paste this line:\n", soft_wrap=True
+        )
+        out.print(f"    {code}\n", soft_wrap=True)
     out.print("waiting; Ctrl-C takes the invitations back")
     with contextlib.suppress(TimeoutError):
         async with asyncio.timeout(hours * 3600):
@@ -90,11 +97,15 @@ async def _invite(enrolment: Any, sites: list[str], endpoint: str, port: int, ho
 
 def accept(code: str, *, force: bool) -> tuple[Path, str]:
     """Gets the certificate of an invitation, and stores it with the conference file in a folder with the conference's name. Returns
-    the file and the site. Ends the command where it is refused."""
+    the file and the site. Ends the command where it is refused. code: "-" reads it, so that no list of processes shows it."""
     from vistel.wire.certificates.authority import write_key
     from vistel.wire.certificates.enrolment import enrol
     from vistel.wire.certificates.invitation import Invitation, InvitationError
 
+    if code == "-":
+        if sys.stdin.isatty():
+            err.print("the line of the invitation: ", end="")
+        code = sys.stdin.readline()
     try:
         invitation = Invitation.read(code)
         folder, site = Path(invitation.conference), invitation.site

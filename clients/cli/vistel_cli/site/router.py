@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import signal
 import socket
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -23,6 +22,7 @@ from vistel.wire.zenoh.bus import BusError, Router, ZenohBus
 from vistel.wire.zenoh.common_names import REVOKED, revoked_names
 from vistel.wire.zenoh.endpoints import ENCRYPTED, host_and_port, is_encrypted, objection
 from vistel_cli.renewing import start_certificates
+from vistel_cli.stop_asked import stop_asked
 from vistel_cli.terminal import fail, out, print_warning
 from vistel_services.process.monitoring import monitored
 from vistel_services.process.plan import HUB
@@ -60,7 +60,7 @@ def _beside(conference: Conference, hub: str, seconds: float, *, clock: bool) ->
 
 
 async def _at_router(conference: Conference, hub: str, seconds: float, *, clock: bool) -> int:
-    stop = _stop_asked()
+    stop = stop_asked()
     bus = await connect(conference, HUB, SystemClock(), hub)
     if clock:
         if await bus.query(BY_NAME["clock"], ClockProbe()) is not None:
@@ -73,14 +73,6 @@ async def _at_router(conference: Conference, hub: str, seconds: float, *, clock:
     background.current().end()  # what still asks over a closed bus fails
     await bus.close()
     return 0
-
-
-def _stop_asked() -> asyncio.Event:
-    """Set on Ctrl-C and SIGTERM."""
-    stop = asyncio.Event()
-    for signum in (signal.SIGINT, signal.SIGTERM):
-        asyncio.get_running_loop().add_signal_handler(signum, stop.set)
-    return stop
 
 
 def run_router(conference: Conference, file: Path, listen: str | None, seconds: float, others: Sequence[str] = ()) -> int:
@@ -123,7 +115,7 @@ def _from_file(conference: Conference) -> str:
 async def _run(
     conference: Conference, file: Path, listen: str, files: TlsFiles | None, seconds: float, others: Sequence[str]
 ) -> int:
-    stop = _stop_asked()
+    stop = stop_asked()
     where = listen.partition("/")[2]
     both = [f"{protocol}/{where}" for protocol in ENCRYPTED] if files and is_encrypted(listen) else [listen]
     router = _opened(conference, both, files, others)

@@ -38,7 +38,10 @@ def join(
     site: Annotated[str | None, typer.Argument(help="Name of this machine's site.")] = None,
     hub: Hub = None,
     invite: Annotated[
-        str | None, typer.Option(help="The host's line, in place of file and site: it brings the file and a certificate.")
+        str | None,
+        typer.Option(
+            help="The host's line, in place of file and site: it brings the file and a certificate. -: paste it when asked."
+        ),
     ] = None,
     force: Force = False,
     output: OutFolder = None,
@@ -47,7 +50,9 @@ def join(
 ) -> None:
     """Run one site's services and join the conference at a router.
 
-    [bold]Example[/bold]
+    [bold]Examples[/bold]
+
+      vistel site join --invite -
 
       vistel site join conference.toml tokyo --hub tls/192.0.2.7:7447
     """
@@ -61,7 +66,7 @@ def join(
             fail("--invite brings file and site: name neither", USAGE)
         file, site = accept(invite, force=force)
     if file is None:
-        fail("expected a conference file and the name of this site, or --invite and the line of an invitation", USAGE)
+        fail("expected a conference file and the name of this site, or --invite - and the line of an invitation", USAGE)
     conference = _meant(load_conference(file, room_elsewhere=True), insecure)
     if site is None:
         fail(f"expected the name of this site after the file: {', '.join(s.name for s in conference.sites)}", USAGE)

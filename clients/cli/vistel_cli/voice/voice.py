@@ -2,7 +2,6 @@
 
 import asyncio
 import contextlib
-import signal
 from collections.abc import AsyncIterator, Callable
 from pathlib import Path
 from typing import Annotated
@@ -19,6 +18,7 @@ from vistel.wire.topics import BY_NAME
 from vistel_cli.conference_choice import Hub, RunningFile, chosen, endpoint_of, on_bus
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
+from vistel_cli.stop_asked import stop_asked
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 app = typer.Typer(no_args_is_help=True)
@@ -36,8 +36,7 @@ def mute(file: RunningFile = None, who: Who = None, hub: Hub = None) -> None:
 
       vistel voice mute --as aiko
     """
-    _set(file, who, hub, VoiceControl(muted=True), lambda m: m.muted)
-    out.print("muted")
+    out.print(f"{_set(file, who, hub, VoiceControl(muted=True), lambda m: m.muted)} is muted")
 
 
 @app.command()
@@ -48,8 +47,7 @@ def unmute(file: RunningFile = None, who: Who = None, hub: Hub = None) -> None:
 
       vistel voice unmute --as aiko
     """
-    _set(file, who, hub, VoiceControl(), lambda m: not m.muted)
-    out.print("open")
+    out.print(f"{_set(file, who, hub, VoiceControl(), lambda m: not m.muted)}'s microphone is open")
 
 
 @app.command()
@@ -67,15 +65,13 @@ def talk(
     """
 
     async def held(bus: Bus, participant: str) -> None:
-        stop = asyncio.Event()
-        for signum in (signal.SIGINT, signal.SIGTERM):
-            asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+        stop = stop_asked()
         await _agreed(bus, participant, VoiceControl(push_to_talk=True, talk=True), lambda m: not m.muted)
-        out.print("open")
+        out.print(f"{participant}'s microphone is open {f'for {seconds:g} s' if seconds else 'until Ctrl-C'}")
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(stop.wait(), seconds or None)
         await _agreed(bus, participant, VoiceControl(push_to_talk=True), lambda m: m.muted)
-        out.print("closed")
+        out.print(f"{participant} is muted")
 
     conference, endpoint = chosen(file, hub)
     participant, site = _person(conference, who)
@@ -142,13 +138,12 @@ def watch(
     _check_sound(conference, *(s.name for s in conference.sites))
 
     async def shown(bus: Bus) -> None:
-        stop = asyncio.Event()
-        for signum in (signal.SIGINT, signal.SIGTERM):
-            asyncio.get_running_loop().add_signal_handler(signum, stop.set)
+        stop = stop_asked()
         status = bus.subscribe(BY_NAME["sound_status"], polled=True)
         devices = bus.subscribe(BY_NAME["equipment_status"], polled=True)
         lines: dict[str, list[Text]] = {}
         over = asyncio.get_running_loop().time() + seconds if seconds else float("inf")
+        out.print("the sound of all sites; Ctrl-C ends it", style="dim")
         with Live(console=out, refresh_per_second=4) as live:
             while not stop.is_set() and asyncio.get_running_loop().time() < over:
                 lines |= {s.message.site: _site_lines(s.message) for s in status.take()}
@@ -190,10 +185,12 @@ def _device_line(status: EquipmentStatus) -> Text:
 
 def _set(
     file: Path | None, who: str | None, hub: str | None, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]
-) -> None:
+) -> str:
+    """The participant whose microphone it is, once the site has done it."""
     conference, endpoint = chosen(file, hub)
     participant, site = _person(conference, who)
     on_bus(conference, site, endpoint, lambda bus: _agreed(bus, participant, wish, done), f"the sound of {site}")
+    return participant
 
 
 async def _agreed(bus: Bus, participant: str, wish: VoiceControl, done: Callable[[SoundStatus.Microphone], bool]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import signal
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -24,6 +23,7 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.renewing import keep_certificate
 from vistel_cli.run.earlier_room import FromRoom, resume
+from vistel_cli.stop_asked import stop_asked
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_cli.world.move import check_place
 from vistel_services.process import logs
@@ -88,14 +88,11 @@ async def _serve(conferences: list[tuple[Conference, str]], seconds: float, at: 
     # The world's kernels take a second to load.
     from vistel_services.world.rooms import Served, serve
 
+    stop = stop_asked()
     rooms = [Served(c.name, *_room(c, endpoint, at, wait)) for c, endpoint in conferences]
     resume(conferences[0][0], RunPaths(Path(), Path()), earlier, HUB)
     for room, (_, endpoint) in zip(rooms, conferences, strict=True):
         out.print(f"room {room.name} at {endpoint}, kept in {room.config.folder}", soft_wrap=True)
-    stop = asyncio.Event()
-    loop = asyncio.get_running_loop()
-    for signum in (signal.SIGINT, signal.SIGTERM):
-        loop.add_signal_handler(signum, stop.set)
     for conference, endpoint in conferences:
         background.start(keep_certificate(conference, HUB, endpoint), "certificate")
     serving = background.start(serve(rooms), "rooms")

@@ -23,13 +23,13 @@ def spread(
     hub: Annotated[
         str | None, typer.Option(help="Router of all of them; default: that of the conference that runs here, else each file's.")
     ] = None,
-    drain: Annotated[list[str] | None, typer.Option(help="A place that shall lead no room; may be given again.")] = None,
+    drain: Annotated[list[str] | None, typer.Option(help="A place to empty: it shall lead no room; may be given again.")] = None,
     plan: Annotated[bool, typer.Option("--plan", help="Only show what would be moved.")] = False,
 ) -> None:
-    """Move rooms so that no place has much more to do than another, and none leads a room that is to be emptied.
+    """Move rooms so that no place has much more to do than another, and the places of --drain lead none.
 
-    A room can be moved to every place where a world of it runs: `vistel world serve FILES --place NAME --wait`. What a room costs
-    is reckoned from how many take part. No published state is lost.
+    A room can be moved to every place where a world of it runs: `vistel world serve FILES --place NAME --wait`. The work of
+    a room is estimated from the number of its people. No published state is lost.
 
     [bold]Examples[/bold]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -20,6 +21,7 @@ from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print
 
 if TYPE_CHECKING:
     from vistel.space.files import Interior
+    from vistel.space.joints.joint import Joint
     from vistel.space.things.things import Thing
 
 LATER = {
@@ -217,9 +219,12 @@ def _row(t: Thing, interior: Interior) -> dict[str, Any]:
 
 
 def _facts(interior: Interior) -> dict[str, Any]:
+    from vistel.space.joints.json_values import from_joint
+
     return {
         "things": [_row(t, interior) for t in interior.room.things],
         "seats": [{"position_m": s.position.tolist(), "heading_rad": s.heading} for s in interior.room.seats],
+        "joints": [from_joint(j) for j in interior.room.joints],
         "built_in_walls": interior.room.shell,
         "notes": list(interior.notes),
     }
@@ -244,6 +249,17 @@ def _table(interior: Interior) -> None:
         )
     out.print(table)
     loose = [t for t in interior.room.things if not t.fixed]
+    for joint in interior.room.joints:
+        out.print(_hangs(joint), soft_wrap=True, highlight=False)
     out.print(f"{len(interior.room.things)} things, {len(loose)} of them loose; {len(interior.room.seats)} seats")
     for note in interior.notes:
         print_warning(note)
+
+
+def _hangs(j: Joint) -> str:
+    """What a joint does, in a line."""
+    slides = j.kind.value == "slider"
+    limits = [v * 1e3 if slides else math.degrees(v) for v in (j.lower, j.upper)]
+    how = "slides on" if slides else "turns on"
+    button = ", a button" if j.button else ""
+    return f" {j.thing} {how} {j.base or 'the room'}: {limits[0]:g} to {limits[1]:g} {'mm' if slides else 'degrees'}{button}"

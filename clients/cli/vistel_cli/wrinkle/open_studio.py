@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import errno
 import logging
-import signal
 import webbrowser
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,6 +15,7 @@ from vistel_cli.avatar.files import check_output, load_or_make
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import GLTF, USD, WRINKLES
 from vistel_cli.overwriting import Force, out_file
+from vistel_cli.stop_asked import stop_asked
 from vistel_cli.terminal import FAILED, err, fail, out
 
 if TYPE_CHECKING:
@@ -88,6 +88,7 @@ async def _serve(opened: Opened, host: str, port: int | None, show: bool) -> Non
     hosts: set[str] = set()
     runner = web.AppRunner(studio.app(hosts), handle_signals=False, shutdown_timeout=1.0)
     await runner.setup()
+    stop = stop_asked()
     try:
         try:
             await web.TCPSite(runner, host, PORT if port is None else port).start()
@@ -101,9 +102,6 @@ async def _serve(opened: Opened, host: str, port: int | None, show: bool) -> Non
         out.print(f"studio at {address} (Ctrl-C ends it); saves to {opened.path}", soft_wrap=True)
         if show:
             webbrowser.open(address)
-        stop = asyncio.Event()
-        for signum in (signal.SIGINT, signal.SIGTERM):
-            asyncio.get_running_loop().add_signal_handler(signum, stop.set)
         await stop.wait()
     finally:
         await runner.cleanup()

@@ -14,13 +14,13 @@ from prometheus_client import Counter
 
 from vistel.arrays import U8
 from vistel.render.film.video import VideoWriter
+from vistel.render.film.virtual_camera import FileDevice, NoCameraError, VirtualCamera, find_device
 from vistel.wire import background
 from vistel.wire.certificates.errors import CertificateError
 from vistel.wire.clock import Clock
 from vistel.wire.shared_pictures import PictureWriter
 from vistel_services.process.clocks import ReplayClock
 from vistel_services.renderer.out.stream import Stream
-from vistel_services.renderer.out.virtual_camera import FileDevice, NoCameraError, VirtualCamera, find_device
 from vistel_services.serving.address import PageAddress
 
 log = logging.getLogger("vistel.renderer")

@@ -2,11 +2,11 @@
 
 import logging
 
+from vistel.devices.transport import Transport, TransportError
+from vistel.devices.transport.hid import HidDevice, find_hid, open_hid
 from vistel.protocol.space_mouse import FULL, LOGITECH, THREE_DCONNEXION, SpaceMouseState, after, is_space_mouse
 from vistel.render.interaction.navigation import Deflection
 from vistel.wire.clock import Clock
-from vistel_services.devices.hid_transport import HidDevice, find_hid, open_hid
-from vistel_services.devices.transport import Transport, TransportError
 
 log = logging.getLogger("vistel.renderer")
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import io
 import zipfile
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -67,6 +69,36 @@ def test_triangles_that_point_beyond_the_vertices_are_refused() -> None:
     wild[5, 1] = len(avatar.mesh.vertices)
     with pytest.raises(AvatarFileError, match="points beyond"):
         pack(replace(avatar, mesh=replace(avatar.mesh, triangles=wild)))
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda n: np.full(n, np.nan, np.float32),
+        lambda n: np.full(n, -0.1, np.float32),
+        lambda n: np.full(n, 1e9, np.float32),
+        lambda n: np.zeros(n - 1, np.float32),
+        lambda n: np.zeros((n, 2), np.float32),
+        lambda n: np.zeros(n, np.int32),
+        lambda n: np.full(n, "far"),
+    ],
+    ids=["nan", "upwards", "far", "too few", "too many", "whole", "words"],
+)
+def test_what_hangs_in_no_way_that_there_is_is_refused(monkeypatch: pytest.MonkeyPatch, wrong: Callable[[int], Any]) -> None:
+    avatar = long_armed()
+    hung = replace(avatar, mesh=replace(avatar.mesh, hangs=wrong(len(avatar.mesh.vertices))))
+    with monkeypatch.context() as patched:
+        patched.setattr(parcel, "check_avatar", lambda *_: None)
+        data = pack(hung)
+    with pytest.raises(AvatarFileError, match="theirs: how far each vertex hangs"):
+        unpack(data, "theirs")
+
+
+def test_levels_of_detail_that_do_not_agree_whether_something_hangs_are_refused() -> None:
+    avatar = long_armed()
+    hung = replace(avatar.mesh, hangs=np.zeros(len(avatar.mesh.vertices), np.float32))
+    with pytest.raises(AvatarFileError, match="some levels of detail say what hangs"):
+        pack(replace(avatar, mesh=hung, coarser=(avatar,)))
 
 
 def test_a_parcel_of_a_later_format_says_what_to_do() -> None:

@@ -9,8 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vistel.conference.model import PlayoutConfig
 from vistel.figure.posture.limits import within_limits
 from vistel.figure.posture.posture import DOF_COUNT, Posture, Stance
+from vistel.render.config import live_delay
 from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.playout import Playout
 from vistel.render.stage.prediction import BODY_FADES_S, FASTEST, FASTEST_TURN, predicted
@@ -74,3 +76,28 @@ def test_pictures_are_younger_by_what_is_predicted_and_time_never_goes_back() ->
     assert np.median(plain) - np.median(predicted_late) == pytest.approx(0.04, abs=0.005)
     assert np.diff(shown).min() >= -1e-9
     assert min(predicted_late) > -1e-9
+
+
+@pytest.mark.parametrize("rate", [24.0, 30.0, 60.0])
+def test_unless_it_is_said_otherwise_a_picture_is_as_late_as_its_frames_and_their_jitter(rate: float) -> None:
+    """A way of 10 ms and 3 ms of jitter, as on one machine: no frame of 16.7 ms is waited for on top, and few postures are held."""
+    rng = np.random.default_rng(3)
+    jitter = rng.exponential(3.0, 1500) * MS
+    live = live_delay(PlayoutConfig())
+    assert isinstance(live, AdaptiveDelay)
+    playout: Playout[float] = Playout(lambda a, b, u: a + u * (b - a), live, lambda a, b, span, ahead: b + (b - a) / span * ahead)
+    waiting, now, last = [(k * FRAME, k * FRAME + 10 * MS + int(jitter[k])) for k in range(1500)], 0.0, -1.0
+    late, held = list[float](), list[bool]()
+    while now < 24 * S:
+        now += S / rate * (1.0 + 0.02 * rng.standard_normal())
+        while waiting and waiting[0][1] <= now:
+            captured, received = waiting.pop(0)
+            playout.push(captured, captured / S, received)
+        value, timing = playout.sample(int(now)), playout.timing
+        assert value is not None and timing is not None and value >= last
+        last = value
+        if now > 12 * S:
+            late.append(timing.playout_ns / MS)
+            held.append(timing.holding)
+    assert np.median(late) < 10.0 + float(np.percentile(jitter, 99)) / MS + 2.0
+    assert np.mean(held) < 0.03

@@ -108,9 +108,9 @@ def test_of_two_who_take_a_thing_in_one_step_the_nearer_leads_and_the_other_gets
         for k in range(25):
             play.step(
                 {
-                    # Fingers come round it from below: a hand that is higher touches sooner.
-                    near: reaching(START + np.array([-0.05, 0.002, 0.0]), k / 20),
-                    off: reaching(START + np.array([0.05, 0.0, 0.0]), k / 20, np.pi),
+                    # A hand that is lower is nearer; both close by as much.
+                    near: reaching(START + np.array([-0.05, 0.0, 0.0]), k / 20),
+                    off: reaching(START + np.array([0.05, 0.002, 0.0]), k / 20, np.pi),
                 }
             )
             if play.grasps():

@@ -74,7 +74,8 @@ ANYTHING = st.one_of(
     st.builds(ask.Copy, WHICH), st.builds(ask.Create, st.sampled_from([*SHAPES, "", "sphinx"]), NUMBER, COLOUR),
     st.builds(ask.Delete, WHICH), st.builds(ask.Grip, WHICH), st.builds(ask.Release, WHICH),
     st.builds(ask.Attach, WHICH, WHICH), st.builds(ask.Detach, WHICH), st.just(ask.Undo()), st.just(ask.Redo()),
-    st.just(ask.Stop()), st.just(ask.Reset()), st.builds(ask.Sharpen, WHICH, NUMBER), st.builds(ask.Dent, WHICH, NUMBER),
+    st.just(ask.Stop()), st.just(ask.Reset()), st.builds(ask.Sharpen, WHICH, NUMBER),
+    st.builds(ask.Open, WHICH, NUMBER), st.builds(ask.Dent, WHICH, NUMBER),
     st.builds(ask.Hide, WHICH), st.builds(ask.Show, WHICH), st.builds(ask.Align, WHICH),
 )  # fmt: skip
 

@@ -23,11 +23,13 @@ LINES = (
     "harden the can", "copy the cone", "delete cone-2", "undo", "create red ball 6 cm here", "create lump", "select all balls",
     "paint all boxes blue",
     "paint selected white", "select the red baton", "copy this", "reset", "sharpen the cone",
-    "round the box", "dent the ball", "hide the tile", "show", "align everything", "reset",
+    "round the box", "press the can", "dent the ball", "hide the tile", "show", "align everything", "reset",
 )  # fmt: skip
 
 
 IN_HAND = {"take", "snatch", "release", "attach", "detach"}
+ELSEWHERE = {"open", "close", "next", "page"}
+"""Those of things on joints and of panels, which this room has none of (`test_joints_in_world`, `test_presenting`)."""
 
 
 def test_a_walk_through_every_verb() -> None:
@@ -40,7 +42,7 @@ def test_a_walk_through_every_verb() -> None:
         verbs.add(line.split()[0])
         talk.wait(20)  # as fast as people speak at the most
     listed = {word for line in usage().split("\n") for part in line.split("   ") for word in part.split()[:1]}
-    assert {word for verb in listed for word in verb.split("|")} - IN_HAND == verbs
+    assert {word for verb in listed for word in verb.split("|")} - IN_HAND - ELSEWHERE == verbs
 
 
 def test_what_hands_are_asked() -> None:

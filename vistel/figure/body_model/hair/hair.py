@@ -25,6 +25,8 @@ _CLEAR = 0.0012
 _SHOULDERS = 0.05
 """From the base of the neck down to where hair is as far off as on shoulders [m]."""
 _ROUGHNESS = 0.62
+_HELD = 0.15
+"""So far below the eyes the skull holds hair; from there on it hangs free, as a share of the head's size."""
 _COVERED = 0.28
 """So far inside the hairline no skin is seen through the cap, as a share of the head's size."""
 
@@ -117,7 +119,11 @@ def _level(scalp: Scalp, style: Style, locks: _Locks, level: int, seed: int, lim
     # Cards are wide and flat, bodies are round. What lies outside is drawn first and hides the rest before it is lit.
     clear = [_CLEAR + over * smooth((scalp.neck[1] + 0.02 - part.p[:, 1]) / _SHOULDERS) for part in parts]
     off = [replace(part, p=pushed_out(scalp, part.p, least)) for part, least in zip(parts, clear, strict=True)]
-    return mesh_of(scalp, off[::-1], limb)
+    made = mesh_of(scalp, off[::-1], limb)
+    if not style.hanging:
+        return made
+    held = scalp.eyes[1] - _HELD * scalp.size
+    return replace(made, hangs=np.maximum(0.0, held - made.vertices[:, 1]).astype(np.float32))
 
 
 def _caps(scalp: Scalp, style: Style, level: int) -> list[Strips]:

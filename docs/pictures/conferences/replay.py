@@ -1,0 +1,95 @@
+"""The page of a recorded meeting: plots and a note, and another log as ghosts: replay-*.png. Takes a log of the demo, else records
+one. Needs Chromium and the console's page (`make web`); takes two minutes."""
+
+import asyncio
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+ROOT = Path(__file__).resolve().parents[3]
+sys.path.insert(0, str(ROOT / "tests"))
+from browser import Page, page
+
+HERE = Path(__file__).parent
+COMMAND = [sys.executable, "-m", "vistel_cli.main"]
+SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
+SIZE, TALL = (980, 880), (980, 1150)
+"""TALL: for a large picture of the room above the lanes."""
+MOMENT_S = 24.6
+PLOTS = ("participant.ben.motion.left_hand.speed", "participant.aiko.motion.right_hand.speed", "thing.baton.y")
+NOTE = "Look at the two hands: the baton is taken"
+LATER_S = 1.5
+SETTLED_S = 8.0
+"""For walls and things, and a sharp picture."""
+
+
+def main() -> None:
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        log = shutil.copy(sys.argv[1] if len(sys.argv) > 1 else recorded(folder), folder / "meeting.mcap")
+        other = shutil.copy(log, folder / "other.mcap")
+        with served(log, other) as url:
+            asyncio.run(visit(folder, url))
+
+
+def recorded(folder: Path) -> Path:
+    subprocess.run([*COMMAND, "up", "--seconds", "20", "--out", str(folder / "out")], check=True)
+    return folder / "out/conference.mcap"
+
+
+@contextmanager
+def served(log: Path, other: Path) -> Iterator[str]:
+    """The address of its page."""
+    command = [*COMMAND, "replay", str(log), "--beside", str(other), "--port", "0"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            yield next(line.split(" at ")[1].split()[0] for line in process.stdout or () if " at http" in line)
+        finally:
+            process.send_signal(signal.SIGINT)
+
+
+async def visit(folder: Path, url: str) -> None:
+    async with page(folder, *SOFTWARE_GL) as tab:
+        await tab.open(f"{url}#t={MOMENT_S:g}" + "".join(f"&plot={name}" for name in PLOTS), *SIZE)
+        await tab.until("window.vistel && window.vistel.ready() === 3")
+        await tab.until(f"window.vistelTravel.curves().length === {len(PLOTS)}")
+        await tab.value("document.querySelector('[name=note]').focus()")
+        await tab.call("Input.insertText", text=NOTE)
+        await tab.value("document.querySelector('.note button').click()")
+        await tab.until("document.querySelectorAll('ol.notes li').length === 1")
+        await later(tab, 0.0)
+        await kept(tab, "replay-plots")
+        await later(tab, LATER_S)
+        await tab.call("Emulation.setDeviceMetricsOverride", width=TALL[0], height=TALL[1], deviceScaleFactor=1, mobile=False)
+        await tab.click("#views button:nth-child(3)")
+        await kept(tab, "replay-two-logs", "main")
+
+
+async def later(tab: Page, seconds: float) -> None:
+    """The other log's people stand where they were so much later."""
+    set_field = f"field.value = '{seconds}'; field.dispatchEvent(new Event('change', {{ bubbles: true }}))"
+    await tab.value(f"(field => {{ {set_field} }})(document.querySelector('.beside input'))")
+
+
+async def kept(tab: Page, name: str, part: str = "html") -> None:
+    await tab.value("document.activeElement.blur(), scrollTo(0, 0), window.vistel.sharp()")
+    await tab.value("document.getElementById('language').style.visibility = 'hidden'")  # the machine may lack its letters
+    await asyncio.sleep(SETTLED_S)
+    box = await tab.value(
+        f"(r => [r.x, r.y, r.width, r.height].map(Math.round))(document.querySelector('{part}').getBoundingClientRect())"
+    )
+    x, y, width, height = (max(0, n) for n in box)
+    picture = (await tab.picture())[y : y + height, x : x + width, ::-1]
+    cv2.imwrite(str(HERE / f"{name}.png"), np.ascontiguousarray(picture), [cv2.IMWRITE_PNG_COMPRESSION, 9])
+
+
+if __name__ == "__main__":
+    main()

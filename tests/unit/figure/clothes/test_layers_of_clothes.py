@@ -1,0 +1,84 @@
+"""Layers of clothes in motion: skin and what is worn beneath stay under what is over them, and hems go with their cloth."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from benchmarks.figures.poking import Covered
+from vistel.figure.avatar.avatar import Avatar, clothes
+from vistel.figure.body_model.person import Person, make
+from vistel.figure.clothes.wardrobe import Outfit
+from vistel.figure.figure import Figure, vertex_normals
+from vistel.figure.hems import with_hems_outwards
+from vistel.figure.posture.posture import ELBOW, WRIST, Posture, pose_joints, standing
+from vistel.figure.skeleton import JOINT_INDEX
+from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.implicit.deformation.ghost_source import ghosts_of
+
+TURNS = ((0.0, 0.0, 0.0), (1.2, 0.5, 0.2), (-1.2, -0.6, 0.0))
+"""Of a wrist [rad]."""
+
+
+@cache
+def dressed(top: str) -> Avatar:
+    return make(Person("male", 45.0, 1.80, 80.0, hair="shaved", beard="none", outfit=Outfit(top)), top)
+
+
+def with_wrists(turn: tuple[float, float, float]) -> Posture:
+    dofs = standing().dofs.copy()
+    for side in ("left", "right"):
+        dofs[WRIST[side]], dofs[ELBOW[side]] = turn, 1.2
+    return Posture(dofs)
+
+
+@pytest.mark.parametrize("top", ["sweater", "shirt", "blazer"])
+@pytest.mark.parametrize("turn", TURNS)
+def test_nothing_comes_through_a_cuff_when_the_hand_turns(top: str, turn: tuple[float, float, float]) -> None:
+    avatar = dressed(top)
+    covered, names = Covered.of(avatar), np.array(avatar.body.names)
+    out = covered.through(Figure(avatar).pose(with_wrists(turn)).vertices)
+    at_wrists = np.char.endswith(names[avatar.mesh.limb[covered.vertex]], "forearm")
+    assert at_wrists.sum() > 12
+    assert not (out[at_wrists] > 0.001).any()
+
+
+def test_what_is_pushed_through_a_sweater_is_found_and_by_how_much() -> None:
+    avatar = dressed("sweater")
+    covered, mesh = Covered.of(avatar), avatar.mesh
+    arm = avatar.body.names.index("left_forearm")
+    row = np.flatnonzero((mesh.limb[covered.vertex] == arm) & covered.skin)
+    way = vertex_normals(mesh)[covered.vertex[row]]
+    found: list[np.ndarray] = []
+    for push in np.arange(0.0, 0.021, 0.002, np.float32):
+        pushed = mesh.vertices.copy()
+        pushed[covered.vertex[row]] += push * way
+        found.append(covered.through(pushed)[row])
+    assert not found[0].any()
+    assert (found[-1] > 0.002).mean() > 0.5
+    out = np.array(found)
+    grew = np.diff(out, axis=0)[(out[:-1] > 0.0) & (out[1:] > 0.0)]
+    assert np.median(grew) == pytest.approx(0.002, abs=0.0003)
+
+
+def test_a_hem_is_pressed_with_the_cloth_that_it_is_folded_from() -> None:
+    avatar = dressed("sweater")
+    figure, mesh, worn = Figure(avatar), avatar.mesh, clothes(avatar)
+    joints = pose_joints(avatar.skeleton, Posture())
+    wrist = joints.position[JOINT_INDEX["left_hand"]]
+    ball = wrist + np.array((-0.005, 0.075, 0.0))
+    ghost = ghosts_of(PrimitiveSet.of_kinds(["sphere"], [[0.05]], np.eye(3)[None], ball[None]), compliance=0.0)
+    posed = figure.pose(Posture(), [ghost]).vertices.copy()
+    # The rim of a cuff and the first row of its hem are vertices of their own at the same places.
+    cuff = np.flatnonzero((worn >= 0) & (np.linalg.norm(mesh.vertices - wrist, axis=1) < 0.07))
+    same = np.linalg.norm(mesh.vertices[cuff][:, None] - mesh.vertices[cuff][None], axis=2) < 1e-6
+    one, other = np.nonzero(np.triu(same, 1))
+    pressed = np.linalg.norm(posed[cuff] - figure.pose(Posture()).vertices[cuff], axis=1)
+    assert pressed[one].max() > 0.005
+    assert np.abs(pressed[one] - pressed[other]).max() < 0.0015
+
+
+def test_normals_of_people_whose_clothes_are_painted_on_are_left() -> None:
+    painted = make(Person("male", 45.0, 1.80, 80.0, dressed=False, hair="shaved", beard="none"), "painted")
+    normals = np.zeros((len(painted.mesh.vertices), 3), np.float32)
+    assert with_hems_outwards(painted, normals) is normals

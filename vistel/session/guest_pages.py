@@ -1,0 +1,113 @@
+"""What a guest shows in the room: pictures that their page sends, one after the other, and the panels that they have put up."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import secrets
+from collections.abc import AsyncGenerator, Callable
+
+from vistel.messages.commands import message_of
+from vistel.protocol.pointer import asked_record, picture_record
+from vistel.session.showing import Page, page_of_upload, sent_until_served
+from vistel.space.actions import Action, Present, PutAway, TurnPage, Which
+from vistel.space.commands.panel import MOST_PAGES
+from vistel.v1.command_pb2 import CommandResult
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel.wire.parcels import digest_of, parts_in_time
+from vistel.wire.topics import BY_NAME
+
+MOST_A_VISIT = 300
+"""Pictures that a guest may send while the page is open."""
+MOST_ASKED = 50
+"""Commands whose answers are awaited; nobody asks the page for those of older ones."""
+_DECODING = asyncio.Lock()
+"""One picture of all guests is decoded at a time."""
+
+
+class NotTakenError(RuntimeError):
+    """The world has not got a picture; the text says so in one line."""
+
+
+class GuestPages:
+    """Of one guest while their page is open. Lives on the event loop."""
+
+    def __init__(self, participant: str, bus: Bus, clock: Clock, pass_on: Callable[[bytes], None], panels: list[str]) -> None:
+        """pass_on: sends a record to the guest's site; panels: ids of those they have put up, the newest last; it is kept up."""
+        self._participant, self._bus, self._clock, self._pass_on = participant, bus, clock, pass_on
+        self._results = bus.subscribe(BY_NAME["command_result"], queue_all=True, polled=True, participant=participant)
+        self._asked: dict[str, Action] = {}
+        self._waiting: list[Page] = []
+        self._panels, self._count, self._one = panels, 0, asyncio.Lock()
+
+    def close(self) -> None:
+        """Receive no more."""
+        self._results.close()
+
+    @property
+    def full(self) -> bool:
+        """Whether no more may be sent now: one at a time, so many on a panel, and so many of a visit."""
+        return self._one.locked() or self._count >= MOST_A_VISIT or len(self._waiting) >= MOST_PAGES
+
+    @contextlib.asynccontextmanager
+    async def uploading(self) -> AsyncGenerator[None]:
+        """Within the block the page sends a picture, and until its end it is `full`. Not while it is."""
+        async with self._one:
+            yield
+
+    async def take(self, data: bytes) -> int:
+        """A picture, PNG or JPEG, that the page has sent; it is passed on until the world has it. How many wait to be put up.
+        Raises PageError with one line for what is none, NotTakenError."""
+        self._count += 1
+        async with _DECODING:
+            page = await asyncio.to_thread(page_of_upload, data)
+        if not await sent_until_served(self._bus, self._clock, page, lambda: self._send(page.data)):
+            raise NotTakenError("the world did not take the picture")
+        self._waiting.append(Page(b"", page.model, page.aspect))
+        return len(self._waiting)
+
+    def ask(self, said: dict[str, object]) -> bool:
+        """Put up what was sent, turn a page, take the panel away; False for what is none of these."""
+        which = Which(self._panels[-1]) if self._panels else None
+        if isinstance(title := said.get("show"), str) and self._waiting:
+            self._give(Present(tuple(p.model for p in self._waiting), self._waiting[0].aspect, title[:100]))
+            self._waiting = []
+        elif said.get("turn") in (1, -1):
+            if which is not None:
+                self._give(TurnPage(which, by=float(str(said["turn"]))))
+        elif said.get("away") is True:
+            if which is not None:
+                self._give(PutAway(which))
+        else:
+            return False
+        return True
+
+    def answers(self) -> list[str]:
+        """JSON for the page: what has become of what was asked, and whether the guest has a panel."""
+        told: list[str] = []
+        for sample in self._results.take():
+            action, result = self._asked.pop(sample.message.id, None), sample.message
+            if action is None:
+                continue
+            done = result.outcome == CommandResult.OUTCOME_DONE
+            gone = isinstance(action, PutAway) or result.reason.startswith("there is no thing")
+            for thing in [action.which.thing] if gone and isinstance(action, PutAway | TurnPage) else []:
+                self._panels[:] = [p for p in self._panels if p != thing]
+            if done and isinstance(action, Present):
+                self._panels += result.things
+            told.append(json.dumps({"kind": "shown", "done": done, "reason": result.reason, "panels": len(self._panels)}))
+        return told
+
+    def _give(self, action: Action) -> None:
+        command = message_of(action, secrets.token_hex(8), self._participant)
+        self._asked[command.id] = action
+        while len(self._asked) > MOST_ASKED:
+            del self._asked[next(iter(self._asked))]
+        self._pass_on(asked_record(command))
+
+    async def _send(self, data: bytes) -> None:
+        digest = digest_of(data)
+        async for name, part in parts_in_time(data, self._clock):
+            self._pass_on(picture_record(digest, name, part))
