@@ -27,8 +27,10 @@ from vistel.space.hands.reach_kernels import (
     FAR,
     FIRST,
     HANDS,
+    PALM_PAIRS,
     REACHED,
     SECOND,
+    THUMB_PAIRS,
     reached,  # pyright: ignore[reportUnknownVariableType]
 )
 from vistel.space.people import DIGITS, HAND_JOINT, PALM, THUMB, Posed, flexion
@@ -202,14 +204,14 @@ def closing_pairs(reach: Reach, approach: Approach) -> NDArray[np.bool_]:
     play = np.where(stopped, STOPPED_PLAY, PLAY)
     pairs = (approach.closed > _CLOSING) & (reach.play < play)
     if reach.gap[PALM] < LYING:
-        pairs[:4] &= approach.bent > BENDING
+        pairs[THUMB_PAIRS] &= approach.bent > BENDING
     return pairs
 
 
 def closes(reach: Reach, approach: Approach) -> bool:
     """The hand takes hold of what it reaches: thumb or side of a finger, or the palm and two fingers."""
     pairs = closing_pairs(reach, approach)
-    return bool(pairs[:4].any() or pairs[BESIDE:].any() or pairs[4:BESIDE].sum() >= 2)
+    return bool(pairs[THUMB_PAIRS].any() or pairs[BESIDE:].any() or pairs[PALM_PAIRS].sum() >= 2)
 
 
 def encloses(posed: Posed, right: bool, reach: Reach) -> bool:
@@ -283,8 +285,8 @@ def follow(grasp: Grasp, posed: Posed, near: bool, dt: float, joining: Reach | N
     digits may come to it, as all do in a grasp that one of them began."""
     now = smoothed(grasp.aperture, apertures(posed, grasp.right), dt)
     tightest = np.minimum(grasp.tightest, now)
-    closes = now[4:BESIDE] < grasp.tightest[4:BESIDE] - STILL_CLOSES
-    tightest[:4] = np.where(closes, now[:4], tightest[:4])
+    closes = now[PALM_PAIRS] < grasp.tightest[PALM_PAIRS] - STILL_CLOSES
+    tightest[THUMB_PAIRS] = np.where(closes, now[THUMB_PAIRS], tightest[THUMB_PAIRS])
     pairs, touched = np.array(grasp.pairs), grasp.touched
     if joining is not None:
         new = ~pairs & (joining.play < PLAY)

@@ -18,6 +18,10 @@ FIRST = np.array([0, 0, 0, 0, 5, 5, 5, 5, 1, 2, 3])
 """One digit of each pair."""
 SECOND = np.array([1, 2, 3, 4, 1, 2, 3, 4, 2, 3, 4])
 """The other digit of each pair."""
+THUMB_PAIRS = slice(0, 4)
+"""The pairs of the thumb and a finger."""
+PALM_PAIRS = slice(4, 8)
+"""The pairs of the palm and a finger."""
 BESIDE = 8
 """From this pair on the two are fingers beside each other, which hold by their sides."""
 HANDS = 11
