@@ -22,7 +22,6 @@ import numpy as np
 import pytest
 from waiting import until
 
-_PATIENCE_S = 300.0
 _DIE_WITH_PARENT = 1
 """PR_SET_PDEATHSIG of prctl(2): no browser stays behind a test that is killed."""
 _LOSE_CAPABILITY = 24
@@ -54,7 +53,7 @@ class Page:
             message = json.loads(said.data)
             if message.get("id") in self._answers:
                 answer = self._answers.pop(message["id"])
-                if not answer.done():  # who asked may have given up
+                if not answer.done():  # who asked may have been cancelled
                     answer.set_result(message)
             elif message.get("method") == "Runtime.exceptionThrown":
                 self.messages.append(message["params"]["exceptionDetails"].get("exception", {}).get("description", "error"))
@@ -66,7 +65,7 @@ class Page:
         number = next(self._ids)
         self._answers[number] = asyncio.get_running_loop().create_future()
         await self._socket.send_json({"id": number, "method": method, "params": params})
-        answer = await asyncio.wait_for(self._answers[number], _PATIENCE_S)
+        answer = await self._answers[number]
         if "error" in answer:
             raise RuntimeError(f"{method}: {answer['error']['message']}")
         return answer["result"]

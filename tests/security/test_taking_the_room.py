@@ -49,7 +49,8 @@ def test_only_worlds_and_hosts_are_answered_with_the_private_state_or_may_move_t
         hub.serve(BY_NAME["world_save"], lambda _: WorldSnapshot(private_state=b"private"))
         while await attacker.query(BY_NAME["world_snapshot"]) is None:  # what everybody may ask for comes through
             hub.serve(BY_NAME["world_snapshot"], lambda _: WorldSnapshot())
-        answers = {topic: await attacker.query(BY_NAME[topic], request) for topic, request in PRIVATE.items()}
+        patience_s = 60.0 if all_may_ask else 1.0  # who is refused hears nothing
+        answers = {topic: await attacker.query(BY_NAME[topic], request, patience_s) for topic, request in PRIVATE.items()}
         assert {t for t, a in answers.items() if a is not None} == (PRIVATE.keys() if all_may_ask else set())
         hub.publish(BY_NAME["world_inputs"]).put(WorldInputs(private_state=b"private"))
         told = await asyncio.to_thread(lambda: list(s.session(name).get(BY_NAME["world_inputs"].pattern("demo"))))
@@ -57,7 +58,7 @@ def test_only_worlds_and_hosts_are_answered_with_the_private_state_or_may_move_t
         await attacker.query(BY_NAME["world_handover"], WorldHandoverRequest(phase=TAKE, term=1_000_000))
         assert authority.leads
         worlds_own = await s.door("world")
-        assert await worlds_own.query(BY_NAME["world_handover"], PRIVATE["world_handover"]) is not None
+        assert await worlds_own.query(BY_NAME["world_handover"], PRIVATE["world_handover"], timeout_s=60.0) is not None
 
     secured(tmp_path, body, all_may_ask=all_may_ask)
 

@@ -150,7 +150,7 @@ def test_when_the_supervisor_is_killed_what_was_forked_for_it_ends(tmp_path: Pat
     assert worker.ppid() == supervising.pid
     supervising.kill()
     supervising.communicate()
-    worker.wait(timeout=30)
+    worker.wait()
 
 
 @pytest.mark.parametrize(("what", "code"), [("return", 5), ("exit", 7), ("raise", 1)])

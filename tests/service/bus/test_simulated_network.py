@@ -45,7 +45,7 @@ def _through_a_stream(conditions: Conditions, body: Callable[[StreamProxy, bytea
         server.close()
         return bytes(got)
 
-    return asyncio.run(asyncio.wait_for(run(), 60))
+    return asyncio.run(run())
 
 
 def test_a_stream_arrives_whole_and_in_order_over_a_link_that_loses_and_shakes() -> None:
@@ -106,4 +106,4 @@ def test_datagrams_get_there_and_back_to_who_sent_them_and_not_over_a_cut() -> N
             ben.close()
         mirror.close()
 
-    asyncio.run(asyncio.wait_for(run(), 60))
+    asyncio.run(run())

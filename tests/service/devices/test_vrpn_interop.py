@@ -45,12 +45,11 @@ def test_vrpn_reads_four_stations_in_inches(tmp_path: Path) -> None:
         seen: list[tuple[int, tuple[float, ...]]] = []
         text = ""
         try:
-            async with asyncio.timeout(60):
-                while len(seen) < 80:
-                    text += (await client.stdout.read(4096)).decode()
-                    *_, last = [0, *(m.end() for m in REPORT.finditer(text))]
-                    seen += [(int(m[1]), tuple(map(float, m.groups()[1:]))) for m in REPORT.finditer(text)]
-                    text = text[last:]
+            while len(seen) < 80:
+                text += (await client.stdout.read(4096)).decode()
+                *_, last = [0, *(m.end() for m in REPORT.finditer(text))]
+                seen += [(int(m[1]), tuple(map(float, m.groups()[1:]))) for m in REPORT.finditer(text)]
+                text = text[last:]
         finally:
             for process in (client, server):
                 process.kill()

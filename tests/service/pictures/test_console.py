@@ -96,10 +96,9 @@ def local() -> Room:
 
 async def heard(connection: aiohttp.ClientWebSocketResponse, kind: str) -> dict[str, Any]:
     """The next words of a kind."""
-    async with asyncio.timeout(30.0):
-        async for said in connection:
-            if said.type is aiohttp.WSMsgType.TEXT and (words := json.loads(said.data))["kind"] == kind:
-                return words
+    async for said in connection:
+        if said.type is aiohttp.WSMsgType.TEXT and (words := json.loads(said.data))["kind"] == kind:
+            return words
     raise AssertionError(f"no {kind}")
 
 

@@ -236,9 +236,8 @@ def test_in_a_browser_the_people_of_another_log_stand_as_ghosts_where_they_were_
                 "(() => { const field = document.querySelector('.beside input'); field.value = '1';"
                 " field.dispatchEvent(new Event('change', { bubbles: true })); })()"
             )
-            async with asyncio.timeout(600.0):
-                while not (await near(tab, "joints", wanted[0]) and await near(tab, "ghost", wanted[1])):
-                    await asyncio.sleep(0.05)
+            while not (await near(tab, "joints", wanted[0]) and await near(tab, "ghost", wanted[1])):
+                await asyncio.sleep(0.05)
             await tab.until("Math.max(...window.vistelTravel.curves()[0].v.map(Math.abs)) > 0.01")
 
     run(watch())

@@ -300,14 +300,14 @@ def test_under_load_a_room_moves_between_processes_with_disks_of_their_own_and_n
         life = asyncio.create_task(people.live())
 
         async def move(to: str) -> None:
-            reply = await people.worlds.query(BY_NAME["world_move"], WorldMoveRequest(place=to))
+            reply = await people.worlds.query(BY_NAME["world_move"], WorldMoveRequest(place=to), timeout_s=60.0)
             assert reply is not None and reply.outcome == WorldMoveReply.OUTCOME_MOVING
             await until(lambda: people.leader() == to)
 
         async def nothing_is_lost() -> None:
             told = dict(list(people.told.items())[-60:])
             await until(lambda: len(people.told) > len(told) and people.asked - len(people.told) < 20)
-            snapshot = await people.worlds.query(BY_NAME["world_save"], timeout_s=3.0)
+            snapshot = await people.worlds.query(BY_NAME["world_save"], timeout_s=60.0)
             assert snapshot is not None
             answers = {a.id: a.done for a in World.restore(snapshot.private_state)._state.ledger.answers}
             assert told.items() <= answers.items()
@@ -336,7 +336,7 @@ def test_under_load_a_room_moves_between_processes_with_disks_of_their_own_and_n
         start("kobe", tmp_path / "kobe", True)  # by its supervisor; it has the newest steps, and nobody leads
         await until(lambda: people.leader() == "kobe")
         await some_more()
-        snapshot = await people.worlds.query(BY_NAME["world_save"], timeout_s=3.0)
+        snapshot = await people.worlds.query(BY_NAME["world_save"], timeout_s=60.0)
         assert snapshot is not None
         answers = {a.id: a.done for a in World.restore(snapshot.private_state)._state.ledger.answers}
         assert before.items() <= answers.items()

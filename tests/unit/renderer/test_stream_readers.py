@@ -22,7 +22,7 @@ from vistel_services.serving.address import PageAddress, answered
 
 def received(reader: Reader, count: int) -> list[str | bytes]:
     async def read() -> list[str | bytes]:
-        return [await asyncio.wait_for(reader.next(), 1.0) for _ in range(count)]
+        return [await asyncio.wait_for(reader.next(), 60.0) for _ in range(count)]
 
     return asyncio.run(read())
 
