@@ -79,7 +79,7 @@ def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Run]:
     if process.poll() is None:
         processes = parent.children(recursive=True)
     process.send_signal(signal.SIGINT)
-    text, _ = process.communicate(timeout=120)
+    text, _ = process.communicate(timeout=600)
     yield Run(out, text, process.returncode, killed, processes)
 
 

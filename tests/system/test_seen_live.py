@@ -82,7 +82,7 @@ def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Seen]:
                 _look(hands, port, seen)
             finally:
                 process.send_signal(signal.SIGINT)
-                seen.text, _ = process.communicate(timeout=60)
+                seen.text, _ = process.communicate(timeout=600)
             seen.code = process.returncode
         seen.afterwards = hands.screen()
         yield seen

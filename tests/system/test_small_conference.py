@@ -47,7 +47,7 @@ class Conference:
     def watched(self, seconds: float) -> str:
         """What example 10 prints."""
         watching = self.example("10_watch_a_conference.py", self.hub, str(seconds))
-        text, _ = watching.communicate(timeout=120)
+        text, _ = watching.communicate(timeout=600)
         assert watching.returncode == 0, text
         return text
 
@@ -89,7 +89,7 @@ def conference(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Conference]
 def test_a_program_takes_part_while_another_one_watches(conference: Conference) -> None:
     part = conference.example("11_take_part.py", "lab", conference.hub, "15")
     watched = conference.watched(6.0)
-    text, _ = part.communicate(timeout=120)
+    text, _ = part.communicate(timeout=600)
     assert part.returncode == 0, text
     assert text.startswith("a ball: ")
     steps = [int(n) for n in re.findall(r"^step (\d+): ", watched, re.MULTILINE)]
@@ -107,7 +107,7 @@ def test_a_world_that_is_stopped_is_started_again_and_goes_on(conference: Confer
     assert min(after) > before - 120
     assert "event=process_hangs process=hub/world" in (conference.out / "logs" / "supervisor.log").read_text()
     conference.process.send_signal(signal.SIGINT)
-    text, _ = conference.process.communicate(timeout=120)
+    text, _ = conference.process.communicate(timeout=600)
     assert conference.process.returncode == 0, text
     report = json.loads((conference.out / "report.json").read_text())
     assert {n: p["restarts"] for n, p in report["processes"].items() if p["restarts"]} == {"hub/world": 1}

@@ -77,7 +77,7 @@ def test_claps_are_heard_when_they_were_played_and_a_card_that_goes_is_named_and
         pulse.wait()
         time.sleep(1.0)  # without a card
         pulse = server(tmp_path, environment)
-        output, _ = loop.communicate(timeout=60.0)
+        output, _ = loop.communicate(timeout=600)
     finally:
         loop.kill()
         pulse.kill()

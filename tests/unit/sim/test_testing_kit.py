@@ -78,21 +78,21 @@ def test_the_fixtures_are_listed_with_what_they_are(pytester: pytest.Pytester) -
 
 
 def test_a_tracker_that_is_pulled_out_hangs_up_and_comes_back(simulated_fastrak: SerialUnit[dict[int, Pose]]) -> None:
-    with serial.Serial(str(simulated_fastrak.path), timeout=30.0) as line:
+    with serial.Serial(str(simulated_fastrak.path), timeout=300.0) as line:
         line.write(b"C")
         assert line.read(47)
         with simulated_fastrak.unplugged():
             assert not os.path.lexists(simulated_fastrak.path)
             with pytest.raises(serial.SerialException):
                 line.read(100_000)
-    with serial.Serial(str(simulated_fastrak.path), timeout=30.0) as line:
+    with serial.Serial(str(simulated_fastrak.path), timeout=300.0) as line:
         line.write(b"S")
         assert line.read_until(b"CPG2030").endswith(b"CPG2030")  # its identification
 
 
 def test_faults_begin_and_end_with_their_block(simulated_fastrak: SerialUnit[dict[int, Pose]]) -> None:
     parser = fastrak.FastrakParser()
-    with serial.Serial(str(simulated_fastrak.path), timeout=30.0) as line:
+    with serial.Serial(str(simulated_fastrak.path), timeout=300.0) as line:
         line.write(b"".join(fastrak.output_list(n) for n in (1, 2, 3, 4)) + b"ufC")
 
         def read_until_skipped() -> bool:
@@ -131,7 +131,7 @@ def test_fixtures_of_one_test_do_not_meet(
 def test_gloves_answer_at_their_ports(simulated_gloves: Gloves) -> None:
     for unit in (simulated_gloves.left, simulated_gloves.right):
         assert unit.truth(unit.now_s()).shape == (20,)
-        with serial.Serial(str(unit.path), 115200, timeout=30.0) as line:
+        with serial.Serial(str(unit.path), 115200, timeout=300.0) as line:
             line.write(b"G")
             assert line.read(1) == b"G" and len(line.read(19)) == 19
 
@@ -139,7 +139,7 @@ def test_gloves_answer_at_their_ports(simulated_gloves: Gloves) -> None:
 def test_a_vrpn_client_gets_the_true_poses(simulated_vrpn: VrpnUnit[dict[int, Pose]]) -> None:
     device, host, port = vrpn.parse_address(simulated_vrpn.address)
     parser, poses = vrpn.VrpnParser(), {}
-    with socket.create_connection((host, port), timeout=30.0) as link:
+    with socket.create_connection((host, port), timeout=300.0) as link:
         link.sendall(vrpn.hello(device))
         while len(poses) < 4:
             data = link.recv(4096)
@@ -179,7 +179,7 @@ def test_a_phone_sends_what_its_face_does_to_its_address(simulated_phone: PhoneU
 def picture(address: str) -> U8:
     """The next picture of a camera, (h, w, 3)."""
     host, port = address.removeprefix("http://").partition("/")[0].split(":")
-    with socket.create_connection((host, int(port)), timeout=30.0) as link:
+    with socket.create_connection((host, int(port)), timeout=300.0) as link:
         link.sendall(b"GET /video.mjpg HTTP/1.1\r\n\r\n")
         came = b""
         while (found := re.search(rb"Content-Length: (\d+)\r\n\r\n", came)) is None or len(came) < found.end() + int(found[1]):
@@ -250,7 +250,7 @@ def test_a_log_is_played_into_a_tracker_and_gloves(recording: PlayLog) -> None:
         assert np.allclose(gloves.left.truth(t), posture.hands[0])
     wait_until(lambda: tracker.now_s() > moved[-1][0], "the end of the log", within_s=300.0)  # she keeps still from then on
     settings = b"".join(fastrak.output_list(n) + polhemus.hemisphere(n, (0.0, 0.0, -1.0)) for n in (1, 2, 3, 4))
-    with serial.Serial(str(tracker.path), timeout=30.0) as line:
+    with serial.Serial(str(tracker.path), timeout=300.0) as line:
         line.write(settings + b"ufC")
         parser, poses = fastrak.FastrakParser(), {}
         while len(poses) < 4:
@@ -272,7 +272,7 @@ def test_what_cannot_be_played_is_named_in_one_line(log: Path, participant: str 
 def test_a_link_passes_on_delays_and_can_be_cut(network: Network, simulated_vrpn: VrpnUnit[dict[int, Pose]]) -> None:
     port = int(simulated_vrpn.address.rpartition(":")[2])
     link = network.tcp(port, Conditions(delay_s=0.02, jitter_s=0.01, loss=0.02))
-    with socket.create_connection(("127.0.0.1", link.port), timeout=30.0) as client:
+    with socket.create_connection(("127.0.0.1", link.port), timeout=300.0) as client:
         client.sendall(vrpn.hello("Tracker0"))
         assert client.recv(24)
         with link.cut():
@@ -328,7 +328,7 @@ import serial
 
 
 def test_fails(simulated_fastrak):
-    with serial.Serial(str(simulated_fastrak.path), timeout=30.0) as line, simulated_fastrak.drifting():
+    with serial.Serial(str(simulated_fastrak.path), timeout=300.0) as line, simulated_fastrak.drifting():
         line.write(b"S")
         assert line.read(55) == b"something else"
 """

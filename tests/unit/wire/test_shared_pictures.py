@@ -73,7 +73,7 @@ def test_a_reader_in_another_process_never_sees_half_a_picture(tmp_path: Path) -
     for k in range(1, 4001):
         put(writer, k)  # as fast as it goes: pictures are overwritten under the reader
     writer.close()
-    out, _ = reader.communicate(timeout=60)
+    out, _ = reader.communicate(timeout=600)
     assert reader.returncode == 0
     last, seen = map(int, out.split())
     assert last == 4000

@@ -38,7 +38,7 @@ class Server:
     def ask(self, path: str, body: bytes | None = None, **headers: str) -> tuple[int, bytes]:
         request = urllib.request.Request(f"http://{self.address}{path}", body, headers)
         try:
-            with urllib.request.urlopen(request, timeout=200.0) as answer:
+            with urllib.request.urlopen(request, timeout=600.0) as answer:
                 return answer.status, answer.read()
         except urllib.error.HTTPError as fault:
             return fault.code, fault.read()
@@ -86,10 +86,10 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
     thread = threading.Thread(target=run)
     thread.start()
-    assert ready.wait(100.0)
+    assert ready.wait(600.0)
     yield Server(at[0], path)
     loop.call_soon_threadsafe(loop.stop)
-    thread.join(30.0)
+    thread.join(600.0)
     loop.close()
 
 

@@ -44,7 +44,7 @@ print(took // 1024, "none" if picture is None else [*picture.shape, *picture[9, 
 
 def read(path: Path) -> tuple[int, str]:
     """Megabytes it took at most, and what came of it; in a process of its own, whose memory is its alone."""
-    done = subprocess.run([sys.executable, "-c", _READ, str(path)], capture_output=True, text=True, check=True, timeout=240)
+    done = subprocess.run([sys.executable, "-c", _READ, str(path)], capture_output=True, text=True, check=True, timeout=600)
     took, _, rest = done.stdout.strip().partition(" ")
     return int(took), rest
 

@@ -67,7 +67,7 @@ def test_a_machine_without_egl_and_one_with_an_old_opengl_say_in_one_line_what_t
 ) -> None:
     """Real drivers: one that finds no library of a vendor, one that gives what there was in 2006."""
     there = os.environ | {setting: value, "LIBGL_ALWAYS_SOFTWARE": "1"}
-    done = subprocess.run([sys.executable, "-c", _OPEN], capture_output=True, text=True, check=False, timeout=120, env=there)
+    done = subprocess.run([sys.executable, "-c", _OPEN], capture_output=True, text=True, check=False, timeout=600, env=there)
     (line,) = done.stdout.strip().splitlines() or [done.stderr]
     if line == "opened":
         pytest.skip(f"this driver does not listen to {setting}")
