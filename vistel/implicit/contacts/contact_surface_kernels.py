@@ -82,8 +82,8 @@ def _polygon(px, py, pz, p, out):
 def surface(px, py, pz, kind, p, out):
     """A primitive seen from a point of its own frame.
 
-    out: [0] signed distance to the surface (exact but for superquadrics, there to first order) [m],
-    [1:4] outward unit normal, [4] distance ratio relative to the surface (1 on it).
+    out: [0] signed distance to the surface (exact but for superquadrics: there to first order, and no less than to the box round a
+    superellipsoid) [m], [1:4] outward unit normal, [4] distance ratio relative to the surface (1 on it).
     """
     if kind == SPHERE:
         m = math.sqrt(px * px + py * py + pz * pz)
@@ -118,6 +118,7 @@ def surface(px, py, pz, kind, p, out):
         gy = outer * inner * _signed_power(py / p[1], 2 / e2 - 1) / p[1]
         gz = outer * _signed_power(pz / p[2], 2 / e1 - 1) / p[2]
         _ratio(d, gx, gy, gz, out)
+        _beside_box(px, py, pz, p, out)
     elif kind == SUPERTOROID:
         a1, a2, a3, alpha, e1, e2 = p[0], p[1], p[2], p[3], p[4], p[5]
         w = abs(px / a1) ** (2 / e2) + abs(py / a2) ** (2 / e2)
@@ -146,6 +147,24 @@ def _ratio(d, gx, gy, gz, out):
         out[0], out[1], out[2], out[3], out[4] = d - 1.0, 0.0, 0.0, 1.0, d
         return
     out[0], out[1], out[2], out[3], out[4] = (d - 1.0) / g, gx / g, gy / g, gz / g, d
+
+
+@compiled(inline="always")
+def _beside_box(px, py, pz, p, out):
+    """The distance to the box round a superellipsoid, where that is more than the first order says, and a normal turned towards
+    it as far: beside a flat one the slope is nearly that across it, and says a tenth of the way. Neither is ever more than the
+    distance to the surface, which is convex."""
+    dx, dy, dz = max(abs(px) - p[0], 0.0), max(abs(py) - p[1], 0.0), max(abs(pz) - p[2], 0.0)
+    distance = math.sqrt(dx * dx + dy * dy + dz * dz)
+    if distance <= max(out[0], 0.0):
+        return
+    kept = out[0] / distance
+    turned = (1.0 - kept) / distance
+    nx = kept * out[1] + turned * math.copysign(dx, px)
+    ny = kept * out[2] + turned * math.copysign(dy, py)
+    nz = kept * out[3] + turned * math.copysign(dz, pz)
+    norm = math.sqrt(nx * nx + ny * ny + nz * nz)
+    out[0], out[1], out[2], out[3] = distance, nx / norm, ny / norm, nz / norm
 
 
 @inner

@@ -97,6 +97,32 @@ def test_surface_is_zero_and_one_on_the_surface_and_its_normal_is_the_gradient(k
         np.testing.assert_allclose(out[1:4], gradient / np.linalg.norm(gradient), atol=2e-3)
 
 
+@pytest.mark.parametrize("exponent", [0.1, 0.5, 1.0, 1.5])
+@pytest.mark.parametrize("sizes", [(0.28, 0.2, 0.01), (0.02, 0.3, 0.3), (0.1, 0.1, 0.1), (0.3, 0.1, 0.1)])
+def test_beside_a_superellipsoid_however_flat_the_distance_is_never_too_large_and_its_sides_are_not_near(sizes, exponent):
+    params, out = np.array([*sizes, exponent, exponent]), np.empty(5)
+    rng = np.random.default_rng(5)
+    on_surface = np.array([p / ratio for p in rng.normal(size=(4000, 3)) * sizes if (ratio := ratio_at(p, params)) > 0.0])
+    for p in rng.normal(size=(200, 3)) * 0.3:
+        if ratio_at(p, params) > 1.0:
+            surface(*p, KIND_CODES["superellipsoid"], params, out)
+            assert 0.0 <= out[0] <= np.linalg.norm(on_surface - p, axis=1).min() + 1e-9
+            assert np.linalg.norm(out[1:4]) == pytest.approx(1.0)
+    for axis in range(3):
+        p = 0.1 * np.array(sizes)
+        p[axis] = sizes[axis] + 0.084
+        surface(*p, KIND_CODES["superellipsoid"], params, out)
+        assert out[0] == pytest.approx(0.084, rel=0.02)
+        assert out[1 + axis] > 0.5
+
+
+def ratio_at(p, params):
+    """The distance ratio of a superellipsoid at a point of its frame."""
+    out = np.empty(5)
+    surface(*p, KIND_CODES["superellipsoid"], params, out)
+    return out[4]
+
+
 @pytest.mark.parametrize("kind", THINGS)
 def test_a_fingertip_pressed_into_a_thing_is_found_with_its_depth_and_outward_normal(kind):
     out = np.empty(5)
