@@ -7,9 +7,11 @@ import contextlib
 import json
 import secrets
 from collections.abc import AsyncGenerator, Callable
+from dataclasses import dataclass
 
 from vistel.messages.commands import message_of
 from vistel.protocol.pointer import asked_record, picture_record
+from vistel.session.asking import AGAIN_NS, ANSWER_NS
 from vistel.session.showing import Page, page_of_upload, sent_until_served
 from vistel.space.actions import Action, Present, PutAway, TurnPage, Which
 from vistel.space.commands.panel import MOST_PAGES
@@ -31,6 +33,17 @@ class NotTakenError(RuntimeError):
     """The world has not got a picture; the text says so in one line."""
 
 
+@dataclass
+class _Asked:
+    """A command that is not answered yet. record: as the guest's site gets it; again_ns: when it is given again; until_ns: and
+    until when; what lies between may lose it, and the world does it once."""
+
+    action: Action
+    record: bytes
+    again_ns: int
+    until_ns: int
+
+
 class GuestPages:
     """Of one guest while their page is open. Lives on the event loop."""
 
@@ -38,7 +51,7 @@ class GuestPages:
         """pass_on: sends a record to the guest's site; panels: ids of those they have put up, the newest last; it is kept up."""
         self._participant, self._bus, self._clock, self._pass_on = participant, bus, clock, pass_on
         self._results = bus.subscribe(BY_NAME["command_result"], queue_all=True, polled=True, participant=participant)
-        self._asked: dict[str, Action] = {}
+        self._asked: dict[str, _Asked] = {}
         self._waiting: list[Page] = []
         self._panels, self._count, self._one = panels, 0, asyncio.Lock()
 
@@ -85,12 +98,14 @@ class GuestPages:
         return True
 
     def answers(self) -> list[str]:
-        """JSON for the page: what has become of what was asked, and whether the guest has a panel."""
+        """JSON for the page: what has become of what was asked, and whether the guest has a panel. To be called often: what has no
+        answer is given again."""
         told: list[str] = []
         for sample in self._results.take():
-            action, result = self._asked.pop(sample.message.id, None), sample.message
-            if action is None:
+            asked, result = self._asked.pop(sample.message.id, None), sample.message
+            if asked is None:
                 continue
+            action = asked.action
             done = result.outcome == CommandResult.OUTCOME_DONE
             gone = isinstance(action, PutAway) or result.reason.startswith("there is no thing")
             for thing in [action.which.thing] if gone and isinstance(action, PutAway | TurnPage) else []:
@@ -98,14 +113,23 @@ class GuestPages:
             if done and isinstance(action, Present):
                 self._panels += result.things
             told.append(json.dumps({"kind": "shown", "done": done, "reason": result.reason, "panels": len(self._panels)}))
+        self._give_again()
         return told
 
     def _give(self, action: Action) -> None:
         command = message_of(action, secrets.token_hex(8), self._participant)
-        self._asked[command.id] = action
+        record, now_ns = asked_record(command), self._clock.now_ns()
+        self._asked[command.id] = _Asked(action, record, now_ns + AGAIN_NS, now_ns + ANSWER_NS)
         while len(self._asked) > MOST_ASKED:
             del self._asked[next(iter(self._asked))]
-        self._pass_on(asked_record(command))
+        self._pass_on(record)
+
+    def _give_again(self) -> None:
+        now_ns = self._clock.now_ns()
+        for asked in self._asked.values():
+            if asked.again_ns <= now_ns < asked.until_ns:
+                asked.again_ns = now_ns + AGAIN_NS
+                self._pass_on(asked.record)
 
     async def _send(self, data: bytes) -> None:
         digest = digest_of(data)
