@@ -7,6 +7,7 @@ import logging
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -123,8 +124,8 @@ def resume(config: Config, earlier: Path, now_ns: int) -> None:
 async def run(config: Config, bus: Bus, clock: Clock) -> None:
     """Take the room over from whoever leads it, or go on from the disk, or begin; step until cancelled."""
     began = time.perf_counter()
-    await asyncio.to_thread(warm_up)
-    begins, interior = await asyncio.to_thread(_begins, config)
+    await on_thread(clock, warm_up)
+    begins, interior = await on_thread(clock, lambda: _begins(config))
     shelf, pictures = serve_assets(bus, interior), Pictures(bus)
     keeping = background.start(pictures.follow(), "pictures")
     warm = time.perf_counter()
@@ -236,7 +237,7 @@ async def _lead(
             if kept is not None and room.world.step_number % SAVE_STEPS == 0 and (saving is None or saving.done()):
                 data = kept.rotate(room.world)
                 if data is not None:
-                    saving = background.start(asyncio.to_thread(kept.save, data, room.world.step_number), "save")
+                    saving = background.start(on_thread(clock, partial(kept.save, data, room.world.step_number)), "save")
     finally:
         try:
             await asyncio.gather(*(task for task in (saving, answering) if task is not None), return_exceptions=True)
