@@ -30,8 +30,8 @@ LOOK_S = 0.1
 """Between two looks whether the session has a router [s]."""
 ROUND_TRIPS = 1.25
 """An attempt may take so many round trips until it is answered ..."""
-LEAST_S = 0.05
-"""... and at least this [s]."""
+LEAST_S, LONGEST_S = 0.05, 3.0
+"""... within these [s]."""
 MOST_S = 0.5
 """The longest round trip that is believed of a good link, and that of one which is not known [s]."""
 MEASURE = 100
@@ -43,8 +43,8 @@ LOOKS = 4
 """At the sockets, in the time that an attempt may take."""
 ASK_S = 2.0
 """Between two questions of our own [s]. A router of Zenoh's accepts nothing for 0.1 s after each that ends."""
-ROUND_TRIP = slice(148, 152)
-"""Where the shortest round trip [us] of the last minutes is in Linux's `struct tcp_info`."""
+ROUND_TRIP = slice(68, 72)
+"""Where the round trip [us] is in Linux's `struct tcp_info`; 0: not measured."""
 OPEN_FILES = Path("/proc/self/fd")
 """What this process has open, sockets too."""
 CONNECTIONS = {socket.AF_INET: Path("/proc/self/net/tcp"), socket.AF_INET6: Path("/proc/self/net/tcp6")}
@@ -91,7 +91,7 @@ class TcpAttempts:
         trips_s = [MOST_S]
         for connection in _sockets(self._routers):
             with contextlib.suppress(OSError), _opened(connection) as ours:
-                trips_s.append(_round_trip_s(ours))
+                trips_s += _round_trip_s(ours)
         return min(trips_s)
 
     def _restart(self, may_take_s: float, done: Callable[[], bool]) -> None:
@@ -147,7 +147,7 @@ class _Questions:
         for key, _ in self._waiting.select(within_s):
             with contextlib.suppress(OSError):  # refused, or there is no way to it
                 key.fileobj.getpeername()
-                found.append(_round_trip_s(key.fileobj))
+                found += _round_trip_s(key.fileobj)
             self._end(key.fileobj)
         return found
 
@@ -192,13 +192,14 @@ def _as_shown(address: Address) -> str:
 
 def _may_take_s(round_trip_s: float) -> float:
     """How long an attempt may take until it is answered over such a link [s]."""
-    return max(ROUND_TRIPS * round_trip_s, LEAST_S)
+    return min(max(ROUND_TRIPS * round_trip_s, LEAST_S), LONGEST_S)
 
 
-def _round_trip_s(connected: socket.socket) -> float:
-    """As the system has measured it [s]."""
+def _round_trip_s(connected: socket.socket) -> list[float]:
+    """As the system has measured it [s]; nothing where it has not."""
     told = connected.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, ROUND_TRIP.stop)
-    return int.from_bytes(told[ROUND_TRIP], sys.byteorder) * 1e-6
+    trip_us = int.from_bytes(told[ROUND_TRIP], sys.byteorder)
+    return [trip_us * 1e-6] if trip_us else []
 
 
 def _sockets(routers: dict[str, Address]) -> Iterator[_Socket]:
