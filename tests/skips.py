@@ -21,6 +21,7 @@ ALLOWED = (
     r"(docker compose|kubectl|systemd-analyze) is not on this machine",
     r"(kubernetes_validate|mkdocs_material|rerun) is not installed",
     r"etcd is not on this machine",  # a package, which not everybody may install
+    r"network namespaces need root",
     r"mounting a file system is not allowed here",
     r"this user may write everywhere",  # root
     # Another system, processor or driver than that of the machine; what it has instead is tested there.

@@ -134,18 +134,11 @@ class ForkServer:
             async with asyncio.timeout(LOADING_S):
                 await self._settled.wait()
 
-    async def fork(self, module: str, log_file: Path, arguments: Sequence[str], title: str) -> ForkedProcess | None:
-        """A process that is `module` with `arguments`; None when none can be had this way now."""
+    def fork(self, module: str, log_file: Path, arguments: Sequence[str], title: str) -> asyncio.Task[ForkedProcess | None]:
+        """Begin to fork a process that is `module` with `arguments`; None when none can be had this way now. Who is cancelled
+        meanwhile has to await it all the same: nobody else knows of the process."""
         order = {"module": module, "log": str(log_file), "arguments": list(arguments), "title": title}
-        forking = background.start(self._fork(json.dumps(order).encode() + b"\n", title), "fork")
-        try:
-            return await asyncio.shield(forking)
-        except asyncio.CancelledError:  # nobody would know of a process that is on its way
-            forked = await forking
-            if forked is not None:
-                send_signal(forked, signal.SIGKILL)
-                await forked.wait()
-            raise
+        return background.start(self._fork(json.dumps(order).encode() + b"\n", title), "fork")
 
     async def _fork(self, order: bytes, title: str) -> ForkedProcess | None:
         async with self._turn:

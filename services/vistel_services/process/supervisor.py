@@ -109,9 +109,13 @@ class Supervisor:
         spec, log_file = child.spec, self.log_file(child.spec.name)
         server = self.fork_servers.get(spec.server)
         if server is not None and spec.module is not None and not afresh:
-            child.process = await server.fork(spec.module, log_file, spec.arguments, f"vistel: {spec.name}")
-            if child.process is not None:
-                log.info("forked process=%s pid=%d", spec.name, child.process.pid)
+            forking = server.fork(spec.module, log_file, spec.arguments, f"vistel: {spec.name}")
+            try:
+                await asyncio.shield(forking)
+            finally:  # where everything stops meanwhile, it is asked to end as the others are
+                child.process = await forking or child.process
+            if forked := forking.result():
+                log.info("forked process=%s pid=%d", spec.name, forked.pid)
                 return
         with log_file.open("ab") as out:
             child.process = await asyncio.create_subprocess_exec(

@@ -15,6 +15,8 @@ LEAST_TIMEOUT_S = 0.2
 """The shortest retransmission timeout of Linux [s]."""
 LONGEST_TIMEOUT_S = 120.0
 """The longest one [s]."""
+FIRST_TIMEOUT_S = 1.0
+"""The timeout of a segment that opens a connection [s]."""
 PROBE = 1.25
 """A lost segment is noticed after this many round trips, while others follow it (RFC 8985: a quarter for reordering)."""
 MATHIS = math.sqrt(1.5)
@@ -102,6 +104,15 @@ class Link:
             wait_s = min(max(LEAST_TIMEOUT_S, 2.0 * wait_s), LONGEST_TIMEOUT_S)
         self._last_s = max(self._last_s, arrives_s)
         return self._last_s
+
+    def first(self, now_s: float) -> float:
+        """When the segment arrives that opens a TCP connection, which is small: a lost one is sent again after 1, 2, 4 s ...
+        (RFC 6298)."""
+        c, wait_s = self.conditions, FIRST_TIMEOUT_S
+        while self._rng.random() < c.loss:
+            now_s += wait_s
+            wait_s *= 2.0
+        return now_s + c.delay_s + self._rng.uniform(0.0, c.jitter_s)
 
     def stream_bits_per_s(self) -> float:
         """What one TCP stream gets through."""

@@ -10,6 +10,7 @@
 import asyncio
 import contextlib
 import random
+import socket
 from collections import deque
 from collections.abc import AsyncIterator
 from typing import Any, Literal
@@ -20,20 +21,20 @@ from vistel_sim.network.link import SEGMENT_BYTES, Conditions, Link
 Way = Literal["up", "down", "both"]
 Address = tuple[str, int]
 
-FIRST_TRY_S = 1.0
-"""After so long a connection that nobody answers is tried again the first time (RFC 6298) [s]."""
+BACKLOG = 100
+"""Connections that wait to be taken."""
+FILLING = 4
+"""More connections than have room in a queue for none."""
 WAITING_BYTES = 256 * 1024
 """A stream takes nothing more while so much is on its way: what a socket's buffer holds."""
 
 
-class _Proxy:
-    """Both directions, and what is on its way."""
+class Linked:
+    """Both directions."""
 
-    def __init__(self, to: Address, conditions: Conditions, rng: random.Random, down: Conditions | None) -> None:
-        self.to = to
+    def __init__(self, conditions: Conditions, rng: random.Random, down: Conditions | None) -> None:
         self.up = Link(conditions, rng)
         self.down = Link(down or conditions, rng)
-        self.port = 0
 
     def change(self, conditions: Conditions, way: Way = "both") -> None:
         """The link is another one from now on."""
@@ -47,6 +48,15 @@ class _Proxy:
 
     def _links(self, way: Way) -> list[Link]:
         return [link for name, link in (("up", self.up), ("down", self.down)) if way in (name, "both")]
+
+
+class _Proxy(Linked):
+    """A port of this machine that leads to another one, `to`."""
+
+    def __init__(self, to: Address, conditions: Conditions, rng: random.Random, down: Conditions | None) -> None:
+        super().__init__(conditions, rng, down)
+        self.to = to
+        self.port = 0
 
 
 class DatagramProxy(_Proxy):
@@ -134,6 +144,10 @@ class StreamProxy(_Proxy):
         super().__init__(to, conditions, rng, down)
         self._streams: set[_Stream] = set()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._listening = socket.create_server(("127.0.0.1", 0), backlog=BACKLOG)
+        self._listening.setblocking(False)
+        self._filling: list[socket.socket] = []
+        self._fillers = set[Address]()
 
     @staticmethod
     @contextlib.asynccontextmanager
@@ -142,15 +156,32 @@ class StreamProxy(_Proxy):
     ) -> AsyncIterator["StreamProxy"]:
         """A link to the port `to`, from a free port of the loopback interface. down: another one for the way back."""
         proxy = StreamProxy(to, conditions, rng, down)
-        server = await asyncio.start_server(proxy._accept, "127.0.0.1", 0)
-        proxy.port = server.sockets[0].getsockname()[1]
+        proxy.port = proxy._listening.getsockname()[1]
+        proxy._take()
         try:
             yield proxy
         finally:
-            server.close()
+            asyncio.get_running_loop().remove_reader(proxy._listening)
+            proxy._end_filling()
+            proxy._listening.close()
             for task in tuple(proxy._tasks):
                 task.cancel()
             await asyncio.gather(*proxy._tasks, return_exceptions=True)
+
+    def cut(self, way: Way = "both") -> None:
+        """Nothing passes any more, and nobody is told. Who connects is not answered and tries again, as the system does: the queue
+        of connections that are to be taken is made short, and filled."""
+        super().cut(way)
+        if self._filling:
+            return
+        asyncio.get_running_loop().remove_reader(self._listening)
+        self._listening.listen(0)
+        for _ in range(FILLING):
+            filling = socket.socket()
+            filling.setblocking(False)
+            filling.connect_ex(("127.0.0.1", self.port))
+            self._filling.append(filling)
+        self._fillers = {filling.getsockname() for filling in self._filling}
 
     def heal(self, way: Way = "both") -> None:
         """All passes again; what waits goes on when TCP tries again."""
@@ -159,6 +190,25 @@ class StreamProxy(_Proxy):
             for stream in self._streams:
                 if stream.link is link:
                     stream.go_on(goes_on_s)
+        if not (self.up.is_cut or self.down.is_cut):
+            self._end_filling()
+            self._listening.listen(BACKLOG)
+            self._take()
+
+    def _end_filling(self) -> None:
+        while self._filling:
+            self._filling.pop().close()
+
+    def _take(self) -> None:
+        asyncio.get_running_loop().add_reader(self._listening, self._taken)
+
+    def _taken(self) -> None:
+        with contextlib.suppress(BlockingIOError):
+            near, address = self._listening.accept()
+            if address in self._fillers:
+                near.close()
+            else:
+                background.current().start(self._carry(near), "connection over a link")
 
     def close_far_ends(self) -> None:
         """The far ends are closed and the near ones are not told: half-open connections."""
@@ -171,16 +221,17 @@ class StreamProxy(_Proxy):
         for task in self._tasks:
             task.cancel()
 
-    async def _accept(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+    async def _carry(self, near: socket.socket) -> None:
+        """One connection, from when it was taken to its end."""
         task = asyncio.current_task()
         assert task is not None
         self._tasks.add(task)
-        ends = [writer]
+        ends: list[asyncio.StreamWriter] = []
         try:
-            wait_s = FIRST_TRY_S
-            while self.up.is_cut or self.down.is_cut:  # nobody answers; TCP tries again after times that double
-                await asyncio.sleep(wait_s)
-                wait_s *= 2.0
+            reader, writer = await asyncio.open_connection(sock=near)
+            ends.append(writer)
+            now_s = asyncio.get_running_loop().time()
+            await asyncio.sleep(self.down.first(self.up.first(now_s)) - now_s)
             far_reader, far_writer = await asyncio.open_connection(*self.to)
             ends.append(far_writer)
             up, down = _Stream(self.up, reader, far_writer), _Stream(self.down, far_reader, writer)

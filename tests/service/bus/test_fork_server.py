@@ -124,6 +124,23 @@ def test_a_process_is_forked_and_forked_again_when_it_dies(tmp_path: Path) -> No
     _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one"), play)
 
 
+def test_what_is_being_forked_again_while_everything_stops_is_asked_to_end_and_not_killed(tmp_path: Path) -> None:
+    async def play(runs: Supervisor) -> None:
+        await until(lambda: _said(runs) == FORKED)
+        child, server = runs.children["a/one"], psutil.Process(runs.fork_servers[""].pid)
+        first = child.pid
+        server.suspend()
+        _kill(first)
+        await until(lambda: child.restarts == 1)
+        stopping = asyncio.ensure_future(runs.stop())
+        await asyncio.sleep(0)  # its processes are watched no more, and the new one is not there yet
+        server.resume()
+        assert await stopping == {"a/one": -signal.SIGTERM}
+        assert child.process is not None and child.process.pid != first
+
+    _scene(tmp_path, _server_spec(tmp_path), _worker(tmp_path, "one"), play)
+
+
 SUPERVISED = """
 import asyncio, sys
 from pathlib import Path

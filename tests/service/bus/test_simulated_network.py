@@ -4,12 +4,39 @@ from __future__ import annotations
 
 import asyncio
 import random
+import sys
 from collections.abc import Awaitable, Callable
 
+import pytest
 from waiting import until
 
 from vistel_sim.network import Conditions, DatagramProxy, StreamProxy
+from vistel_sim.network.namespaces import Namespaces
 
+SERVES = """
+import socket, sys
+server = socket.create_server((sys.argv[1], 7000))
+print("open", flush=True)
+near, _ = server.accept()
+while data := near.recv(100):
+    near.sendall(data)
+"""
+ASKS = """
+import socket, sys, time
+begun = time.monotonic()
+far = socket.create_connection((sys.argv[1], 7000))
+print(time.monotonic() - begun, flush=True)
+sys.stdin.readline()
+far.settimeout(0.3)
+far.sendall(b"x")
+try:
+    far.recv(1)
+except TimeoutError:
+    print("no answer", flush=True)
+far.settimeout(None)
+if far.recv(1):
+    print("answer", flush=True)
+"""
 SENT = bytes(random.Random(3).randbytes(200_000))
 
 
@@ -105,5 +132,52 @@ def test_datagrams_get_there_and_back_to_who_sent_them_and_not_over_a_cut() -> N
             ann.close()
             ben.close()
         mirror.close()
+
+    asyncio.run(run())
+
+
+def test_who_connects_during_a_cut_is_not_answered_until_it_heals() -> None:
+    async def run() -> None:
+        server = await _echo_server()
+        async with StreamProxy.open(server.sockets[0].getsockname(), Conditions(0.001), random.Random(1)) as proxy:
+            proxy.cut("down")
+            connecting = asyncio.ensure_future(asyncio.open_connection("127.0.0.1", proxy.port))
+            await asyncio.sleep(0.3)  # that no answer comes needs time in which it could
+            assert not connecting.done()
+            proxy.heal()
+            reader, writer = await connecting
+            writer.write(b"here")
+            assert await reader.readexactly(4) == b"here"
+            writer.close()
+        server.close()
+
+    asyncio.run(run())
+
+
+def test_two_machines_reach_each_other_over_their_link_alone_and_not_over_a_cut() -> None:
+    if missing := Namespaces.missing():
+        pytest.skip(missing)
+
+    async def run() -> None:
+        async with Namespaces.open(Conditions(0.03), random.Random(1)) as machines:
+            serve = machines.far.command([sys.executable, "-c", SERVES, machines.far.address])
+            serving = await asyncio.create_subprocess_exec(*serve, stdout=asyncio.subprocess.PIPE)
+            assert serving.stdout is not None
+            try:
+                await serving.stdout.readline()
+                ask = machines.near.command([sys.executable, "-c", ASKS, machines.far.address])
+                asking = await asyncio.create_subprocess_exec(*ask, stdout=asyncio.subprocess.PIPE, stdin=asyncio.subprocess.PIPE)
+                assert asking.stdout is not None and asking.stdin is not None
+                took_s = float(await asking.stdout.readline())
+                assert took_s >= 2 * 0.03, "there and back"
+                machines.cut()
+                asking.stdin.write(b"\n")
+                assert await asking.stdout.readline() == b"no answer\n"
+                machines.heal()
+                assert await asking.stdout.readline() == b"answer\n"
+                await asking.wait()
+            finally:
+                serving.kill()
+                await serving.wait()
 
     asyncio.run(run())

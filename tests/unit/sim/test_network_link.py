@@ -87,6 +87,12 @@ def test_after_a_cut_a_stream_goes_on_when_tcp_tries_again() -> None:
     assert link.heal(120.0) == 120.0
 
 
+def test_what_opens_a_connection_and_is_lost_is_sent_again_after_one_and_two_seconds() -> None:
+    link = Link(Conditions(0.05, loss=0.5), random.Random(1))
+    waits_s = {round(link.first(10.0) - 10.05) for _ in range(200)}
+    assert {0, 1, 3, 7} <= waits_s <= {2**n - 1 for n in range(20)}
+
+
 @pytest.mark.parametrize("wrong", [{"loss": 1.0}, {"loss": math.nan}, {"delay_s": -0.1}, {"bits_per_s": 0.0}, {"reorder": 1.5}])
 def test_conditions_that_no_link_has_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ValueError, match="expected"):

@@ -37,11 +37,10 @@ from vistel.wire.uplink import Uplink
 from vistel.wire.zenoh.at_exit import close_at_exit, closed
 from vistel.wire.zenoh.config import Json, TlsFiles, as_text, router_config
 from vistel.wire.zenoh.endpoints import free_port
-from vistel.wire.zenoh.gate import Gate
 from vistel.wire.zenoh.publication import ZenohPublication, undeclare
 from vistel.wire.zenoh.pump import Pump
 from vistel.wire.zenoh.reliable_reader import ReliableReader
-from vistel.wire.zenoh.session import BusError, check_endpoints, close_session, open_session, reason
+from vistel.wire.zenoh.session import BusError, Reconnecting, check_endpoints, close_session, open_session, reason
 
 log = logging.getLogger("vistel.bus")
 
@@ -108,7 +107,7 @@ class ZenohBus:
         clock: Clock,
         *,
         loop: asyncio.AbstractEventLoop,
-        gate: Gate | None = None,
+        anew: Reconnecting | None = None,
         stale_after_ns: int | None = STALE_AFTER_NS,
         owners: Owners | None = None,
     ) -> None:
@@ -119,7 +118,7 @@ class ZenohBus:
         self.uplink = Uplink()
         self._admission = Admission(owners, self.counters)
         self._session = session
-        self._gate = gate
+        self._anew = anew
         self._clock = clock
         self._loop = loop
         self._stale_after_ns = stale_after_ns
@@ -154,9 +153,9 @@ class ZenohBus:
         past). owners: whose messages are believed, None: everybody's; `vistel.conference.connect` has them from the file.
         """
         check_endpoints(endpoints)
-        session, gate = await open_session(endpoints, _tls(tls), connect_s)
+        session, anew = await open_session(endpoints, _tls(tls), connect_s)
         loop = asyncio.get_running_loop()
-        return ZenohBus(session, conference, site, clock, loop=loop, gate=gate, stale_after_ns=stale_after_ns, owners=owners)
+        return ZenohBus(session, conference, site, clock, loop=loop, anew=anew, stale_after_ns=stale_after_ns, owners=owners)
 
     @property
     def connected(self) -> bool:
@@ -312,8 +311,8 @@ class ZenohBus:
 
     def _close_now(self) -> None:
         closed(self)
-        if self._gate is not None:
-            self._gate.close()
+        if self._anew is not None:
+            self._anew.close()
         self._held.clear()
         self._subscribed.clear()
         close_session(self._session)
