@@ -37,7 +37,7 @@ from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.run.checks import faults_of
 from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.earlier_room import FromRoom, kept_line, resume
-from vistel_cli.run.folders import OutFolder, run_folder
+from vistel_cli.run.folders import OutFolder, forget, lead_to, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
@@ -46,7 +46,7 @@ from vistel_cli.run.pages import console_line, guests_line, pages_of, with_conso
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.steps import Steps
 from vistel_cli.run.stopping import ENDING, Stopping
-from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
+from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out, print_error, print_warning
 from vistel_cli.waiting import waiting
 from vistel_services.process import logs
 from vistel_services.process.plan import HUB, hub_processes, site_processes
@@ -96,8 +96,8 @@ def up(
     steps = Steps(out, silent=as_json or plan)
     steps.begin(f"{source.stem}: checking the conference")
     conference = load_conference(source)
-    faults = faults_of(conference, source)
     conference = with_console(conference) if console else conference.model_copy(update={"console": ConsoleConfig()})
+    faults = faults_of(conference, source)
     if motion is not None:
         conference = with_motion(conference, motion)
     if links and conference.bus.mode != "embedded":
@@ -108,7 +108,7 @@ def up(
         print_error(fault)
     if plan or faults:
         raise typer.Exit(FAILED if faults else 0)
-    folder = run_folder(output, source.stem)
+    folder = run_folder(output, source.stem, latest=False)
     earlier = left_by_a_run(conference, folder)
     keep_existing(*earlier, force=force)
     for old in earlier:
@@ -205,6 +205,8 @@ class _Run:
         conference = self.conference
         draws = any(site.draws for site in conference.sites)
         if not await prepare(conference, file, self.stop, draws=draws, silent=self.as_json):
+            forget(self.out)
+            err.print("stopped while preparing; what is made already is kept")
             return 0
         self.kept = kept_line(conference) if self.earlier is None else {"room": f"as in {self.earlier}"}
         resume(conference, paths, self.earlier)
@@ -249,6 +251,7 @@ class _Run:
         struck = Struck(supervisor, router, links, clock, conference.world.folder or paths.run, events.add)
         striker = Striker(struck, bus)
         started = time.monotonic()
+        lead_to(self.out)
         running = _running(conference, self.source, endpoint, paths)
         if not self.as_json:
             self._print_beginning(running, len(specs))
