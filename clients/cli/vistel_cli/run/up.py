@@ -56,7 +56,8 @@ if TYPE_CHECKING:
     from vistel_cli.faults.links import Links
 
 START_LIMIT_S = 120.0
-"""Nothing more has come for so long: a run of some length has failed, one until Ctrl-C goes on without the rest [s]."""
+"""Nothing more has come for so long since the processes began: a run of some length has failed, one until Ctrl-C goes on without
+the rest [s]."""
 DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 
 
@@ -310,13 +311,16 @@ class _Run:
                 bar.update(task, completed=everything - len(missing), description=shown)
                 if starting.done():
                     await starting
+                else:
+                    since = time.monotonic()
                 if not missing:
                     self._ready(started)
                     return True
                 self.steps.show(f"{shown}; {everything - len(missing)} of {everything} are there")
                 if len(missing) < fewest:
                     fewest, since = len(missing), time.monotonic()
-                if starting.done() and time.monotonic() - since > START_LIMIT_S:
+                if time.monotonic() - since > START_LIMIT_S:
+                    bar.stop()  # what follows stands on a line of its own
                     what = f"for {START_LIMIT_S:.0f} s nothing more has come; missing: {', '.join(missing)}"
                     if not self.seconds:
                         print_warning(f"{what}; going on without; see {self.out / 'logs'}")
@@ -376,8 +380,10 @@ class _Run:
 
 def ended(name: str, code: int, log: Path) -> str:
     """What is said of a process that has ended, with its last words where these say what it cannot use."""
+    if code == -signal.SIGABRT:
+        return f"{name} hung, and was ended; starting it again"
     why = f": {last_line(log)}" if code == USAGE else ""
-    return f"{name} ended ({code}){why}; starting it again"
+    return f"{name} ended ({signal.Signals(-code).name if code < 0 else code}){why}; starting it again"
 
 
 def at_the_end(name: str, code: int) -> str:
