@@ -79,7 +79,7 @@ async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
             kernels += word == "kernel"
             doing = said if word in ("begun", "kernel") else doing
             text = f"{done} of {steps} steps done; {doing}" if steps else doing
-            text += f", function {kernels}" if doing.startswith("compiling") else ""
+            text += f", function {kernels}" if kernels and doing.startswith("compiling") else ""
             bar.update(task, completed=done, total=steps or None, description=text)
             now = time.monotonic() - began
             if not (silent or err.is_terminal) and now - shown >= LINE_EVERY_S:
