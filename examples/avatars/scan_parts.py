@@ -121,9 +121,11 @@ def make(avatar: Avatar, planes_of: dict[str, list[tuple[str, np.ndarray, np.nda
 
 def main() -> None:
     folder = Path(sys.argv[1])
+    print("making a person, some seconds …", flush=True)
     in_paint = replace(described("builtin:person=carla", "eva", 1.70), dressed=False)  # a scan is one surface
     avatar = body_model.make(in_paint, "eva")
     planes_of = cuts(avatar)
+    print("cutting them into parts …", flush=True)
     make(avatar, planes_of, folder)
     print(f"{len(planes_of)} parts; assemble them: vistel avatar assemble {folder / 'parts.toml'} -o eva.usda")
 

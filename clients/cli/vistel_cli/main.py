@@ -1,6 +1,7 @@
 """The `vistel` command."""
 
 import gc
+import io
 import logging
 import os
 import sys
@@ -81,6 +82,9 @@ def vistel(
 def main() -> None:
     """Entry point. Exit code 0: success, 1: failure, 2: wrong usage."""
     gc.set_threshold(COLLECT_AFTER)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # a terminal that is not UTF-8 shows ? for what it lacks
     code: int | str | None = 0
     try:
         app()

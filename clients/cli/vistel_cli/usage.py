@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from difflib import get_close_matches
 from typing import Any, get_args
 
 from vistel_cli.terminal import USAGE, print_error
@@ -15,6 +16,8 @@ def tell(error: Any) -> int:
     if type(error).__name__ == "NoArgsIsHelpError":  # the help is printed already
         return USAGE
     asked = getattr(error, "ctx", None)
+    if len(guesses := getattr(error, "possibilities", None) or []) > 1:
+        error.possibilities = get_close_matches(error.option_name, guesses, n=1, cutoff=0.0)
     text = _of_a_value(error) or _in_our_words(error.format_message())
     print_error(f"{text}; `{asked.command_path} --help` shows what it takes" if asked else text)
     return USAGE

@@ -10,6 +10,7 @@ import signal
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 import cv2
@@ -45,15 +46,25 @@ def main() -> None:
         folder = Path(name)
         conference = shutil.copy(CONFERENCE, folder)  # its room is kept beside it
         run = [*COMMAND, "up", conference, "--out", str(folder / "out")]
-        with subprocess.Popen(run, stdout=subprocess.PIPE, text=True) as up:
+        said = folder / "up.log"  # a pipe that nobody reads would be full after some minutes, and hold `vistel up` up
+        with said.open("w") as log, subprocess.Popen(run, stdout=log) as up:
             try:
-                url = next(line.split()[1] for line in up.stdout or () if line.startswith("  console"))
-                next(line for line in up.stdout or () if "everybody sees everybody" in line)
+                url = line_with("  console ", said, up).split()[1]
+                line_with("everybody sees everybody", said, up)
                 asked = [*COMMAND, "invite", "Ann", "--seat", "guest-2", "--json"]
                 told = subprocess.run(asked, stdout=subprocess.PIPE, check=True)
                 asyncio.run(visit(folder, url, json.loads(told.stdout)["link"]))
             finally:
                 up.send_signal(signal.SIGINT)
+
+
+def line_with(words: str, said: Path, up: subprocess.Popen[bytes]) -> str:
+    """What `vistel up` says, as soon as it does."""
+    while not (lines := [line for line in said.read_text().splitlines() if words in line]):
+        if up.poll() is not None:
+            sys.exit(f"the conference ended: {said.read_text()}")
+        time.sleep(0.2)
+    return lines[0]
 
 
 async def visit(folder: Path, console: str, link: str) -> None:

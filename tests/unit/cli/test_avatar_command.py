@@ -106,7 +106,7 @@ def test_inspect_gives_a_verdict_in_three_lines_and_every_figure_when_asked(fold
     assert code == 0, said
     who, mesh, fit = said.splitlines()
     assert who.startswith("eva: 1.7 m tall")
-    assert mesh.split() == ["mesh", "good:", "one", "piece,", "no", "holes"]
+    assert mesh.split() == ["mesh", "good:", "one", "large", "piece,", "no", "holes"]
     assert fit.split()[:2] == ["fit", "good:"]
     code, more = _run("avatar", "inspect", str(folder / "closed.usda"), "--verbose")
     assert code == 0 and more.startswith(said)
@@ -126,7 +126,9 @@ def test_the_verdict_names_what_is_poor() -> None:
     facts = {"name": "me", "height_m": 1.7, "vertices": 10, "primitives": 23, "texture": "8 x 8", "open_edges": 12}
     facts |= {"not_manifold_edges": 3, "pieces": 2, "mean_distance_mm": 9.0, "primitives_that_fit_badly": ["a", "b", "c", "d"]}
     _, mesh, fit = verdict(facts)
-    assert mesh == "  mesh  usable, 2 pieces, but 12 edges at holes and 3 edges of more than two triangles"
+    assert (
+        mesh == "  mesh  usable, 2 large pieces, but 12 edges at holes that nothing covers and 3 edges of more than two triangles"
+    )
     assert fit.startswith("  fit   poor at 4 of 23 primitives (a, b, c and others)")
 
 

@@ -168,6 +168,11 @@ def test_another_kind_of_file_is_named_with_what_one_can_do_with_it(
     assert expected in answer(f"vistel {command}", [name], capsys, 1)
 
 
+def test_a_misspelt_option_is_answered_with_the_one_that_is_nearest(capsys: Any) -> None:
+    said = answer("vistel up", ["--second", "3"], capsys, 2)
+    assert "no such option: --second; did you mean --seconds?;" in said
+
+
 def test_what_nobody_foresaw_ends_in_one_line_with_a_report(capsys: Any) -> None:
     try:
         raise ExceptionGroup("tasks", [ZeroDivisionError("a [strange] thing")])

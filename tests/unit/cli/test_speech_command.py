@@ -30,7 +30,7 @@ def recording(path: Path, text: str) -> None:
 def test_a_sentences_meaning_is_shown() -> None:
     done = RUN.invoke(app, ["speech", "grammar", "--read", "move the red box to the right"])
     assert done.exit_code == 0
-    assert "MoveBy" in done.output
+    assert done.output.splitlines()[-1] == "MoveBy: which (shape box, colour red), towards right, distance 0.1"
     assert RUN.invoke(app, ["speech", "grammar", "--read", "good morning"]).exit_code == 1
 
 

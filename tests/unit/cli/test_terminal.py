@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -51,3 +54,11 @@ def test_nothing_in_the_command_but_its_help_is_markup() -> None:
         if file.name != "terminal.py":
             left = tag.search(help_only.sub("", file.read_text("utf-8")))
             assert left is None, f"{file}: {left}"
+
+
+@pytest.mark.parametrize("encoding", ["ascii", "latin-1"])
+def test_a_terminal_that_is_not_utf_8_gets_what_it_can_show(encoding: str) -> None:
+    command = [sys.executable, "-m", "vistel_cli.main", "speech", "grammar", "--read", "あかいはこ"]
+    done = subprocess.run(command, check=False, capture_output=True, env=os.environ | {"PYTHONIOENCODING": encoding})
+    said = (done.stdout + done.stderr).decode(encoding)
+    assert "unexpected" not in said and "?????" in said

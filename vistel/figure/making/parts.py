@@ -125,7 +125,7 @@ class Soundness:
         """One line for each fault that the author of the mesh may want to mend."""
         out: list[str] = []
         if self.border:
-            out.append(f"{self.holes} holes or open edges ({self.border} edges): they stay open")
+            out.append(f"{self.holes} holes or open edges ({self.border} edges; hair and clothes count too): they stay open")
         if self.branching:
             out.append(f"not manifold at {self.branching} edges: works; coarser levels of detail are cut apart there")
         if self.pieces > 1:

@@ -83,9 +83,9 @@ def verdict(facts: dict[str, Any]) -> list[str]:
     beside = [f"{facts[f'{word}_vertices']} of {word}" for word in ("hair", "clothes") if facts.get(f"{word}_vertices")]
     of_others = f" ({', '.join(beside)})" if beside else ""
     size = f"{facts['vertices']} vertices{of_others}, {facts['primitives']} primitives, texture {facts['texture']}"
-    faults = [f"{facts['open_edges']} edges at holes"] if facts["open_edges"] else []
+    faults = [f"{facts['open_edges']} edges at holes that nothing covers"] if facts["open_edges"] else []
     faults += [f"{facts['not_manifold_edges']} edges of more than two triangles"] if facts["not_manifold_edges"] else []
-    pieces = "one piece" if facts["pieces"] == 1 else f"{facts['pieces']} pieces"
+    pieces = "one large piece" if facts["pieces"] == 1 else f"{facts['pieces']} large pieces"
     mesh = f"usable, {pieces}, but {' and '.join(faults)}" if faults else f"good: {pieces}, no holes"
     bad = facts["primitives_that_fit_badly"]
     fit = f"good: skin and primitives are {facts['mean_distance_mm']:g} mm apart on average"

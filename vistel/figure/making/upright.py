@@ -126,7 +126,7 @@ def _up(size: F64) -> tuple[str, str]:
 def _unit(tall: float) -> tuple[float, str]:
     for name, scale, low, high in UNITS:
         if low <= tall <= high:
-            return scale, f"{tall:.4g} units tall: taken as {name}, {tall * scale:.2f} m"
+            return scale, f"{tall:.4g} units tall: taken as {name}, {tall * scale:.3f} m"
     raise MakingError(f"the mesh is {tall:.4g} units tall, which is nobody's height in any unit; give --height METRES")
 
 

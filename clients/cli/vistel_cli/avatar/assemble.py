@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.text import Text
 
 from vistel_cli.avatar.files import Json, busy, check_output, facts, report, save
 from vistel_cli.inputs import Takes
@@ -35,16 +34,21 @@ def assemble(
     check_output(output)
     began = time.perf_counter()
     try:
-        with busy(f"reading {file.name}", not as_json) as status:
-            step = (lambda text: status.update(Text(text))) if status else (lambda _: None)
-            whole = making.assemble(file, step=step)
+        doing = f"reading {file.name}"
+
+        def begin(step: str) -> None:
+            nonlocal doing
+            doing = step
+
+        with busy(lambda: doing, not as_json):
+            whole = making.assemble(file, step=begin)
             blended = time.perf_counter()
             made = make_avatar(
                 whole.source,
                 name=name or whole.name,
                 height=whole.height,
                 primitives=primitives,
-                step=lambda text: step(f"fitting: {text}"),
+                step=lambda step: begin(f"fitting: {step}"),
             )
     except MakingError as fault:
         fail(str(fault) if str(fault).startswith(str(file)) else f"{file}: {fault}")

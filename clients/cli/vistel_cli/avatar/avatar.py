@@ -59,13 +59,13 @@ def generate(
 
       vistel avatar generate -o somebody.usdz
     """
-    from vistel.figure.people.builtin import builtin_avatar  # - what makes people takes long to load
-
     check_output(output)
     name = name or output.stem
     began = time.perf_counter()
     try:
         with busy("making the person", not as_json):
+            from vistel.figure.people.builtin import builtin_avatar  # what makes people takes long to load
+
             avatar = builtin_avatar(f"builtin:{look}", name=name, height=height)
     except ValueError as fault:
         fail(str(fault), USAGE)
@@ -133,7 +133,13 @@ def import_(
         with busy(f"reading {file.name}", not as_json):
             source = read_source(file, Extras(texture, tuple(clothes or ()), rig, weights, tuple(target or ()), expressions))
         fitting = time.perf_counter()
-        with busy("fitting", not as_json) as status:
+        doing = "preparing to fit"
+
+        def begin(step: str) -> None:
+            nonlocal doing
+            doing = f"fitting: {step}"
+
+        with busy(lambda: doing, not as_json):
             made = make_avatar(
                 source,
                 name=name or output.stem,
@@ -141,7 +147,7 @@ def import_(
                 up=up.upper() if up else None,
                 height=height,
                 primitives=primitives,
-                step=lambda text: status.update(f"fitting: {text}") if status else None,
+                step=begin,
             )
         fitted = time.perf_counter() - fitting
     except MakingError as fault:

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import json
-from contextlib import nullcontext
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from rich.text import Text
 
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.terminal import FAILED, USAGE, fail, out
+from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
     from vistel.figure.avatar.avatar import Avatar
@@ -18,34 +19,36 @@ if TYPE_CHECKING:
 Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")]
 
 
-def busy(text: str, show: bool) -> Any:
-    """A spinner with the step that runs now, shown on a terminal only."""
-    return err.status(Text(text)) if show and err.is_terminal else nullcontext()
+def busy(what: str | Callable[[], str], show: bool) -> AbstractContextManager[None]:
+    """Within the block, `what` runs now, or what it gives then: said as soon as it takes long."""
+    return waiting(what) if show else nullcontext()
 
 
 def load(file: Path) -> Avatar:
     """The avatar in a file. Ends the command with one line when there is none."""
-    from vistel.figure.avatar.check import AvatarFileError
-    from vistel.figure.formats.load import load_any
+    with waiting(f"reading {file.name}"):
+        from vistel.figure.avatar.check import AvatarFileError
+        from vistel.figure.formats.load import load_any
 
-    try:
-        return load_any(file)
-    except AvatarFileError as fault:
-        fail(str(fault))
-    except OSError as fault:
-        fail(f"{file}: cannot be read: {fault.strerror or fault}")
+        try:
+            return load_any(file)
+        except AvatarFileError as fault:
+            fail(str(fault))
+        except OSError as fault:
+            fail(f"{file}: cannot be read: {fault.strerror or fault}")
 
 
 def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Avatar:
     """The avatar in a file, or the built-in one that "builtin:…" describes. Ends the command with one line when there is none."""
     if not spec.startswith("builtin"):
         return load(Path(spec))
-    from vistel.figure.people.builtin import builtin_avatar
+    with waiting("making the person"):
+        from vistel.figure.people.builtin import builtin_avatar
 
-    try:
-        return builtin_avatar(spec, name=name, height=height)
-    except ValueError as fault:
-        fail(str(fault), USAGE)
+        try:
+            return builtin_avatar(spec, name=name, height=height)
+        except ValueError as fault:
+            fail(str(fault), USAGE)
 
 
 def own(file: Path) -> Avatar | None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
+from rich.table import Table
 
 from vistel_cli.avatar.files import Json, check_output, load, report, save
 from vistel_cli.inputs import Takes
@@ -43,17 +44,19 @@ def islands(
         rows = [asdict(i) | {"registration": asdict(kept[i.number]) if i.number in kept else None} for i in found]
         print(json.dumps({"file": str(file), "islands": rows}))
         return
+    table = Table("island", "part", "area", "triangles", "u", "v", box=None)
+    for column in table.columns:
+        column.no_wrap = True
     for i in found[:most]:
-        how = kept.get(i.number)
-        moved = (
-            ""
-            if how is None
-            else (f"  moved {how.move[0]:g},{how.move[1]:g} turned {math.degrees(how.turn):g} scaled {how.scale:g}")
-        )
-        box = " ".join(f"{x:.3f}" for x in i.box)
-        out.print(f"{i.number:4} {i.part:24} {1e4 * i.area:8.1f} cm2 {i.triangles:6} triangles  uv {box}{moved}", soft_wrap=True)
+        u, v, u_to, v_to = i.box
+        place = (f"{u:.2f}–{u_to:.2f}", f"{v:.2f}–{v_to:.2f}")
+        table.add_row(str(i.number), i.part, f"{1e4 * i.area:.0f} cm²", str(i.triangles), *place)
+    out.print(table)
     if len(found) > most:
         out.print(f"and {len(found) - most} smaller ones (--most N)")
+    for number, how in kept.items():
+        moved = f"moved {how.move[0]:g},{how.move[1]:g}; turned {math.degrees(how.turn):g} degrees; scaled {how.scale:g}"
+        out.print(f"island {number}: {moved}", soft_wrap=True)
 
 
 def register(
@@ -76,11 +79,11 @@ def register(
 
     [bold]Examples[/bold]
 
-      vistel avatar register me.usda --island 2 --turn 12 --scale 1.1 --move 0.01,-0.004
+      vistel avatar register me.usda --island 10 --turn 12 --scale 1.1 --move 0.01,-0.004
 
-      vistel avatar register me.usda --island 2 --texture face.png
+      vistel avatar register me.usda --island 10 --texture face.png
 
-      vistel avatar register me.usda --island 2 --reset
+      vistel avatar register me.usda --island 10 --reset
     """
     from vistel.figure.avatar.avatar import Registration
     from vistel.figure.avatar.texture import registered, unregistered, with_picture
@@ -108,4 +111,5 @@ def register(
     except OSError as fault:
         fail(f"{texture}: cannot be read: {fault.strerror or fault}")
     save(avatar, target, not as_json)
-    report(as_json, {"output": str(target), "registered": [r.island for r in avatar.registration]})
+    picture = {} if texture is None else {"picture": f"{texture} on island {island}"}
+    report(as_json, {"output": str(target), **picture, "registered": [r.island for r in avatar.registration]})

@@ -14,6 +14,7 @@ from pydantic import BaseModel
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.files import ConferenceError
 from vistel.conference.model import Conference, Participant, Site
+from vistel.conference.page_address import page_at
 from vistel.toml import file as toml
 from vistel.toml.faults import Fault
 from vistel.toml.places import Place, written
@@ -164,7 +165,7 @@ def _port_faults(conference: Conference, sites: Sites, *, whole: bool) -> Iterat
         yield Fault(("bus",), "endpoints: is missing; name the conference's router, such as tcp/192.0.2.7:7447")
     taken: dict[tuple[int, int], Place] = {}
     with ExitStack() as opened:
-        for place, kind, host, port in [*(_router_port(conference) if whole else ()), *_ports(sites)]:
+        for place, kind, host, port in [*(_hub_ports(conference) if whole else ()), *_ports(sites)]:
             if (kind, port) in taken:
                 yield Fault(place, f"port {port} is that of {written(taken[kind, port])}, too; name another port")
                 continue
@@ -174,10 +175,13 @@ def _port_faults(conference: Conference, sites: Sites, *, whole: bool) -> Iterat
                 yield Fault(place, f"{'UDP ' if kind == socket.SOCK_DGRAM else ''}port {port} {fault}")
 
 
-def _router_port(conference: Conference) -> Iterator[Port]:
+def _hub_ports(conference: Conference) -> Iterator[Port]:
+    """Those of the router and of the console."""
     if conference.bus.mode == "embedded" and conference.bus.endpoints:
         kind = socket.SOCK_DGRAM if conference.bus.endpoints[0].startswith("quic/") else socket.SOCK_STREAM
         yield ("bus", "endpoints", 0), kind, *host_and_port(conference.bus.endpoints[0])
+    if (console := page_at(conference.console.at)) and console[1]:
+        yield ("console", "at"), socket.SOCK_STREAM, *console
 
 
 def _ports(sites: Sites) -> Iterator[Port]:

@@ -70,8 +70,16 @@ def _made(given: Path | None, name: str, *, latest: bool) -> Path:
         except OSError as e:
             fail(f"{folder}: cannot be made: {e.strerror}; name another folder with --out")
         if latest:
-            _lead_to(folder)
+            lead_to(folder)
         return folder
+
+
+def forget(folder: Path) -> None:
+    """Remove the folder of a run that has ended before its first process began, unless something else is in it."""
+    with suppress(OSError):
+        (folder / "logs" / "supervisor.log").unlink()
+        (folder / "logs").rmdir()
+        folder.rmdir()
 
 
 def runs_in(folder: Path) -> list[Path]:
@@ -80,7 +88,10 @@ def runs_in(folder: Path) -> list[Path]:
     return sorted(made, key=lambda f: (f.name[:15], len(f.name), f.name), reverse=True)
 
 
-def _lead_to(folder: Path) -> None:
+def lead_to(folder: Path) -> None:
+    """From now on out/latest leads to the folder of a run, unless the user named another one for it."""
+    if folder.parent != RUNS or not _NAME.fullmatch(folder.name):
+        return
     link, new = folder.parent / LATEST, folder.parent / f".{LATEST}-{os.getpid()}"
     with suppress(OSError):  # a system without links, or somebody's own file of that name
         if link.is_symlink() or not link.exists():

@@ -30,6 +30,8 @@ NO_FIGURES = "--no-figures"
 """Given to `vistel_cli.run.prepare` where nothing is drawn."""
 LINE_EVERY_S = 1.5
 """How often a line says how far it is, where there is no terminal for a bar."""
+WIDE_ENOUGH = 100
+"""Columns of a terminal that has place for a bar beside the words."""
 _ONE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 """Each core has a process of its own."""
 
@@ -64,7 +66,8 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, dr
 async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
     """Show what `child` says of its steps until it ends: in a terminal as a bar, elsewhere as a line every two seconds."""
     assert child.stdout is not None
-    columns = (TextColumn("preparing, once: {task.description}", markup=False), BarColumn(bar_width=6), TimeElapsedColumn())
+    said = TextColumn("preparing, once: {task.description}", markup=False)
+    columns = (TimeElapsedColumn(), said, *([BarColumn(bar_width=10)] if err.width >= WIDE_ENOUGH else []))
     steps = done = kernels = 0
     doing, began, shown = "loading", time.monotonic(), -LINE_EVERY_S
     with Progress(*columns, console=err, transient=True, disable=silent or not err.is_terminal) as bar:
@@ -75,7 +78,8 @@ async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
             done += word == "done"
             kernels += word == "kernel"
             doing = said if word in ("begun", "kernel") else doing
-            text = f"{done} of {steps} done, function {kernels}, {doing}" if steps else doing
+            text = f"{done} of {steps} steps done; {doing}" if steps else doing
+            text += f", function {kernels}" if kernels and doing.startswith("compiling") else ""
             bar.update(task, completed=done, total=steps or None, description=text)
             now = time.monotonic() - began
             if not (silent or err.is_terminal) and now - shown >= LINE_EVERY_S:

@@ -37,7 +37,7 @@ from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.run.checks import faults_of
 from vistel_cli.run.cpu_use import CpuUse
 from vistel_cli.run.earlier_room import FromRoom, kept_line, resume
-from vistel_cli.run.folders import OutFolder, run_folder
+from vistel_cli.run.folders import OutFolder, forget, lead_to, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
@@ -46,7 +46,7 @@ from vistel_cli.run.pages import console_line, guests_line, pages_of, with_conso
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.steps import Steps
 from vistel_cli.run.stopping import ENDING, Stopping
-from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error, print_warning
+from vistel_cli.terminal import FAILED, USAGE, err, fail, load_conference, out, print_error, print_warning
 from vistel_cli.waiting import waiting
 from vistel_services.process import logs
 from vistel_services.process.plan import HUB, hub_processes, site_processes
@@ -56,7 +56,8 @@ if TYPE_CHECKING:
     from vistel_cli.faults.links import Links
 
 START_LIMIT_S = 120.0
-"""Nothing more has come for so long: a run of some length has failed, one until Ctrl-C goes on without the rest [s]."""
+"""Nothing more has come for so long since the processes began: a run of some length has failed, one until Ctrl-C goes on without
+the rest [s]."""
 DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 
 
@@ -96,8 +97,8 @@ def up(
     steps = Steps(out, silent=as_json or plan)
     steps.begin(f"{source.stem}: checking the conference")
     conference = load_conference(source)
-    faults = faults_of(conference, source)
     conference = with_console(conference) if console else conference.model_copy(update={"console": ConsoleConfig()})
+    faults = faults_of(conference, source)
     if motion is not None:
         conference = with_motion(conference, motion)
     if links and conference.bus.mode != "embedded":
@@ -108,7 +109,7 @@ def up(
         print_error(fault)
     if plan or faults:
         raise typer.Exit(FAILED if faults else 0)
-    folder = run_folder(output, source.stem)
+    folder = run_folder(output, source.stem, latest=False)
     earlier = left_by_a_run(conference, folder)
     keep_existing(*earlier, force=force)
     for old in earlier:
@@ -205,6 +206,8 @@ class _Run:
         conference = self.conference
         draws = any(site.draws for site in conference.sites)
         if not await prepare(conference, file, self.stop, draws=draws, silent=self.as_json):
+            forget(self.out)
+            err.print("stopped while preparing; what is made already is kept")
             return 0
         self.kept = kept_line(conference) if self.earlier is None else {"room": f"as in {self.earlier}"}
         resume(conference, paths, self.earlier)
@@ -249,6 +252,7 @@ class _Run:
         struck = Struck(supervisor, router, links, clock, conference.world.folder or paths.run, events.add)
         striker = Striker(struck, bus)
         started = time.monotonic()
+        lead_to(self.out)
         running = _running(conference, self.source, endpoint, paths)
         if not self.as_json:
             self._print_beginning(running, len(specs))
@@ -307,13 +311,16 @@ class _Run:
                 bar.update(task, completed=everything - len(missing), description=shown)
                 if starting.done():
                     await starting
+                else:
+                    since = time.monotonic()
                 if not missing:
                     self._ready(started)
                     return True
                 self.steps.show(f"{shown}; {everything - len(missing)} of {everything} are there")
                 if len(missing) < fewest:
                     fewest, since = len(missing), time.monotonic()
-                if starting.done() and time.monotonic() - since > START_LIMIT_S:
+                if time.monotonic() - since > START_LIMIT_S:
+                    bar.stop()  # what follows stands on a line of its own
                     what = f"for {START_LIMIT_S:.0f} s nothing more has come; missing: {', '.join(missing)}"
                     if not self.seconds:
                         print_warning(f"{what}; going on without; see {self.out / 'logs'}")
@@ -373,8 +380,10 @@ class _Run:
 
 def ended(name: str, code: int, log: Path) -> str:
     """What is said of a process that has ended, with its last words where these say what it cannot use."""
+    if code == -signal.SIGABRT:
+        return f"{name} hung, and was ended; starting it again"
     why = f": {last_line(log)}" if code == USAGE else ""
-    return f"{name} ended ({code}){why}; starting it again"
+    return f"{name} ended ({signal.Signals(-code).name if code < 0 else code}){why}; starting it again"
 
 
 def at_the_end(name: str, code: int) -> str:

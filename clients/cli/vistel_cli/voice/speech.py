@@ -8,10 +8,11 @@ import re
 import signal
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, fields, is_dataclass
+from enum import Enum
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.text import Text
@@ -19,6 +20,7 @@ from rich.text import Text
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import ARRAYS, FILM, FOLDER, GRAMMAR, SOUND
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error
+from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --help` need not
     from vistel.arrays import F32
@@ -100,9 +102,17 @@ def _show_meaning(known: Grammar, text: str) -> None:
         wanted = asked_for(said.means)
     except MeaningError as e:
         fail(f"{text}: {e}", FAILED)
-    out.print(f"{said.text}  ({said.spoken})")
+    out.print(said.text if said.spoken == said.text else f"{said.text}  ({said.spoken})")
     out.print(", ".join(f"{k} = {v}" for k, v in said.means.items()))
-    out.print(str(wanted), soft_wrap=True)
+    out.print(f"{type(wanted).__name__}: {', '.join(f'{f.name} {_in_words(getattr(wanted, f.name))}' for f in fields(wanted))}")
+
+
+def _in_words(value: Any) -> str:
+    """A value of an action. Of which things are meant: what is said of them, in brackets."""
+    if not is_dataclass(value):
+        return str(value.value if isinstance(value, Enum) else value)
+    said = [f"{f.name} {_in_words(v)}" for f in fields(value) if (v := getattr(value, f.name)) != f.default]
+    return f"({', '.join(said) or 'this'})"
 
 
 @app.command("try")
@@ -128,10 +138,13 @@ def try_(
 
       vistel speech try said.wav --language en
     """
-    known, hears, tongue = _prepared(language, extra, voice, engine, model)
+    with waiting("loading the recogniser"):
+        known, hears, tongue = _prepared(language, extra, voice, engine, model)
     count = 0
     if Path(sound).suffix.lower() in SOUNDS:
-        for heard in _understood(Path(sound), hears):
+        with waiting(f"listening to {sound}"):
+            understood = list(_understood(Path(sound), hears))
+        for heard in understood:
             count += 1
             _show(known, tongue, heard, accept)
     else:

@@ -95,7 +95,8 @@ def equipment(
     conference = load_conference(file)
     known = {s.name: {e.name: e for e in s.audio.equipment} for s in conference.sites if s.audio is not None}
     if name not in known.get(site, {}):
-        fail(f"{site} {name}: no such device in this conference", USAGE)
+        there = ", ".join(f"{at} {one}" for at, devices in known.items() for one in devices)
+        fail(f"{site} {name}: no such device in {file}; it has {there or 'no [[sites.audio.equipment]]'}", USAGE)
     request = EquipmentRequest(equipment=name)
     for text in settings:
         register, _, value = text.partition("=")

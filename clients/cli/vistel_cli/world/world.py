@@ -146,18 +146,14 @@ def export(
 
 def opened(file: Path, show: bool) -> Interior:
     """The room of a file. Ends the command with one line when there is none."""
-    from vistel.conference.rooms import interior_of
-    from vistel.space.files import RoomFileError, load_room
+    with busy(f"reading {file.name}", show):
+        from vistel.conference.rooms import interior_of
+        from vistel.space.files import RoomFileError, load_room
 
-    try:
-        if file.suffix == ".toml":
-            conference = load_conference(file)
-            with busy("reading the room", show):
-                return interior_of(conference.room)
-        with busy(f"reading {file.name}", show):
-            return load_room(file)
-    except RoomFileError as fault:
-        fail(str(fault))
+        try:
+            return interior_of(load_conference(file).room) if file.suffix == ".toml" else load_room(file)
+        except RoomFileError as fault:
+            fail(str(fault))
 
 
 def _check_output(path: Path, *, glb: bool) -> None:
@@ -243,7 +239,7 @@ def _table(interior: Interior) -> None:
             t.id,
             "fixed" if t.fixed else f"{t.mass:.3g} kg",
             f"{row['rigidity']:g}{elasticity}",
-            " ".join(f"{v:.2f}" for v in t.position.tolist()),
+            " ".join(f"{round(v, 2) + 0.0:.2f}" for v in t.position.tolist()),
             f"{len(t.primitives)} prim",
             str(drawn),
         )
@@ -251,9 +247,14 @@ def _table(interior: Interior) -> None:
     loose = [t for t in interior.room.things if not t.fixed]
     for joint in interior.room.joints:
         out.print(_hangs(joint), soft_wrap=True, highlight=False)
-    out.print(f"{len(interior.room.things)} things, {len(loose)} of them loose; {len(interior.room.seats)} seats")
+    things, seats = len(interior.room.things), len(interior.room.seats)
+    out.print(f"{things} {_plural('thing', things)}, {len(loose)} of them loose; {seats} {_plural('seat', seats)}")
     for note in interior.notes:
         print_warning(note)
+
+
+def _plural(word: str, count: int) -> str:
+    return word if count == 1 else f"{word}s"
 
 
 def _hangs(j: Joint) -> str:

@@ -172,10 +172,10 @@ def test_what_others_saw_goes_above_the_table() -> None:
     def check(meeting: Meeting) -> None:
         console, events = Console(width=60, force_terminal=False), Events(meeting.observer)
         with console.capture() as capture, LiveTable(DEMO, meeting.observer, events, console, 60.0, silent=False) as table:
-            events.add("tokyo/renderer ended (-9); starting it again")
+            events.add("tokyo/renderer ended (SIGKILL); starting it again")
             table.update(3.0)
             table.update(4.0)
-        assert capture.get() == "0:03  tokyo/renderer ended (-9); starting it again\n"
+        assert capture.get() == "0:03  tokyo/renderer ended (SIGKILL); starting it again\n"
 
     during(check)
 

@@ -54,7 +54,8 @@ def test_the_last_words_of_a_process_that_cannot_use_its_input_are_reported(tmp_
     log = tmp_path / "tokyo-capture.log"
     log.write_text("begun\nhand.json: expected a calibration\n")
     assert ended("tokyo/capture", 2, log) == "tokyo/capture ended (2): hand.json: expected a calibration; starting it again"
-    assert ended("tokyo/capture", -9, log) == "tokyo/capture ended (-9); starting it again"
+    assert ended("tokyo/capture", -9, log) == "tokyo/capture ended (SIGKILL); starting it again"
+    assert ended("tokyo/capture", -6, log) == "tokyo/capture hung, and was ended; starting it again"
 
 
 def test_a_site_without_pictures_has_no_delay(capsys: pytest.CaptureFixture[str]) -> None:

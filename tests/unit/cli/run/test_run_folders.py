@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -36,6 +38,22 @@ def test_the_folder_of_a_run_that_nobody_has_announced_is_not_cleared_before_it_
     assert not in_use(folder)
     cleared = CliRunner().invoke(app, ["clear", "--keep", "0"])
     assert f"removed {folder}" in cleared.output and runs_in(Path("out")) == []
+
+
+def test_a_run_that_is_stopped_while_it_prepares_leaves_no_folder_and_the_newest_run_stays_the_newest(own_folder: Path) -> None:
+    earlier = own_folder / "out" / "2026-11-22T0902-lab"
+    earlier.mkdir(parents=True)
+    (own_folder / "out" / "latest").symlink_to(earlier.name)
+    environment = os.environ | {"XDG_CACHE_HOME": str(own_folder / "empty")}
+    command = [sys.executable, "-m", "vistel_cli.main", "up"]
+    run = subprocess.Popen(command, cwd=own_folder, env=environment, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    assert run.stderr is not None
+    assert any(line.startswith("preparing, once") for line in run.stderr)
+    run.send_signal(signal.SIGINT)
+    assert run.communicate()[1].endswith("stopped while preparing; what is made already is kept\n")
+    assert run.returncode == 0
+    assert runs_in(own_folder / "out") == [earlier]
+    assert os.readlink(own_folder / "out" / "latest") == earlier.name
 
 
 def test_a_folder_that_is_gone_is_not_in_use(own_folder: Path) -> None:

@@ -15,6 +15,8 @@ from vistel_cli.run.checks import faults_of
 
 FAULTY = """[bus]
 endpoints = ["tcp/127.0.0.1:{tcp}"]
+[console]
+at = "127.0.0.1:{page}"
 [[sites]]
 name = "tokyo"
 [[sites.participants]]
@@ -34,25 +36,27 @@ gloves.left = {{ calibration = "gone.json" }}
 """
 EXPECTED = (
     ":2: bus.endpoints[0]: port {tcp} is in use by another program; end that, or name another port",
-    ':7: sites[0].participants[0].avatar: "{folder}/me.usda": expected a USD file; this is an empty file',
-    ':8: sites[0].participants[0].motion: "walk.bvh": no such file',
-    ':9: sites[0].participants[0].tracker.calibration: "{folder}/notes.txt": expected a calibration or a JSON file; this is',
-    ":9: sites[0].participants[0].tracker.port: UDP port {udp} is in use by another program; end that, or name another port",
-    ":13: sites[1].display.stream: port {tcp} is that of bus.endpoints[0], too; name another port",
-    ":16: sites[1].participants[0].avatar: 'builtin:seed=x': seed: expected a number from 0",
-    ':17: sites[1].participants[0].motion: "clay": needs a [[room.things]]',
-    ':18: sites[1].participants[0].gloves.left.calibration: "gone.json": no such file',
+    ":4: console.at: port {page} is in use by another program; end that, or name another port",
+    ':9: sites[0].participants[0].avatar: "{folder}/me.usda": expected a USD file; this is an empty file',
+    ':10: sites[0].participants[0].motion: "walk.bvh": no such file',
+    ':11: sites[0].participants[0].tracker.calibration: "{folder}/notes.txt": expected a calibration or a JSON file; this is',
+    ":11: sites[0].participants[0].tracker.port: UDP port {udp} is in use by another program; end that, or name another port",
+    ":15: sites[1].display.stream: port {tcp} is that of bus.endpoints[0], too; name another port",
+    ":18: sites[1].participants[0].avatar: 'builtin:seed=x': seed: expected a number from 0",
+    ':19: sites[1].participants[0].motion: "clay": needs a [[room.things]]',
+    ':20: sites[1].participants[0].gloves.left.calibration: "gone.json": no such file',
 )
 
 
 @pytest.fixture
 def taken() -> Iterator[dict[str, int]]:
     """Ports that are in use."""
-    with socket.socket() as tcp, socket.socket(type=socket.SOCK_DGRAM) as udp:
-        tcp.bind(("127.0.0.1", 0))
-        tcp.listen()
+    with socket.socket() as tcp, socket.socket() as page, socket.socket(type=socket.SOCK_DGRAM) as udp:
+        for one in (tcp, page):
+            one.bind(("127.0.0.1", 0))
+            one.listen()
         udp.bind(("0.0.0.0", 0))
-        yield {"tcp": tcp.getsockname()[1], "udp": udp.getsockname()[1]}
+        yield {"tcp": tcp.getsockname()[1], "page": page.getsockname()[1], "udp": udp.getsockname()[1]}
 
 
 @pytest.fixture
