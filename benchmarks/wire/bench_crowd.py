@@ -100,7 +100,8 @@ def _step_ms(people: int) -> float:
 async def _reading_us() -> float:
     """From the bytes of a message to what a step takes of it."""
     (loop,) = motion_loops(crowd_conference(1), range(1))
-    bus = MemoryNetwork().bus("crowd", "hub", SystemClock(), stale_after_ns=None)
+    network = MemoryNetwork()
+    bus = network.bus("crowd", "hub", SystemClock(), stale_after_ns=None)
     inbox, collector = bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True), InputCollector()
     key = BY_NAME["motion"].format(conference="crowd", site="site-0", participant="person-0")
     took_us: list[float] = []
@@ -109,7 +110,7 @@ async def _reading_us() -> float:
         message.header.version, message.header.seq, message.header.t_ns = 1, k, k * 1_000_000_000 // 60
         payload = message.SerializeToString()
         began = time.thread_time()
-        bus.deliver(BY_NAME["motion"], key, payload)
+        network.send(BY_NAME["motion"], key, payload)
         for sample in inbox.take():
             collector.motion(sample)
         took_us.append((time.thread_time() - began) * 1e6)

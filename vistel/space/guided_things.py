@@ -51,7 +51,7 @@ def guided(state: State, s: Solids, measured: Iterable[PropInput], dt: float) ->
     for change in done:
         history = history.with_change(change)
     known = {t.thing: t for t in begun}
-    return replace(state, motions=m, tracked=tuple(known.get(t.thing, t) for t in tracked), history=history)
+    return state.but(motions=m, tracked=tuple(known.get(t.thing, t) for t in tracked), history=history)
 
 
 def _pose(s: Solids, m: Motions, t: Tracked, t_ns: int, before_s: float = 0.0) -> tuple[F64, F64]:

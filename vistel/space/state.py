@@ -1,7 +1,7 @@
 """The world's whole state between two steps."""
 
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 from vistel.space.dynamics.dynamics import Motions
 from vistel.space.hands.approach import Approach
@@ -57,11 +57,22 @@ class State:
     claim_events: tuple[ClaimEvent, ...] = ()
     pressed: tuple[str, ...] = ()
 
-    @cached_property
+    def but(self, **changes: Any) -> "State":
+        """As `dataclasses.replace`, in a sixth of the time: a step makes a dozen states, each of twenty values."""
+        if not changes.keys() <= _NAMES:
+            raise TypeError(f"a state has no {', '.join(sorted(changes.keys() - _NAMES))}")
+        made = object.__new__(State)
+        made.__dict__.update(self.__dict__)
+        made.__dict__.update(changes)
+        return made
+
+    @property
     def rows(self) -> dict[str, int]:
         """Row of each thing, by its id."""
         return _rows_of(self.things)
 
+
+_NAMES = frozenset(f.name for f in fields(State))
 
 _LAST_ROWS: list[tuple[tuple[Thing, ...], dict[str, int]]] = [((), {})]
 

@@ -149,7 +149,7 @@ class World:
     def step(self, inputs: StepInputs) -> WorldView:
         """Advance by one step of DT. Bad motions and commands are refused one by one; the step always happens."""
         before = self._state
-        self._state = replace(before, step=inputs.step, t_ns=inputs.t_ns, ledger=before.ledger.next_step())
+        self._state = before.but(step=inputs.step, t_ns=inputs.t_ns, ledger=before.ledger.next_step())
         self._take_people(inputs)
         outcomes = tuple(self._obey(c) for c in inputs.commands)
         if inputs.props or self._state.tracked:
@@ -182,7 +182,7 @@ class World:
         on_loose = displayed_contacts(self._state, solids_, posed, near)
         contacts, ghosts = self._touches.step(posed, skin, rest, on_loose, solids_, MAX_CONTACTS)
         if drawn:
-            self._state = replace(self._state, motions=bond_forces.with_bond_impulses(self._state.motions, solids_, drawn, DT))
+            self._state = self._state.but(motions=bond_forces.with_bond_impulses(self._state.motions, solids_, drawn, DT))
         self._advance(posed, near)
         self._bring_back()
         self._state, torn = remembered(self._state, self._solids, posed, DT)
@@ -208,7 +208,7 @@ class World:
             if figures.pop(name, None) is not None:
                 self._state = holding.drop(self._state, lambda g, name=name: g.participant == name)
                 self._state = forgotten(self._state, name)
-        self._state = replace(self._state, figures=tuple(figures[name] for name in sorted(figures)))
+        self._state = self._state.but(figures=tuple(figures[name] for name in sorted(figures)))
 
     # -- commands ----------------------------------------------------------------------------------------------
 
@@ -252,7 +252,7 @@ class World:
         felt = {(h.participant, h.right) for h in hands_now}
         waiting = {hand for hand in self._state.felt if hand[0] in posed and hand[0] not in due}
         ended = [nothing(hand) for hand in self._state.felt if hand not in felt | waiting]
-        self._state = replace(self._state, felt=tuple(sorted(felt | waiting)))
+        self._state = self._state.but(felt=tuple(sorted(felt | waiting)))
         return tuple(sorted([*hands_now, *ended], key=lambda h: (h.participant, h.right)))
 
     def _advance(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
@@ -273,7 +273,7 @@ class World:
             parts.append((thing[chosen], c.point[chosen], c.normal[chosen], gap, p.velocity[c.a[chosen]]))
         pushes = Pushes(*(np.concatenate(x) for x in zip(*parts, strict=True))) if parts else Pushes.none()
         moved, _ = advance(self._solids, self._state.motions, pushes, DT)
-        self._state = replace(self._state, motions=_settled(moved, self._solids))
+        self._state = self._state.but(motions=_settled(moved, self._solids))
 
     def _bring_back(self) -> None:
         """Things outside of the room, or with invalid numbers, return to their first pose."""
@@ -289,7 +289,7 @@ class World:
             start = self._solids.things[int(n)]
             m.position[n], m.rotation[n], m.velocity[n], m.spin[n] = start.position, start.rotation, 0.0, 0.0
             m.mode[n], m.still[n] = FIXED if start.fixed else FREE, 0
-        self._state = replace(self._state, motions=m)
+        self._state = self._state.but(motions=m)
 
     def _press_buttons(self, near: dict[str, ContactArray]) -> tuple[ButtonEvent, ...]:
         """What has become of buttons in this step; their lamps change colour. near: contacts of people with loose things."""

@@ -33,6 +33,8 @@ class MemoryNetwork:
         self._last: dict[str, tuple[Topic, bytes]] = {}
         self._answers: dict[str, list[tuple[MemoryBus, Callable[[bytes], Message | None]]]] = {}
         self._tokens: dict[tuple[str, str, str], MemoryBus] = {}
+        self._readers: dict[str, list[tuple[MemoryBus, dict[str, str], Inbox]]] = {}
+        self._listeners: list[Callable[[Topic, str, bytes], object]] = []
 
     def bus(
         self, conference: str, site: str, clock: Clock, stale_after_ns: int | None = STALE_AFTER_NS, owners: Owners | None = None
@@ -46,8 +48,36 @@ class MemoryNetwork:
         """Deliver bytes as they are, broken ones too."""
         if topic.delivery is Delivery.RELIABLE:
             self._last[key] = (topic, payload)
-        for bus in self._buses:
-            bus.deliver(topic, key, payload)
+        readers = self._readers.get(topic.name)
+        if readers:
+            names = topic.match(key)
+            for bus, wanted, inbox in list(readers):
+                if names is not None and wanted.items() <= names.items():
+                    bus.deliver(inbox, key, payload)
+
+    def listen(self, heard: Callable[[Topic, str, bytes], object]) -> None:
+        """`heard` is called with everything that is published from now on, before anybody receives it; not with what is sent as
+        it is."""
+        self._listeners.append(heard)
+
+    def published(self, topic: Topic, key: str, payload: bytes) -> None:
+        """A message has been put; for publications to call."""
+        for heard in self._listeners:
+            heard(topic, key, payload)
+        self.send(topic, key, payload)
+
+    def wanted(self, topic: Topic) -> bool:
+        """Whether anybody subscribes to it."""
+        return bool(self._readers.get(topic.name))
+
+    def read(self, bus: MemoryBus, wanted: dict[str, str], inbox: Inbox) -> None:
+        """`inbox` of `bus` receives what is sent to the keys that have the names `wanted`."""
+        self._readers.setdefault(inbox.topic.name, []).append((bus, wanted, inbox))
+
+    def forget(self, inbox: Inbox) -> None:
+        """It receives nothing more."""
+        readers = self._readers[inbox.topic.name]
+        readers[:] = [r for r in readers if r[2] is not inbox]
 
     def history(self, topic: Topic) -> list[tuple[str, bytes]]:
         """The last value of each reliable key of `topic`."""
@@ -120,7 +150,7 @@ class MemoryBus:
         self._stale_after_ns = stale_after_ns
         self._loop = asyncio.get_running_loop()
         self._publications: dict[str, _MemoryPublication] = {}
-        self._inboxes: list[tuple[dict[str, str], Inbox]] = []
+        self._inboxes: list[Inbox] = []
         self._watchers: list[Callable[[str, str, bool], None]] = []
 
     @property
@@ -146,7 +176,11 @@ class MemoryBus:
         if topic.delivery is Delivery.QUERY:
             raise ValueError(f"{topic.name} is asked for with query(), not subscribed to")
         wanted = {"conference": self.conference} | names
-        entry: list[tuple[dict[str, str], Inbox]] = []
+
+        def closed() -> None:
+            self._inboxes.remove(inbox)
+            self._network.forget(inbox)
+
         inbox = Inbox(
             topic,
             self.counters,
@@ -154,14 +188,16 @@ class MemoryBus:
             queue_all=queue_all,
             polled=polled,
             stale_after_ns=self._stale_after_ns,
-            on_close=lambda: self._inboxes.remove(entry[0]),
+            on_close=closed,
             fence=self.fence,
             admission=self._admission,
         )
-        entry.append((wanted, inbox))
-        self._inboxes.append(entry[0])
+        self._inboxes.append(inbox)
+        self._network.read(self, wanted, inbox)
         for key, payload in self._network.history(topic):
-            self._offer(wanted, inbox, key, payload)
+            names = topic.match(key)
+            if names is not None and wanted.items() <= names.items():
+                self.deliver(inbox, key, payload)
         return inbox
 
     async def query(self, topic: Topic, request: Message | None = None, timeout_s: float = 1.0, **names: str) -> Any | None:
@@ -189,25 +225,18 @@ class MemoryBus:
     async def close(self) -> None:
         """Leave; readers end."""
         self._network.leave(self)
-        for _, inbox in list(self._inboxes):
+        for inbox in list(self._inboxes):
             inbox.close()
 
-    def deliver(self, topic: Topic, key: str, payload: bytes) -> None:
-        """A message has been sent; for the network to call."""
-        for wanted, inbox in list(self._inboxes):
-            if inbox.topic is topic:
-                self._offer(wanted, inbox, key, payload)
+    def deliver(self, inbox: Inbox, key: str, payload: bytes) -> None:
+        """A message for one of its inboxes has been sent; for the network to call."""
+        inbox.push(key, payload, self._clock.now_ns())
 
     def presence_changed(self, conference: str, site: str, token: str, alive: bool) -> None:
         """Someone came or went; for the network to call."""
         if conference == self.conference and self._admission.present(site):
             for callback in self._watchers:
                 self._loop.call_soon(callback, site, token, alive)
-
-    def _offer(self, wanted: dict[str, str], inbox: Inbox, key: str, payload: bytes) -> None:
-        names = inbox.topic.match(key)
-        if names is not None and wanted.items() <= names.items():
-            inbox.push(key, payload, self._clock.now_ns())
 
     def _filled(self, topic: Topic, names: dict[str, str]) -> dict[str, str]:
         mine = {"conference": self.conference, "site": self.site}
@@ -235,4 +264,4 @@ class _MemoryPublication:
             message.header.seq = self._seq
             if self._fence is not None and self._fence.own:
                 message.header.term = self._fence.own
-        self._network.send(self.topic, self._key, message.SerializeToString())
+        self._network.published(self.topic, self._key, message.SerializeToString())

@@ -96,7 +96,7 @@ def undo(context: Context, action: ask.Undo) -> Answer:
     if change is None:
         raise Refused("you have done nothing that can be taken back")
     state = _reverted(context, change.after, change.before)
-    return replace(state, history=context.state.history.taken_back(change)), _ids(change.before or change.after)
+    return state.but(history=context.state.history.taken_back(change)), _ids(change.before or change.after)
 
 
 @performs(ask.Redo)
@@ -106,7 +106,7 @@ def redo(context: Context, action: ask.Redo) -> Answer:
     if change is None:
         raise Refused("you have taken nothing back since you last did something")
     state = _reverted(context, change.before, change.after)
-    return replace(state, history=context.state.history.done_again(change)), _ids(change.after or change.before)
+    return state.but(history=context.state.history.done_again(change)), _ids(change.after or change.before)
 
 
 def _ids(placed: Sequence[PlacedThing]) -> tuple[str, ...]:
@@ -160,4 +160,4 @@ def _asleep(state: State) -> State:
     m = state.motions.copy()
     for n, thing in enumerate(state.things):
         m.mode[n] = FIXED if thing.fixed else ASLEEP
-    return replace(state, motions=m)
+    return state.but(motions=m)

@@ -181,7 +181,7 @@ def _placed(state: State, x: PlacedThing) -> State:
     m = state.motions.copy()
     m.position[n], m.rotation[n], m.velocity[n], m.spin[n] = x.position, x.rotation, 0.0, 0.0
     m.mode[n], m.still[n] = FREE, 0
-    return replace(state, motions=m)
+    return state.but(motions=m)
 
 
 def changed(context: Context, before: Sequence[int], after: Sequence[PlacedThing]) -> State:
@@ -192,7 +192,7 @@ def changed(context: Context, before: Sequence[int], after: Sequence[PlacedThing
         for n in before
     )
     state = exchanged(context.state, context.solids, before, after)
-    return replace(state, history=state.history.with_change(Change(context.who, was, tuple(after))))
+    return state.but(history=state.history.with_change(Change(context.who, was, tuple(after))))
 
 
 def lowest(thing: Thing, position: F64, rotation: F64) -> float:

@@ -49,7 +49,7 @@ def dent(context: Context, action: ask.Dent) -> Answer:
         number += 1
         after.append(replace(at, thing=replace(thing, material=material), dents=deepest((*context.dents(n), new), MOST)))
     state = changed(context, rows, after)
-    return replace(state, marks=number), tuple(x.thing.id for x in after)
+    return state.but(marks=number), tuple(x.thing.id for x in after)
 
 
 def _plastic(material: PhysicsMaterial) -> PhysicsMaterial:

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -93,4 +92,4 @@ def _sent(context: Context, ways: Sequence[tuple[int, float]]) -> Answer:
     moved = {g.thing for g in glides}
     kept = tuple(g for g in state.glides if g.thing not in moved)
     history = state.history.with_change(Change(context.who, tuple(before), tuple(after)))
-    return replace(state, glides=(*kept, *glides), history=history), tuple(x.thing.id for x in after)
+    return state.but(glides=(*kept, *glides), history=history), tuple(x.thing.id for x in after)

@@ -37,7 +37,7 @@ def obey(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[St
         reason = str(e)
         state = ownership.rejected(state, command.participant, e.thing)
     outcome = Outcome(command.id, command.participant, not reason, reason, state.step, things)
-    return replace(state, ledger=spent.with_answer(outcome)), outcome
+    return state.but(ledger=spent.with_answer(outcome)), outcome
 
 
 def forgotten(state: State, participant: str) -> State:

@@ -46,7 +46,7 @@ def tracked_things(state: State) -> frozenset[str]:
 def woken_round(state: State, solids: Solids, n: int) -> State:
     """Things on or against thing n wake."""
     m = state.motions
-    return replace(state, motions=wake_around(solids, m, m.position[n], float(solids.radius[n])))
+    return state.but(motions=wake_around(solids, m, m.position[n], float(solids.radius[n])))
 
 
 def holders(state: State, thing: str) -> tuple[str, ...]:
@@ -67,7 +67,7 @@ def drop(state: State, gone: Callable[[Grasp], bool]) -> State:
             n = state.rows[g.thing]
             m.mode[n], m.still[n] = FREE, 0
     ended = tuple(LetGo(g.participant, g.right, g.thing, state.step) for g in dropped)
-    return replace(state, grasps=kept, motions=m, let_go=state.let_go + ended)
+    return state.but(grasps=kept, motions=m, let_go=state.let_go + ended)
 
 
 def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed], near: dict[str, ContactArray], dt: float) -> State:
@@ -82,7 +82,7 @@ def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed],
             continue
         joining = _reach(state, solids, p, near[p.name], g) if state.t_ns - g.since_ns < hands.JOINING_NS else None
         followed.append(hands.follow(g, p, _at(state, solids, p, near[p.name], g) or _unsure(state, p, g), dt, joining))
-    state = replace(state, grasps=tuple(followed))
+    state = state.but(grasps=tuple(followed))
     strained = _strained(state)
 
     def over(g: Grasp) -> bool:
@@ -106,7 +106,7 @@ def let_go(before: State, state: State, solids: Solids, posed: dict[str, Posed],
             grasps[i] = hands.restart(g, p, thing, solids.part(n), pose, state.t_ns, alone=alone)
         elif on_joints.hangs(solids, g.thing):
             grasps[i] = on_joints.slipped_round(solids, g, p, pose, state.t_ns)
-    return replace(state, grasps=tuple(grasps))
+    return state.but(grasps=tuple(grasps))
 
 
 def _strained(state: State) -> set[tuple[str, bool]]:
@@ -166,7 +166,7 @@ def carry(
                 much = float(np.sqrt(pull.force @ pull.force)) > sharing.strength(g)
                 strained[g.key] = g.strained + 1 if much else 0
     grasps = tuple(replace(g, strained=strained[g.key]) if g.key in strained else g for g in state.grasps)
-    return replace(state, motions=m, grasps=grasps)
+    return state.but(motions=m, grasps=grasps)
 
 
 def pulled(state: State, posed: dict[str, Posed], sticking: Container[str] = ()) -> list[sharing.Pull]:
@@ -240,7 +240,7 @@ def take_hold(state: State, solids: Solids, posed: dict[str, Posed], near: dict[
     taken = {(g.participant, g.right, g.thing) for g in state.grasps}
     busy = {key[:2] for key in taken}
     let_go = tuple(e for e in (*state.let_go, *about) if (e.participant, e.right, e.thing) not in taken)
-    return replace(state, let_go=let_go, approaches=tuple(a for a in approaches if a.key[:2] not in busy))
+    return state.but(let_go=let_go, approaches=tuple(a for a in approaches if a.key[:2] not in busy))
 
 
 def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hands.Reach, pairs: NDArray[np.bool_]) -> State:
@@ -254,7 +254,7 @@ def grasped(state: State, solids: Solids, posed: Posed, right: bool, reach: hand
     state = woken_round(state, solids, n)
     m = state.motions.copy()
     m.mode[n], m.still[n] = HELD, 0
-    return replace(state, motions=m, grasps=(*state.grasps, new), glides=tuple(g for g in state.glides if g.thing != new.thing))
+    return state.but(motions=m, grasps=(*state.grasps, new), glides=tuple(g for g in state.glides if g.thing != new.thing))
 
 
 def glide(state: State, solids: Solids, dt: float) -> State:
@@ -268,7 +268,7 @@ def glide(state: State, solids: Solids, dt: float) -> State:
             n = state.rows[g.thing]
             guide(m, n, *on_joints.led(solids, m, g.thing, *g.at(state.step)), dt)
             m.mode[n], m.still[n] = HELD, 0
-    state = replace(state, motions=m)
+    state = state.but(motions=m)
     return glides_ended(state, {g.thing for g in state.glides if g.over(state.step) or g.thing in tracked})
 
 
@@ -282,7 +282,7 @@ def glides_ended(state: State, things: Set[str]) -> State:
         if g.thing in things and g.thing not in tracked:
             n = state.rows[g.thing]
             m.velocity[n], m.spin[n], m.mode[n], m.still[n] = 0.0, 0.0, FREE, 0
-    return replace(state, motions=m, glides=tuple(g for g in state.glides if g.thing not in things))
+    return state.but(motions=m, glides=tuple(g for g in state.glides if g.thing not in things))
 
 
 def forget_let_go(state: State, solids: Solids, near: dict[str, ContactArray], posed: dict[str, Posed]) -> State:
@@ -298,7 +298,7 @@ def forget_let_go(state: State, solids: Solids, near: dict[str, ContactArray], p
         mine = (p.build.digit[c.a] // 6 == int(entry.right)) & (p.build.digit[c.a] >= 0)
         return bool((mine & (solids.owner[c.b] == state.rows[entry.thing]) & (c.depth > -LET_GO_GAP)).any())
 
-    return replace(state, let_go=tuple(e for e in state.let_go if still(e)))
+    return state.but(let_go=tuple(e for e in state.let_go if still(e)))
 
 
 def guide(m: Motions, n: int, position: F64, rotation: F64, dt: float) -> None:

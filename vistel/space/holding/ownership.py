@@ -48,7 +48,7 @@ def lapsed(before: State, state: State, heard: Set[str]) -> State:
     """
     still = max(0, state.t_ns - before.t_ns - STILL_NS)
     if still:
-        state = replace(state, claims=tuple(replace(c, until_ns=c.until_ns + still) for c in state.claims))
+        state = state.but(claims=tuple(replace(c, until_ns=c.until_ns + still) for c in state.claims))
     tracked = holding.tracked_things(state)  # they go where their trackers are, whoever has died
     for claim in state.claims:
         if state.t_ns > claim.until_ns and claim.owner not in heard and claim.thing not in tracked:
@@ -86,7 +86,7 @@ def settled(before: State, state: State, heard: Set[str]) -> tuple[State, tuple[
     # An earlier event of this step says more than a release.
     told = [_of_now(e, claims) for e in state.claim_events]
     told += [e for e in events if e.change is not ClaimChange.RELEASED or (e.participant, e.thing) not in known]
-    return replace(state, claims=tuple(claims), grasps=_owners_first(state.grasps, claims), claim_events=()), tuple(told)
+    return state.but(claims=tuple(claims), grasps=_owners_first(state.grasps, claims), claim_events=()), tuple(told)
 
 
 def _owners_first(grasps: tuple[Grasp, ...], claims: list[Claim]) -> tuple[Grasp, ...]:
@@ -103,4 +103,4 @@ def _of_now(event: ClaimEvent, claims: list[Claim]) -> ClaimEvent:
 
 
 def _with_event(state: State, event: ClaimEvent) -> State:
-    return replace(state, claim_events=(*state.claim_events, event))
+    return state.but(claim_events=(*state.claim_events, event))

@@ -172,4 +172,4 @@ def regrasped(state: State, posed: Mapping[str, Posed], things: frozenset[str]) 
             n = state.rows[g.thing]
             lie = into_hand(posed[g.participant], g.right, Pose(m.position[n], m.rotation[n]))
             out[i] = replace(g, start=lie, since_ns=state.t_ns)
-    return replace(state, grasps=tuple(out))
+    return state.but(grasps=tuple(out))

@@ -1,7 +1,6 @@
 """One step of dents and bonds, for the things whose material keeps them."""
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,7 +55,7 @@ def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -
                 dt,
             )
             number, bonds, torn = stuck.next_number, [*bonds, *stuck.bonds], [*torn, *stuck.torn]
-    state = replace(state, dents=deepest(dents, MOST_IN_ROOM), bonds=tuple(bonds), marks=number)
+    state = state.but(dents=deepest(dents, MOST_IN_ROOM), bonds=tuple(bonds), marks=number)
     return regrasped(state, posed, frozenset(x for t in torn for x in (t.thing, t.body))), tuple(torn)
 
 

@@ -66,20 +66,24 @@ class FastReplay:
     def _computed(self, path: Path) -> tuple[int, float]:
         """How many messages were used, and how long it took [s], without what is loaded once."""
         begin_ns, end_ns = (self.reader.begin_ns + round(t * 1e9) for t in (self.begin, self.end))
-        with out.status("loading") as status:
+        with out.status("loading"):
             world.preload(self.conference)
             posture.preload(self.conference)
-            began_s = time.perf_counter()
+        began_s = time.perf_counter()
+        status = out.status("")
 
-            def tell(now_ns: int) -> None:
-                at = (now_ns - self.reader.begin_ns) * 1e-9
-                status.update(f"{at:6.1f} s of {self.end:.1f} s at {(at - self.begin) / (time.perf_counter() - began_s):.1f}x")
+        def tell(now_ns: int) -> None:
+            at = (now_ns - self.reader.begin_ns) * 1e-9
+            status.start()  # a thread; not before the second process, a copy of this one, is there
+            status.update(f"{at:6.1f} s of {self.end:.1f} s at {(at - self.begin) / (time.perf_counter() - began_s):.1f}x")
 
-            try:
-                # A log's end is the time of its last message, which counts.
-                used = replay_fast(self.reader, self.conference, self.source, begin_ns, end_ns + 1, path, tell)
-            except OSError as e:
-                fail(f"{path}: cannot be written: {e.strerror}")
+        try:
+            # A log's end is the time of its last message, which counts.
+            used = replay_fast(self.reader, self.conference, self.source, begin_ns, end_ns + 1, path, tell)
+        except OSError as e:
+            fail(f"{path}: cannot be written: {e.strerror}")
+        finally:
+            status.stop()
         return used, time.perf_counter() - began_s
 
     def _compared(self, before: vistel.log.Log, path: Path) -> Comparison:

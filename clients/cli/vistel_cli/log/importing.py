@@ -104,7 +104,7 @@ def _complete(raw: Path, conference: Conference, output: Path, source: str) -> N
         posture.preload(conference)
         try:
             # A log's end is the time of its last message, which counts.
-            replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns + 1, output)
+            replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns + 1, output, apart=False)
         except OSError as e:
             fail(f"--out {output}: cannot be written: {e.strerror}")
 

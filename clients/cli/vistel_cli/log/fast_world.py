@@ -1,0 +1,88 @@
+"""The second half of a fast replay: the world takes what was said at the sites, and all of it is written down in order."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Iterable
+
+from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
+from vistel.v1.world_pb2 import WorldInputs
+from vistel.wire import background
+from vistel.wire.log import LogReader, LogWriter
+from vistel.wire.memory_bus import MemoryNetwork
+from vistel.wire.simulated_loop import LoopClock, SimulatedLoop
+from vistel.wire.topics import Delivery
+from vistel_cli.log.fast_sites import RECORDED, Heard, Said, Window, ended
+from vistel_services import world
+from vistel_services.world.room import STEP_NS
+from vistel_services.world.service import seed
+
+
+def computed_world(
+    reader: LogReader,
+    conference: Conference,
+    start_ns: int,
+    windows: Iterable[Window],
+    writer: LogWriter,
+    paths: RunPaths,
+    progress: Callable[[int], object],
+) -> Window:
+    """Let a world that begins at `start_ns` live through `windows`, and write them and what it says into `writer`. Where the log
+    has a state of the world, it goes on from there. Returns the last window."""
+    config = world.configure(conference, None, paths)
+    states = reader.records(topics=("world_inputs",), begin_ns=start_ns)
+    state: WorldInputs | None = next((r.message for r in states if r.message.private_state), None)
+    if state is not None:
+        seed(config, state.private_state)
+    # The first step is that of the recorded state.
+    first_ns = state.header.t_ns - STEP_NS if state is not None else start_ns
+    window = Window(start_ns, [], 0, ())
+    with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
+        led = _World()
+        runner.run(led.begin(conference, config, start_ns, first_ns))
+        for window in windows:
+            _write(writer, sorted([*window.said, *runner.run(led.live(window))], key=lambda s: (s.at_ns, s.place)))
+            progress(window.until_ns)
+        _write(writer, runner.run(led.end()))
+    return window
+
+
+def _write(writer: LogWriter, said: Iterable[Said]) -> None:
+    for at_ns, place, key, payload in said:
+        topic = RECORDED[place]
+        writer.write(topic, key, topic.message.FromString(payload), at_ns)
+
+
+class _World:
+    """The world, alone on a bus."""
+
+    async def begin(self, conference: Conference, config: world.Config, start_ns: int, first_ns: int) -> None:
+        self._clock, self._network = LoopClock(start_ns), MemoryNetwork()
+        self._heard = Heard(self._network, self._clock)
+        self._bus = self._network.bus(conference.name, "hub", self._clock, None)
+        self._running = [background.start(self._lead(config, first_ns), "world")]
+
+    async def _lead(self, config: world.Config, first_ns: int) -> None:
+        await self._clock.sleep_until_ns(first_ns)
+        await world.run(config, self._bus, self._clock)
+
+    async def live(self, window: Window) -> list[Said]:
+        """What the world says up to the end of `window`."""
+        for at_ns, place, key, payload in window.said:
+            topic = RECORDED[place]
+            if topic.delivery is Delivery.RELIABLE or self._network.wanted(topic):
+                if at_ns > self._clock.now_ns():
+                    await self._clock.sleep_until_ns(at_ns)
+                    await asyncio.sleep(0)  # a step at that very time goes first
+                self._network.send(topic, key, payload)
+        await self._clock.sleep_until_ns(window.until_ns)
+        for task in self._running:
+            if task.done():
+                task.result()
+        return self._heard.take()
+
+    async def end(self) -> list[Said]:
+        """It ends, and may say so."""
+        await ended(self._running)
+        return self._heard.take()
