@@ -10,6 +10,7 @@ from typing import Any
 from prometheus_client import Counter, Histogram
 
 from vistel.messages.commands import message_of
+from vistel.space.actions import Action
 from vistel.speech.dialogue import Dialogue, KnownThing, Reading, Response, ResponseKind, reply
 from vistel.speech.grammar import Grammar
 from vistel.speech.recognition import Hypotheses, Recogniser
@@ -73,6 +74,7 @@ class Listener:
         self._utterances = bus.publish(BY_NAME["utterance"], participant=speaker.participant)
         self._commands = bus.publish(BY_NAME["command"], participant=speaker.participant)
         self._waiting: dict[str, tuple[Utterance, int]] = {}
+        self._newest = ""
 
     def set_control(self, control: VoiceControl, things: Sequence[KnownThing], now_ns: int) -> None:
         """The buttons. When the one for push to talk is let go, what was said ends there; what is cut off by muting is not
@@ -109,6 +111,8 @@ class Listener:
         if utterance is None:
             return
         done = result.outcome == CommandResult.OUTCOME_DONE
+        if result.id == self._newest:
+            self._dialogue.answered(done)
         utterance.things.extend(result.things)
         language = self._speaker.language
         text = reply("done", language) if done else reply("refused", language, result.reason)
@@ -172,12 +176,18 @@ class Listener:
         self._publish(utterance, _STATES[turn.outcome], turn.reply, now_ns)
 
     def _ask(self, turn: Response, utterance: Utterance, end_ns: int, now_ns: int) -> None:
-        command: Any = message_of(turn.action, utterance.id, self._speaker.participant)  # type: ignore[arg-type]
-        command.header.t_ns = now_ns
-        utterance.command = command.id
-        self._commands.put(command)
-        self._waiting[command.id] = (utterance, now_ns + PATIENCE_NS)
+        if turn.first is not None:
+            self._put(turn.first, f"{utterance.id}.first", now_ns)
+        utterance.command = self._newest = self._put(turn.action, utterance.id, now_ns)  # type: ignore[arg-type]
+        self._waiting[utterance.command] = (utterance, now_ns + PATIENCE_NS)
         _LATENCY.labels(self._speaker.participant).observe(max(0.0, (now_ns - end_ns) * 1e-9))
+
+    def _put(self, action: Action, id: str, now_ns: int) -> str:
+        """Send a command; its id."""
+        command: Any = message_of(action, id, self._speaker.participant)
+        command.header.t_ns = now_ns
+        self._commands.put(command)
+        return id
 
     def _publish(self, utterance: Utterance, state: Utterance.State, text: str, now_ns: int) -> None:
         """Publish what has become of it."""
