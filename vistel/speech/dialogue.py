@@ -4,13 +4,13 @@ Time is an argument [ns].
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from vistel.space import actions as ask
 from vistel.space.actions import Action, Which
 from vistel.speech.grammar import Language, Said
-from vistel.speech.meaning import MeaningError, Remark, asked_for
+from vistel.speech.meaning import Correction, MeaningError, Remark, asked_for
 
 PATIENCE_NS = 10_000_000_000
 """How long a yes or no is waited for."""
@@ -21,6 +21,8 @@ ABSENT = 0.3
 BRIEF = 0.5
 """Share of the way from the required confidence to 1 that a single word must reach in addition while the microphone is always open:
 knocks and other talk are mistaken for one word more often than for three."""
+CORRECTED_NS = 15_000_000_000
+"""How long after a deed "no, the red one" is about it."""
 DOUBT = 0.5
 """Below the required confidence and above this share of it, a question is asked back."""
 
@@ -55,13 +57,15 @@ class ResponseKind(Enum):
 
 @dataclass(frozen=True)
 class Response:
-    """The result of an utterance. said: as understood; action: for the world; reply: to the speaker."""
+    """The result of an utterance. said: as understood; action: for the world, first to be done: what takes the last one back, where
+    another thing was meant; reply: to the speaker."""
 
     outcome: ResponseKind
     said: Said | None = None
     confidence: float = 0.0
     action: Action | None = None
     reply: str = ""
+    first: Action | None = None
 
 
 _REPLIES: dict[str, dict[Language, str]] = {
@@ -70,6 +74,7 @@ _REPLIES: dict[str, dict[Language, str]] = {
     "really": {"ja": "本当に「{}」？ はい／いいえ", "en": "really “{}”? yes or no"},
     "dropped": {"ja": "やめました", "en": "left as it is"},
     "what?": {"ja": "何のことですか", "en": "yes or no to what?"},
+    "instead of?": {"ja": "何のかわりですか", "en": "instead of what?"},
     "nothing": {"ja": "まだ何もしていません", "en": "nothing has been done yet"},
     "listening": {"ja": "はい", "en": "yes?"},
     "done": {"ja": "はい", "en": "done"},
@@ -105,6 +110,20 @@ def needs_confirmation(action: Action) -> bool:
     return isinstance(action, ask.Reset) or (isinstance(action, ask.Delete) and action.which.every)
 
 
+UNRECORDED = ask.Select | ask.Grip | ask.Release
+"""Actions that the world does not take back: the next one replaces them."""
+
+
+def corrected(action: Action, meant: Which) -> Action | None:
+    """The action with the thing that was meant; a noun that was not said stays what it was. None: it speaks of no thing."""
+    which = getattr(action, "which", None)
+    if not isinstance(which, Which):
+        return None
+    named = meant.thing or meant.name or meant.shape or meant.shown or meant.every or meant.is_this
+    whole = meant if named else replace(meant, thing=which.thing, name=which.name, shape=which.shape)
+    return replace(action, which=whole)  # type: ignore[call-arg]
+
+
 @dataclass
 class Dialogue:
     """accept: the confidence from which a sentence is done at once; wake: sentences need the wake word; wary: the microphone is
@@ -115,11 +134,30 @@ class Dialogue:
     wake: bool = False
     wary: bool = False
     _last: Action | None = None
+    _deed: tuple[Action, int] | None = field(default=None)
+    _done: bool = False
+    _asked_back_ns: int | None = None
     _pending: tuple[Action, Said, int] | None = field(default=None)
     _awake_ns: int = -2 * AWAKE_NS
 
+    def answered(self, done: bool) -> None:
+        """The world has done what was asked for last, or refused it."""
+        self._done = done
+
     def respond(self, readings: Sequence[Reading], things: Sequence[KnownThing], now_ns: int) -> Response:
-        """An utterance, its readings the likeliest first; things: in the room, empty when that is not known."""
+        """An utterance, its readings the likeliest first; things: in the room, empty when that is not known.
+
+        What is not understood is asked back once: who goes on talking is not interrupted again.
+        """
+        response = self._respond(readings, things, now_ns)
+        if response.outcome is not ResponseKind.REJECTED:
+            if response.outcome is not ResponseKind.IGNORED:
+                self._asked_back_ns = None
+            return response
+        asked, self._asked_back_ns = self._asked_back_ns, now_ns
+        return replace(response, reply="") if asked is not None and now_ns - asked < PATIENCE_NS else response
+
+    def _respond(self, readings: Sequence[Reading], things: Sequence[KnownThing], now_ns: int) -> Response:
         found = self._best(readings, things)
         if found is None:
             return self._unheard(now_ns)
@@ -130,24 +168,29 @@ class Dialogue:
             return Response(ResponseKind.REJECTED, said, confidence, reply=self._say("again?"))
         if self.wake and confidence >= self.accept:
             self._awake_ns = now_ns
-        if isinstance(wanted, Remark):
+        if isinstance(wanted, Remark | Correction):
             if confidence < self.accept:
                 return Response(ResponseKind.REJECTED, said, confidence, reply=self._say("again?"))
+            if isinstance(wanted, Correction):
+                return self._correct(wanted, said, confidence, now_ns)
             return self._remark(wanted, said, confidence, now_ns)
         needed = self._needed(said)
-        if confidence < needed or needs_confirmation(wanted):
+        repeated = self._pending is not None and self._pending[0] == wanted and now_ns - self._pending[2] <= PATIENCE_NS
+        if needs_confirmation(wanted) or (confidence < needed and not repeated):
             self._pending = wanted, said, now_ns
             question = "really" if confidence >= needed else "meant"
             return Response(ResponseKind.QUESTION, said, confidence, reply=self._say(question, said.text))
-        return self._act(wanted, said, confidence)
+        return self._act(wanted, said, confidence, now_ns)
 
     def _needed(self, said: Said) -> float:
         """The confidence from which a sentence is done at once."""
         return self.accept + (BRIEF * (1.0 - self.accept) if self.wary and len(said.words) == 1 else 0.0)
 
-    def _best(self, readings: Sequence[Reading], things: Sequence[KnownThing]) -> tuple[Said, Action | Remark, float] | None:
+    def _best(
+        self, readings: Sequence[Reading], things: Sequence[KnownThing]
+    ) -> tuple[Said, Action | Remark | Correction, float] | None:
         """The likeliest of those that ask for something, with preference for things that are in the room."""
-        able: list[tuple[float, int, Said, Action | Remark, float]] = []
+        able: list[tuple[float, int, Said, Action | Remark | Correction, float]] = []
         for n, r in enumerate(readings):
             if r.said is None:
                 continue
@@ -155,7 +198,9 @@ class Dialogue:
                 wanted = asked_for(r.said.means)
             except MeaningError:
                 continue
-            spoken_of = [] if isinstance(wanted, Remark) else referents(wanted)
+            spoken_of = (
+                [wanted.which] if isinstance(wanted, Correction) else [] if isinstance(wanted, Remark) else referents(wanted)
+            )
             weight = ABSENT if things and not all(exists(w, things) for w in spoken_of) else 1.0
             able.append((weight * r.confidence, -n, r.said, wanted, r.confidence))
         if not able:
@@ -177,16 +222,30 @@ class Dialogue:
         if remark is Remark.WAKE:
             return noted("listening")
         if remark is Remark.AGAIN:
-            return noted("nothing") if self._last is None else self._act(self._last, said, confidence)
+            return noted("nothing") if self._last is None else self._act(self._last, said, confidence, now_ns)
         pending, self._pending = self._pending, None
         if pending is None or now_ns - pending[2] > PATIENCE_NS:
             return noted("what?")
         if remark is Remark.NO:
             return noted("dropped")
-        return self._act(pending[0], pending[1], confidence)
+        return self._act(pending[0], pending[1], confidence, now_ns)
 
-    def _act(self, action: Action, said: Said, confidence: float) -> Response:
+    def _correct(self, correction: Correction, said: Said, confidence: float, now_ns: int) -> Response:
+        """What was asked about or done last, with another thing. What was done is taken back first; what was refused needs none."""
+        asked = self._pending is not None and now_ns - self._pending[2] <= PATIENCE_NS
+        action, at_ns = (self._pending[0], self._pending[2]) if asked and self._pending is not None else self._deed or (None, 0)
+        instead = corrected(action, correction.which) if action is not None and now_ns - at_ns <= CORRECTED_NS else None
+        if instead is None:
+            return Response(ResponseKind.NOTED, said, confidence, reply=self._say("instead of?"))
+        first = ask.Undo() if not asked and self._done and not isinstance(action, UNRECORDED) else None
+        if needs_confirmation(instead):
+            self._pending = instead, said, now_ns
+            return Response(ResponseKind.QUESTION, said, confidence, reply=self._say("really", said.text))
+        return replace(self._act(instead, said, confidence, now_ns), first=first)
+
+    def _act(self, action: Action, said: Said, confidence: float, now_ns: int) -> Response:
         self._pending = None
+        self._deed, self._done = (action, now_ns), False
         if not isinstance(action, ask.Undo | ask.Redo | ask.Stop | ask.Reset):
             self._last = action
         return Response(ResponseKind.ACT, said, confidence, action)

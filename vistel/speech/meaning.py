@@ -1,6 +1,7 @@
 """From the tags of a sentence to an action of the world, by the descriptions of its commands."""
 
 from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
@@ -19,6 +20,13 @@ class Remark(Enum):
     WAKE = "wake"
 
 
+@dataclass(frozen=True)
+class Correction:
+    """Another thing was meant than the one that was taken. which: what was said of it; a noun that was not said stays."""
+
+    which: Which
+
+
 class MeaningError(ValueError):
     """Tags that give no action; the text says what is missing or unknown."""
 
@@ -32,17 +40,23 @@ def verbs() -> dict[str, tuple[Command, Spoken]]:
     return {spoken.do: (command, spoken) for command in COMMANDS.values() for spoken in command.spoken}
 
 
-def asked_for(meaning: Meaning) -> Action | Remark:
+CORRECT = "correct"
+"""The tag "do" of a correction."""
+
+
+def asked_for(meaning: Meaning) -> Action | Remark | Correction:
     """What a meaning asks for. Raises MeaningError."""
     do = str(meaning.get("do", ""))
     if not do and meaning.get("wake"):
         return Remark.WAKE
     if do in REMARKS:
         return REMARKS[do]
+    if do == CORRECT:
+        return Correction(_described(meaning, ""))
     known = verbs()
     if not do:
         raise MeaningError("do: nothing is asked for")
-    command, spoken = known[do] if do in known else _unknown("do", do, [*known, *REMARKS])
+    command, spoken = known[do] if do in known else _unknown("do", do, [*known, *REMARKS, CORRECT])
     values = dict(spoken.fixed)
     for parameter in command.parameters.values():
         if parameter.name not in values and (read := _READ.get(parameter.kind)) is not None:
@@ -63,7 +77,11 @@ def _named(m: Meaning, tag: str, known: Mapping[str, Any]) -> Any:
 
 
 def _which(m: Meaning, parameter: Parameter) -> Which:
-    role = "" if parameter.name == "which" else f"{parameter.name}."
+    return _described(m, "" if parameter.name == "which" else f"{parameter.name}.")
+
+
+def _described(m: Meaning, role: str) -> Which:
+    """The things that the tags of a role describe."""
 
     def tag(key: str) -> str:
         return str(m.get(role + key, ""))

@@ -5,11 +5,13 @@ from __future__ import annotations
 import logging
 import secrets
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 from prometheus_client import Counter, Histogram
 
 from vistel.messages.commands import message_of
+from vistel.space.actions import Action
 from vistel.speech.dialogue import Dialogue, KnownThing, Reading, Response, ResponseKind, reply
 from vistel.speech.grammar import Grammar
 from vistel.speech.recognition import Hypotheses, Recogniser
@@ -39,6 +41,8 @@ TALKING = 0.3
 """Of what is believed to be a sentence, this share at least is louder than the noise at the microphone."""
 LOST = 0.15
 """A sentence of which more never came is not believed: pieces of long ones sound like short ones."""
+REST_AFTER_FAULT_NS = 2_000_000_000
+"""How long a recogniser that failed is not asked again."""
 _STATES = {
     ResponseKind.REJECTED: Utterance.STATE_REJECTED,
     ResponseKind.ACT: Utterance.STATE_SENT,
@@ -73,13 +77,15 @@ class Listener:
         self._utterances = bus.publish(BY_NAME["utterance"], participant=speaker.participant)
         self._commands = bus.publish(BY_NAME["command"], participant=speaker.participant)
         self._waiting: dict[str, tuple[Utterance, int]] = {}
+        self._newest = ""
+        self._rests_until_ns = 0
 
     def set_control(self, control: VoiceControl, things: Sequence[KnownThing], now_ns: int) -> None:
         """The buttons. When the one for push to talk is let go, what was said ends there; what is cut off by muting is not
         meant for the room."""
         was, self._held = self._held, control.talk
         if self._push and was and not control.talk:
-            for heard in self._recogniser.flush():
+            for heard in self._guarded(self._recogniser.flush, now_ns):
                 self._understand(heard, things, now_ns)
             self._begin_anew()
         if control.muted and not self._muted:
@@ -96,7 +102,7 @@ class Listener:
                 continue
             if self._begin_ns is None:
                 self._begin_ns = piece.t_ns
-            for heard in self._recogniser.feed(piece.sound):
+            for heard in self._guarded(partial(self._recogniser.feed, piece.sound), now_ns):
                 self._understand(heard, things, now_ns)
         for id, (utterance, until_ns) in list(self._waiting.items()):
             if now_ns > until_ns:
@@ -109,11 +115,26 @@ class Listener:
         if utterance is None:
             return
         done = result.outcome == CommandResult.OUTCOME_DONE
+        if result.id == self._newest:
+            self._dialogue.answered(done)
         utterance.things.extend(result.things)
         language = self._speaker.language
         text = reply("done", language) if done else reply("refused", language, result.reason)
         log.info("event=answered participant=%s done=%s reason=%r", self._speaker.participant, done, result.reason)
         self._publish(utterance, Utterance.STATE_DONE if done else Utterance.STATE_REFUSED, text, now_ns)
+
+    def _guarded(self, recognise: Callable[[], list[Hypotheses]], now_ns: int) -> list[Hypotheses]:
+        """What was recognised. A recogniser that fails is begun anew and left alone for a while: others at the site are heard on."""
+        if now_ns < self._rests_until_ns:
+            return []
+        try:
+            return recognise()
+        except Exception as e:  # whatever the code of an engine may raise
+            _HEARD.labels(self._speaker.participant, "failed").inc()
+            log.error("event=recogniser_failed participant=%s reason=%r", self._speaker.participant, f"{type(e).__name__}: {e}")
+            self._rests_until_ns = now_ns + REST_AFTER_FAULT_NS
+            self._begin_anew()
+            return []
 
     def _begin_anew(self) -> None:
         self._recogniser.reset()
@@ -172,12 +193,18 @@ class Listener:
         self._publish(utterance, _STATES[turn.outcome], turn.reply, now_ns)
 
     def _ask(self, turn: Response, utterance: Utterance, end_ns: int, now_ns: int) -> None:
-        command: Any = message_of(turn.action, utterance.id, self._speaker.participant)  # type: ignore[arg-type]
-        command.header.t_ns = now_ns
-        utterance.command = command.id
-        self._commands.put(command)
-        self._waiting[command.id] = (utterance, now_ns + PATIENCE_NS)
+        if turn.first is not None:
+            self._put(turn.first, f"{utterance.id}.first", now_ns)
+        utterance.command = self._newest = self._put(turn.action, utterance.id, now_ns)  # type: ignore[arg-type]
+        self._waiting[utterance.command] = (utterance, now_ns + PATIENCE_NS)
         _LATENCY.labels(self._speaker.participant).observe(max(0.0, (now_ns - end_ns) * 1e-9))
+
+    def _put(self, action: Action, id: str, now_ns: int) -> str:
+        """Send a command; its id."""
+        command: Any = message_of(action, id, self._speaker.participant)
+        command.header.t_ns = now_ns
+        self._commands.put(command)
+        return id
 
     def _publish(self, utterance: Utterance, state: Utterance.State, text: str, now_ns: int) -> None:
         """Publish what has become of it."""

@@ -19,18 +19,18 @@ from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel_services.speech.config import Config, Speaker
 from vistel_services.speech.echoes import Echoes
-from vistel_services.speech.listener import Listener
+from vistel_services.speech.listener import REST_AFTER_FAULT_NS, Listener
 
 START_NS = 1_000_000_000_000
 
 
-def in_a_loop(test: Callable[[], None]) -> Callable[[], None]:
+def in_a_loop(test: Callable[..., None]) -> Callable[..., None]:
     """A bus belongs to a loop."""
 
     @wraps(test)
-    def run() -> None:
+    def run(**fixtures: object) -> None:
         async def main() -> None:
-            test()
+            test(**fixtures)
 
         asyncio.run(main())
 
@@ -94,9 +94,9 @@ class Person:
         bus = MemoryNetwork().bus("c", "tokyo", SimulatedClock(START_NS))
         self._told = echoes or Told()
         config = Config("tokyo", (), listen, reply="text")  # type: ignore[arg-type]
-        hears = Believes(text, confidence)
+        self.recogniser = Believes(text, confidence)
         speaker = Speaker(name)
-        self.listener = Listener(config, speaker, GRAMMAR, hears, bus, self._told, lambda t_ns: replies)
+        self.listener = Listener(config, speaker, GRAMMAR, self.recogniser, bus, self._told, lambda t_ns: replies)
         self._encoder = Encoder(1, 24_000)
         self.now_ns = START_NS
 
@@ -121,6 +121,27 @@ class Person:
 @in_a_loop
 def test_a_sentence_is_done() -> None:
     assert Person().hears() == ["SENT"]
+
+
+@in_a_loop
+def test_a_recogniser_that_fails_is_named_rests_and_is_used_again(caplog: pytest.LogCaptureFixture) -> None:
+    ann = Person()
+    feed, faults = ann.recogniser.feed, [RuntimeError("no such state"), MemoryError()]
+
+    def fails(samples: Samples) -> list[Hypotheses]:
+        if faults:
+            raise faults.pop()
+        return feed(samples)
+
+    ann.recogniser.feed = fails  # type: ignore[method-assign]
+    assert ann.hears(1.0) == []
+    assert len(faults) == 1  # it was left alone after the first fault
+    assert ann.hears(REST_AFTER_FAULT_NS * 1e-9) == []
+    assert not faults
+    assert ann.hears(REST_AFTER_FAULT_NS * 1e-9 + 1.4) == ["SENT"]
+    named = [r.getMessage() for r in caplog.records if "recogniser_failed" in r.getMessage()]
+    assert len(named) == 2
+    assert "MemoryError" in named[0] and "no such state" in named[1]
 
 
 @in_a_loop

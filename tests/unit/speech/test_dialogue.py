@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vistel.space import actions as ask
-from vistel.speech.dialogue import AWAKE_NS, PATIENCE_NS, Dialogue, KnownThing, Reading, ResponseKind, exists
+from vistel.speech.dialogue import AWAKE_NS, CORRECTED_NS, PATIENCE_NS, Dialogue, KnownThing, Reading, ResponseKind, exists
 from vistel.speech.grammar_file import load_grammar
 
 GRAMMAR, _ = load_grammar()
@@ -74,6 +74,60 @@ def test_with_a_wake_word_nothing_else_is_heard() -> None:
     assert dialogue.respond([reading("copy this")], ROOM, AWAKE_NS).outcome is ResponseKind.ACT
     assert dialogue.respond([reading("copy this")], ROOM, 3 * AWAKE_NS).outcome is ResponseKind.IGNORED
     assert dialogue.respond([reading("computer")], ROOM, 4 * AWAKE_NS).reply == "yes?"
+
+
+@pytest.mark.parametrize(
+    ("taken_back", "said", "meant"),
+    [
+        (True, "no the yellow one", ask.Which(shape="box", colour="yellow")),
+        (True, "i mean the yellow ball", ask.Which(shape="ball", colour="yellow")),
+        (False, "no i mean that", ask.Which(shown=ask.Shown.POINTED)),
+    ],
+)
+def test_a_correction_does_the_same_with_what_was_meant(taken_back: bool, said: str, meant: ask.Which) -> None:
+    dialogue = Dialogue("en")
+    dialogue.respond([reading("move the blue box left")], (), 0)
+    dialogue.answered(taken_back)  # where the world refused, there is nothing to take back
+    turn = dialogue.respond([reading(said)], (), CORRECTED_NS)
+    assert turn.action == ask.MoveBy(meant, ask.Towards.LEFT, 0.1)
+    assert turn.first == (ask.Undo() if taken_back else None)
+
+
+def test_a_correction_in_japanese_and_of_a_question() -> None:
+    dialogue = Dialogue("ja")
+    dialogue.respond([reading("あおいはこをけして", 0.3)], (), 0)
+    turn = dialogue.respond([reading("いやあかいの")], (), 1)
+    assert (turn.action, turn.first) == (ask.Delete(ask.Which(shape="box", colour="red")), None)
+
+
+def test_a_correction_of_nothing_or_too_late_does_nothing() -> None:
+    dialogue = Dialogue("en")
+    assert dialogue.respond([reading("no the red one")], (), 0).reply == "instead of what?"
+    dialogue.respond([reading("move the blue box left")], (), 1)
+    assert dialogue.respond([reading("no the red one")], (), 2 + CORRECTED_NS).action is None
+    dialogue.respond([reading("undo")], (), 3 + CORRECTED_NS)
+    assert dialogue.respond([reading("no the red one")], (), 4 + CORRECTED_NS).action is None
+    dialogue.respond([reading("select the box")], (), 5 + CORRECTED_NS)
+    dialogue.answered(True)
+    assert dialogue.respond([reading("no the red one")], (), 6 + CORRECTED_NS).first is None  # the world takes no selection back
+
+
+def test_what_is_doubted_is_done_when_it_is_said_again_unless_it_is_grave() -> None:
+    dialogue = Dialogue("en")
+    assert dialogue.respond([reading("move the blue box left", 0.3)], ROOM, 0).outcome is ResponseKind.QUESTION
+    assert dialogue.respond([reading("move the blue box left", 0.3)], ROOM, 1).outcome is ResponseKind.ACT
+    dialogue.respond([reading("delete everything")], ROOM, 2)
+    assert dialogue.respond([reading("delete everything")], ROOM, 3).outcome is ResponseKind.QUESTION
+
+
+def test_what_is_not_understood_is_asked_back_once() -> None:
+    dialogue = Dialogue("en")
+    nothing = [Reading(None, 0.0)]
+    assert dialogue.respond(nothing, ROOM, 0).reply == "I did not understand"
+    assert dialogue.respond(nothing, ROOM, 1).reply == ""
+    dialogue.respond([reading("move the blue box left")], ROOM, 2)
+    assert dialogue.respond(nothing, ROOM, 3).reply == "I did not understand"
+    assert dialogue.respond(nothing, ROOM, 3 + PATIENCE_NS).reply == "I did not understand"
 
 
 def test_what_is_there_is_known_by_shape_colour_and_name() -> None:

@@ -15,7 +15,7 @@ from vistel.space import actions as ask
 from vistel.speech.grammar import LANGUAGES, Grammar, Language, Said, Word
 from vistel.speech.grammar_file import ROOM, load_grammar
 from vistel.speech.kana import from_romaji, reading
-from vistel.speech.meaning import REMARKS, Remark, asked_for, verbs
+from vistel.speech.meaning import CORRECT, REMARKS, Correction, Remark, asked_for, verbs
 
 GRAMMAR, FAULTS = load_grammar()
 
@@ -45,7 +45,7 @@ def _round_trip(said: Said) -> None:
         meanings = [dict(r.means) for r in GRAMMAR.readings(text)]
         assert meanings
         assert all(asked_for(m) == wanted for m in meanings), text
-    if not isinstance(wanted, Remark):
+    if not isinstance(wanted, Remark | Correction):
         assert action_of(message_of(wanted, "1", "aiko")) == wanted
 
 
@@ -68,7 +68,7 @@ def test_sentences_go_from_text_to_meaning_to_command_and_back(language: Languag
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_every_verb_that_is_known_can_be_said(language: Language) -> None:
     said = {dict(s.means)["do"] for s in _each_word(GRAMMAR, language) if "do" in s.means}
-    assert said == {*verbs(), *REMARKS}
+    assert said == {*verbs(), *REMARKS, CORRECT}
     assert len(said) + 16 >= 40  # verbs that change things, each in several directions
 
 
