@@ -30,7 +30,7 @@ SETTLE_NS = 100_000_000
 """It goes on for so long after the end: the world steps with the last motions [ns]."""
 WRITE_NS = 100_000_000
 """How often what was said is written down: below a second's messages, which a subscription holds [ns]."""
-DECODED = ("tracker", "glove", "pointer", "camera_body")
+DECODED = ("tracker", "glove", "pointer", "camera_body", "headset")
 """Not written down: the devices' bytes hold the same."""
 RECORDED = tuple(t for t in TOPICS if t.recorded and t.delivery is not Delivery.QUERY and t.name not in DECODED)
 """Topics that are written down."""
