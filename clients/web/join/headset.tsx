@@ -1,4 +1,5 @@
 // The guest's headset (WebXR): the room in stereo from their own seat, and what it measures of them, which is sent.
+import { Vector3 } from "three";
 import type { Link } from "../connection/link";
 import type { Room } from "../console/room";
 import type { Eyes } from "./eyes";
@@ -119,7 +120,8 @@ export class Headset {
       const joints = [...source.hand.values()].map((joint) => frame.getJointPose?.(joint, this.space!));
       const all = joints.filter((joint) => joint !== undefined && joint !== null);
       if (all.length !== joints.length) return null;
-      own.show(all);
+      const figure = this.room?.figures.get(this.eyes()?.who ?? "");
+      own.show(all, figure?.joint(`${source.handedness}_hand`).getWorldPosition(new Vector3()) ?? null);
       const places = all.map((joint) => this.view!.inSeat(joint.transform).place);
       return { joints: places, confidence: all.some((joint) => joint.emulatedPosition) ? UNSURE : 1 };
     }
