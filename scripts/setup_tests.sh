@@ -44,7 +44,7 @@ fi
   .venv/bin/python -m pip install --disable-pip-version-check -q "$(sed -n 's/^SITE := //p' Makefile)" ||
   echo "setup: mkdocs-material cannot be installed; the tests of the site are skipped" >&2
 
-if command -v npm >/dev/null && [ ! -d clients/web/node_modules/typescript ]; then
+if command -v npm >/dev/null && { [ ! -d clients/web/node_modules/typescript ] || [ ! -d clients/web/node_modules/iwer ]; }; then
   # Not while set-up makes the console's page from the same packages.
   (flock 9 && cd clients/web && npm ci --no-audit --no-fund --silent) 9<scripts/console_page.sh ||
     echo "setup: npm cannot install the packages of clients/web; its tests are skipped" >&2

@@ -31,8 +31,8 @@ GUESTS = {
 
 
 class GuestRoom:
-    """heard: who was said to be in the room, and who to have left; moved, pointed, seen: messages of each participant and device;
-    spoken: whose voice, and its messages."""
+    """heard: who was said to be in the room, and who to have left; moved, pointed, seen, worn: messages of each participant and
+    device; spoken: whose voice, and its messages."""
 
     def __init__(self, folder: Path, console: ConsoleConfig | None = None, *more: dict[str, Any]) -> None:
         """more: other sites, whose services the test runs."""
@@ -47,12 +47,14 @@ class GuestRoom:
         self._motion = watching.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
         self._pointer = watching.subscribe(BY_NAME["pointer"], queue_all=True, polled=True)
         self._cameras = watching.subscribe(BY_NAME["camera_body"], queue_all=True, polled=True)
+        self._headsets = watching.subscribe(BY_NAME["headset"], queue_all=True, polled=True)
         self._voices = watching.subscribe(BY_NAME["voice"], queue_all=True, polled=True)
         self.heard: list[Any] = []
         self.spoken: list[Any] = []
         self.moved: list[str] = []
         self.pointed: list[Any] = []
         self.seen: list[Any] = []
+        self.worn: list[Any] = []
 
     def invited(self, participant: str = "guest-1", name: str = "Ann", lasts_ns: int = HOUR_NS) -> str:
         """The token of a new link."""
@@ -68,6 +70,7 @@ class GuestRoom:
         self.spoken += [(s.names["participant"], s.message) for s in self._voices.take()]
         self.pointed += [s.message for s in self._pointer.take()]
         self.seen += [s.message for s in self._cameras.take()]
+        self.worn += [s.message for s in self._headsets.take()]
 
     async def until(self, holds: Any, what: str) -> None:
         """Wait for what is published."""

@@ -7,25 +7,35 @@ the camera and raise both hands; who begins without that is measured by their fi
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.capture.followed import Followed, Followers
 from vistel.capture.one_euro import AngleFilter
-from vistel.capture.spring import Spring
 from vistel.figure.face.from_mesh import MeshFace
-from vistel.figure.posture.channel import MatrixPose, minimum_jerk
-from vistel.figure.posture.from_picture import FOCAL, PALM_JOINTS, Arm, arm_of, fingers_of, fitted, palm_of, ray, unprojected
+from vistel.figure.posture.channel import MatrixPose
+from vistel.figure.posture.from_picture import (
+    FOCAL,
+    PALM_JOINTS,
+    Arm,
+    arm_of,
+    fingers_of,
+    fitted,
+    palm_of,
+    ray,
+    turn_between,
+    unprojected,
+)
 from vistel.figure.posture.hands import hand_rotation
 from vistel.figure.posture.limits import SIDES, hand_within_limits
 from vistel.figure.posture.posture import collar_scale
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix, slerp
+from vistel.geometry.rotation import matrix_from_rotvec, rotvec_from_matrix
 from vistel.protocol.camera_body import BODY, FACE, HAND_POINTS
-from vistel.protocol.pointer import FARTHEST_M, HIGHEST_M
 from vistel.v1.device_pb2 import CameraBodyFrame
 
 FIRST = 15
@@ -34,16 +44,6 @@ MOST_KEPT = 400
 """Pictures of a calibration that count, the newest: ten seconds at 30 Hz and some."""
 SELDOM = 10
 """After the first pictures the measures are found anew with every tenth: that takes milliseconds."""
-HOLD_S = 0.5
-"""A part that is not seen stays where it was so long [s]; with pictures that come seldom, three of their intervals."""
-MOST_HOLD_S = 15.0
-"""... but no longer than this [s]."""
-FADE_S = 1.2
-"""Then it goes to rest, over this [s]..."""
-RETURN_S = 0.9
-"""... and when it is seen again, back over this [s]."""
-GAP_S = 0.15
-"""Not to be seen for so long is to be away [s]; shorter, a few landmarks were missed."""
 VISIBLE = 0.5
 """Landmarks that are less visible than this are guessed."""
 FARTHEST_AWAY_M = 4.0
@@ -72,13 +72,6 @@ SMOOTH_DEPTH = (0.6, 3.0)
 """The same of what the landmarks say of depth [Hz, Hz per m/s]."""
 SMOOTH_TURN = (1.2, 5.0)
 """The same of rotation vectors and fingers [Hz, Hz per rad/s]."""
-SLOWEST = 4.5
-"""How quickly what is shown follows what is measured, at least and at most [rad/s]: as pictures come..."""
-QUICKEST = 40.0
-"""... the same where they come often [rad/s]..."""
-FOLLOWS = 1.3
-"""... with this over their interval."""
-
 _CORNERS = [FACE.index(n) for n in FACE if n.endswith("r_corner")]
 _RIGID = [*_CORNERS, *(FACE.index(n) for n in ("between_eyes", "forehead", "nose", "left_temple", "right_temple"))]
 """Points of a face that no expression moves."""
@@ -125,32 +118,6 @@ class Measured:
     shoulders: F64
 
 
-@dataclass
-class _Part:
-    """One part of the body: where it was measured, and how far that is believed."""
-
-    share: float = 0.0
-    """0 at rest .. 1 as seen, before easing."""
-    seen_s: float = -math.inf
-    back_s: float = -math.inf
-    """When it was seen again after it was not."""
-    place: Spring | None = None
-    rotation: F64 = field(default_factory=lambda: np.array((0.0, 0.0, 0.0, 1.0)))
-    aim: MatrixPose = field(default_factory=lambda: MatrixPose(np.zeros(3), np.eye(3)))
-    more: Spring | None = None
-    """Numbers beside the pose: fingers, an elbow, a face."""
-    more_aim: F64 = field(default_factory=lambda: np.zeros(0))
-
-
-class Followed(NamedTuple):
-    """A part as it is to be shown. share: 0 as without a camera .. 1 as seen; pose: in the seat's frame; more: fingers (20,), elbow
-    (3,), or face (30,)."""
-
-    share: float
-    pose: MatrixPose
-    more: F64
-
-
 PARTS = ("chest", "head", "face", "left_hand", "right_hand", "left_fingers", "right_fingers")
 
 
@@ -190,14 +157,13 @@ class CameraBody:
         self._sizes: list[float] = []
         self._palms = PALM
         self._distances: dict[str, tuple[float, F64]] = {}
-        self._parts = {name: _Part() for name in PARTS}
-        self._t, self._interval, self._begun_ns = -math.inf, 1.0 / 30.0, 0
-        self._arrived_s = -math.inf
+        self._parts = Followers(PARTS)
+        self._t, self._begun_ns = -math.inf, 0
 
     @property
     def seen(self) -> bool:
         """Whether anything of the guest is as the camera sees it."""
-        return any(part.share > 0.0 for part in self._parts.values())
+        return self._parts.seen
 
     def take(self, frame: CameraBodyFrame) -> None:
         """What the camera sees; a picture that is older than the last is left out."""
@@ -206,9 +172,8 @@ class CameraBody:
         if t <= self._t:
             return
         dt = min(_MOST_GAP_S, t - self._t)
-        if dt < _MOST_GAP_S:
-            self._interval += 0.3 * (min(MOST_HOLD_S / 3.0, dt) - self._interval)
-        self._t, self._arrived_s = t, frame.header.t_ns * 1e-9
+        self._t = t
+        self._parts.arrive(frame.header.t_ns, dt if dt < _MOST_GAP_S else None)
         picture = picture_of(frame)
         if picture is None:
             return
@@ -217,27 +182,8 @@ class CameraBody:
             self._follow(picture, self._measured, self._mesh, dt)
 
     def at(self, t_ns: int, dt: float, without: frozenset[str] = frozenset()) -> dict[str, Followed]:
-        """Every part at `t_ns`, `dt` [s] after the last call; without: parts that are led by something else now."""
-        now_s = t_ns * 1e-9
-        rate = min(QUICKEST, max(SLOWEST, FOLLOWS / self._interval))
-        hold = min(MOST_HOLD_S, max(HOLD_S, 3.0 * self._interval))
-        out: dict[str, Followed] = {}
-        for name, part in self._parts.items():
-            there = now_s - part.seen_s < hold and name not in without
-            if not there and part.share == 0.0:
-                continue
-            if part.place is None or part.more is None or part.share == 0.0:
-                part.place, part.more = Spring(part.aim.position), Spring(part.more_aim)
-                part.rotation = quaternion_from_matrix(np.ascontiguousarray(part.aim.rotation))
-            part.share = min(1.0, max(0.0, part.share + (dt / RETURN_S if there else -dt / FADE_S)))
-            gently = minimum_jerk((now_s - part.back_s) / RETURN_S) if part.share == 1.0 else 0.0
-            quick = SLOWEST + (rate - SLOWEST) * gently
-            place = part.place.follow(part.aim.position, dt, quick)
-            aim = quaternion_from_matrix(np.ascontiguousarray(part.aim.rotation))
-            part.rotation = slerp(part.rotation, aim, 1.0 - math.exp(-0.7 * quick * dt))
-            pose = MatrixPose(place, matrix_from_quaternion(part.rotation))
-            out[name] = Followed(minimum_jerk(part.share), pose, part.more.follow(part.more_aim, dt, quick))
-        return out
+        """See `Followers.at`."""
+        return self._parts.at(t_ns, dt, without)
 
     def _measure(self, picture: Picture, *, calibrating: bool) -> None:
         if calibrating and not self._calibrating:
@@ -288,13 +234,13 @@ class CameraBody:
         away = head_away / max(0.2, placed.scale)
         at = away * (placed.shift + placed.scale * placed.rotation @ measured.face[_CORNERS].mean(axis=0))
         at = self._smooth("eyes", at, *SMOOTH)
-        rotation = self._smooth_turn("head", placed.rotation @ _turn_between(np.array((0.0, 0.0, 1.0)), -measured.eyes))
-        self._aim("head", camera + at - rotation @ self._eyes, rotation)
+        rotation = self._smooth_turn("head", placed.rotation @ turn_between(np.array((0.0, 0.0, 1.0)), -measured.eyes))
+        self._parts.aim("head", camera + at - rotation @ self._eyes, rotation)
         own = (mesh_now - placed.shift) @ placed.rotation / max(0.01, placed.scale)
         points: dict[str, F64] = dict(zip(FACE, own, strict=True))
         marks = self._smooth("marks", mesh.marks(points).ravel() * 100.0, *SMOOTH) / 100.0
         gaze = self._smooth("gaze", mesh.gaze(points), *SMOOTH_TURN)
-        self._aim("face", np.zeros(3), np.eye(3), np.concatenate((marks, gaze, mesh.lids(points))))
+        self._parts.aim("face", np.zeros(3), np.eye(3), np.concatenate((marks, gaze, mesh.lids(points))))
         return away
 
     def _chest(self, picture: Picture, measured: Measured, camera: F64, away: float, moved: float | None) -> MatrixPose:
@@ -312,14 +258,14 @@ class CameraBody:
         at_rest = camera + away * ray(measured.shoulders)
         middle = camera + distance * ray(0.5 * (left_at + right_at)) + self._middle - at_rest
         across = np.array((*(left_at - right_at) / broad * math.cos(yaw), -math.sin(yaw)))
-        lean = rotvec_from_matrix(_turn_between(self._middle - self._base, middle - self._base))
+        lean = rotvec_from_matrix(turn_between(self._middle - self._base, middle - self._base))
         up = _rotation(BEND * lean)[:, 1]
         up = up - (up @ across) * across
         up /= max(1e-6, float(np.linalg.norm(up)))
         rotation = np.column_stack((across, up, np.cross(across, up)))
         top = middle - rotation @ (self._middle - self._top)
         chest = MatrixPose(top, rotation)
-        self._aim("chest", top + rotation @ self._collar, rotation)
+        self._parts.aim("chest", top + rotation @ self._collar, rotation)
         return chest
 
     def _arm(self, side: str, picture: Picture, camera: F64, chest: MatrixPose, dt: float) -> None:
@@ -352,16 +298,8 @@ class CameraBody:
         else:
             rotation = self._smooth_turn(f"{side} hand", placed.rotation)
             fingers = hand_within_limits(fingers_of(mesh, placed.rotation, sign, self._thumb))
-            self._aim(f"{side}_fingers", np.zeros(3), np.eye(3), self._smooth(f"{side} fingers", fingers, *SMOOTH_TURN))
-        self._aim(f"{side}_hand", wrist, rotation, _elbow(shoulder, elbow, wrist, chest.rotation))
-
-    def _aim(self, name: str, position: F64, rotation: F64, more: F64 | None = None) -> None:
-        part = self._parts[name]
-        if self._arrived_s - part.seen_s > max(GAP_S, 2.5 * self._interval):
-            part.back_s = self._arrived_s
-        kept = np.clip(position, (-FARTHEST_M, 0.0, -FARTHEST_M), (FARTHEST_M, HIGHEST_M, FARTHEST_M))
-        part.aim, part.seen_s = MatrixPose(kept, rotation), self._arrived_s
-        part.more_aim = np.zeros(0) if more is None else more
+            self._parts.aim(f"{side}_fingers", np.zeros(3), np.eye(3), self._smooth(f"{side} fingers", fingers, *SMOOTH_TURN))
+        self._parts.aim(f"{side}_hand", wrist, rotation, _elbow(shoulder, elbow, wrist, chest.rotation))
 
     def _smooth_turn(self, name: str, rotation: F64) -> F64:
         """As `_smooth`, of a rotation (3, 3)."""
@@ -371,7 +309,7 @@ class CameraBody:
     def _smooth(self, name: str, values: F64, cutoff_hz: float, gain: float) -> F64:
         found = self._filters.get(name)
         if found is None:
-            found = self._filters[name] = AngleFilter(cutoff_hz, gain, restart_s=max(0.5, 3.0 * self._interval))
+            found = self._filters[name] = AngleFilter(cutoff_hz, gain, restart_s=max(0.5, 3.0 * self._parts.interval))
         return found.update(self._t, values)
 
 
@@ -402,10 +340,3 @@ def _elbow(shoulder: F64, elbow: F64, wrist: F64, chest: F64) -> F64:
 
 def _rotation(rotvec: F64) -> F64:
     return matrix_from_rotvec(np.ascontiguousarray(rotvec))
-
-
-def _turn_between(a: F64, b: F64) -> F64:
-    """(3, 3) the shortest rotation that takes the direction of `a` to that of `b`."""
-    axis = np.cross(a, b)
-    across = float(np.linalg.norm(axis))
-    return _rotation(axis * (math.atan2(across, float(a @ b)) / max(across, 1e-12)))

@@ -7,7 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from vistel.conference.avatar_files import avatar_file
-from vistel.conference.device_names import camera_body_name, eye_name, face_name, glove_name, pointer_name, tracker_name
+from vistel.conference.device_names import (
+    camera_body_name,
+    eye_name,
+    face_name,
+    glove_name,
+    headset_name,
+    pointer_name,
+    tracker_name,
+)
 from vistel.conference.files import public_avatar
 from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
@@ -47,7 +55,9 @@ class Person:
     pointer: str | None = None
     """A guest's page: then they have nothing else..."""
     camera_body: str | None = None
-    """... but the camera of this page."""
+    """... but the camera of this page..."""
+    headset: str | None = None
+    """... and the headset with which they enter by it."""
     body: MeasuredPerson | None = None
     """Their measured body; None: a standard one of their height."""
     mounts: Mapping[str, Mount] | None = None
@@ -124,6 +134,7 @@ def configure(conference: Conference, site: Site | None, paths: RunPaths) -> Con
                 eye=eye_name(p.name) if p.eye and not p.guest else None,
                 pointer=pointer_name(p.name) if p.guest else None,
                 camera_body=camera_body_name(p.name) if p.guest else None,
+                headset=headset_name(p.name) if p.guest else None,
                 avatar_file=avatar_file(p),
                 second_tracker=tracker_name(p.name, 2) if t and t.second_port else None,
                 body=load_body(p.body) if p.body else None,

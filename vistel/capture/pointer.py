@@ -1,9 +1,9 @@
-"""A guest with mouse and keys, and perhaps a camera, as a seated person: from where they point and look to what four receivers and
-two gloves on them would measure, which the posture solver takes as it takes everybody's. No bus, no clock: times come with the
-calls.
+"""A guest with mouse and keys, and perhaps a camera or a headset, as a seated person: from where they point and look to what four
+receivers and two gloves on them would measure, which the posture solver takes as it takes everybody's. No bus, no clock: times come
+with the calls.
 
 They breathe, blink and look about a little; hands go to things in an arc from above, and the trunk leans after them. What a camera
-sees of them takes the place of that, but of a hand that the mouse leads and of gestures.
+sees of them, or a headset measures, takes the place of that, but of a hand that the mouse leads and of gestures.
 """
 
 import math
@@ -12,8 +12,10 @@ import zlib
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.capture.camera_body import CameraBody, Followed
+from vistel.capture.camera_body import CameraBody
+from vistel.capture.followed import Followed
 from vistel.capture.gestures import FIST, HandAim, gesturing
+from vistel.capture.headset import Headset
 from vistel.capture.spring import Spring
 from vistel.figure.face.marks import REST
 from vistel.figure.posture.channel import MatrixPose, blend
@@ -26,7 +28,7 @@ from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, SPINE_SEGMENTS
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, rotation_x, rotation_y, slerp
 from vistel.space.people import Build
 from vistel.space.room import CHAIR_HEIGHT, TABLE_HEIGHT
-from vistel.v1.device_pb2 import CameraBodyFrame, PointedHand, PointerFrame
+from vistel.v1.device_pb2 import CameraBodyFrame, HeadsetFrame, PointedHand, PointerFrame
 
 AWAY_S = 2.0
 """Without a word of the page for so long (it is in the background), the guest rests [s]."""
@@ -110,7 +112,7 @@ class PointerCapture:
         upright = self._base + np.array([0.0, skeleton.spine, 0.0])
         self._shoulder = {s: upright + self._from_top[f"{s}_upper_arm"] for s in SIDES}
         self._hands = {s: _Hand(self._lap(s)) for s in SIDES}
-        self._camera = CameraBody(skeleton, self._base)
+        self._camera, self._headset = CameraBody(skeleton, self._base), Headset(build, self._base)
         self._look, self._trunk = Spring(np.array([0.0, -0.15])), Spring(np.zeros(3))
         self._said = PointerFrame()
         self._said_ns = self._begun_ns = self._t_ns = 0
@@ -124,6 +126,10 @@ class PointerCapture:
     def see(self, frame: CameraBodyFrame) -> None:
         """What the page's camera sees of the guest."""
         self._camera.take(frame)
+
+    def wear(self, frame: HeadsetFrame) -> None:
+        """What the headset measures with which the guest has entered."""
+        self._headset.take(frame)
 
     def solve(self, t_ns: int) -> Posture:
         """The posture at `t_ns`, later than the last one."""
@@ -144,7 +150,7 @@ class PointerCapture:
             if not pointed:
                 self._hands[s].closing = False
         busy = frozenset(f"{s}_{part}" for s in SIDES if said.HasField(s) or s in made.hands for part in ("hand", "fingers"))
-        seen = self._camera.at(t_ns, dt, busy)
+        seen = self._camera.at(t_ns, dt, busy) | self._headset.at(t_ns, dt, busy)
         wrists = {s: aim.palm - aim.rotation @ self._palm(s) for s, aim in aims.items()}
         turn = np.array([0.0, (1.0 - HEAD_SHARE) * yaw, 0.0])
         trunk = self._trunk.follow(self._lean(wrists) + turn, dt, 0.6 * HEAD_RATE)

@@ -10,6 +10,7 @@ from vistel.conference.devices import (
     EyeConfig,
     FaceConfig,
     GloveConfig,
+    HeadsetConfig,
     OfKind,
     PointerConfig,
     PropTracker,
@@ -26,7 +27,7 @@ class Device:
     """One unit."""
 
     name: str
-    config: TrackerConfig | PropTracker | GloveConfig | FaceConfig | EyeConfig | PointerConfig | CameraBodyConfig
+    config: TrackerConfig | PropTracker | GloveConfig | FaceConfig | EyeConfig | PointerConfig | CameraBodyConfig | HeadsetConfig
     participant: Participant | None = None
     """Who wears it; None: it is on a prop."""
     prop: Prop | None = None
@@ -87,11 +88,13 @@ class Device:
 
 
 def devices_of_participant(person: Participant) -> Iterator[Device]:
-    """A guest's page and its camera; or trackers, gloves, phone or face camera, eye camera."""
+    """A guest's page, its camera and its headset; or trackers, gloves, phone or face camera, eye camera."""
     if person.guest:
         yield Device(device_names.pointer_name(person.name), person.pointer, person)
     if person.by_link or (person.guest and person.camera_body.port == "sim"):
         yield Device(device_names.camera_body_name(person.name), person.camera_body, person)
+    if person.by_link or (person.guest and person.headset.port == "sim"):
+        yield Device(device_names.headset_name(person.name), person.headset, person)
     if person.guest or person.program:
         return
     if person.tracker is not None:

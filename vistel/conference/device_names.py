@@ -46,6 +46,11 @@ def camera_body_name(participant: str) -> str:
     return f"{participant}-camera"
 
 
+def headset_name(participant: str) -> str:
+    """The headset of a guest's page, with its controllers or the hands that it sees."""
+    return f"{participant}-headset"
+
+
 def microphone_name(participant: str) -> str:
     """A participant's simulated microphone."""
     return f"{participant}-microphone"

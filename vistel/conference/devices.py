@@ -221,6 +221,15 @@ class CameraBodyConfig(OfKind):
     """"page": the console's page for guests, "sim": a simulated camera before a simulated guest."""
 
 
+class HeadsetConfig(OfKind):
+    """The headset with which a guest enters by their page, where they have one."""
+
+    role = "headset"
+    kind: str = "page"
+    port: Literal["page", "sim"] = "page"
+    """"page": the console's page for guests, "sim": a simulated headset on a simulated guest."""
+
+
 class PropTracker(AnyTracker):
     """A tracker on a serial port with one receiver on a prop. Its transmitter's place is given in the seat's frame of the
     site's first participant."""

@@ -15,6 +15,7 @@ from vistel.conference.devices import (
     EyeConfig,
     FaceConfig,
     GloveConfig,
+    HeadsetConfig,
     Name,
     PointerConfig,
     PropTracker,
@@ -90,6 +91,8 @@ class Participant(Checked):
     """guest: their page."""
     camera_body: CameraBodyConfig = CameraBodyConfig()
     """guest: its camera."""
+    headset: HeadsetConfig = HeadsetConfig()
+    """guest: the headset with which they enter by it."""
     height: float = Field(default=1.75, ge=0.5, le=2.6)
     avatar: str = "builtin"
     """"builtin" (made from the name), "builtin:person=carla", or a file: .usda, .usdc or .usdz, beside the conference file or in

@@ -209,5 +209,14 @@ KINDS = (
         driver="vistel_services.pointer.drivers:camera",
         simulator="vistel_sim.pages.devices:camera",
     ),
+    DeviceKind(
+        name="page",
+        role="headset",
+        title="the headset of a guest's page",
+        signatures=(rb"VP\x09",),
+        connections=("page",),
+        driver="vistel_services.pointer.drivers:headset",
+        simulator="vistel_sim.pages.devices:headset",
+    ),
 )
 """In the order in which messages list them and in which bytes are compared with their signatures."""

@@ -6,16 +6,24 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, Literal
 
-Role = Literal["tracker", "glove", "face", "eye", "pointer", "camera_body"]
-"""What a device measures: receivers on a body or a prop, a hand, a face, where one eye looks, what a guest does with a mouse, or
-what of a guest a camera sees."""
+Role = Literal["tracker", "glove", "face", "eye", "pointer", "camera_body", "headset"]
+"""What a device measures: receivers on a body or a prop, a hand, a face, where one eye looks, what a guest does with a mouse, what
+of a guest a camera sees, or their head and hands by a headset."""
 
 Connection = Literal["serial", "usb", "udp", "vrpn", "camera", "page"]
 """What `port` of a conference file names: a serial port, "usb", a UDP port, a device at a VRPN server, the console's page for
 guests; or a camera's `source`."""
 
 TOPICS: Mapping[Role, str] = MappingProxyType(
-    {"tracker": "tracker", "glove": "glove", "face": "face", "eye": "face", "pointer": "pointer", "camera_body": "camera_body"}
+    {
+        "tracker": "tracker",
+        "glove": "glove",
+        "face": "face",
+        "eye": "face",
+        "pointer": "pointer",
+        "camera_body": "camera_body",
+        "headset": "headset",
+    }
 )
 """By role: the topic (`vistel.wire.topics`) of its messages."""
 

@@ -171,6 +171,38 @@ class CameraBodyFrame(_message.Message):
     face: _containers.RepeatedScalarFieldContainer[int]
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., picture_t_ns: _Optional[int] = ..., calibrating: _Optional[bool] = ..., body: _Optional[_Iterable[int]] = ..., visibility: _Optional[_Iterable[int]] = ..., left_hand: _Optional[_Iterable[int]] = ..., right_hand: _Optional[_Iterable[int]] = ..., face: _Optional[_Iterable[int]] = ...) -> None: ...
 
+class HeadsetHand(_message.Message):
+    __slots__ = ("confidence", "grip", "trigger", "squeeze", "joints")
+    CONFIDENCE_FIELD_NUMBER: _ClassVar[int]
+    GRIP_FIELD_NUMBER: _ClassVar[int]
+    TRIGGER_FIELD_NUMBER: _ClassVar[int]
+    SQUEEZE_FIELD_NUMBER: _ClassVar[int]
+    JOINTS_FIELD_NUMBER: _ClassVar[int]
+    confidence: int
+    grip: _containers.RepeatedScalarFieldContainer[int]
+    trigger: int
+    squeeze: int
+    joints: _containers.RepeatedScalarFieldContainer[int]
+    def __init__(self, confidence: _Optional[int] = ..., grip: _Optional[_Iterable[int]] = ..., trigger: _Optional[int] = ..., squeeze: _Optional[int] = ..., joints: _Optional[_Iterable[int]] = ...) -> None: ...
+
+class HeadsetFrame(_message.Message):
+    __slots__ = ("header", "device", "poses_t_ns", "head", "confidence", "left", "right")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    DEVICE_FIELD_NUMBER: _ClassVar[int]
+    POSES_T_NS_FIELD_NUMBER: _ClassVar[int]
+    HEAD_FIELD_NUMBER: _ClassVar[int]
+    CONFIDENCE_FIELD_NUMBER: _ClassVar[int]
+    LEFT_FIELD_NUMBER: _ClassVar[int]
+    RIGHT_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    device: str
+    poses_t_ns: int
+    head: _containers.RepeatedScalarFieldContainer[int]
+    confidence: int
+    left: HeadsetHand
+    right: HeadsetHand
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., device: _Optional[str] = ..., poses_t_ns: _Optional[int] = ..., head: _Optional[_Iterable[int]] = ..., confidence: _Optional[int] = ..., left: _Optional[_Union[HeadsetHand, _Mapping]] = ..., right: _Optional[_Union[HeadsetHand, _Mapping]] = ...) -> None: ...
+
 class RawBytes(_message.Message):
     __slots__ = ("header", "device", "direction", "data", "read_size", "read_after_ns")
     class Direction(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):

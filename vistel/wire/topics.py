@@ -112,6 +112,8 @@ TOPICS: tuple[Topic, ...] = (
           "what a guest does with mouse and keys, and who they are"),
     Topic("camera_body", f"{_SITE}/device/{{device}}/camera_body", device_pb2.CameraBodyFrame, 30, _N, _S, True,
           "landmarks of a guest that the camera of their page sees"),
+    Topic("headset", f"{_SITE}/device/{{device}}/headset", device_pb2.HeadsetFrame, 30, _N, _S, True,
+          "head and hands of a guest by the headset of their page"),
     Topic("device_status", f"{_SITE}/device/{{device}}/status", device_pb2.DeviceStatus, 1, _R, _S, True,
           "state and faults of a device"),
     Topic("device_raw", f"{_SITE}/device/{{device}}/raw", device_pb2.RawBytes, 0, _R, _S, True,

@@ -25,6 +25,7 @@ const GHOST = new MeshStandardMaterial({
 const THICKNESS_M = 0.045; // of a stand-in's limbs
 const FINGER_M = 0.009;
 const HEAD_M = 0.1;
+const HEADLESS = 1e-3; // scale of a head that is not to be seen
 const HEAD_ABOVE_M = 0.27; // of a name over the head's joint
 
 interface Pose {
@@ -125,6 +126,11 @@ export class Figure {
 
   joint(name: string): Bone {
     return this.bones[this.joints.names.indexOf(name)]!;
+  }
+
+  /** Without its head, for who looks out of its eyes; or with it. */
+  behead(without: boolean): void {
+    this.joint("head").scale.setScalar(without ? HEADLESS : 1);
   }
 
   /** Where the name stands. */

@@ -31,6 +31,7 @@ const QUICK_MS = 14; // and finer again below
 const LOOK_MS = 4; // from one look whether a picture is there to the next
 const SEEN_MS = 200; // from one picture that is looked after to the next
 
+const WORN_NEAR_M = 0.05; // to a headset's eye
 const PAGE = 0.8; // how bright a page of a panel is: 0.9 as it is seen
 const SKIN_M = 0.05; // over a joint
 
@@ -65,6 +66,8 @@ export class Room {
   private drawn = 0;
   private fixed = false;
   private sharpness = 1;
+  private worn: Group | null = null; // the headset's space
+  private looksOutOf = "";
 
   /** Raises where there is no WebGL. */
   constructor(readonly canvas: HTMLCanvasElement) {
@@ -133,6 +136,7 @@ export class Room {
     // Where pictures are slower than frames, the newest frame is shown as it is.
     const overMs = this.took < FRAME_MS ? FRAME_MS : 0;
     for (const figure of [...this.figures.values(), ...this.ghosts.values()]) figure.step(now, overMs);
+    if (this.worn) this.figures.get(this.looksOutOf)?.behead(true);
     this.drawn++;
     this.renderer.shadowMap.autoUpdate = this.sharpness > COARSE || this.drawn % SELDOM === 0;
     this.renderer.render(this.scene, this.camera);
@@ -141,6 +145,32 @@ export class Room {
       this.lookAfter(this.newest.tMs - Math.max(0, this.newest.arrived + overMs - now));
     }
     this.adapt(now);
+  }
+
+  /** Draw for a headset from now on, whose space is laid into the room by `view`: `step` is called for each of its pictures, and is to
+   * call `draw`. who: the person out of whose eyes it is, whose head is not drawn. Raises where the headset cannot. */
+  async present(session: XRSession, view: Group, who: string, step: (now: number, frame: XRFrame) => void): Promise<XRReferenceSpace> {
+    const { xr } = this.renderer;
+    xr.enabled = true;
+    xr.setReferenceSpaceType("local");
+    await xr.setSession(session);
+    view.add(this.camera);
+    this.scene.add(view);
+    [this.worn, this.looksOutOf] = [view, who];
+    this.camera.near = WORN_NEAR_M;
+    this.renderer.setAnimationLoop((now, frame) => frame && step(now, frame));
+    return xr.getReferenceSpace()!;
+  }
+
+  /** The headset's session has ended: the page's picture is drawn again. */
+  presentNoMore(): void {
+    this.renderer.setAnimationLoop(null);
+    this.renderer.xr.enabled = false;
+    this.worn?.remove(this.camera);
+    this.worn?.removeFromParent();
+    this.figures.get(this.looksOutOf)?.behead(false);
+    [this.worn, this.looksOutOf] = [null, ""];
+    this.resize();
   }
 
   /** From now on full sharpness, however long pictures take: for stills. */
@@ -255,7 +285,7 @@ export class Room {
 
   private resize(): void {
     const { clientWidth: width, clientHeight: height } = this.canvas;
-    if (!width || !height) return;
+    if (!width || !height || this.renderer.xr.isPresenting) return;
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio) * this.sharpness);
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
@@ -268,7 +298,7 @@ export class Room {
     this.last = now;
     this.took += (took - this.took) / 12;
     this.picturesPerS = 1000 / this.took;
-    if (this.fixed) return;
+    if (this.fixed || this.worn) return;
     if (this.took > SLOW_MS && this.sharpness > COARSEST) this.sharpen(Math.max(COARSEST, this.sharpness * 0.8));
     else if (this.took < QUICK_MS && this.sharpness < 1) this.sharpen(Math.min(1, this.sharpness * 1.25));
   }

@@ -20,19 +20,37 @@ export class Eyes {
   pitch = BEGIN_PITCH;
   private readonly at: Vector3;
   private found = false;
+  private rest: Vector3 | null = null;
   /** The floor under the seat. */
   readonly origin: Vector3;
 
   constructor(
     private readonly room: Room,
-    private readonly who: string,
+    readonly who: string,
     private readonly seat: Seat,
   ) {
-    room.camera.fov = FIELD_DEG;
-    room.camera.near = NEAR_M;
-    room.camera.updateProjectionMatrix();
+    this.open();
     this.origin = new Vector3(seat[0], seat[1], seat[2]);
     this.at = this.origin.clone().add(new Vector3(0, ABOVE_SEAT_M, 0));
+  }
+
+  /** See by the page's picture, as a headset that was worn may have left it. */
+  open(): void {
+    const { camera } = this.room;
+    [camera.fov, camera.near, camera.zoom] = [FIELD_DEG, NEAR_M, 1];
+    camera.scale.set(1, 1, 1);
+    camera.updateProjectionMatrix();
+  }
+
+  /** Where the seat faces, about +Y from +Z [rad]. */
+  get heading(): number {
+    return this.seat[3];
+  }
+
+  /** Midway between the figure's eyes while it rests: where they were when this was first asked. */
+  home(): Vector3 {
+    this.rest ??= this.between() ?? this.origin.clone().add(new Vector3(0, ABOVE_SEAT_M, 0));
+    return this.rest.clone();
   }
 
   /** Turn by what was dragged [canvas heights]. */
@@ -49,11 +67,9 @@ export class Eyes {
   }
 
   step(): void {
-    const figure = this.room.figures.get(this.who);
     const turned = new Quaternion().setFromEuler(new Euler(this.pitch, this.seat[3] + this.yaw + Math.PI, 0, "YXZ"));
-    if (figure?.root.visible) {
-      const middle = new Vector3();
-      for (const eye of ["left_eye", "right_eye"]) middle.addScaledVector(figure.joint(eye).getWorldPosition(new Vector3()), 0.5);
+    const middle = this.between();
+    if (middle) {
       middle.add(new Vector3(0, 0, -OUT_OF_HEAD_M).applyQuaternion(turned));
       this.at.lerp(middle, this.found ? STEADY : 1);
       this.found = true;
@@ -73,6 +89,15 @@ export class Eyes {
   /** A point of the room in the seat's frame. */
   intoSeat(point: Vector3): Vector3 {
     return point.clone().sub(this.origin).applyAxisAngle(new Vector3(0, 1, 0), -this.seat[3]);
+  }
+
+  /** Midway between the eyes of the guest's figure; null: it is not there yet. */
+  private between(): Vector3 | null {
+    const figure = this.room.figures.get(this.who);
+    if (!figure?.root.visible) return null;
+    const middle = new Vector3();
+    for (const eye of ["left_eye", "right_eye"]) middle.addScaledVector(figure.joint(eye).getWorldPosition(new Vector3()), 0.5);
+    return middle;
   }
 
   private turn(yaw: number, pitch: number): void {

@@ -1,4 +1,4 @@
-// The page of a guest: whoever has the link chooses a person, enters, and is in the room, led by mouse, keys and camera.
+// The page of a guest: whoever has the link chooses a person, enters, and is in the room, led by mouse, keys, camera or headset.
 import { render } from "preact";
 import { Vector3 } from "three";
 import { Link } from "../connection/link";
@@ -14,6 +14,7 @@ import { Camera } from "./camera";
 import { Eyes } from "./eyes";
 import { GESTURES, Gestures } from "./gestures";
 import { Hand } from "./hand";
+import { Headset, HeadsetButton } from "./headset";
 import { CameraButton, drawMirror, Mirror } from "./mirror";
 import { record } from "./record";
 import { ShowButtons, Showing } from "./showing";
@@ -37,6 +38,7 @@ declare global {
       voices: Voices;
       microphone: Microphone;
       camera: Camera;
+      headset: Headset;
     };
   }
 }
@@ -67,6 +69,7 @@ let muted = false; // by the host
 let sent = 0;
 let movedAt = 0;
 let askedAt = 0;
+let asked = 0;
 const pointer = { x: 0, y: 0, turning: false }; // where it is in the picture (-1 to 1, up)
 let speaker = "";
 let lines: Line[] = [];
@@ -75,6 +78,7 @@ let chatOpen = false;
 const voices = new Voices(room, () => link, (hear) => person && link.send(JSON.stringify({ hear })));
 const microphone = new Microphone(() => link, () => Boolean(person), () => showWords());
 const camera = new Camera(() => link, () => Boolean(person), () => showMirror());
+const headset = new Headset(room, () => link, () => eyes, drawRoom, () => person && showDoes(), () => (eyes?.open(), ask()));
 const showing = new Showing(token, (said) => link.send(JSON.stringify(said)), () => person && showDoes());
 const meter = document.createElement("meter");
 
@@ -144,6 +148,7 @@ function say(what: string | null, over = false): void {
   if (!over) return;
   element("door").hidden = element("does").hidden = element("mirror").hidden = true;
   camera.close();
+  headset.close();
 }
 
 /** All that is written on the page now. */
@@ -252,6 +257,7 @@ function showDoes(): void {
     <>
       <MicrophoneButton />
       <CameraButton camera={camera} />
+      <HeadsetButton headset={headset} />
       <button type="button" id="sound" aria-pressed={voices.on} disabled={!canHear} onClick={turn}>
         {text(canHear ? (voices.on ? "soundOn" : "soundOff") : "cannotHear")}
       </button>
@@ -331,10 +337,9 @@ document.addEventListener("keydown", (event) => {
 
 /** Draw, and again; where pictures take long, a browser without a graphics card is left half of its time for what is to be sent. */
 function draw(now: number): void {
+  if (headset.on) return; // that asks for its own pictures
   eyes?.step();
-  voices.step();
-  meter.value = Math.min(1, 4 * microphone.level);
-  room?.draw(now);
+  drawRoom(now);
   if (camera.state === "on") drawMirror(camera);
   labels?.draw(invited?.participant ?? "");
   const took = performance.now() - askedAt;
@@ -342,9 +347,16 @@ function draw(now: number): void {
   else ask();
 }
 
+function drawRoom(now: number): void {
+  voices.step();
+  meter.value = Math.min(1, 4 * microphone.level);
+  room?.draw(now);
+}
+
 function ask(): void {
   askedAt = performance.now();
-  requestAnimationFrame(draw);
+  cancelAnimationFrame(asked); // one that waited while a headset was on
+  asked = requestAnimationFrame(draw);
 }
 
 const link = new Link(
@@ -378,11 +390,12 @@ else {
     held: () => room.held.grasps,
     own: () => Boolean(invited && room.figures.get(invited.participant)?.own),
     ready: () => [...room.figures.values()].filter((f) => f.own).length,
-    sent: () => sent + microphone.sent + camera.sent,
+    sent: () => sent + microphone.sent + camera.sent + headset.sent,
     sharp: () => room.sharp(),
     voices,
     microphone,
     camera,
+    headset,
   };
 }
 meter.setAttribute("aria-label", text("level"));

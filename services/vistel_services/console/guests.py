@@ -15,7 +15,7 @@ from aiohttp import WSMsgType, web
 from prometheus_client import Counter, Gauge
 
 from vistel.audio.page_voice import VoiceGate, is_voice, voice_of
-from vistel.conference.device_names import camera_body_name, microphone_name, pointer_name
+from vistel.conference.device_names import camera_body_name, headset_name, microphone_name, pointer_name
 from vistel.conference.invitations import Invitation, RefusedError, invitations_in, invited
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
@@ -23,6 +23,7 @@ from vistel.conference.seats import seat_place
 from vistel.figure.body_model.builtin_people import PEOPLE
 from vistel.messages.chat import ChatError, line_message
 from vistel.protocol.camera_body import camera_body_of, is_camera_body
+from vistel.protocol.headset import headset_of, is_headset
 from vistel.protocol.pointer import ASKED, LINE, PICTURE, guest_record, left_record, line_record, posture_of
 from vistel.session.guest_pages import GuestPages, NotTakenError
 from vistel.space.pages.sheet import MOST_BYTES, PageError
@@ -210,8 +211,8 @@ class Guests:
 
     def _send(self, participant: str, record: bytes) -> None:
         said = is_voice(record) or record[2:3] in _SAID
-        name = microphone_name if said else camera_body_name if is_camera_body(record) else pointer_name
-        device = self._paths.device(name(participant))
+        seen = camera_body_name if is_camera_body(record) else headset_name if is_headset(record) else pointer_name
+        device = self._paths.device((microphone_name if said else seen)(participant))
         with suppress(OSError, ValueError):  # the device is not there now
             self._socket.sendto(record, ("127.0.0.1", int(device.read_text())))
 
@@ -231,7 +232,7 @@ class _Visit:
         self._avatar = ""
         self._written_ns = deque[int](maxlen=MOST_LINES)
         self._second_ns, self._in_second, self._faulty = 0, 0, 0
-        self._passed_ns = {"body": 0, "pointer": 0}
+        self._passed_ns = {"body": 0, "headset": 0, "pointer": 0}
         self.passed_on = 0
 
     @property
@@ -296,9 +297,13 @@ class _Visit:
             self._refuse()
 
     def _move(self, record: bytes, now_ns: int) -> None:
-        """What mouse and keys do, or what the camera sees."""
-        kind = "body" if is_camera_body(record) else "pointer"
-        said = camera_body_of(record, now_ns) if kind == "body" else posture_of(record)
+        """What mouse and keys do, what the camera sees, or what the headset measures."""
+        if is_camera_body(record):
+            kind, said = "body", camera_body_of(record, now_ns)
+        elif is_headset(record):
+            kind, said = "headset", headset_of(record, now_ns)
+        else:
+            kind, said = "pointer", posture_of(record)
         if not self._avatar or said is None:
             self._refuse()
         elif now_ns - self._passed_ns[kind] >= _EVERY_NS:

@@ -1,5 +1,5 @@
 """The pages of a site's guests: PointerFrame messages of what they do with mouse and keys, CameraBodyFrame messages of what their
-camera sees, Voice messages of what they say."""
+camera sees, HeadsetFrame messages of what their headset measures, Voice messages of what they say."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from vistel_services.pointer.voices import Microphones, microphones, run_microph
 
 __all__ = ["Config", "configure", "preload", "run"]
 
-_service = service.DeviceService("pointer", "pointer", "camera_body")
+_service = service.DeviceService("pointer", "pointer", "camera_body", "headset")
 preload = _service.preload
 
 
 @dataclass(frozen=True)
 class Config:
-    """The pages of a site: their mouse and keys, their cameras and their microphones."""
+    """The pages of a site: their mouse and keys, cameras, headsets and microphones."""
 
     devices: service.Config
     microphones: Microphones

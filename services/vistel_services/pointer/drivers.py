@@ -1,10 +1,11 @@
-"""The drivers of a guest's page and of its camera (`DeviceKind.driver`). The console's gateway sends to them what it has checked,
-on this machine."""
+"""The drivers of a guest's page, of its camera and of its headset (`DeviceKind.driver`). The console's gateway sends to them what
+it has checked, on this machine."""
 
 from pathlib import Path
 
 from vistel.conference.device_list import Device
 from vistel.protocol.camera_body import CameraBodyDecoder
+from vistel.protocol.headset import HeadsetDecoder
 from vistel.protocol.pointer import PointerDecoder
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import Decoder, Link
@@ -28,6 +29,11 @@ def page(device: Device, link: Path | None) -> Connected:
 def camera(device: Device, link: Path | None) -> Connected:
     """The camera of such a page."""
     return _connected(device, link, CameraBodyDecoder(device.name), "the camera of a guest's page")
+
+
+def headset(device: Device, link: Path | None) -> Connected:
+    """The headset with which a guest has entered by such a page."""
+    return _connected(device, link, HeadsetDecoder(device.name), "the headset of a guest's page")
 
 
 def _connected(device: Device, link: Path | None, decoder: Decoder, about: str) -> Connected:

@@ -35,10 +35,11 @@ async def run_guests(config: Config, bus: Bus, clock: Clock) -> None:
     people = [(p, _Seat(p, config, bus, clock)) for p in config.people if p.pointer]
     if not people:
         return
-    seats = {device: seat for p, seat in people for device in (p.pointer, p.camera_body)}
-    pages, cameras = (bus.subscribe(BY_NAME[t], queue_all=True, polled=True, site=config.site) for t in ("pointer", "camera_body"))
+    seats = {device: seat for p, seat in people for device in (p.pointer, p.camera_body, p.headset)}
+    topics = ("pointer", "camera_body", "headset")
+    pages, cameras, headsets = (bus.subscribe(BY_NAME[t], queue_all=True, polled=True, site=config.site) for t in topics)
     tick, begun_ns = 0, clock.now_ns()
-    with contextlib.closing(pages), contextlib.closing(cameras):
+    with contextlib.closing(pages), contextlib.closing(cameras), contextlib.closing(headsets):
         while True:
             tick = max(tick + 1, int((clock.now_ns() - begun_ns) * 1e-9 * RATE_HZ))
             await clock.sleep_until_ns(begun_ns + int(tick * 1e9 / RATE_HZ))
@@ -52,6 +53,10 @@ async def run_guests(config: Config, bus: Bus, clock: Clock) -> None:
                 seat = seats.get(sample.names["device"])
                 if seat is not None and seat.capture is not None:
                     seat.capture.see(sample.message)
+            for sample in headsets.take():
+                seat = seats.get(sample.names["device"])
+                if seat is not None and seat.capture is not None:
+                    seat.capture.wear(sample.message)
             for _, seat in people:
                 seat.publish()
 

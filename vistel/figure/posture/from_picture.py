@@ -12,7 +12,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.posture import HAND_DOF_COUNT
-from vistel.geometry.rotation import rotation_x, rotation_y
+from vistel.geometry.rotation import matrix_from_rotvec, rotation_x, rotation_y
 
 FOCAL = 1.22
 """Of a webcam, whose picture is 40 to 48 degrees high: the distance at which what is seen is as high as the picture, in picture
@@ -35,7 +35,7 @@ BEHIND_M = 0.05
 """A wrist that would be farther than this behind its shoulder is unlikely: a camera does not see it there [m]."""
 _GRID = 25
 """Depths of an elbow that are tried, and of a wrist."""
-_PALM_POINTS = (0, 1, 5, 9, 13, 17)
+PALM_POINTS = (0, 1, 5, 9, 13, 17)
 """Of a hand's 21 points those that its palm carries: the wrist, the thumb's base, the knuckles."""
 PALM_JOINTS = ("hand", "thumb_metacarpal", "index_proximal", "middle_proximal", "ring_proximal", "little_proximal")
 """The joints there."""
@@ -58,6 +58,13 @@ def fitted(shape: F64, points: F64) -> Placed:
     rotation = np.ascontiguousarray((u * sign) @ vt)
     scale = float((d * sign).sum() / max(1e-12, float((a * a).sum())))
     return Placed(rotation, scale, from_points - scale * rotation @ from_shape)
+
+
+def turn_between(a: F64, b: F64) -> F64:
+    """(3, 3) the shortest rotation that takes the direction of `a` to that of `b`."""
+    axis = np.cross(a, b)
+    across = float(np.linalg.norm(axis))
+    return matrix_from_rotvec(np.ascontiguousarray(axis * (math.atan2(across, float(a @ b)) / max(across, 1e-12))))
 
 
 def ray(point: F64) -> F64:
@@ -124,7 +131,7 @@ def _cost(first: F64, second: F64, arm: Arm, camera: F64, shoulder: F64, lengths
 
 def palm_of(points: F64, rest: F64) -> Placed:
     """How the palm lies whose joints PALM_JOINTS rest at `rest` (6, 3) [m, hand's frame], from 21 points (21, 3)."""
-    return fitted(rest, points[list(_PALM_POINTS)])
+    return fitted(rest, points[list(PALM_POINTS)])
 
 
 def fingers_of(points: F64, rotation: F64, side: float, rest: Mapping[str, F64]) -> F64:

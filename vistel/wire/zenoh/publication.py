@@ -15,7 +15,7 @@ from vistel.wire.uplink import Pacer, Uplink
 
 _BULK = frozenset({"device_raw", "world_inputs", "avatar_part", "picture_part"})
 """Reliable topics that must not delay motion on a thin uplink."""
-_FRAMES = frozenset({"tracker", "glove", "face", "pointer", "camera_body", "sound"})
+_FRAMES = frozenset({"tracker", "glove", "face", "pointer", "camera_body", "headset", "sound"})
 """Topics that give way to motion and voices where the uplink is thin. Who reads them in this process gets them all the same."""
 _RAW = "device_raw"
 """For the log alone: it has gaps where the uplink is thin."""

@@ -18,7 +18,7 @@ from vistel_services import posture
 
 WINDOW_NS = 250_000_000
 """How much is handed on at once [ns]."""
-DECODED = ("tracker", "glove", "pointer", "camera_body")
+DECODED = ("tracker", "glove", "pointer", "camera_body", "headset")
 """Not written down: the devices' bytes hold the same."""
 RECORDED = tuple(t for t in TOPICS if t.recorded and t.delivery is not Delivery.QUERY and t.name not in DECODED)
 """Topics that are written down."""

@@ -15,7 +15,7 @@ from vistel_cli.terminal import out
 
 _GAP_S = 1.0
 """A stream that is silent for longer is missing."""
-_FRAMES = ("tracker", "glove", "face", "pointer", "camera_body")
+_FRAMES = ("tracker", "glove", "face", "pointer", "camera_body", "headset")
 _WRAPPED = 2
 """How far the rest of a wrapped key is indented."""
 
