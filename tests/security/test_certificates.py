@@ -76,6 +76,22 @@ def test_the_certificate_of_a_site_is_no_router(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("protocol", ["tls", "quic"])
+def test_a_router_with_the_certificate_of_another_address_is_not_used(tmp_path: Path, protocol: str) -> None:
+    async def body(s: Secured) -> None:
+        async def at(address: str) -> None:
+            endpoints = [f"{protocol}/{address}:{s.port}"]
+            tls, clock = s.issue("tokyo"), SystemClock()
+            bus = await ZenohBus.open(conference="demo", site="tokyo", clock=clock, endpoints=endpoints, tls=tls)
+            await bus.close()
+
+        await at("127.0.0.1")
+        with pytest.raises(BusError, match="certificates do not match"):
+            await at("127.0.0.2")
+
+    secured(tmp_path, body, protocol=protocol, address="0.0.0.0")
+
+
+@pytest.mark.parametrize("protocol", ["tls", "quic"])
 def test_a_revoked_certificate_is_cut_off_while_the_router_runs_and_a_new_one_is_let_in(tmp_path: Path, protocol: str) -> None:
     file = tmp_path / "conference.toml"
     file.write_text(FILE.format(port=free_port(protocol)).replace("tls/", f"{protocol}/"))

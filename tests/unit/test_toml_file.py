@@ -95,6 +95,10 @@ FAULTS = [
     ("[people.aiko]\nname = 'a'\nheigth = 1.6", "f.toml:3: people.aiko.heigth: unknown key; did you mean height?"),
     ("[people.aiko]\nnmae = 'a'", "f.toml:2: people.aiko.nmae: unknown key; did you mean name?"),
     ("[people.aiko]\nname = 'a'\nxyz = 1", "f.toml:3: people.aiko.xyz: unknown key; expected one of name, height, awake, seat"),
+    (
+        "[people.aiko]\nname = 'a'\nthings = []",
+        "f.toml:3: people.aiko.things: unknown key here; it belongs above the first table of the file",
+    ),
     ("[people.aiko]\nheight = 1.6", "f.toml:1: people.aiko.name: is missing"),
     ("[people.aiko]\nname = 'a'\nheight = 'x'", "f.toml:3: people.aiko.height: is 'x', expected a number"),
     ("[people.aiko]\nname = 'a'\nheight = nan", "f.toml:3: people.aiko.height: is nan, expected a finite number"),

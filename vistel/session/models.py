@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Collection, Coroutine, Iterable
 from typing import Any
@@ -15,7 +16,7 @@ from vistel.session.pictures import Pictures
 from vistel.space.files.model import Polymesh
 from vistel.space.files.travel import pictures_in, unpack_model, unpack_picture
 from vistel.wire import background
-from vistel.wire.assets import AssetRefusedError, fetch_asset
+from vistel.wire.assets import AssetNotServedError, AssetRefusedError, fetch_asset
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.parcels import is_digest
@@ -24,6 +25,10 @@ log = logging.getLogger("vistel.renderer")
 
 REPORT_NS = 2_000_000_000
 """From one line about what is on its way to the next."""
+AGAIN_S = 0.5
+"""What nobody serves is asked for again after so long, which doubles ... [s]"""
+AGAIN_MOST_S = 8.0
+"""... up to this [s]."""
 MOST_TURNED = 12
 """Pages that are kept in memory when no panel shows them any more."""
 
@@ -97,8 +102,7 @@ class RoomDeliveries:
         model = await asyncio.to_thread(kept_model, digest, self._pictures)
         if model is None:
             try:
-                async with one:
-                    model = await self._fetched(digest)
+                model = await self._fetched_in_turn(digest, one)
             except ValueError as fault:
                 log.error("event=model_refused digest=%s reason=%r shown=what_is_felt_of_it", digest, str(fault))
                 return
@@ -109,6 +113,18 @@ class RoomDeliveries:
                 len(self._asked - self._models.keys()) - 1,
             )
         self._models[digest] = model
+
+    async def _fetched_in_turn(self, digest: str, one: asyncio.Lock) -> Polymesh:
+        """What nobody serves lets the next one have its turn, and is asked for again later."""
+        wait_s = AGAIN_S
+        while True:
+            async with one:
+                with contextlib.suppress(AssetNotServedError):
+                    return await self._fetched(digest)
+            if wait_s == AGAIN_S:
+                log.info("event=model_not_served digest=%s action=asked_again", digest)
+            await asyncio.sleep(wait_s)
+            wait_s = min(2.0 * wait_s, AGAIN_MOST_S)
 
     async def _fetched(self, digest: str) -> Polymesh:
         if not is_digest(digest):

@@ -109,6 +109,8 @@ def _said(fault: Any, place: Place, model: type[BaseModel], tables: Mapping[str,
     kind, given, found = str(fault["type"]), dict[str, Any](fault.get("ctx", {})), fault.get("input")
     if kind == "extra_forbidden":
         keys = _keys(model, place[:-1], tables)
+        if len(place) > 1 and place[-1] in _keys(model, (), tables):
+            return "unknown key here; it belongs above the first table of the file"
         return "unknown key" + (close(place[-1], keys) or f"; expected one of {', '.join(keys)}")
     if kind == "missing":
         return _MISSING

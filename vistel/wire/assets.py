@@ -27,16 +27,22 @@ AT_ONCE = 4
 PART_EVERY_S = 0.02
 """Time from one part to the next: 2.4 MB a second, which leaves room for motion."""
 PATIENCE_S = 3.0
+TRIES = 4
+"""Questions for a part, once another one has come."""
 _AGAIN_S = 0.5
-"""Wait before a part that nobody served is asked for again; it doubles each time."""
-_AGAIN_MOST_S = 8.0
-"""Longest such wait."""
+"""Between two of them [s]."""
+PACKING_S = 30.0
+"""So long somebody may say that it is being packed: others wait behind it [s]."""
 _NOT_READY_S = 0.1
 """Wait before a part is asked for again that is still being packed."""
 
 
 class AssetRefusedError(ValueError):
     """It cannot be had; the text says why."""
+
+
+class AssetNotServedError(AssetRefusedError):
+    """Nobody gives it now."""
 
 
 class AssetShelf:
@@ -102,11 +108,11 @@ def _part(data: bytes, number: int) -> AssetPart:
 
 
 async def fetch_asset(bus: Bus, digest: str, arrived: Callable[[int, int], None] = lambda have, of: None) -> bytes:
-    """The bytes of an asset, from whoever has it; waits as long as nobody answers. arrived: called with bytes here and in all.
+    """The bytes of an asset, from whoever has it. arrived: called with bytes here and in all.
 
-    Raises AssetRefusedError.
+    Raises AssetRefusedError, and AssetNotServedError where nobody has it now.
     """
-    first = await _ask(bus, digest, 0)
+    first = await _ask(bus, digest, 0, 1)
     if not 0 < first.size <= MOST_BYTES or first.parts != -(-first.size // PART_BYTES):
         raise AssetRefusedError(f"{first.size / 1e6:.1f} MB in {first.parts} parts, expected at most {MOST_BYTES / 1e6:.1f} MB")
     parts = [b""] * first.parts
@@ -127,7 +133,7 @@ async def fetch_asset(bus: Bus, digest: str, arrived: Callable[[int, int], None]
 
     async def one_after_the_other() -> None:
         for number in waiting:
-            take(number, await _ask(bus, digest, number))
+            take(number, await _ask(bus, digest, number, TRIES))
             await asyncio.sleep(AT_ONCE * PART_EVERY_S)
 
     try:
@@ -151,19 +157,20 @@ async def is_served(bus: Bus, clock: Clock, digest: str, patience_s: float = PAT
         await sleep(clock, _NOT_READY_S)
 
 
-async def _ask(bus: Bus, digest: str, number: int) -> AssetPart:
+async def _ask(bus: Bus, digest: str, number: int, tries: int) -> AssetPart:
+    """tries: so often nobody may answer."""
     request = AssetRequest(digest=digest, part=number)
-    wait_s = _AGAIN_S
-    while True:
+    packing_s = 0.0
+    while tries and packing_s <= PACKING_S:
         part: AssetPart | None = await bus.query(BY_NAME["room_asset"], request, PATIENCE_S)
         if part is not None and part.reason:
             raise AssetRefusedError(part.reason)
         if part is not None and part.parts:
             return part
-        if part is not None:
+        if part is None:
+            tries -= 1
+            await asyncio.sleep(_AGAIN_S if tries else 0.0)
+        else:
+            packing_s += _NOT_READY_S
             await asyncio.sleep(_NOT_READY_S)
-            continue
-        if wait_s == _AGAIN_S:
-            log.info("event=asset_not_served digest=%s action=asked_again", digest)
-        await asyncio.sleep(wait_s)
-        wait_s = min(2.0 * wait_s, _AGAIN_MOST_S)
+    raise AssetNotServedError("nobody has it now")

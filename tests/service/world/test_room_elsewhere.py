@@ -301,6 +301,42 @@ def test_what_is_too_large_or_lies_is_refused_and_nobody_waits(monkeypatch: pyte
     assert "at most" in asyncio.run(shelf())
 
 
+def test_a_polymesh_that_nobody_has_keeps_no_other_one_waiting_and_comes_when_somebody_has_it(
+    machine: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine("oslo")
+    monkeypatch.setattr(assets, "_NOT_READY_S", 0.01)
+    monkeypatch.setattr(assets, "PACKING_S", 0.05)
+    there, late = pictured(24), pictured(25)
+    served = {}
+    for model in (there, late):
+        picture = model.materials[0].picture
+        assert picture is not None
+        served |= {model.digest: pack_model(model), picture_digest(picture): pack_picture(picture)}
+    absent = {late.digest}
+
+    async def run() -> None:
+        network, models = MemoryNetwork(), dict[str, Polymesh]()
+
+        def answer(request: bytes) -> AssetPart | None:
+            asked = AssetRequest.FromString(request)
+            if asked.digest in absent:
+                return AssetPart()  # as somebody answers who packs it for ever
+            data = served.get(asked.digest)
+            return None if data is None else AssetPart(parts=1, size=len(data), data=data)
+
+        _bus(network, "hub").serve(BY_NAME["room_asset"], answer)
+        deliveries = RoomDeliveries(_bus(network, "oslo"), SystemClock(), models)
+        deliveries.want(["d" * 32, late.digest, there.digest])
+        await until(lambda: there.digest in models)
+        assert models.keys() == {there.digest}
+        absent.clear()
+        await until(lambda: late.digest in models)
+        deliveries.close()
+
+    asyncio.run(run())
+
+
 def test_a_shelf_answers_for_nothing_it_has_not() -> None:
     shelf = AssetShelf(packers(Interior(Room((), ()))), lambda name: None)
     assert shelf.answer(b"\xff\xff") is None

@@ -30,8 +30,10 @@ LOOK_S = 0.1
 """Between two looks whether the session has a router [s]."""
 ROUND_TRIPS = 1.25
 """An attempt may take so many round trips until it is answered ..."""
-LEAST_S, LONGEST_S = 0.05, 3.0
-"""... within these [s]."""
+LEAST_S = 0.05
+"""... at least this ... [s]"""
+LONGEST_S = 3.0
+"""... and at most this [s]."""
 MOST_S = 0.5
 """The longest round trip that is believed of a good link, and that of one which is not known [s]."""
 MEASURE = 100
@@ -49,8 +51,10 @@ OPEN_FILES = Path("/proc/self/fd")
 """What this process has open, sockets too."""
 CONNECTIONS = {socket.AF_INET: Path("/proc/self/net/tcp"), socket.AF_INET6: Path("/proc/self/net/tcp6")}
 """What the system knows of each TCP socket."""
-ANSWERED, UNANSWERED = "01", "02"
-"""There: a socket that is connected, and one that has no answer yet (SYN-SENT)."""
+ANSWERED = "01"
+"""There: a socket that is connected."""
+UNANSWERED = "02"
+"""There: one that has no answer yet (SYN-SENT)."""
 
 Address = tuple[socket.AddressFamily, str, int]
 
