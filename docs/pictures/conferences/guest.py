@@ -32,8 +32,6 @@ CONFERENCE = ROOT / "examples/conferences/guests.toml"
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 CAMERA = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
 SIZE = (1120, 700)
-SMALL = (760, 480)
-"""Of pictures in which words are what is looked at."""
 QUICK = (480, 300)
 """While nothing is looked at."""
 THINGS = ("box", "ball", "can")
@@ -42,6 +40,7 @@ TRY_S = 10.0
 LIFT_PX = 90
 TURNS = 4
 """To the right, towards who writes."""
+FILE = "guests.toml"
 PARTS = ("door", "chat", "eyes", "camera")
 COMMAND = [sys.executable, "-m", "vistel_cli.main"]
 LINES = (("aiko", "Welcome, Ann!"), ("aiko", "The agenda is at https://example.org/agenda"))
@@ -54,13 +53,14 @@ def main() -> None:
         sys.exit(f"{', '.join(sorted(unknown))}: expected some of {', '.join(PARTS)}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        run = [*COMMAND, "up", str(conference(folder)), "--out", str(folder / "out")]
+        file = conference(folder)
+        run = [*COMMAND, "up", str(file), "--out", str(folder / "out")]
         said = folder / "up.log"  # a pipe that nobody reads would be full after some minutes, and hold `vistel up` up
         with said.open("w") as log, subprocess.Popen(run, stdout=log) as up:
             try:
                 url = line_with("  console ", said, up).split()[1]
                 line_with("everybody sees everybody", said, up)
-                asked = [*COMMAND, "invite", "Ann", "--seat", "guest-2", "--json"]
+                asked = [*COMMAND, "invite", "Ann", str(file), "--seat", "guest-2", "--json"]
                 told = subprocess.run(asked, stdout=subprocess.PIPE, check=True)
                 asyncio.run(visit(folder, url, json.loads(told.stdout)["link"], wanted))
             finally:
@@ -72,7 +72,7 @@ def conference(folder: Path) -> Path:
     data = load(CONFERENCE).model_dump(mode="json", exclude_none=True)
     data["record"] = False
     data["sites"][0]["processes"] = [["tracker", "glove", "posture"]]
-    file = folder / "guests.toml"
+    file = folder / FILE
     file.write_text(tomli_w.dumps(data))
     return file
 
@@ -105,7 +105,7 @@ async def visit(folder: Path, console: str, link: str, wanted: Sequence[str]) ->
         await tab.until("window.guest.own()")
         await asyncio.sleep(2.0)  # until the view is steady
         if "chat" in wanted:
-            await chat(tab)
+            await chat(tab, folder / FILE)
         if "eyes" in wanted:
             await eyes(tab, folder, console)
         if "camera" in wanted:
@@ -136,16 +136,16 @@ async def camera(tab: Page) -> None:
     await tab.click("#camera")
     await tab.until("document.getElementById('mirror').innerText.includes('Your figure does what you do')")
     await tab.until("window.guest.joints(window.guest.me()).filter(([, y]) => y > 1.15).length > 40")  # both hands are up
-    await resize(tab, SMALL)
+    await resize(tab, SIZE)
     await sharp(tab)
     await kept(tab, "guest-camera")
     await resize(tab, QUICK)
 
 
-async def chat(tab: Page) -> None:
+async def chat(tab: Page, file: Path) -> None:
     """Somebody writes, and the guest answers and turns to them."""
     for who, line in LINES:
-        await asyncio.to_thread(subprocess.run, [*COMMAND, "chat", line, "--as", who], check=True)
+        await asyncio.to_thread(subprocess.run, [*COMMAND, "chat", str(file), line, "--as", who], check=True)
     await tab.until(f"document.querySelector('#chat-button b')?.innerText === '{len(LINES)}'")
     await tab.click("#chat-button")
     await tab.call("Input.insertText", text=ANSWER)
@@ -154,7 +154,7 @@ async def chat(tab: Page) -> None:
     for _ in range(TURNS):
         await tab.value("document.dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowRight' }))")
         await asyncio.sleep(0.5)  # the page draws when it does
-    await resize(tab, SMALL)
+    await resize(tab, SIZE)
     await sharp(tab)
     await kept(tab, "guest-chat", "document.body")
     await resize(tab, QUICK)
