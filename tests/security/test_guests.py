@@ -114,6 +114,24 @@ def test_what_a_guest_cannot_do_is_not_passed_on_and_ends_the_visit(tmp_path: Pa
     in_room(tmp_path, monkeypatch, play)
 
 
+def test_a_page_that_came_back_and_moves_before_it_has_said_again_as_whom_stays(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(room: GuestRoom) -> None:
+        async with room.opened(room.invited()) as page:
+            await page.told("invited")
+            for _ in range(3 * guests.MOST_FAULTY):
+                await page.socket.send_bytes(SITS)
+            await page.socket.send_bytes(voice_record(room.clock.now_ns(), HUM))
+            await page.socket.send_json({"person": "carla"})
+            await page.socket.send_bytes(posture_record(yaw=0.5))
+            await room.until(lambda: "guest-1" in room.moved, "the guest is in the room")
+        room.take()
+        assert not room.spoken, "what was said before is left out"
+
+    in_room(tmp_path, monkeypatch, play)
+
+
 def test_a_page_that_sends_a_thousand_messages_a_second_is_closed_and_nobody_gets_them(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

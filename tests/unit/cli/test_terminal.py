@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -62,3 +63,16 @@ def test_a_terminal_that_is_not_utf_8_gets_what_it_can_show(encoding: str) -> No
     done = subprocess.run(command, check=False, capture_output=True, env=os.environ | {"PYTHONIOENCODING": encoding})
     said = (done.stdout + done.stderr).decode(encoding)
     assert "unexpected" not in said and "?????" in said
+
+
+def test_ctrl_c_while_the_command_loads_ends_it_without_a_word() -> None:
+    script = """import os, signal, sys
+class Interrupting:
+    def find_spec(self, name, path, target=None):
+        if name == "typer":
+            os.kill(os.getpid(), signal.SIGINT)
+sys.meta_path.insert(0, Interrupting())
+from vistel_cli.start import main
+main()"""
+    done = subprocess.run([sys.executable, "-c", script], check=False, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == (-signal.SIGINT, "", "")

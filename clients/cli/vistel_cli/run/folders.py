@@ -55,6 +55,8 @@ def _made(given: Path | None, name: str, *, latest: bool) -> Path:
     if given is not None:
         try:
             given.mkdir(parents=True, exist_ok=True)
+        except FileExistsError:
+            fail(f"--out {given}: is a file; name a folder")
         except OSError as e:
             fail(f"--out {given}: cannot be made: {e.strerror}")
         return given

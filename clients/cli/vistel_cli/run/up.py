@@ -96,9 +96,10 @@ def up(
     source = file or DEMO_FILE
     steps = Steps(out, silent=as_json or plan)
     steps.begin(f"{source.stem}: checking the conference")
-    conference = load_conference(source)
-    conference = with_console(conference) if console else conference.model_copy(update={"console": ConsoleConfig()})
-    faults = faults_of(conference, source)
+    with waiting("checking the conference") if err.is_terminal or not (as_json or plan) else contextlib.nullcontext():
+        conference = load_conference(source)
+        conference = with_console(conference) if console else conference.model_copy(update={"console": ConsoleConfig()})
+        faults = faults_of(conference, source)
     if motion is not None:
         conference = with_motion(conference, motion)
     if links and conference.bus.mode != "embedded":

@@ -248,7 +248,7 @@ def _table(interior: Interior) -> None:
     for joint in interior.room.joints:
         out.print(_hangs(joint), soft_wrap=True, highlight=False)
     things, seats = len(interior.room.things), len(interior.room.seats)
-    out.print(f"{things} {_plural('thing', things)}, {len(loose)} of them loose; {seats} {_plural('seat', seats)}")
+    out.print(f"{things} {_plural('thing', things)}, {len(loose)} loose; {seats} {_plural('seat', seats)}")
     for note in interior.notes:
         print_warning(note)
 

@@ -9,9 +9,10 @@ import sys
 from pathlib import Path
 
 import pytest
+import typer
 from typer.testing import CliRunner
 
-from vistel_cli.run.folders import in_use, runs_in
+from vistel_cli.run.folders import in_use, run_folder, runs_in
 from vistel_cli.run.runs import app
 
 RUNS = """import sys
@@ -54,6 +55,13 @@ def test_a_run_that_is_stopped_while_it_prepares_leaves_no_folder_and_the_newest
     assert run.returncode == 0
     assert runs_in(own_folder / "out") == [earlier]
     assert os.readlink(own_folder / "out" / "latest") == earlier.name
+
+
+def test_a_file_is_not_taken_for_a_folder(own_folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (own_folder / "slides.pdf").touch()
+    with pytest.raises(typer.Exit):
+        run_folder(Path("slides.pdf"), "lab")
+    assert capsys.readouterr().err == "error: --out slides.pdf: is a file; name a folder\n"
 
 
 def test_a_folder_that_is_gone_is_not_in_use(own_folder: Path) -> None:
