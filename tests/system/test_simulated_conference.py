@@ -8,7 +8,7 @@ import pytest
 
 import vistel.log
 from vistel.conference.files import ConferenceError
-from vistel.v1.command_pb2 import Command
+from vistel.v1.command_pb2 import Command, CommandResult
 from vistel.v1.device_pb2 import DeviceStatus
 from vistel_sim.testing.fixtures import StartSimulatedConference
 
@@ -54,7 +54,8 @@ def test_two_people_meet_and_what_they_ask_for_is_done_or_refused(simulated_conf
         meeting.ask("aiko", painted(thing))
     meeting.live(0.5)
     log = vistel.log.open(meeting.log)
-    assert [r.message.done for r in log.messages("command_result")] == [True, False]
+    done, refused = CommandResult.OUTCOME_DONE, CommandResult.OUTCOME_REFUSED
+    assert [r.message.outcome for r in log.messages("command_result")] == [done, refused]
     assert {r.message.device for r in log.messages("device_status")} >= {"aiko-tracker", "ben-tracker"}
     with pytest.raises(KeyError, match="carla"):
         meeting.ask("carla", painted("table"))

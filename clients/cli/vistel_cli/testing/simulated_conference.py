@@ -16,10 +16,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-import tomli_w
-
 from vistel.conference.device_list import Device, devices_of, devices_of_site
-from vistel.conference.files import load
+from vistel.conference.files import load, text_without_tokens
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.v1.command_pb2 import Command
@@ -52,13 +50,14 @@ class SimulatedConference:
         """faults: of its devices, at times from its beginning. Raises ValueError, one line, for a device that is not simulated at a
         serial port, or a fault of an unknown one; OSError where `log` cannot be written."""
         self.log = log
-        self._conference = conference.model_copy(update={"record_raw": True})
+        room = conference.world.model_copy(update={"folder": None})  # begins anew, and is kept nowhere
+        self._conference = conference.model_copy(update={"record_raw": True, "world": room})
         if out := [d.name for d in devices_of(conference) if not _on_a_wire(d)]:
             raise ValueError(f"simulated time: {', '.join(out)}: only simulated trackers and gloves at serial ports can take part")
         self._asked = 0
         self._ends = ExitStack()
         folder = Path(self._ends.enter_context(tempfile.TemporaryDirectory(prefix="vistel-")))
-        text = tomli_w.dumps(self._conference.model_dump(mode="json", exclude_none=True))
+        text = text_without_tokens(self._conference.model_dump(mode="json", exclude_none=True))
         self._writer = self._ends.enter_context(LogWriter(log, text))
         self._runner = self._ends.enter_context(asyncio.Runner(loop_factory=SimulatedLoop))
         self._running: list[asyncio.Task[None]] = []
