@@ -10,8 +10,8 @@ import numpy as np
 
 from vistel.wire.clock import Clock
 from vistel_sim.faults import DeviceFaults, Fault
-from vistel_sim.port import SimulatedPort
-from vistel_sim.pty_port import PtyPort
+from vistel_sim.ports.port import SimulatedPort
+from vistel_sim.ports.pty_port import PtyPort
 
 _LATE_NS = 50_000_000
 """A machine that is later than this skips measurements instead of sending old ones as new [ns]."""

@@ -25,7 +25,7 @@ from vistel_sim.limbs import own_limbs
 from vistel_sim.microphone import run_microphones
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.source import AVERAGE
-from vistel_sim.pty_port import PtyPort
+from vistel_sim.ports.pty_port import PtyPort
 from vistel_sim.simulation import BodyMotion, Simulation
 from vistel_sim.sound import simulated_equipment, simulated_microphones
 

@@ -15,7 +15,7 @@ from vistel.wire.clock import Clock
 from vistel_sim.device import Instrument, MakePort, SimulatedDevice
 from vistel_sim.faults import Fault
 from vistel_sim.motion.source import AVERAGE
-from vistel_sim.pty_port import PtyPort
+from vistel_sim.ports.pty_port import PtyPort
 
 RESTART_S = 0.3
 """How long simulated units take to restart [s]. Real ones take longer (a FASTRAK 10 s, a CyberGlove 1.75 s); the protocol is the

@@ -38,7 +38,7 @@ def test_a_meeting_twice_gives_the_same_bytes_and_another_seed_others(simulated_
     for seed in (1, 1, 2):
         meeting = simulated_conference(ONE.format(seed=seed))
         meeting.live(4.0)
-        meeting.ask("aiko", painted("table"))
+        meeting.ask("aiko", painted("ball"))
         meeting.live(1.0)
         assert meeting.now_s == pytest.approx(5.0)
         meeting.end()
@@ -47,18 +47,27 @@ def test_a_meeting_twice_gives_the_same_bytes_and_another_seed_others(simulated_
     assert logs[0] != logs[2]
 
 
+def streaming(log: Path) -> set[str]:
+    """Devices that stream, or have."""
+    return {
+        r.message.device for r in vistel.log.open(log).messages("device_status") if r.message.state == DeviceStatus.STATE_STREAMING
+    }
+
+
 def test_two_people_meet_and_what_they_ask_for_is_done_or_refused(simulated_conference: StartSimulatedConference) -> None:
     meeting = simulated_conference()
-    meeting.live_until(lambda: all(list(vistel.log.open(meeting.log).postures(who)) for who in ("aiko", "ben")), "both to move")
-    for thing in ("table", "unicorn"):
+    meeting.live_until(lambda: {"aiko-tracker", "ben-tracker"} <= streaming(meeting.log), "both trackers", within_s=10.0)
+    for thing in ("ball", "unicorn"):
         meeting.ask("aiko", painted(thing))
     meeting.live(0.5)
     log = vistel.log.open(meeting.log)
     done, refused = CommandResult.OUTCOME_DONE, CommandResult.OUTCOME_REFUSED
     assert [r.message.outcome for r in log.messages("command_result")] == [done, refused]
-    assert {r.message.device for r in log.messages("device_status")} >= {"aiko-tracker", "ben-tracker"}
+    assert all(len(list(log.postures(who))) > 20 for who in ("aiko", "ben"))
     with pytest.raises(KeyError, match="carla"):
-        meeting.ask("carla", painted("table"))
+        meeting.ask("carla", painted("ball"))
+    with pytest.raises(AssertionError, match=r"waited 1 s of the conference for a unicorn"):
+        meeting.live_until(lambda: False, "a unicorn", within_s=1.0)
 
 
 def test_an_unplugged_tracker_is_searched_for_and_comes_back(simulated_conference: StartSimulatedConference) -> None:

@@ -14,7 +14,7 @@ SOURCES |= {"vistel_cli": "clients/cli/vistel_cli"}
 PLACES = ("vistel", "vistel_cli.log", "vistel_cli.main", "vistel_sim.motion", "vistel_services.world", "vistel_services.posture")
 PLACES += ("vistel_services.renderer", "vistel_services.console", "vistel_services.pointer")
 """Library, replay, films, console and guests."""
-NEED_UNIX = ("vistel_sim.pty_port", "vistel_sim.microphone", "vistel_services.delay.client")
+NEED_UNIX = ("vistel_sim.ports.pty_port", "vistel_sim.microphone", "vistel_services.delay.client")
 """Pseudo-terminals, pipes and serial lines: Unix alone has them."""
 
 
@@ -97,4 +97,4 @@ def test_library_replay_films_console_and_guests_load_nothing_that_only_unix_has
 def test_the_ways_are_found_where_there_are_some() -> None:
     for module in NEED_UNIX:
         assert way_to_unix(module), module
-    assert way_to_unix("vistel_sim.device")[1:-1] == ["vistel_sim.pty_port"]
+    assert way_to_unix("vistel_sim.device")[1:-1] == ["vistel_sim.ports.pty_port"]

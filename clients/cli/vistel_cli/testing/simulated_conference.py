@@ -34,8 +34,8 @@ from vistel_sim.device import SimulatedDevice, run_devices
 from vistel_sim.faults import Fault, fault_from_text
 from vistel_sim.limbs import own_limbs
 from vistel_sim.motion import open_motion
+from vistel_sim.ports.wire_port import Wires
 from vistel_sim.process import simulators
-from vistel_sim.wire_port import Wires
 
 BEGIN_NS = 1_700_000_000_000_000_000
 """Conference time at which every simulated conference begins [ns]."""

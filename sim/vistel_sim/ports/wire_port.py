@@ -7,7 +7,7 @@ from pathlib import Path
 
 from vistel.devices.transport import OpenTransport, Received, Transport, TransportError
 from vistel.wire.clock import Clock
-from vistel_sim.port import GARBLED, SimulatedPort
+from vistel_sim.ports.port import GARBLED, SimulatedPort
 
 
 class Wires:

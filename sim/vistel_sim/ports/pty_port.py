@@ -11,7 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from vistel.wire.clock import Clock
-from vistel_sim.port import GARBLED, SimulatedPort
+from vistel_sim.ports.port import GARBLED, SimulatedPort
 
 _LIMIT = 2048
 """Bytes that may wait for a reader; further records are lost."""
