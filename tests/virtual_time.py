@@ -21,7 +21,7 @@ from typing import Any, TypeVar
 from unittest.mock import patch
 
 from vistel.wire.simulated_loop import LoopClock
-from vistel_sim.pty_port import PtyPort
+from vistel_sim.ports.pty_port import PtyPort
 
 __all__ = ["LoopClock", "VirtualTimeLoop", "run"]
 

@@ -1,7 +1,7 @@
 """What simulated serial devices have in common: a port, faults, a measuring period."""
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -10,7 +10,8 @@ import numpy as np
 
 from vistel.wire.clock import Clock
 from vistel_sim.faults import DeviceFaults, Fault
-from vistel_sim.pty_port import PtyPort
+from vistel_sim.ports.port import SimulatedPort
+from vistel_sim.ports.pty_port import PtyPort
 
 _LATE_NS = 50_000_000
 """A machine that is later than this skips measurements instead of sending old ones as new [ns]."""
@@ -66,6 +67,14 @@ class Simulator(Protocol):
         ...
 
 
+class MakePort(Protocol):
+    """Makes the port of a device; see `SimulatedPort`."""
+
+    def __call__(
+        self, path: Path, clock: Clock, received: Callable[[bytes], None], baud: int = 115200, *, strict: bool = False
+    ) -> SimulatedPort: ...
+
+
 class SimulatedDevice:
     """Runs an instrument at a port."""
 
@@ -81,13 +90,14 @@ class SimulatedDevice:
         baud: int = 115200,
         seed: int = 0,
         strict_speed: bool = False,
+        port: MakePort = PtyPort,
     ) -> None:
         """`start_ns`: the clock's time at which the motion and the script of faults begin.
 
-        strict_speed: a client must have set `baud`; otherwise any speed is understood.
+        strict_speed: a client must have set `baud`; otherwise any speed is understood. port: makes its port.
         """
         self.name = name
-        self.port = PtyPort(path, clock, self._received, baud, strict=strict_speed)
+        self.port = port(path, clock, self._received, baud, strict=strict_speed)
         self._line = baud, strict_speed
         self._wrong_speed = False
         self._instrument = instrument

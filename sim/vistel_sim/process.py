@@ -19,12 +19,13 @@ from vistel.devices import kind
 from vistel.figure.avatar.proportions import Proportions
 from vistel.wire import alive, background, event_loop
 from vistel.wire.clock import Clock, SystemClock
-from vistel_sim.device import Simulator, run_devices
+from vistel_sim.device import MakePort, Simulator, run_devices
 from vistel_sim.faults import Fault, fault_from_text
 from vistel_sim.limbs import own_limbs
 from vistel_sim.microphone import run_microphones
 from vistel_sim.motion import MotionError, open_motion
 from vistel_sim.motion.source import AVERAGE
+from vistel_sim.ports.pty_port import PtyPort
 from vistel_sim.simulation import BodyMotion, Simulation
 from vistel_sim.sound import simulated_equipment, simulated_microphones
 
@@ -41,14 +42,16 @@ def simulators(
     site: str | None = None,
     faults: Iterable[Fault] = (),
     limbs: Mapping[str, Proportions] = AVERAGE,
+    port: MakePort = PtyPort,
 ) -> list[Simulator]:
     """The devices whose port is "sim", of one site or of all. The motion and the times of `faults` begin at `start_ns`. limbs: of
-    participants who are no average person of their height. Raises ValueError for a fault of an unknown device."""
+    participants who are no average person of their height. port: makes the ports of serial devices. Raises ValueError for a fault
+    of an unknown device."""
     faults, names = tuple(faults), simulated_names(conference, site)
     for fault in faults:
         if fault.device not in names:
             raise ValueError(f"fault: no simulated device {fault.device!r}; there are {', '.join(sorted(names))}")
-    simulation = Simulation(conference, motion, paths, clock, start_ns, faults, limbs)
+    simulation = Simulation(conference, motion, paths, clock, start_ns, faults, limbs, port)
     return [kind.load(d.kind.simulator)(d, simulation) for d in devices_of(conference, site) if d.simulated]
 
 

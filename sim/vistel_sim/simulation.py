@@ -12,9 +12,10 @@ from vistel.conference.paths import RunPaths
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture
 from vistel.wire.clock import Clock
-from vistel_sim.device import Instrument, SimulatedDevice
+from vistel_sim.device import Instrument, MakePort, SimulatedDevice
 from vistel_sim.faults import Fault
 from vistel_sim.motion.source import AVERAGE
+from vistel_sim.ports.pty_port import PtyPort
 
 RESTART_S = 0.3
 """How long simulated units take to restart [s]. Real ones take longer (a FASTRAK 10 s, a CyberGlove 1.75 s); the protocol is the
@@ -48,7 +49,7 @@ class BodyMotion(Protocol):
 @dataclass(frozen=True)
 class Simulation:
     """start_ns: conference time at which the motion and the times of `faults` begin; limbs: of participants who are no average
-    person of their height."""
+    person of their height; port: makes the ports of serial devices."""
 
     conference: Conference
     motion: BodyMotion
@@ -57,6 +58,7 @@ class Simulation:
     start_ns: int
     faults: tuple[Fault, ...] = ()
     limbs: Mapping[str, Proportions] = field(default_factory=lambda: AVERAGE)
+    port: MakePort = PtyPort
 
     def seed(self, name: str) -> int:
         """Seed for the noise of a device."""
@@ -69,7 +71,7 @@ class Simulation:
     def at_port(self, name: str, instrument: Instrument, baud: int) -> SimulatedDevice:
         """A device on a simulated serial port."""
         link, seed = self.link(name), self.seed(name)
-        return SimulatedDevice(name, instrument, link, self.clock, self.start_ns, self.faults, baud=baud, seed=seed)
+        return SimulatedDevice(name, instrument, link, self.clock, self.start_ns, self.faults, baud=baud, seed=seed, port=self.port)
 
 
 def device_seed(seed: int, name: str) -> int:

@@ -45,7 +45,8 @@ APART_S = (0.0005, 1.0)
 """From one row of a sensor to its next [s]: 2000 Hz to 1 Hz."""
 DEVICE = "Imported0"
 """What the tracker of a table is called in the bytes that are made of it."""
-_Z_UP: F64 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+Z_UP: F64 = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
+"""From axes with z up to those with y up."""
 _ENTRY = struct.Struct(">iiIIi4x")
 
 
@@ -81,7 +82,7 @@ def read_table(path: Path, unit: str = "m", up: str = "y", clock: str = "s") -> 
     rows = _rows(path)
     tracks: dict[str, Track] = {}
     back = 0
-    turn = np.eye(3) if up == "y" else _Z_UP
+    turn = np.eye(3) if up == "y" else Z_UP
     for sensor, found in rows.items():
         numbers = np.array(found)
         back += int(np.count_nonzero(np.diff(numbers[:, 0]) < 0.0))
@@ -89,7 +90,7 @@ def read_table(path: Path, unit: str = "m", up: str = "y", clock: str = "s") -> 
         rotations = np.array([matrix_from_quaternion(q / np.linalg.norm(q)) for q in numbers[:, 4:]])
         tracks[sensor] = Track(CLOCKS[clock] * numbers[:, 0], UNITS[unit] * numbers[:, 1:4] @ turn.T, turn @ rotations @ turn.T)
     _check_clock(path, tracks, clock)
-    remark = _check_height(path, tracks, unit, up)
+    remark = check_height(path, tracks, unit, up)
     return Take(tracks, back, remark)
 
 
@@ -149,7 +150,7 @@ def _check_clock(path: Path, tracks: Mapping[str, Track], clock: str) -> None:
     raise SensorError(f"{path}: t: {raw:g} from row to row, and {length:g} s in all, are no times in {clock}{guess}")
 
 
-def _check_height(path: Path, tracks: Mapping[str, Track], unit: str, up: str) -> str:
+def check_height(path: Path, tracks: Mapping[str, Track], unit: str, up: str) -> str:
     """Raises SensorError for heights at which nobody's head is, with a guess of what the unit is."""
     highest = "head" if "head" in tracks else max(tracks, key=lambda s: float(np.median(tracks[s].position[:, 1])))
     y, z = (float(np.median(tracks[highest].position[:, axis])) for axis in (1, 2))
@@ -163,10 +164,10 @@ def _check_height(path: Path, tracks: Mapping[str, Track], unit: str, up: str) -
     said = f"{path}: {highest} is at a height of {raw:g}, which is no {unit} above the floor"
     if likely and likely[0][1] != unit:
         raise SensorError(f"{said}; these look like {likely[0][1]}: --unit {likely[0][1]}")
-    if up == "y" and turned:
-        other = f" --unit {turned[0][1]}" if turned[0][1] != unit else ""
-        raise SensorError(f"{said}; z looks like the height: --up z{other}")
-    raise SensorError(f"{said}; expected y up, the floor at 0, and {unit}")
+    if turned:
+        height, other = "z" if up == "y" else "y", f" --unit {turned[0][1]}" if turned[0][1] != unit else ""
+        raise SensorError(f"{said}; {height} looks like the height: --up {height}{other}")
+    raise SensorError(f"{said}; expected {up} up, the floor at 0, and {unit}")
 
 
 def at_a_seat(take: Take) -> Take:

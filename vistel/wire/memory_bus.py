@@ -195,8 +195,8 @@ class MemoryBus:
         self._inboxes.append(inbox)
         self._network.read(self, wanted, inbox)
         for key, payload in self._network.history(topic):
-            names = topic.match(key)
-            if names is not None and wanted.items() <= names.items():
+            found = topic.match(key)
+            if found is not None and wanted.items() <= found.items():
                 self.deliver(inbox, key, payload)
         return inbox
 

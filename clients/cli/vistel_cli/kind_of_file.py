@@ -49,6 +49,7 @@ OBJ = Kind("an OBJ mesh", "vistel avatar import FILE, or vistel world show FILE"
 PLY = Kind("a PLY mesh")
 MHCLO = Kind("clothing of MakeHuman", "vistel avatar import MESH --clothes FILE")
 BVH = Kind("recorded motion (BVH)", "vistel up --motion FILE")
+C3D = Kind("motion that a laboratory captured (C3D)", "vistel log import FILE")
 VRPN = Kind("a capture of VRPN", "vistel log import FILE")
 PICTURE = Kind("a picture", "vistel show FILE")
 PDF = Kind("a PDF", "vistel show FILE")
@@ -83,6 +84,7 @@ _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"ply\r\n", PLY),
     (b"HIERARCHY", BVH),
     (b"vrpn: ver. ", VRPN),
+    (b"\x02\x50", C3D),
 )
 _TABLES: tuple[tuple[set[str], Kind], ...] = (
     ({"parts"}, PARTS),

@@ -12,7 +12,7 @@ import numpy as np
 from vistel.wire.clock import Clock
 from vistel_sim.equipment.modbus import COILS, DISCRETE, HOLDING, INPUT, Refusal, SerialFraming, TcpFraming, answer
 from vistel_sim.faults import DeviceFaults, Fault
-from vistel_sim.pty_port import PtyPort
+from vistel_sim.ports.pty_port import PtyPort
 
 _TICK_S = 0.05
 """Time between two changes of what the unit measures [s]."""

@@ -1,7 +1,8 @@
 """The pytest plugin (entry point `pytest11`): simulated devices at real ports, links and whole conferences, for one test each."""
 
-from collections.abc import Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import ExitStack, contextmanager
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -10,6 +11,7 @@ import pytest
 from vistel_sim.testing.kept import keep, pytest_addoption, pytest_runtest_makereport
 
 if TYPE_CHECKING:
+    from vistel.v1.command_pb2 import Command
     from vistel_sim.testing.live_conference import LiveConference
     from vistel_sim.testing.network import Network
     from vistel_sim.testing.person import Gloves, Person
@@ -42,6 +44,42 @@ class StartConference(Protocol):
     def __call__(self, file: Path | str | None = None, *, renderers: bool = False) -> "LiveConference":
         """A conference that runs: of a file, of the text of one, or of two people at two sites. renderers: whether its sites draw;
         without them, files that it names are given by their whole paths."""
+        ...
+
+
+class InSimulatedTime(Protocol):
+    """A conference whose time passes only when a test lets it. log: a log like any other, whole up to now after each `live`."""
+
+    log: Path
+
+    @property
+    def now_s(self) -> float:
+        """Seconds since it began."""
+        ...
+
+    def live(self, seconds: float) -> None:
+        """Let so many seconds of the conference pass."""
+        ...
+
+    def live_until(self, condition: Callable[[], bool], what: str, *, within_s: float = 60.0) -> None:
+        """Let it pass until `condition` holds; AssertionError names `what` it waited for."""
+        ...
+
+    def ask(self, participant: str, command: "Command") -> None:
+        """A command of a participant, now. Raises KeyError for an unknown one."""
+        ...
+
+    def end(self) -> None:
+        """End it, and close its log; it ends with the test otherwise."""
+        ...
+
+
+class StartSimulatedConference(Protocol):
+    """The fixture `simulated_conference`."""
+
+    def __call__(self, file: Path | str | None = None, *, faults: Iterable[str] = ()) -> InSimulatedTime:
+        """A conference of a file, of the text of one, or of two people at two sites. faults: DEVICE:KIND:AT_S:FOR_S. Raises
+        ConferenceError or ValueError, one line."""
         ...
 
 
@@ -162,17 +200,15 @@ def network() -> "Iterator[Network]":
 @pytest.fixture
 def conference(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[StartConference]:
     """Starts whole conferences: `conference()` is one of two people at two sites, `conference("mine.toml")` that of a file."""
-    from vistel_sim.testing.live_conference import TWO, LiveConference, without_renderers
+    from vistel_sim.testing.live_conference import LiveConference, without_renderers
 
     with ExitStack() as ends:
         started: list[LiveConference] = []
 
         def start(file: Path | str | None = None, *, renderers: bool = False) -> LiveConference:
             name = f"conference-{len(started) + 1}" if started else "conference"
-            whole = isinstance(file, Path) or (file is not None and "\n" not in file)
-            path = Path(str(file)) if whole else tmp_path / f"{name}.toml"
-            text = path.read_text("utf-8") if whole else str(file or TWO)
-            if not (whole and renderers):
+            path, text = _conference_file(file, tmp_path / f"{name}.toml")
+            if not (path.exists() and renderers):
                 path = tmp_path / f"{name}.toml"
                 path.write_text(text if renderers else without_renderers(text), "utf-8")
             running = LiveConference(path, tmp_path / name)
@@ -183,6 +219,37 @@ def conference(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Start
             return running
 
         yield start
+
+
+@pytest.fixture
+def simulated_conference(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[StartSimulatedConference]:
+    """Whole conferences in simulated time: `simulated_conference().live(60.0)` computes a minute of two people, always the same."""
+    # Simulators know no services. What joins both is named, as the command is to start a live conference.
+    simulated = import_module("vistel_cli.testing.simulated_conference").SimulatedConference
+    started = 0
+    with ExitStack() as ends:
+
+        def start(file: Path | str | None = None, *, faults: Iterable[str] = ()) -> InSimulatedTime:
+            nonlocal started
+            started += 1
+            path, text = _conference_file(file, tmp_path / f"simulated-{started}.toml")
+            if not path.exists():
+                path.write_text(text, "utf-8")
+            running: InSimulatedTime = simulated.of_file(path, tmp_path / f"simulated-{started}.mcap", faults)
+            ends.callback(running.end)
+            keep(request, tmp_path, lambda folder: [running.log])
+            return running
+
+        yield start
+
+
+def _conference_file(given: Path | str | None, otherwise: Path) -> tuple[Path, str]:
+    """A file that was given and its text; or a text, by default that of two people, and `otherwise`, where it is to be written."""
+    from vistel_sim.testing.live_conference import TWO
+
+    if isinstance(given, Path) or (given is not None and "\n" not in given):
+        return Path(given), Path(given).read_text("utf-8")
+    return otherwise, given or TWO
 
 
 @contextmanager

@@ -19,8 +19,8 @@ from vistel.wire.clock import SimulatedClock
 from vistel_sim.device import SimulatedDevice, run_devices
 from vistel_sim.fastrak import Fastrak
 from vistel_sim.faults import DeviceFaults, Fault, fault_from_text
+from vistel_sim.ports.pty_port import PtyPort
 from vistel_sim.process import simulators
-from vistel_sim.pty_port import PtyPort
 
 POSE = ((0.5, 0.1, -0.6), (0.0, 0.0, 0.0, 1.0))
 

@@ -40,6 +40,7 @@ REFERENCE = ROOT / "docs/reference/test-kit.md"
 FIXTURES = (
     *("simulated_fastrak", "simulated_tracker", "simulated_gloves", "simulated_vrpn", "simulated_phone"),
     *("simulated_helmet", "simulated_microphone", "simulated_delay_unit", "recording", "network", "conference"),
+    "simulated_conference",
 )
 LOG = ROOT / "tests/replay/meeting.mcap"
 EXPECTED = ', pytest.raises(serial.SerialException, match="person-tracker")'

@@ -105,6 +105,22 @@ def test_messages_that_arrived_out_of_order_are_read_in_order(tmp_path: Path) ->
     assert [r.log_ns for r in LogReader(path).records()] == sorted(times)
 
 
+def test_a_channel_that_is_there_twice_is_read_as_one(tmp_path: Path) -> None:
+    path = tmp_path / "twice.mcap"
+    with LogWriter(path) as writer:
+        for n in range(40):
+            if n == 20:
+                writer._channels.clear()  # as a program that begins a channel anew
+            writer.write(BY_NAME["motion"], KEYS[0], motion(n), START_NS + n * 5 * MS)
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+        assert summary is not None
+        assert [c.topic for c in summary.channels.values()] == [KEYS[0]] * 2
+    reader = LogReader(path)
+    assert [r.message.header.seq for r in reader.records()] == list(range(1, 41))
+    assert reader.damage == []
+
+
 @settings(max_examples=40, deadline=None)
 @given(share=st.floats(0.0, 1.0))
 def test_a_log_cut_anywhere_gives_what_is_whole_and_says_what_is_missing(whole: Path, share: float) -> None:

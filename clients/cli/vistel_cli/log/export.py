@@ -28,13 +28,17 @@ def export(
     begin: Begin = 0.0,
     end: End = None,
     fps: Annotated[
-        float | None, typer.Option(min=1.0, max=240.0, help="Samples per second; default: 30, with --bvh 60.", show_default=False)
+        float | None,
+        typer.Option(min=1.0, max=240.0, help="Samples per second; default: 30, of --bvh and --c3d 60.", show_default=False),
     ] = None,
     numbers: Annotated[
         list[str] | None,
         typer.Option("--csv", metavar="NAME", help="A table of a number, named as in `vistel log grep`, or of a joint."),
     ] = None,
     bvh: Annotated[str | None, typer.Option(metavar="PARTICIPANT", help="The skeleton of this person, for animation.")] = None,
+    c3d: Annotated[
+        str | None, typer.Option(metavar="PARTICIPANT", help="The joints of this person, for laboratories; needs ezc3d.")
+    ] = None,
     glb: Annotated[
         str | None, typer.Option(metavar="PARTICIPANT", help="The figure of this person, as glTF with an animation.")
     ] = None,
@@ -61,11 +65,13 @@ def export(
 
       vistel log export out/latest/conference.mcap -o ben.bvh --bvh ben
 
+      vistel log export out/latest/conference.mcap -o ben.c3d --c3d ben
+
       vistel log export out/latest/conference.mcap -o ben.glb --glb ben
 
       vistel log export out/latest/conference.mcap -o viewed.mcap --foxglove
     """
-    ways = {"--csv": numbers, "--npz": npz, "--parquet": parquet, "--bvh": bvh, "--glb": glb, "--wav": wav}
+    ways = {"--csv": numbers, "--npz": npz, "--parquet": parquet, "--bvh": bvh, "--c3d": c3d, "--glb": glb, "--wav": wav}
     asked = [name for name, value in (ways | {"--foxglove": foxglove, "--rerun": rerun}).items() if value]
     keep_source(log, output)
     if len(asked) > 1:
@@ -81,6 +87,7 @@ def export(
         "--npz": lambda: _npz(found, npz or (), output, begin, end),
         "--parquet": lambda: _parquet(found, parquet or (), output, begin, end),
         "--bvh": lambda: _bvh(found, bvh or "", output, begin, end, fps or BVH_FPS),
+        "--c3d": lambda: _c3d(found, c3d or "", output, begin, end, fps or BVH_FPS),
         "--glb": lambda: _glb(found, glb or "", output, begin, end, fps or USD_FPS),
         "--wav": lambda: _wav(found, wav or "", output, begin, end),
         "--foxglove": lambda: _foxglove(found, output, begin, end, fps or USD_FPS),
@@ -119,6 +126,12 @@ def _csv(log: "Log", names: Sequence[str], output: Path, begin: float, end: floa
 
     found = tracks(log, with_fields(names), begin, end)
     return f"{write_csv(found, output)} rows of {len(found)} numbers written to {output}"
+
+
+def _c3d(log: "Log", participant: str, output: Path, begin: float, end: float | None, fps: float) -> str:
+    from vistel.log.c3d import write_c3d
+
+    return f"{write_c3d(log, participant, output, begin, end, fps)} frames of {participant} written to {output}"
 
 
 def _glb(log: "Log", participant: str, output: Path, begin: float, end: float | None, fps: float) -> str:

@@ -8,6 +8,7 @@ import pickle
 import sys
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
 
 from vistel_cli.log.fast_sites import Window
 
@@ -35,7 +36,7 @@ def computed_apart(windows: Iterator[Window]) -> Iterator[Window]:
         process.join()
 
 
-def _received(here: Connection, process: multiprocessing.process.BaseProcess) -> Window | BaseException | None:
+def _received(here: Connection, process: BaseProcess) -> Window | BaseException | None:
     try:
         return here.recv()
     except EOFError:

@@ -42,13 +42,14 @@ def computed_world(
         led = _World()
         runner.run(led.begin(conference, config, start_ns, first_ns))
         for window in windows:
-            _write(writer, sorted([*window.said, *runner.run(led.live(window))], key=lambda s: (s.at_ns, s.place)))
+            write_said(writer, sorted([*window.said, *runner.run(led.live(window))], key=lambda s: (s.at_ns, s.place)))
             progress(window.until_ns)
-        _write(writer, runner.run(led.end()))
+        write_said(writer, runner.run(led.end()))
     return window
 
 
-def _write(writer: LogWriter, said: Iterable[Said]) -> None:
+def write_said(writer: LogWriter, said: Iterable[Said]) -> None:
+    """Write messages down, in the order in which they are given."""
     for at_ns, place, key, payload in said:
         topic = RECORDED[place]
         writer.write(topic, key, topic.message.FromString(payload), at_ns)

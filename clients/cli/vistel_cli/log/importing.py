@@ -5,7 +5,7 @@ import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tomli_w
 import typer
@@ -18,10 +18,13 @@ from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.raw_bytes import RawGatherer
 from vistel.wire.topics import BY_NAME, Topic
 from vistel_cli.inputs import Takes
-from vistel_cli.kind_of_file import BVH, CSV, FOLDER, VRPN
+from vistel_cli.kind_of_file import BVH, C3D, CSV, FOLDER, VRPN
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, fail, out, print_warning
 from vistel_cli.waiting import waiting
+
+if TYPE_CHECKING:
+    from vistel.log.sensors import Take
 
 NAME = "imported"
 """Of the conference."""
@@ -30,7 +33,10 @@ SITE = "elsewhere"
 BEGIN_NS = 1_577_836_800_000_000_000
 """Conference time at which an imported log begins, 1 January 2020: files of motion do not say when they were recorded [ns]."""
 MOST_PEOPLE = 24
-KINDS = ".bvh (motion), .csv (6-DoF sensors), .vrpn (what a VRPN server logged), or a folder with *_pose_saved.csv (a hand-over)"
+KINDS = (
+    ".bvh (motion), .csv (6-DoF sensors), .c3d (clusters of marks), .vrpn (what a VRPN server logged),"
+    " or a folder with *_pose_saved.csv (a hand-over)"
+)
 
 Writes = Callable[[Topic, str, Any, int], object]
 
@@ -47,15 +53,20 @@ class _Recorded:
 
 
 def import_(
-    files: Annotated[list[Path], Takes(BVH, CSV, VRPN, FOLDER), typer.Argument(help="Files or folders, one for each person.")],
+    files: Annotated[list[Path], Takes(BVH, C3D, CSV, VRPN, FOLDER), typer.Argument(help="Files or folders, one for each person.")],
     output: Annotated[Path, out_file("The log to write.")],
     delay: Annotated[
         list[float] | None,
         typer.Option("--delay", min=0.0, help="Seconds by which a file begins later than the log; one for each."),
     ] = None,
     height: Annotated[float, typer.Option(min=0.5, max=2.5, help="Of the people, in metres, where a file does not say it.")] = 1.75,
-    unit: Annotated[Literal["m", "cm", "mm", "inch", "foot"], typer.Option(help="CSV: unit of positions.")] = "m",
-    up: Annotated[Literal["y", "z"], typer.Option(help="CSV: which axis is up.")] = "y",
+    unit: Annotated[
+        Literal["m", "cm", "mm", "inch", "foot"] | None,
+        typer.Option(help="CSV, C3D: unit of positions. Default: m; of C3D what the file says.", show_default=False),
+    ] = None,
+    up: Annotated[
+        Literal["y", "z"] | None, typer.Option(help="CSV, C3D: which axis is up. Default: y; of C3D z.", show_default=False)
+    ] = None,
     clock: Annotated[Literal["s", "ms", "us", "ns"], typer.Option(help="CSV: unit of the column t.")] = "s",
     force: Force = False,
 ) -> None:
@@ -69,6 +80,8 @@ def import_(
       vistel log import walk.bvh -o walk.mcap
 
       vistel log import sensors.csv --unit mm --up z -o sensors.mcap
+
+      vistel log import marks.c3d -o marks.mcap
 
       vistel log import ann.bvh ben.vrpn --delay 0 --delay 1.5 -o both.mcap
     """
@@ -125,8 +138,9 @@ def _name_apart(people: list[dict[str, Any]]) -> None:
         used.add(person["name"])
 
 
-def _read(path: Path, height: float, unit: str, up: str, clock: str) -> _Recorded:
-    from vistel.log.sensors import SensorError
+def _read(path: Path, height: float, unit: str | None, up: str | None, clock: str) -> _Recorded:
+    from vistel.log.c3d import read_c3d
+    from vistel.log.sensors import SensorError, read_table
     from vistel_sim.motion.source import MotionError
 
     kind = path.suffix.lower()
@@ -136,7 +150,9 @@ def _read(path: Path, height: float, unit: str, up: str, clock: str) -> _Recorde
         if kind == ".bvh":
             return _bvh(path)
         if kind == ".csv":
-            return _table(path, height, unit, up, clock)
+            return _sensors(path, height, read_table(path, unit or "m", up or "y", clock))
+        if kind == ".c3d":
+            return _sensors(path, height, read_c3d(path, unit, up or "z"))
         if kind == ".vrpn":
             return _capture(path, height)
     except (SensorError, MotionError) as e:
@@ -217,11 +233,11 @@ def _motions(conference: Conference, person: dict[str, Any], postures: Any, begi
 # -- sensors ----------------------------------------------------------------------------------------------------
 
 
-def _table(path: Path, height: float, unit: str, up: str, clock: str) -> _Recorded:
+def _sensors(path: Path, height: float, recorded: "Take") -> _Recorded:
     from vistel.figure.skeleton import standard_skeleton
-    from vistel.log.sensors import DEVICE, at_a_seat, read_table, table_bytes
+    from vistel.log.sensors import DEVICE, at_a_seat, table_bytes
 
-    take = at_a_seat(read_table(path, unit, up, clock))
+    take = at_a_seat(recorded)
     _tell(path, take.back, take.remark)
     person = _tracked(path, height, f"{DEVICE}@imported")
     reads = list(table_bytes(take, standard_skeleton(height)))

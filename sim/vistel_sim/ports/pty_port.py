@@ -7,48 +7,30 @@ import os
 import struct
 import termios
 import tty
-from collections import deque
 from collections.abc import Callable
 from pathlib import Path
 
-from vistel.wire import background
 from vistel.wire.clock import Clock
+from vistel_sim.ports.port import GARBLED, SimulatedPort
 
 _LIMIT = 2048
 """Bytes that may wait for a reader; further records are lost."""
-_GARBLED = bytes((37 * b + 11) & 0xFF for b in range(256))
-"""Bytes as read at a wrong speed: none as sent."""
 _LOOK_EVERY = 256
 """After so many bytes the number of waiting ones is checked."""
 
 
-class PtyPort:
-    """Serves the master side of a pty on the event loop; clients open the link at `path`.
-
-    received: called with the bytes a client wrote. A pty has no speed, so the time of each byte (start bit, 8 data
-    bits, stop bit at `baud`) is kept here: `reserve` reserves the line, `put` sends bytes. strict: with another speed set,
-    the client's bytes are ignored and it receives garbage. Both may change.
-    """
+class PtyPort(SimulatedPort):
+    """Serves the master side of a pty on the event loop; clients open the link at `path`."""
 
     def __init__(
         self, path: Path, clock: Clock, received: Callable[[bytes], None], baud: int = 115200, *, strict: bool = False
     ) -> None:
-        self.path = path
-        self.baud = baud
-        self.strict = strict
+        super().__init__(path, clock, received, baud, strict=strict)
         self.dropped = 0
-        self.tap: Callable[[str, bytes], None] = lambda way, data: None
-        """Called with "<" and what came from the client, with ">" and what goes to it."""
-        self._clock = clock
-        self._received = received
         self._master = self._slave = -1
         self._rest = b""
         self._waits_for_room = False
         self._unseen = 0
-        self._free_ns = 0
-        self._answers: set[asyncio.Task[None]] = set()
-        self._waiting: deque[bytes] = deque()
-        self._background = background.current()
 
     @property
     def plugged(self) -> bool:
@@ -84,11 +66,6 @@ class PtyPort:
         os.close(self._slave)
         self._master = self._slave = -1
 
-    def reserve(self, count: int, ready_ns: int) -> int:
-        """Reserve the line for `count` bytes that are ready at `ready_ns`; returns when the last is sent [ns]."""
-        self._free_ns = max(self._free_ns, ready_ns) + count * 10_000_000_000 // self.baud
-        return self._free_ns
-
     def put(self, data: bytes) -> None:
         """Deliver bytes at the end of their time on the line. All or none: a port without reader loses whole records."""
         if not self.plugged:
@@ -102,32 +79,10 @@ class PtyPort:
                 return
             self._unseen = _LOOK_EVERY
         if self.strict and not self._speed_matches():
-            data = data.translate(_GARBLED)
+            data = data.translate(GARBLED)
         self.tap(">", data)
         self._rest += data
         self._hand_over()
-
-    def answer(self, data: bytes, delay_s: float = 0.0) -> None:
-        """Send a reply after what is on the line; one with a delay does not reserve the line."""
-        now_ns = self._clock.now_ns()
-        if delay_s:
-            waiting, due_ns = deque((data,)), now_ns + round(delay_s * 1e9)
-        else:
-            waiting, due_ns = self._waiting, self.reserve(len(data), now_ns)
-            waiting.append(data)
-        task = self._background.start(self._later(waiting, due_ns), "answer")
-        self._answers.add(task)
-        task.add_done_callback(self._answers.discard)
-
-    def discard_answers(self) -> None:
-        for task in self._answers:
-            task.cancel()
-        self._waiting = deque()
-
-    async def _later(self, waiting: deque[bytes], due_ns: int) -> None:
-        """Send the first of what waits: on a busy machine the answer after it may be woken first, and must not overtake it."""
-        await self._clock.sleep_until_ns(due_ns)
-        self.put(waiting.popleft())
 
     def _hand_over(self) -> None:
         """Write what waits, as much as the kernel takes; the rest later."""
