@@ -124,7 +124,7 @@ class Listener:
         self._publish(utterance, Utterance.STATE_DONE if done else Utterance.STATE_REFUSED, text, now_ns)
 
     def _guarded(self, recognise: Callable[[], list[Hypotheses]], now_ns: int) -> list[Hypotheses]:
-        """What was recognised. A recogniser that fails is begun anew and left alone for a while: others at the site are heard on."""
+        """What was recognised. A recogniser that fails is begun anew and left alone for a while: the site is heard on."""
         if now_ns < self._rests_until_ns:
             return []
         try:
