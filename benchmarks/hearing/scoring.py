@@ -1,6 +1,6 @@
 """What a recogniser makes of a set: commands in four conditions, other talk, delay, processor time."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -52,6 +52,3 @@ def talk_believed(recogniser: Recogniser, some: HearingSet, language: Language, 
     halves = zip(("clean", "20 dB"), np.array_split(talk, 2), strict=True)
     sound = np.concatenate([some.place(condition, voices).heard(part) for condition, part in halves])
     return len(false_accepts(recogniser, sound, BELIEVED))
-
-
-Maker = Callable[[Grammar], Recogniser]
