@@ -55,7 +55,7 @@ def _usual(random: np.random.Generator) -> Manner:
 
 def _spoken(written: str, kana: str, voice: str, manner: Manner, random: np.random.Generator) -> Spoken:
     if voice not in voices.hts_voices():
-        sound = voices.espeak(kana, voice, int(random.integers(120, 175)), int(random.integers(30, 70)))
+        sound = voices.espeak(kana, f"ja+{voice}", int(random.integers(120, 175)), int(random.integers(30, 70)))
         return Spoken(sound, (), None)
     path = voices.hts_voices()[voice]
     spoken = voices.open_jtalk(written, path, manner)

@@ -1,6 +1,6 @@
 """What confidence is made of: fitted on commands, other talk and sudden sounds, then made strict enough.
 
-Second step of `make speech-model`. Nothing the benchmark scores on is used: other texts, other voices, other rooms. Half
+Second step of `make speech-model`. Nothing that the set `report` is made of is used: other texts, other voices, other rooms. Half
 of what speaks here was not trained on as it is: a mood that was only part of mixtures, and variants of espeak-ng.
 """
 

@@ -67,7 +67,7 @@ def _say(voice: str, text: str, random: np.random.Generator, alike: Path) -> Spo
         return open_jtalk(text, hts_voices()[voice], drawn(random))
     phones, kana = reading_of(text)
     variant = ESPEAK_TRAINING[random.integers(len(ESPEAK_TRAINING))]
-    return Spoken(espeak(kana, variant, int(random.integers(110, 190)), int(random.integers(20, 80))), phones, None)
+    return Spoken(espeak(kana, f"ja+{variant}", int(random.integers(110, 190)), int(random.integers(20, 80))), phones, None)
 
 
 def shares(random: np.random.Generator) -> dict[str, float]:
@@ -128,7 +128,7 @@ def _spell(phones: tuple[str, ...]) -> str:
 
 def reading_of(text: str) -> tuple[tuple[str, ...], str]:
     """Phones of a sentence by Open JTalk's reading of it, whichever the voice, and katakana that espeak-ng reads with the same."""
-    phones = open_jtalk(text, hts_voices()[next(iter(HTS_TRAINING))], Manner(rate=20.0)).phones
+    phones = open_jtalk(text, next(iter(hts_voices().values())), Manner(rate=20.0)).phones
     return phones, _spell(phones)
 
 

@@ -17,13 +17,14 @@ _MORAE: list[str] = _WORDS["made_up"]["morae"]
 
 @dataclass(frozen=True)
 class Talk:
-    """Everyday sentences: every choice of one word of each column of one frame is a sentence."""
+    """Everyday sentences: every choice of one word of each column of one frame is a sentence. between: what words are joined by."""
 
     frames: Sequence[Sequence[Sequence[str]]]
+    between: str = ""
 
     def sentence(self, random: np.random.Generator) -> str:
         frame = self.frames[random.integers(len(self.frames))]
-        return "".join(column[random.integers(len(column))] for column in frame)
+        return self.between.join(column[random.integers(len(column))] for column in frame).strip()
 
 
 TRAIN = Talk(_WORDS["talk"]["train"])

@@ -1,4 +1,4 @@
-"""Synthetic voices: Open JTalk with voices found in folders, and espeak-ng.
+"""Synthetic voices: Open JTalk with voices found in folders, espeak-ng, flite.
 
 Voices are looked for, never shipped: `VISTEL_VOICES` names folders with *.htsvoice (colon between them); Debian's
 /usr/share/hts-voice and the voice inside the Python package pyopenjtalk-plus are found without it.
@@ -141,12 +141,21 @@ def _timed(listing: str) -> tuple[tuple[str, ...], NDArray[np.float64]]:
     return tuple(phones), np.array(ends)
 
 
-def espeak(kana: str, variant: str, words_per_minute: int, pitch: int) -> F32:
-    """espeak-ng's speech for text in kana."""
+def espeak(text: str, voice: str, words_per_minute: int, pitch: int) -> F32:
+    """espeak-ng's speech for English text, or Japanese in kana; voice: as "ja+m1", language and variant."""
     with tempfile.TemporaryDirectory() as folder:
         wav = Path(folder) / "speech.wav"
-        command = ["espeak-ng", "-v", f"ja+{variant}", "-s", str(words_per_minute), "-p", str(pitch), "-w", str(wav), kana]
-        _run(command, kana, wav)
+        command = ["espeak-ng", "-v", voice, "-s", str(words_per_minute), "-p", str(pitch), "-w", str(wav), text]
+        _run(command, text, wav)
+        return _read(wav)
+
+
+def flite(text: str, voice: str, slowness: float) -> F32:
+    """Speech of a voice of flite, so many times slower than it is by itself."""
+    with tempfile.TemporaryDirectory() as folder:
+        wav = Path(folder) / "speech.wav"
+        command = ["flite", "-voice", voice, "--setf", f"duration_stretch={slowness:.3f}", "-t", text, "-o", str(wav)]
+        _run(command, text, wav)
         return _read(wav)
 
 

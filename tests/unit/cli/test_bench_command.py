@@ -10,8 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.figures import bench_posture, grasp_trials
+from benchmarks.hearing import rows as hearing
 from benchmarks.row import Row
-from benchmarks.voices import speech_english, speech_japanese
+from benchmarks.voices import speech_enrolment
 from benchmarks.wire import bench_motion
 from vistel_cli import bench
 from vistel_cli.main import app
@@ -78,8 +79,11 @@ def test_without_its_recordings_a_benchmark_says_which_folder(
 
 
 def test_speech_without_its_voices_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(speech_japanese, "missing", lambda: "no voices")
-    monkeypatch.setattr(speech_english, "rows", nothing)
+    monkeypatch.setattr(speech_enrolment, "missing", lambda: "no voices")
+    monkeypatch.setattr(hearing, "rows", lambda language: nothing())
     result = CliRunner().invoke(app, ["bench", "speech", "--json"])
     assert (result.exit_code, result.stdout) == (1, "")
-    assert "speech, Japanese: skipped, no voices" in result.stderr and "error: bench speech: nothing could" in result.stderr
+    assert (
+        "speech, enrolment of a Japanese voice: skipped, no voices" in result.stderr
+        and "error: bench speech: nothing could" in result.stderr
+    )
