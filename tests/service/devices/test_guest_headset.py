@@ -63,7 +63,7 @@ class Worn:
             record = self.headset.record(self.t_ns, BUILD.skeleton, here) if worn else headset_record(self.t_ns, None)
             frames = self._decoder.feed(record, self.t_ns)
             assert frames, "what a headset on a seated person measures is believed"
-            self.guest.wear(frames[0])
+            self.guest.see(frames[0])
         return true, self.guest.solve(self.t_ns)
 
     def steps(self, seconds: float, does: bytes, *, worn: bool = True, says: bool = True) -> Iterator[tuple[Posture, Posture]]:
@@ -142,7 +142,7 @@ def test_what_the_headset_itself_is_not_sure_of_is_not_believed() -> None:
     for n in range(20):
         t_ns = worn.t_ns + (n + 1) * STEP_NS
         (frame,) = HeadsetDecoder("d").feed(headset_record(t_ns, (0.9, 1.9, 0.9), confidence=(BELIEVED - 1) / 255), t_ns)
-        worn.guest.wear(frame)
+        worn.guest.see(frame)
         guest = worn.guest.solve(t_ns)
     assert apart(before, guest, "head") < 0.01
 
