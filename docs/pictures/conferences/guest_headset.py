@@ -38,11 +38,11 @@ async def visit(folder: Path) -> None:
     async with (
         page(folder, *SOFTWARE_GL) as tab,
         room.serving(pytest.MonkeyPatch()),
-        room.opened(room.invited("guest-2", "Bob")) as bob,
+        room.opened(room.invited("guest-2", "Eve")) as eve,
     ):
-        await bob.enter("ben")
-        async with bob.listening():
-            await bob.socket.send_bytes(posture_record(0.0, 0.0, right=Pointed((-0.25, 1.25, 0.3))))
+        await eve.enter("carla")
+        async with eve.listening():
+            await eve.socket.send_bytes(posture_record(0.0, 0.0, right=Pointed((-0.25, 1.25, 0.3))))
             await tab.call("Page.addScriptToEvaluateOnNewDocument", source=f"{IWER.read_text('utf-8')};{WORN}")
             await at_the_door(tab, room, room.invited(), *QUICK)
             await tab.click(".people button[aria-current=true]")
