@@ -120,7 +120,7 @@ class Headset:
 def held_fingers(trigger: float, squeeze: float) -> F64:
     """(20,) angles of a hand that presses a controller's trigger and squeeze so far, each 0 .. 1: the index finger presses the
     trigger, the other three the squeeze, and the thumb goes with whichever is pressed farther."""
-    closed = np.repeat((max(trigger, squeeze), max(trigger, squeeze), squeeze, squeeze, squeeze), 4)
+    closed = np.repeat((max(trigger, squeeze), trigger, squeeze, squeeze, squeeze), 4)
     return OPEN + closed * (FIST - OPEN)
 
 

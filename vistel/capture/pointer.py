@@ -123,13 +123,12 @@ class PointerCapture:
             self._begun_ns = frame.header.t_ns
         self._said, self._said_ns = frame, frame.header.t_ns
 
-    def see(self, frame: CameraBodyFrame) -> None:
-        """What the page's camera sees of the guest."""
-        self._camera.take(frame)
-
-    def wear(self, frame: HeadsetFrame) -> None:
-        """What the headset measures with which the guest has entered."""
-        self._headset.take(frame)
+    def see(self, frame: CameraBodyFrame | HeadsetFrame) -> None:
+        """What the page's camera sees of the guest, or their headset measures."""
+        if isinstance(frame, HeadsetFrame):
+            self._headset.take(frame)
+        else:
+            self._camera.take(frame)
 
     def solve(self, t_ns: int) -> Posture:
         """The posture at `t_ns`, later than the last one."""

@@ -170,7 +170,7 @@ export class Room {
     this.worn?.removeFromParent();
     this.figures.get(this.looksOutOf)?.behead(false);
     [this.worn, this.looksOutOf] = [null, ""];
-    this.resize();
+    requestAnimationFrame(() => this.resize()); // while the session ends, it cannot be
   }
 
   /** From now on full sharpness, however long pictures take: for stills. */

@@ -30,7 +30,7 @@ export class Headset {
   private centred = false;
   private pushed = false;
   private pressed = false;
-  private sentAt = -Infinity;
+  private due = -Infinity; // when poses are sent next
   private seenAt = 0;
   private looking = 0;
 
@@ -109,8 +109,8 @@ export class Headset {
       if (source.gamepad && !source.hand) pads.push(source.gamepad);
     }
     this.steer(pads, head.transform);
-    if (now - this.sentAt < SEND_MS - 1) return;
-    this.sentAt = now;
+    if (now < this.due) return;
+    this.due = Math.max(this.due + SEND_MS, now);
     this.say({ ...view.inSeat(head.transform), confidence: head.emulatedPosition ? UNSURE : 1 }, found.left!, found.right!);
   }
 

@@ -49,14 +49,10 @@ async def run_guests(config: Config, bus: Bus, clock: Clock) -> None:
                     seat.hear(sample.message.guest)
                 elif seat is not None and seat.capture is not None:
                     seat.capture.take(sample.message)
-            for sample in cameras.take():
+            for sample in (*cameras.take(), *headsets.take()):
                 seat = seats.get(sample.names["device"])
                 if seat is not None and seat.capture is not None:
                     seat.capture.see(sample.message)
-            for sample in headsets.take():
-                seat = seats.get(sample.names["device"])
-                if seat is not None and seat.capture is not None:
-                    seat.capture.wear(sample.message)
             for _, seat in people:
                 seat.publish()
 
