@@ -29,12 +29,13 @@ LIMITS = Limits()
 """As those of `vistel replay --against`. The same machine differs by nothing; another one's processor rounds otherwise."""
 
 
-def recomputed(log: Path, path: Path) -> Path:
-    """Compute `log` from its devices' bytes into `path`, and return that. Raises LogError for what is no log."""
+def recomputed(log: Path, path: Path, apart: bool | None = None) -> Path:
+    """Compute `log` from its devices' bytes into `path`, and return that. apart: see `replay_fast`. Raises LogError for what is no
+    log."""
     reader = LogReader(log)
     conference = Conference.model_validate(reader.conference)
     end_ns = max(r.log_ns for r in reader.records(topics=INPUTS))  # what was computed from them goes on a little longer
-    replay_fast(reader, conference, "devices", reader.begin_ns, end_ns + 1, path)
+    replay_fast(reader, conference, "devices", reader.begin_ns, end_ns + 1, path, apart=apart)
     return path
 
 
