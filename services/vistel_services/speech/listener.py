@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import secrets
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 from prometheus_client import Counter, Histogram
@@ -14,6 +13,7 @@ from vistel.messages.commands import message_of
 from vistel.space.actions import Action
 from vistel.speech.dialogue import Dialogue, KnownThing, Reading, Response, ResponseKind, reply
 from vistel.speech.grammar import Grammar
+from vistel.speech.guarded import GuardedRecogniser
 from vistel.speech.recognition import Hypotheses, Recogniser
 from vistel.speech.voice_reader import VoiceReader
 from vistel.v1.audio_pb2 import VoiceControl
@@ -41,8 +41,6 @@ TALKING = 0.3
 """Of what is believed to be a sentence, this share at least is louder than the noise at the microphone."""
 LOST = 0.15
 """A sentence of which more never came is not believed: pieces of long ones sound like short ones."""
-REST_AFTER_FAULT_NS = 2_000_000_000
-"""How long a recogniser that failed is not asked again."""
 _STATES = {
     ResponseKind.REJECTED: Utterance.STATE_REJECTED,
     ResponseKind.ACT: Utterance.STATE_SENT,
@@ -67,7 +65,7 @@ class Listener:
         """replied_at: whether the room's own voice could be heard at the site at a time [ns]."""
         self.reader = VoiceReader()
         self.replies = SpokenReplies(speaker.language, bus, speaker.participant, aloud=config.reply == "spoken")
-        self._speaker, self._grammar, self._recogniser = speaker, grammar, found
+        self._speaker, self._grammar, self._recogniser = speaker, grammar, GuardedRecogniser(found, self._failed)
         self._echoes, self._replied_at = echoes, replied_at
         self._dialogue = Dialogue(speaker.language, config.accept, config.listen == "wake", config.listen == "open")
         self._push = config.listen == "push"
@@ -78,14 +76,13 @@ class Listener:
         self._commands = bus.publish(BY_NAME["command"], participant=speaker.participant)
         self._waiting: dict[str, tuple[Utterance, int]] = {}
         self._newest = ""
-        self._rests_until_ns = 0
 
     def set_control(self, control: VoiceControl, things: Sequence[KnownThing], now_ns: int) -> None:
         """The buttons. When the one for push to talk is let go, what was said ends there; what is cut off by muting is not
         meant for the room."""
         was, self._held = self._held, control.talk
         if self._push and was and not control.talk:
-            for heard in self._guarded(self._recogniser.flush, now_ns):
+            for heard in self._recogniser.flush(now_ns):
                 self._understand(heard, things, now_ns)
             self._begin_anew()
         if control.muted and not self._muted:
@@ -98,11 +95,11 @@ class Listener:
         for piece in self.reader.read(now_ns):
             if piece.fresh:
                 self._begin_anew()
-            if self._muted or (self._push and not self._held):
+            if self._muted or (self._push and not self._held) or self._recogniser.rests(now_ns):
                 continue
             if self._begin_ns is None:
                 self._begin_ns = piece.t_ns
-            for heard in self._guarded(partial(self._recogniser.feed, piece.sound), now_ns):
+            for heard in self._recogniser.feed(piece.sound, now_ns):
                 self._understand(heard, things, now_ns)
         for id, (utterance, until_ns) in list(self._waiting.items()):
             if now_ns > until_ns:
@@ -123,18 +120,10 @@ class Listener:
         log.info("event=answered participant=%s done=%s reason=%r", self._speaker.participant, done, result.reason)
         self._publish(utterance, Utterance.STATE_DONE if done else Utterance.STATE_REFUSED, text, now_ns)
 
-    def _guarded(self, recognise: Callable[[], list[Hypotheses]], now_ns: int) -> list[Hypotheses]:
-        """What was recognised. A recogniser that fails is begun anew, and left alone for a while; others at the site are heard."""
-        if now_ns < self._rests_until_ns:
-            return []
-        try:
-            return recognise()
-        except Exception as e:  # whatever the code of an engine may raise
-            _HEARD.labels(self._speaker.participant, "failed").inc()
-            log.error("event=recogniser_failed participant=%s reason=%r", self._speaker.participant, f"{type(e).__name__}: {e}")
-            self._rests_until_ns = now_ns + REST_AFTER_FAULT_NS
-            self._begin_anew()
-            return []
+    def _failed(self, reason: str) -> None:
+        _HEARD.labels(self._speaker.participant, "failed").inc()
+        log.error("event=recogniser_failed participant=%s reason=%r", self._speaker.participant, reason)
+        self._begin_ns = None
 
     def _begin_anew(self) -> None:
         self._recogniser.reset()

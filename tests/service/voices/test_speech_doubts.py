@@ -11,6 +11,7 @@ import pytest
 
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder
 from vistel.speech.grammar_file import load_grammar
+from vistel.speech.guarded import REST_NS
 from vistel.speech.recognition import Hypotheses, Hypothesis, Samples
 from vistel.speech.voice_reader import BEHIND_NS, VoiceReader
 from vistel.v1.audio_pb2 import Voice, VoiceControl
@@ -19,7 +20,7 @@ from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel_services.speech.config import Config, Speaker
 from vistel_services.speech.echoes import Echoes
-from vistel_services.speech.listener import REST_AFTER_FAULT_NS, Listener
+from vistel_services.speech.listener import Listener
 
 START_NS = 1_000_000_000_000
 
@@ -136,9 +137,9 @@ def test_a_recogniser_that_fails_is_named_rests_and_is_used_again(caplog: pytest
     ann.recogniser.feed = fails  # type: ignore[method-assign]
     assert ann.hears(1.0) == []
     assert len(faults) == 1  # it was left alone after the first fault
-    assert ann.hears(REST_AFTER_FAULT_NS * 1e-9) == []
+    assert ann.hears(REST_NS * 1e-9) == []
     assert not faults
-    assert ann.hears(REST_AFTER_FAULT_NS * 1e-9 + 1.4) == ["SENT"]
+    assert ann.hears(REST_NS * 1e-9 + 1.4) == ["SENT"]
     named = [r.getMessage() for r in caplog.records if "recogniser_failed" in r.getMessage()]
     assert len(named) == 2
     assert "MemoryError" in named[0] and "no such state" in named[1]
