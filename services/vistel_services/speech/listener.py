@@ -12,8 +12,8 @@ from prometheus_client import Counter, Histogram
 from vistel.messages.commands import message_of
 from vistel.space.actions import Action
 from vistel.speech.dialogue import Dialogue, KnownThing, Reading, Response, ResponseKind, reply
+from vistel.speech.engines.guarded import GuardedRecogniser
 from vistel.speech.grammar import Grammar
-from vistel.speech.guarded import GuardedRecogniser
 from vistel.speech.recognition import Hypotheses, Recogniser
 from vistel.speech.voice_reader import VoiceReader
 from vistel.v1.audio_pb2 import VoiceControl

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from vistel.audio.opus import FRAME, FRAME_NS, RATE, Encoder
+from vistel.speech.engines.guarded import REST_NS
 from vistel.speech.grammar_file import load_grammar
-from vistel.speech.guarded import REST_NS
 from vistel.speech.recognition import Hypotheses, Hypothesis, Samples
 from vistel.speech.voice_reader import BEHIND_NS, VoiceReader
 from vistel.v1.audio_pb2 import Voice, VoiceControl
