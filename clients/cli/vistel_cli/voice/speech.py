@@ -99,7 +99,7 @@ def _show_meaning(known: Grammar, text: str) -> None:
     if said is None:
         fail(f"{text}: no sentence of the grammar", FAILED)
     try:
-        wanted = asked_for(said.means)
+        wanted: Any = asked_for(said.means)
     except MeaningError as e:
         fail(f"{text}: {e}", FAILED)
     out.print(said.text if said.spoken == said.text else f"{said.text}  ({said.spoken})")
