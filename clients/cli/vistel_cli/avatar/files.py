@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vistel_cli.terminal import FAILED, USAGE, fail, out
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out
 from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
@@ -20,13 +20,13 @@ Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")
 
 
 def busy(what: str | Callable[[], str], show: bool) -> AbstractContextManager[None]:
-    """Within the block, `what` runs now, or what it gives then: said as soon as it takes long."""
-    return waiting(what) if show else nullcontext()
+    """Within the block, `what` runs now, or what it gives then: said as soon as it takes long, on a terminal only."""
+    return waiting(what) if show and err.is_terminal else nullcontext()
 
 
 def load(file: Path) -> Avatar:
     """The avatar in a file. Ends the command with one line when there is none."""
-    with waiting(f"reading {file.name}"):
+    with busy(f"reading {file.name}", True):
         from vistel.figure.avatar.check import AvatarFileError
         from vistel.figure.formats.load import load_any
 
@@ -42,7 +42,7 @@ def load_or_make(spec: str, name: str = "somebody", height: float = 1.75) -> Ava
     """The avatar in a file, or the built-in one that "builtin:…" describes. Ends the command with one line when there is none."""
     if not spec.startswith("builtin"):
         return load(Path(spec))
-    with waiting("making the person"):
+    with busy("making the person", True):
         from vistel.figure.people.builtin import builtin_avatar
 
         try:

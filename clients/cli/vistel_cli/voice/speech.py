@@ -17,10 +17,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from rich.text import Text
 
+from vistel_cli.avatar.files import busy
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import ARRAYS, FILM, FOLDER, GRAMMAR, SOUND
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error
-from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --help` need not
     from vistel.arrays import F32
@@ -99,7 +99,7 @@ def _show_meaning(known: Grammar, text: str) -> None:
     if said is None:
         fail(f"{text}: no sentence of the grammar", FAILED)
     try:
-        wanted = asked_for(said.means)
+        wanted: Any = asked_for(said.means)
     except MeaningError as e:
         fail(f"{text}: {e}", FAILED)
     out.print(said.text if said.spoken == said.text else f"{said.text}  ({said.spoken})")
@@ -138,11 +138,11 @@ def try_(
 
       vistel speech try said.wav --language en
     """
-    with waiting("loading the recogniser"):
+    with busy("loading the recogniser", True):
         known, hears, tongue = _prepared(language, extra, voice, engine, model)
     count = 0
     if Path(sound).suffix.lower() in SOUNDS:
-        with waiting(f"listening to {sound}"):
+        with busy(f"listening to {sound}", True):
             understood = list(_understood(Path(sound), hears))
         for heard in understood:
             count += 1
