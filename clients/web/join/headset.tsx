@@ -13,6 +13,7 @@ type State = "none" | "insecure" | "off" | "asking" | "on" | "away" | "refused" 
 const SEND_MS = 1000 / 30;
 const AWAY_MS = 2000; // without a pose of the head for so long, nobody wears it
 const LOOK_MS = 250;
+const AGAIN_MS = 100;
 const PUSHED = 0.7; // of a thumbstick: it counts...
 const BACK = 0.3; // ... and counts again when it was let go
 const [TRIGGER, SQUEEZE, STICK] = [0, 1, 3]; // buttons of WebXR's gamepads
@@ -148,19 +149,24 @@ export class Headset {
   /** Nobody wears it: the figure rests, and the page says so. */
   private rest(): void {
     if (this.state !== "on") return;
-    this.say(null, null, null);
     this.become("away");
+    this.unworn();
   }
 
   /** The session has ended, whoever ended it. */
   private left(): void {
     if (!this.session) return;
     clearInterval(this.looking);
-    this.say(null, null, null);
     this.session = this.view = this.space = null;
     this.room?.presentNoMore();
     this.become("ended");
+    this.unworn();
     this.over();
+  }
+
+  /** Say that nobody wears it; twice, since the gateway leaves out what comes right after something else. */
+  private unworn(): void {
+    for (const ms of [0, AGAIN_MS]) setTimeout(() => this.state !== "on" && this.say(null, null, null), ms);
   }
 
   private say(head: Pose | null, left: Measured, right: Measured): void {
