@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from guest_room import GuestRoom
 
-from vistel.protocol.headset import TURN, Controller, headset_record
+from vistel.protocol.pages.headset import TURN, Controller, headset_record
 from vistel_services.console import guests
 
 EYES, LOOKS = (0.0, 1.2, 0.0), (0.0, 1.0, 0.0, 0.0)

@@ -19,8 +19,8 @@ from vistel.audio.opus import FRAME, FRAME_NS, Encoder
 from vistel.audio.page_voice import MOST_PACKET_BYTES, voice_record
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.invitations import withdraw
-from vistel.protocol.camera_body import BODY, Seen, camera_record
-from vistel.protocol.pointer import guest_record, posture_record
+from vistel.protocol.pages.camera_body import BODY, Seen, camera_record
+from vistel.protocol.pages.pointer import guest_record, posture_record
 from vistel.session.chat import Chat
 from vistel.v1.device_pb2 import PointerFrame
 from vistel_services.console import guests, landmarks

@@ -23,7 +23,7 @@ from world_site import CONFERENCE
 from vistel.conference.connect import owners_of
 from vistel.conference.room_assets import kept_asset
 from vistel.messages.commands import message_of
-from vistel.protocol.pointer import MOST_ASKED_BYTES, asked_of, asked_record, picture_of, picture_record
+from vistel.protocol.pages.pointer import MOST_ASKED_BYTES, asked_of, asked_record, picture_of, picture_record
 from vistel.session import guest_pages
 from vistel.session.pictures import Pictures
 from vistel.session.showing import page_of, page_of_upload

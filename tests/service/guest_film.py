@@ -15,7 +15,7 @@ from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posed import PosedFigure, builtin
 from vistel.figure.posture.posture import JointPose, Posture, Stance, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.protocol.pointer import Pointed, PointerDecoder, posture_record
+from vistel.protocol.pages.pointer import Pointed, PointerDecoder, posture_record
 from vistel.render.figures.cache import cached_figure
 from vistel.render.scene_renderer import SceneRenderer
 from vistel.render.stage.playout import Timing

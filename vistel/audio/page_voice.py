@@ -15,7 +15,7 @@ from vistel.audio.opus import FRAME_NS, Decoder, OpusError
 from vistel.v1.audio_pb2 import Voice
 
 VOICE = 4
-"""The kind of the record; those below are in `vistel.protocol.pointer`."""
+"""The kind of the record; those below are in `vistel.protocol.pages.pointer`."""
 MOST_PACKET_BYTES = 320
 """Of a packet: 128 kbit/s, which no voice needs."""
 MOST_BYTES_PER_S = 8_000

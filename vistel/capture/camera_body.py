@@ -35,7 +35,7 @@ from vistel.figure.posture.limits import SIDES, hand_within_limits
 from vistel.figure.posture.posture import collar_scale
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
 from vistel.geometry.rotation import matrix_from_rotvec, rotvec_from_matrix
-from vistel.protocol.camera_body import BODY, FACE, HAND_POINTS
+from vistel.protocol.pages.camera_body import BODY, FACE, HAND_POINTS
 from vistel.v1.device_pb2 import CameraBodyFrame
 
 FIRST = 15

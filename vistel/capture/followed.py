@@ -12,7 +12,7 @@ from vistel.arrays import F64
 from vistel.capture.spring import Spring
 from vistel.figure.posture.channel import MatrixPose, minimum_jerk
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix, slerp
-from vistel.protocol.pointer import FARTHEST_M, HIGHEST_M
+from vistel.protocol.pages.pointer import FARTHEST_M, HIGHEST_M
 
 HOLD_S = 0.5
 """A part that is not seen stays where it was so long [s]; with pictures that come seldom, three of their intervals."""

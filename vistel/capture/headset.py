@@ -18,7 +18,7 @@ from vistel.figure.posture.hands import FIST, OPEN, hand_rotation
 from vistel.figure.posture.limits import SIDES, hand_within_limits
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, rotation_y, rotvec_from_matrix
-from vistel.protocol.headset import JOINTS, TURN, UNIT_M
+from vistel.protocol.pages.headset import JOINTS, TURN, UNIT_M
 from vistel.space.people import Build
 from vistel.v1.device_pb2 import HeadsetFrame, HeadsetHand
 

@@ -10,7 +10,7 @@ from collections.abc import AsyncGenerator, Callable
 from dataclasses import dataclass
 
 from vistel.messages.commands import message_of
-from vistel.protocol.pointer import asked_record, picture_record
+from vistel.protocol.pages.pointer import asked_record, picture_record
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
 from vistel.session.showing import Page, page_of_upload, sent_until_served
 from vistel.space.actions import Action, Present, PutAway, TurnPage, Which

@@ -29,7 +29,7 @@ function show(frame: ArrayBuffer | null): void {
   [newest, taking] = [null, true];
 }
 
-/** Landmarks of a picture, with the conference time at which it was taken (vistel/protocol/camera_body.py). */
+/** Landmarks of a picture, with the conference time at which it was taken (vistel/protocol/pages/camera_body.py). */
 function see(data: ArrayBuffer, at: number): void {
   const ms = time?.at(at - performance.timeOrigin) ?? null;
   if (ms === null) return;

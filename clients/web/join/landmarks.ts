@@ -1,4 +1,4 @@
-// From what Holistic finds in a picture to a record as vistel/protocol/camera_body.py describes it, and to what is told of the picture.
+// From what Holistic finds in a picture to a record as vistel/protocol/pages/camera_body.py describes it, and to what is told of the picture.
 export interface Landmark {
   x: number; // share of the picture's width, from its left
   y: number; // of its height, from its top

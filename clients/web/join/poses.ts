@@ -1,4 +1,4 @@
-// From what a headset measures to a record as vistel/protocol/headset.py describes it. Places [m] and rotations are in the seat's
+// From what a headset measures to a record as vistel/protocol/pages/headset.py describes it. Places [m] and rotations are in the seat's
 // frame. What that file refuses is left out here: a headset that loses its way must not cost the guest the visit.
 export interface Pose {
   place: number[]; // x, y, z

@@ -1,4 +1,4 @@
-// What this page says of its guest: a record as vistel/protocol/pointer.py describes it.
+// What this page says of its guest: a record as vistel/protocol/pages/pointer.py describes it.
 export interface Pointed {
   palm: [number, number, number]; // in the seat's frame [m]
   turn: number | null; // of what is to lie across the palm, about +Y [rad]

@@ -14,8 +14,8 @@ sys.path[:0] = [str(ROOT / "tests")]
 from browser import page
 from guest_room import GuestRoom, at_the_door
 
-from vistel.protocol.headset import JOINTS
-from vistel.protocol.pointer import Pointed, posture_record
+from vistel.protocol.pages.headset import JOINTS
+from vistel.protocol.pages.pointer import Pointed, posture_record
 
 HERE = Path(__file__).parent
 IWER = ROOT / "clients/web/node_modules/iwer/build/iwer.min.js"

@@ -22,9 +22,9 @@ from vistel.conference.paths import RunPaths
 from vistel.conference.seats import seat_place
 from vistel.figure.body_model.builtin_people import PEOPLE
 from vistel.messages.chat import ChatError, line_message
-from vistel.protocol.camera_body import camera_body_of, is_camera_body
-from vistel.protocol.headset import headset_of, is_headset
-from vistel.protocol.pointer import ASKED, LINE, PICTURE, guest_record, left_record, line_record, posture_of
+from vistel.protocol.pages.moved import moved, role_of
+from vistel.protocol.pages.pointer import ASKED, LINE, PICTURE, guest_record, left_record, line_record
+from vistel.protocol.pages.words import words_of
 from vistel.session.guest_pages import GuestPages, NotTakenError
 from vistel.space.pages.sheet import MOST_BYTES, PageError
 from vistel.wire import background
@@ -60,6 +60,7 @@ _PRESENT_S = 0.25
 MOST_STRANGERS = 20
 """Pages that have not shown a link yet."""
 _BEARER = "Bearer "
+_NAMES = {"pointer": pointer_name, "camera_body": camera_body_name, "headset": headset_name}
 _SAID = tuple(bytes((kind,)) for kind in (LINE, PICTURE, ASKED))
 """Kinds of records for who takes a guest's voice, beside that."""
 
@@ -153,7 +154,7 @@ class Guests:
         token = ""
         with suppress(TimeoutError, TypeError):
             async with within(self._clock, _PATIENCE_S):
-                token = str(_read(await connection.receive_str()).get("token", ""))
+                token = str(words_of(await connection.receive_str()).get("token", ""))
         try:
             guest = self._invited(token)
         except RefusedError as e:
@@ -211,8 +212,7 @@ class Guests:
 
     def _send(self, participant: str, record: bytes) -> None:
         said = is_voice(record) or record[2:3] in _SAID
-        seen = camera_body_name if is_camera_body(record) else headset_name if is_headset(record) else pointer_name
-        device = self._paths.device((microphone_name if said else seen)(participant))
+        device = self._paths.device((microphone_name if said else _NAMES[role_of(record)])(participant))
         with suppress(OSError, ValueError):  # the device is not there now
             self._socket.sendto(record, ("127.0.0.1", int(device.read_text())))
 
@@ -232,7 +232,7 @@ class _Visit:
         self._avatar = ""
         self._written_ns = deque[int](maxlen=MOST_LINES)
         self._second_ns, self._in_second, self._faulty = 0, 0, 0
-        self._passed_ns = {"body": 0, "headset": 0, "pointer": 0}
+        self._passed_ns = dict.fromkeys(_NAMES, 0)
         self.passed_on = 0
 
     @property
@@ -249,7 +249,7 @@ class _Visit:
                 await _close(self._connection, MISBEHAVED, f"This page sent more than {MOST_A_SECOND} messages a second.")
                 return
             if said.type is WSMsgType.TEXT:
-                self._told(_read(said.data), now_ns)
+                self._told(words_of(said.data), now_ns)
             elif said.type is WSMsgType.BINARY and is_voice(said.data):
                 self._speak(said.data, now_ns)
             elif said.type is WSMsgType.BINARY:
@@ -299,16 +299,11 @@ class _Visit:
 
     def _move(self, record: bytes, now_ns: int) -> None:
         """What mouse and keys do, what the camera sees, or what the headset measures."""
-        if is_camera_body(record):
-            kind, said = "body", camera_body_of(record, now_ns)
-        elif is_headset(record):
-            kind, said = "headset", headset_of(record, now_ns)
-        else:
-            kind, said = "pointer", posture_of(record)
+        said, role = moved(record, now_ns), role_of(record)
         if said is None:
             self._refuse()
-        elif self.entered and now_ns - self._passed_ns[kind] >= _EVERY_NS:
-            self._passed_ns[kind] = now_ns
+        elif self.entered and now_ns - self._passed_ns[role] >= _EVERY_NS:
+            self._passed_ns[role] = now_ns
             self.passed_on += 1
             _TAKEN.inc()
             self._gateway.pass_on(self._guest, record)
@@ -335,15 +330,6 @@ class _Visit:
     def _refuse(self) -> None:
         self._faulty += 1
         _REFUSED.inc()
-
-
-def _read(text: str) -> dict[str, object]:
-    """JSON of a page; empty for what is none."""
-    try:
-        said = json.loads(text)
-    except (ValueError, RecursionError):
-        return {}
-    return said if isinstance(said, dict) else {}
 
 
 async def _close(connection: web.WebSocketResponse, code: int, reason: str) -> None:

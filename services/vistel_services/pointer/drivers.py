@@ -4,9 +4,9 @@ it has checked, on this machine."""
 from pathlib import Path
 
 from vistel.conference.device_list import Device
-from vistel.protocol.camera_body import CameraBodyDecoder
-from vistel.protocol.headset import HeadsetDecoder
-from vistel.protocol.pointer import PointerDecoder
+from vistel.protocol.pages.camera_body import CameraBodyDecoder
+from vistel.protocol.pages.headset import HeadsetDecoder
+from vistel.protocol.pages.pointer import PointerDecoder
 from vistel.wire.topics import BY_NAME
 from vistel_services.devices.device import Decoder, Link
 from vistel_services.devices.sender_driver import SenderDriver

@@ -16,7 +16,7 @@ from vistel.conference.model import Conference, Site
 from vistel.conference.paths import RunPaths
 from vistel.devices.transport.udp import UdpTransport
 from vistel.messages.chat import ChatError, line_message
-from vistel.protocol.pointer import asked_of, line_of, picture_of
+from vistel.protocol.pages.pointer import asked_of, line_of, picture_of
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock

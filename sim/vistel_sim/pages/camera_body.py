@@ -9,7 +9,7 @@ from vistel.figure.posture.from_picture import FOCAL
 from vistel.figure.posture.limits import SIDES
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, REFERENCE_HEIGHT, Skeleton
-from vistel.protocol.camera_body import FACE, Point, Seen
+from vistel.protocol.pages.camera_body import FACE, Point, Seen
 
 _JOINT = {"shoulder": "upper_arm", "elbow": "lower_arm", "wrist": "hand", "hip": "upper_leg"}
 _MIDDLE_MM = {

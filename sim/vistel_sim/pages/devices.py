@@ -10,8 +10,8 @@ from vistel.conference.seats import seat_place
 from vistel.figure.posture.posture import JointPose, pose_joints
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.geometry.rotation import rotation_y
-from vistel.protocol.camera_body import camera_record
-from vistel.protocol.pointer import guest_record, posture_record
+from vistel.protocol.pages.camera_body import camera_record
+from vistel.protocol.pages.pointer import guest_record, posture_record
 from vistel.v1.device_pb2 import PointerFrame
 from vistel_sim.pages.camera_body import SimulatedCamera
 from vistel_sim.pages.headset import SimulatedHeadset

@@ -10,7 +10,7 @@ from vistel.figure.posture.limits import SIDES
 from vistel.figure.posture.posture import JointPose
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX, Skeleton
 from vistel.geometry.rotation import quaternion_from_matrix
-from vistel.protocol.headset import Controller, Hand, Place, TrackedHand, Turn, headset_record
+from vistel.protocol.pages.headset import Controller, Hand, Place, TrackedHand, Turn, headset_record
 
 _METACARPAL = 0.35
 """Of the way from the wrist to a knuckle: where the finger's metacarpal begins."""

@@ -13,8 +13,8 @@ from vistel.capture.pointer import PointerCapture
 from vistel.figure.posture.limits import within_limits
 from vistel.figure.posture.posture import JointPose, Posture, Stance, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.protocol.camera_body import FACE, CameraBodyDecoder, Seen, camera_record
-from vistel.protocol.pointer import Pointed, PointerDecoder, posture_record
+from vistel.protocol.pages.camera_body import FACE, CameraBodyDecoder, Seen, camera_record
+from vistel.protocol.pages.pointer import Pointed, PointerDecoder, posture_record
 from vistel.space.people import build_of
 from vistel.v1.device_pb2 import PointerFrame
 from vistel_sim.pages.camera_body import SimulatedCamera, face_at_rest

@@ -15,8 +15,8 @@ from vistel.capture.pointer import PointerCapture
 from vistel.figure.posture.posture import JointPose, Posture, Stance, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import rotation_y
-from vistel.protocol.headset import HeadsetDecoder, headset_record
-from vistel.protocol.pointer import Pointed, PointerDecoder, posture_record
+from vistel.protocol.pages.headset import HeadsetDecoder, headset_record
+from vistel.protocol.pages.pointer import Pointed, PointerDecoder, posture_record
 from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.people import build_of
 from vistel.space.room import BATON, meeting_room, seat_pose

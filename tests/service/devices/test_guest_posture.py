@@ -13,7 +13,7 @@ from vistel.conference.model import Conference, Participant, Site
 from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import rotation_y
-from vistel.protocol.pointer import Pointed, PointerDecoder, posture_record
+from vistel.protocol.pages.pointer import Pointed, PointerDecoder, posture_record
 from vistel.space.inputs import MotionInput, ParticipantBody, StepInputs
 from vistel.space.people import build_of
 from vistel.space.room import BATON, meeting_room, seat_pose

@@ -15,7 +15,7 @@ from vistel.conference.seats import seat_place
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_quaternion, rotation_y
 from vistel.messages.world.decode import person
-from vistel.protocol.headset import JOINTS, TURN, UNIT_M
+from vistel.protocol.pages.headset import JOINTS, TURN, UNIT_M
 from vistel_services.console import bundle
 
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")

@@ -8,7 +8,7 @@ import pytest
 from fuzzing import Case, fuzz, pieces, variants
 from hypothesis import given
 
-from vistel.protocol.camera_body import (
+from vistel.protocol.pages.camera_body import (
     BODY,
     FACE,
     FARTHEST,

@@ -19,7 +19,7 @@ from hypothesis import given
 
 from vistel.figure.posture.posture import pose_joints, standing
 from vistel.figure.skeleton import standard_skeleton
-from vistel.protocol.headset import (
+from vistel.protocol.pages.headset import (
     JOINTS,
     LARGEST_M,
     MOST_BYTES,

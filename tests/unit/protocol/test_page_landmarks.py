@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vistel.protocol.camera_body import BODY, FACE, HAND_POINTS, camera_body_of
+from vistel.protocol.pages.camera_body import BODY, FACE, HAND_POINTS, camera_body_of
 
 WEB = Path(__file__).resolve().parents[3] / "clients/web"
 ASPECT = 4 / 3

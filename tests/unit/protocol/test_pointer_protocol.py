@@ -9,7 +9,7 @@ import pytest
 from fuzzing import Case, fuzz, pieces, variants
 from hypothesis import given
 
-from vistel.protocol.pointer import (
+from vistel.protocol.pages.pointer import (
     FARTHEST_M,
     HIGHEST_M,
     MOST_NAME_BYTES,

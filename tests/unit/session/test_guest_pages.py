@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 
-from vistel.protocol.pointer import asked_of
+from vistel.protocol.pages.pointer import asked_of
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
 from vistel.session.guest_pages import GuestPages
 from vistel.v1.command_pb2 import CommandResult

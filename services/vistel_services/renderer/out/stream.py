@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 from prometheus_client import Counter, Gauge
 
 from vistel.arrays import U8
+from vistel.protocol.pages.words import words_of
 from vistel.render.film.stream_encoder import SOUND, StreamEncoder, StreamPicture, message
 from vistel.wire import background
 from vistel.wire.clock import Clock
@@ -156,11 +157,8 @@ class Stream:
 
     def _answer(self, reader: Reader, text: str) -> None:
         """A page compares its clock with the conference's, or has lost its place."""
-        try:
-            said = json.loads(text)
-            ping = said.get("ping")
-        except (ValueError, AttributeError, RecursionError):
-            return
+        said = words_of(text)
+        ping = said.get("ping")
         if said.get("lost") is True:
             reader.lose()
         if isinstance(ping, int | float):

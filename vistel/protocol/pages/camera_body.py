@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from vistel.v1.device_pb2 import CameraBodyFrame
 
 CAMERA_BODY = 5
-"""The kind of the record; those below are in `vistel.protocol.pointer` and `vistel.audio.page_voice`."""
+"""The kind of the record; those below are in `vistel.protocol.pages.pointer` and `vistel.audio.page_voice`."""
 BODY = (
     "nose", "left_shoulder", "right_shoulder", "left_elbow", "right_elbow", "left_wrist", "right_wrist", "left_hip", "right_hip",
 )  # fmt: skip

@@ -14,11 +14,11 @@ import struct
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from vistel.protocol.pointer import FARTHEST_M, HIGHEST_M
+from vistel.protocol.pages.pointer import FARTHEST_M, HIGHEST_M
 from vistel.v1.device_pb2 import HeadsetFrame, HeadsetHand
 
 HEADSET = 9
-"""The kind of the record; those below are in `vistel.protocol.pointer`, `.camera_body` and `vistel.audio.page_voice`."""
+"""The kind of the record; those below are in `vistel.protocol.pages.pointer`, `.camera_body` and `vistel.audio.page_voice`."""
 JOINTS = 25
 """Of a hand, in WebXR's order: the wrist; the thumb's metacarpal, proximal and distal phalanx and tip; then of each finger its
 metacarpal, proximal, intermediate and distal phalanx and tip."""
