@@ -97,7 +97,7 @@ async def _record(conference: Conference, seconds: float, file: Path) -> None:
 
 
 def _ask(bus: Bus, who: str, t_ns: int) -> None:
-    """Two commands, of which the second is refused."""
+    """Two commands, both of which are refused: the table stands fast, and there is no unicorn."""
     commands = bus.publish(BY_NAME["command"], participant=who)
     for number, thing in enumerate(("table", "unicorn")):
         command = Command(id=f"{who}-{number}", participant=who)

@@ -41,7 +41,7 @@ def imported_files(source: str, root: Path) -> set[Path]:
 
 @cache
 def _read(file: Path, root: Path) -> tuple[str, frozenset[Path]]:
-    text = file.read_text()
+    text = file.read_text("utf-8")
     return hashlib.blake2b(text.encode(), digest_size=16).hexdigest(), frozenset(imported_files(text, root))
 
 
