@@ -37,10 +37,11 @@ from vistel.wire.uplink import Uplink
 from vistel.wire.zenoh.at_exit import close_at_exit, closed
 from vistel.wire.zenoh.config import Json, TlsFiles, as_text, router_config
 from vistel.wire.zenoh.endpoints import free_port
+from vistel.wire.zenoh.gate import Gate
 from vistel.wire.zenoh.publication import ZenohPublication, undeclare
 from vistel.wire.zenoh.pump import Pump
 from vistel.wire.zenoh.reliable_reader import ReliableReader
-from vistel.wire.zenoh.session import BusError, Reconnecting, check_endpoints, close_session, open_session, reason
+from vistel.wire.zenoh.session import BusError, check_endpoints, close_session, open_session, reason
 
 log = logging.getLogger("vistel.bus")
 
@@ -107,7 +108,7 @@ class ZenohBus:
         clock: Clock,
         *,
         loop: asyncio.AbstractEventLoop,
-        anew: Reconnecting | None = None,
+        gate: Gate | None = None,
         stale_after_ns: int | None = STALE_AFTER_NS,
         owners: Owners | None = None,
     ) -> None:
@@ -118,7 +119,7 @@ class ZenohBus:
         self.uplink = Uplink()
         self._admission = Admission(owners, self.counters)
         self._session = session
-        self._anew = anew
+        self._gate = gate
         self._clock = clock
         self._loop = loop
         self._stale_after_ns = stale_after_ns
@@ -153,9 +154,9 @@ class ZenohBus:
         past). owners: whose messages are believed, None: everybody's; `vistel.conference.connect` has them from the file.
         """
         check_endpoints(endpoints)
-        session, anew = await open_session(endpoints, _tls(tls), connect_s)
+        session, gate = await open_session(endpoints, _tls(tls), connect_s)
         loop = asyncio.get_running_loop()
-        return ZenohBus(session, conference, site, clock, loop=loop, anew=anew, stale_after_ns=stale_after_ns, owners=owners)
+        return ZenohBus(session, conference, site, clock, loop=loop, gate=gate, stale_after_ns=stale_after_ns, owners=owners)
 
     @property
     def connected(self) -> bool:
@@ -311,8 +312,8 @@ class ZenohBus:
 
     def _close_now(self) -> None:
         closed(self)
-        if self._anew is not None:
-            self._anew.close()
+        if self._gate is not None:
+            self._gate.close()
         self._held.clear()
         self._subscribed.clear()
         close_session(self._session)

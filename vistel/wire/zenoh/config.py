@@ -5,8 +5,7 @@ Several of Zenoh's defaults fail badly here, so every session is opened from thi
 - no scouting, explicit endpoints: nothing on the network joins a conference by accident;
 - `wait_before_close` below the lease: else a link that was cut for longer than the lease never carries data
   again;
-- reconnect every 250 ms (the default backs off to 4 s), with certificates as soon as the router can be reached
-  (`vistel.wire.zenoh.gate`, `.tcp_attempts`);
+- reconnect every 250 ms, over QUIC once the router answers (`vistel.wire.zenoh.gate`): the default backs off to 4 s;
 - one link per transport: access rules are not enforced on the others. QUIC counts as one;
 - over QUIC, what may be lost goes in datagrams (`mixed_rel`): with one stream for all, a lost packet holds back what follows it;
 - shared memory off, small transmit queues: a queue is latency;
@@ -28,7 +27,7 @@ OPEN_MS = 3000
 one second nobody meets over a link of 150 ms one way that loses 5 % (docs/explanation/networks.md)."""
 
 RETRY_MS = 25
-"""From one attempt at a router to the next where something else says when to try (`vistel.wire.zenoh.gate`, `.tcp_attempts`)."""
+"""From one attempt at a router to the next where attempts fail at once while there is none (`vistel.wire.zenoh.gate`)."""
 
 Json = dict[str, Any]
 
@@ -42,12 +41,10 @@ class TlsFiles:
     key: Path
 
 
-def client_config(
-    endpoints: list[str], tls: TlsFiles | None = None, connect_s: float = 5.0, local: str = "", *, soon: bool = False
-) -> Json:
+def client_config(endpoints: list[str], tls: TlsFiles | None = None, connect_s: float = 5.0, local: str = "") -> Json:
     """A session that connects to the first router of `endpoints` that answers and comes back to it when it was away. local: the
-    address from which it connects. soon: an attempt that failed is followed by the next one at once."""
-    first_ms, most_ms = (RETRY_MS, RETRY_MS) if soon else (250, 500)
+    address from which it connects, where `vistel.wire.zenoh.gate` says when."""
+    first_ms, most_ms = (RETRY_MS, RETRY_MS) if local else (250, 500)
     return {
         "mode": "client",
         "connect": {

@@ -13,31 +13,24 @@ from vistel.wire.zenoh.at_exit import started
 from vistel.wire.zenoh.config import TlsFiles, as_text, client_config
 from vistel.wire.zenoh.endpoints import endpoint_fault
 from vistel.wire.zenoh.gate import Gate, gate_for
-from vistel.wire.zenoh.tcp_attempts import TcpAttempts, attempts_for
 
 log = logging.getLogger("vistel.bus")
-
-Reconnecting = Gate | TcpAttempts
-"""What sees to it that a session connects soon after a cut."""
 
 
 class BusError(RuntimeError):
     """The bus cannot be reached; the text says where and what to check."""
 
 
-async def open_session(
-    endpoints: Sequence[str], tls: TlsFiles | None, connect_s: float
-) -> tuple[zenoh.Session, Reconnecting | None]:
-    """A session, and what connects it anew where there is such a thing. Raises BusError. Zenoh stays at an endpoint that takes
-    packets and never answers: each protocol is tried by itself."""
+async def open_session(endpoints: Sequence[str], tls: TlsFiles | None, connect_s: float) -> tuple[zenoh.Session, Gate | None]:
+    """A session, and its gate where it has one. Raises BusError. Zenoh stays at an endpoint that takes packets and never answers:
+    each protocol is tried by itself."""
     by_protocol: dict[str, list[str]] = {}
     for endpoint in endpoints:
         by_protocol.setdefault(endpoint.partition("/")[0], []).append(endpoint)
     failure: zenoh.ZError | None = None
     for protocol, group in by_protocol.items():
-        anew = await asyncio.to_thread(_reconnecting, group)
-        local = anew.local if anew is not None else ""
-        config = client_config(group, tls, connect_s / len(by_protocol), local, soon=anew is not None)
+        gate = await asyncio.to_thread(gate_for, group)
+        config = client_config(group, tls, connect_s / len(by_protocol), gate.local if gate is not None else "")
         try:
             session = await asyncio.to_thread(zenoh.open, zenoh.Config.from_json5(as_text(config)))
         except zenoh.ZError as e:
@@ -45,15 +38,11 @@ async def open_session(
             continue
         if failure is not None:
             log.warning("no router answers over %s; %s is used, where losses delay motion", next(iter(by_protocol)), protocol)
-        if anew is not None:
-            anew.watch(session)
-        return session, anew
+        if gate is not None:
+            gate.watch(session)
+        return session, gate
     assert failure is not None
     raise BusError(no_router(endpoints, _unless_late(failure), "; or the certificates do not match" if tls else "")) from failure
-
-
-def _reconnecting(endpoints: Sequence[str]) -> Reconnecting | None:
-    return gate_for(endpoints) or attempts_for(endpoints)
 
 
 def no_router(endpoints: Sequence[str], why: str = "", hint: str = "") -> str:
