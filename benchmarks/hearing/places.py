@@ -44,7 +44,7 @@ def two_talkers(random: np.random.Generator, count: int, speech: Sequence[F32]) 
 def music(random: np.random.Generator, count: int, speech: Sequence[F32]) -> F32:
     """Struck chords that fade, and a bass."""
     out = np.zeros(count + 4 * RATE)
-    for at in np.arange(0, count, int(random.uniform(0.25, 0.6) * RATE)):
+    for at in np.arange(0, count, int(random.uniform(0.25, 0.6) * RATE)).tolist():
         root = 110.0 * 2.0 ** (random.integers(0, 24) / 12.0)
         time = np.arange(int(random.uniform(0.4, 2.0) * RATE)) / RATE
         for step in (0, random.choice([3, 4]), 7, -12):

@@ -41,8 +41,6 @@ class Denoiser:
         self._frames = 0
         self._clean = np.zeros(_BINS, np.float32)
         self._loud = 1e-6
-        self.over_db = float("inf")
-        """Speech over noise, as far as it is known [dB]."""
 
     def feed(self, sound: F32) -> F32:
         """(n,) samples -> (n,)."""
@@ -62,8 +60,8 @@ class Denoiser:
         posterior = power / noise
         prior = _DECISION * self._clean / noise + (1.0 - _DECISION) * np.maximum(posterior - 1.0, 0.0)
         self._loud = max(_FORGET * self._loud, float(power.sum()))
-        self.over_db = 10.0 * float(np.log10(self._loud / noise.sum()))
-        floor = float(np.interp(self.over_db, (_NOISY_DB, _QUIET_DB), (_FLOOR, 1.0)))
+        over_db = 10.0 * float(np.log10(self._loud / noise.sum()))
+        floor = float(np.interp(over_db, (_NOISY_DB, _QUIET_DB), (_FLOOR, 1.0)))
         gain = np.maximum(prior / (1.0 + prior), np.float32(floor))
         self._clean = gain * gain * power
         out = np.fft.irfft(spectrum * gain).astype(np.float32) * _WINDOW

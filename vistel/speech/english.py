@@ -1,12 +1,9 @@
 """The English recogniser: pocketsphinx with its own en-us model, over a graph of words. A `Recogniser` of `recognition.py`.
 
 A loop of phones decodes the same sound beside the grammar; a sentence's confidence is how well it fits compared with that loop.
-Where there is noise and RNNoise is installed, that takes it out of utterances; else the Wiener filter of `denoise.py` does.
-
 This is not an `Engine` behind `engines.adapter`: it decodes the grammar itself, so that its texts need no mapping to the grammar,
 and it knows when the words were said."""
 
-import logging
 import math
 import tempfile
 from collections.abc import Mapping
@@ -17,16 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import I16
-from vistel.speech.engines.engine import EngineError
-from vistel.speech.engines.rnnoise import RnNoise, library
 from vistel.speech.engines.segmenter import Segmenter, SpeechStage
 from vistel.speech.engines.sphinx import pronunciations, sphinx
-from vistel.speech.features import as_float
 from vistel.speech.grammar import Grammar
 from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Hypothesis, Samples
 from vistel.speech.word_graph import word_graph
-
-log = logging.getLogger("vistel.speech")
 
 _SEARCH: Mapping[str, float] = {"bestpath": False, "compallsen": True, "maxhmmpf": 5000, "wip": 0.2, "silprob": 0.05}
 """Settings of the search. The beams are pocketsphinx's defaults: wider ones cost five times as much in noise and find no more. Its
@@ -37,8 +29,7 @@ _ALTERNATIVES = 40
 class EnglishRecogniser:
     """Recognises English sentences of a grammar in a stream at 16 kHz. Raises EngineError."""
 
-    def __init__(self, grammar: Grammar, most: int = 5, rnnoise: bool | None = None) -> None:
-        """rnnoise: whether RNNoise takes out the noise; None: where it is installed."""
+    def __init__(self, grammar: Grammar, most: int = 5) -> None:
         module = sphinx()
         self._grammar, self._most = grammar, most
         with tempfile.TemporaryDirectory() as folder:
@@ -53,13 +44,11 @@ class EnglishRecogniser:
         self._phones = module.Decoder(lm=None, samprate=SAMPLE_RATE, compallsen=True, loglevel="FATAL")
         self._phones.add_allphone_file("phones", None)
         self._phones.activate_search("phones")
-        self._denoised = _has_rnnoise() if rnnoise is None else rnnoise
         self.reset()
 
     def reset(self) -> None:
         """Drops the current utterance and starts counting time anew."""
         self._segments = Segmenter(clean=True)
-        self._noise: RnNoise | None = None
         self._said: list[I16] = []
         self._decoded: Hypotheses | None = None
         self._known = False
@@ -70,7 +59,7 @@ class EnglishRecogniser:
         for stage, sound in self._segments.feed(samples):
             if stage is SpeechStage.BEGIN:
                 self._said = []
-            self._said.append(self._without_noise(stage, sound))
+            self._said.append(sound)
             if stage is SpeechStage.PAUSE:  # decoded now, so that the result is there if this was the end
                 self._decoded, self._known = self._understood(), True
             elif stage in (SpeechStage.BEGIN, SpeechStage.SPEECH):
@@ -82,18 +71,6 @@ class EnglishRecogniser:
     def flush(self) -> list[Hypotheses]:
         """Ends the current utterance (push to talk released, end of a file); returns it, if there is one."""
         return self._finish() if self._segments.flush() else []
-
-    def _without_noise(self, stage: SpeechStage, sound: I16) -> I16:
-        """By RNNoise where it is noisy. It has heard the second before the utterance, so that it knows the noise."""
-        heard = self._segments.unfiltered
-        if stage is SpeechStage.BEGIN:
-            self._noise = RnNoise() if self._denoised and self._segments.noisy else None
-        else:
-            heard = heard[-len(sound) :]
-        if self._noise is None:
-            return sound
-        clean = self._noise.feed(as_float(heard))[-len(sound) :]
-        return np.asarray(np.rint(np.clip(clean, -1.0, 1.0) * 32767.0), np.int16)
 
     def _finish(self) -> list[Hypotheses]:
         heard = self._decoded if self._known else self._understood()
@@ -131,15 +108,6 @@ class EnglishRecogniser:
                 names = tuple(w.name for w in said.words)
                 out.setdefault(names, Hypothesis(names, belief * 0.8**place, *bounds))
         return tuple(out.values())[: self._most] or (Hypothesis((), 0.0, *bounds),)
-
-
-def _has_rnnoise() -> bool:
-    try:
-        library()
-    except EngineError as e:
-        log.info("event=no_rnnoise reason=%r", str(e))
-        return False
-    return True
 
 
 Span = tuple[int, int, float]

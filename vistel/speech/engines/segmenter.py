@@ -32,11 +32,6 @@ _EARLY = 4
 """Silent frames after which an utterance may be over."""
 _LEAD = 3
 """Frames before the detected beginning that belong to the utterance."""
-NOISY_DB = 45.0
-"""Speech over noise below which it is noisy. It counts from the quietest moments: a quiet room has 50 dB and more, typing or
-talk at 20 dB up to 44."""
-_KEPT_S = 1.0
-"""Sound that is kept for who has to know the noise before an utterance."""
 
 
 class SpeechStage(Enum):
@@ -60,7 +55,6 @@ class Segmenter:
         self._count = round(_WINDOW_S / FRAME_S)
         self._needed = math.ceil(_SHARE * self._count)
         self._recent: deque[tuple[bool, I16]] = deque(maxlen=self._count + _LEAD)
-        self._kept: deque[I16] = deque(maxlen=round(_KEPT_S / FRAME_S))
         self._rest = np.zeros((2, 0), np.int16)
         self._late = np.zeros(STEP, np.float32)
         self._frames = 0
@@ -80,20 +74,9 @@ class Segmenter:
         whole = pcm.shape[1] // FRAME * FRAME
         self._rest = pcm[:, whole:]
         for at in range(0, whole, FRAME):
-            self._kept.append(pcm[1, at : at + FRAME])
             found = self._frame(pcm[0, at : at + FRAME], pcm[0 if self._clean else 1, at : at + FRAME])
             if found is not None:
                 yield found
-
-    @property
-    def noisy(self) -> bool:
-        """Whether there is noise that is worth being taken out."""
-        return self._denoiser.over_db < NOISY_DB
-
-    @property
-    def unfiltered(self) -> I16:
-        """(n,) the last second of sound up to the newest stage, as it came."""
-        return np.concatenate(list(self._kept))
 
     def flush(self) -> bool:
         """Ends the utterance that is under way; False where there was none."""
