@@ -304,9 +304,9 @@ class _Visit:
             kind, said = "headset", headset_of(record, now_ns)
         else:
             kind, said = "pointer", posture_of(record)
-        if not self._avatar or said is None:
+        if said is None:
             self._refuse()
-        elif now_ns - self._passed_ns[kind] >= _EVERY_NS:
+        elif self._avatar and now_ns - self._passed_ns[kind] >= _EVERY_NS:  # after a break, a page moves before it is in again
             self._passed_ns[kind] = now_ns
             self.passed_on += 1
             _TAKEN.inc()
