@@ -49,7 +49,7 @@ def write_c3d(log: Log, participant: str, path: Path, begin: float = 0.0, end: f
     where ezc3d is not installed; OSError where `path` cannot be written.
     """
     try:
-        import ezc3d  # pyright: ignore[reportMissingTypeStubs, reportMissingImports]  # noqa: PLC0415  not everybody has it
+        import ezc3d  # noqa: PLC0415  not everybody has it
     except ImportError as e:
         raise ValueError("--c3d: needs ezc3d: pip install 'vistel[c3d]'") from e
     skeleton = skeleton_of(log, participant)

@@ -16,7 +16,7 @@ import numpy as np
 def _main(path: str) -> int:
     """What `_read` reads, as NPZ on the standard output; else one line on the other."""
     try:
-        import ezc3d  # pyright: ignore[reportMissingTypeStubs, reportMissingImports]  # noqa: PLC0415  not everybody has it
+        import ezc3d  # noqa: PLC0415  not everybody has it
     except ImportError:
         sys.stderr.write("needs ezc3d: pip install 'vistel[c3d]'\n")
         return 1

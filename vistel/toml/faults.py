@@ -108,10 +108,10 @@ def _place(loc: tuple[int | str, ...], tables: Mapping[str, Any], *, missing: bo
 def _said(fault: Any, place: Place, model: type[BaseModel], tables: Mapping[str, Any]) -> str:
     kind, given, found = str(fault["type"]), dict[str, Any](fault.get("ctx", {})), fault.get("input")
     if kind == "extra_forbidden":
-        keys = _keys(model, place[:-1], tables)
-        if len(place) > 1 and place[-1] in _keys(model, (), tables):
+        keys, key = _keys(model, place[:-1], tables), place[-1]
+        if len(place) > 1 and key in _keys(model, (), tables):
             return "unknown key here; it belongs above the first table of the file"
-        return "unknown key" + (close(place[-1], keys) or f"; expected one of {', '.join(keys)}")
+        return "unknown key" + (close(key, keys) or f"; expected one of {', '.join(keys)}")
     if kind == "missing":
         return _MISSING
     if kind in ("literal_error", "enum"):

@@ -1,0 +1,5 @@
+"""Any: the library has no type information."""
+
+from typing import Any
+
+def __getattr__(name: str) -> Any: ...
