@@ -11,7 +11,7 @@ from vistel.space.actions import Action, PutAway, TurnPage, Which
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel_cli.ask import answered
-from vistel_cli.conference_choice import Hub
+from vistel_cli.conference_choice import Hub, participants
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE, PDF, PICTURE
 from vistel_cli.terminal import USAGE, fail
@@ -61,6 +61,8 @@ def show(
     asked += [TurnPage(which, page=float(turn_to))] if turn_to is not None else []
     asked += [PutAway(which)] if away else []
     if (file is not None) + len(asked) != 1:
+        if conference_file is not None:
+            participants(conference_file, hub)  # what is wrong with a file is told before what is wrong with the words
         fail("expected a file to show, or one of --next, --back, --turn-to NUMBER, --away", USAGE)
     pages = [] if file is None else _pages(file)
 

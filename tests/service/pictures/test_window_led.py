@@ -136,6 +136,7 @@ def test_it_falls_at_once_when_it_is_let_go_of_and_one_undo_brings_it_back_and_o
         let_go_ns = site.clock.now_ns()
         site.wire.drop(Drop("ball", top, UPRIGHT, STILL))
         await site.until(lambda: site.ball[1] < top[1] - 0.02, "the ball falling")
+        await site.until(lambda: any(p.let_go for s in site.steps for p in s.props), "its last word, which comes by another way")
         words = [s for s in site.steps if any(p.let_go for p in s.props)]
         silent = [s for s in site.steps if not s.props and s.header.t_ns > let_go_ns]
         assert words and words[0].props[0].led_by == "aiko"
