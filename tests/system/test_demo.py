@@ -104,8 +104,10 @@ def test_the_command_ends_well_and_names_what_it_left(conference: Run) -> None:
 
 def test_every_site_has_a_video_that_shows_a_changing_scene(conference: Run) -> None:
     for site in SITES:
-        with av.open(str(conference.out / f"{site}.mp4")) as video:
-            frames = [f.to_ndarray(format="gray") for i, f in enumerate(video.decode(video=0)) if i % 5 == 0]
+        frames: list[np.ndarray] = []
+        for path in sorted(conference.out.glob(f"{site}*.mp4")):  # another one since its renderer was killed
+            with av.open(str(path)) as video:
+                frames += [f.to_ndarray(format="gray") for i, f in enumerate(video.decode(video=0)) if i < 10 or i % 5 == 0]
         assert len(frames) >= 2  # however few pictures a busy machine draws
         assert all(f.shape == (360, 640) for f in frames)
         assert min(f.std() for f in frames) > 15
