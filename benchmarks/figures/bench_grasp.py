@@ -15,8 +15,9 @@ from benchmarks.figures import grasp_shapes as shapes
 from benchmarks.figures import grasp_trials as trials
 from benchmarks.figures.grasp_depth import deepest
 from benchmarks.grasping import peers, sets
-from benchmarks.grasping.trials import play, wilson
+from benchmarks.grasping.trials import play
 from benchmarks.row import Row, at_least, at_most
+from benchmarks.scores import wilson
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.dynamics.solids import solids

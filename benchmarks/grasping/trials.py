@@ -1,6 +1,5 @@
 """One hand, or two, at one thing: the postures that the world is given, when they truly take hold, and what the world says."""
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -114,13 +113,3 @@ def of_recorded(trial: of_recordings.Trial) -> Trial:
     return Trial(
         trial.name, "recorded", trial.thing, tuple(postures), trial.height, begins, closes, closes, opens, trial.own, tuple(extras)
     )
-
-
-def wilson(hits: int, of: int) -> tuple[float, float]:
-    """The 95 % interval of a share, per cent (Wilson 1927)."""
-    if of == 0:
-        return 0.0, 100.0
-    z, p = 1.96, hits / of
-    middle = (p + z * z / (2 * of)) / (1 + z * z / of)
-    half = z * math.sqrt(p * (1 - p) / of + z * z / (4 * of * of)) / (1 + z * z / of)
-    return 100.0 * max(0.0, middle - half), 100.0 * min(1.0, middle + half)

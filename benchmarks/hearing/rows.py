@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from benchmarks.grasping.trials import wilson
 from benchmarks.hearing import sets
 from benchmarks.hearing.scoring import commands_heard, talk_believed
 from benchmarks.progress import skipped
 from benchmarks.row import Row, Target, at_least, at_most
+from benchmarks.scores import wilson
 from benchmarks.voices.speech_score import share_of_core
 from scripts.speech_model.voices import RATE
 from vistel.speech.grammar import Grammar, Language

@@ -7,7 +7,7 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from benchmarks.hearing import places, report, sets
+from benchmarks.hearing import places, sets
 from benchmarks.hearing.scoring import commands_heard, talk_believed
 from scripts.speech_model.corpus import ESPEAK_TRAINING, HTS_MIXED
 from scripts.speech_model.rooms import level
@@ -105,10 +105,3 @@ def test_what_is_understood_and_what_is_believed_are_counted_apart(grammar: Gram
         (heard,) = commands_heard(Hears(names, confidence), some, grammar, "en", 2, ("clean",))
         assert (heard.right, heard.accepted, heard.of) == (1, believed, 2)
         assert talk_believed(Hears(names, confidence), some, "en", 3.0) == believed
-
-
-def test_a_commit_is_reported_once_and_only_as_it_is() -> None:
-    assert report.refusal("1234abcd", []) is None
-    assert "commit first" in str(report.refusal("1234abcd+", []))
-    assert "scored already" in str(report.refusal("1234abcd", [{"commit": "1234abcd"}]))
-    assert report.BEGIN in report.PAGE.read_text("utf-8")
