@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +21,7 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel_services import pointer, posture
-from vistel_services.console import service
+from vistel_services.console import guests, service
 
 HOUR_NS = 3_600_000_000_000
 GUESTS = {
@@ -116,6 +116,47 @@ class GuestRoom:
         async with aiohttp.ClientSession() as session, session.ws_connect(f"http://{self.address}/guest") as socket:
             await socket.send_json({"token": token})
             yield GuestPage(socket)
+
+
+def in_room(folder: Path, patch: pytest.MonkeyPatch, play: Callable[[GuestRoom], Awaitable[None]], **options: Any) -> None:
+    """Play in a room of its own. options: of `GuestRoom`."""
+
+    async def played() -> None:
+        async with GuestRoom(folder, **options).serving(patch) as room:
+            await play(room)
+
+    asyncio.run(played())
+
+
+async def visit_with_faults(
+    room: GuestRoom, record: Callable[[], bytes], wrong_of: Callable[[bytes], Sequence[bytes]], came: list[Any]
+) -> None:
+    """A guest whose page sends what is in order too early, then what is not, then what is, and then too much that is not: this ends
+    the visit. record: what is in order now; wrong_of: made of that, what is not; came: what of it has come to the bus."""
+    async with room.opened(room.invited()) as page:
+        await page.told("invited")
+        await page.socket.send_bytes(record())  # before she is in the room
+        await page.socket.send_json({"person": "carla"})
+        right = record()
+        wrong = wrong_of(right)
+        for said in (*wrong, right):
+            await page.socket.send_bytes(said)
+        await room.until(lambda: came, "what is in order")
+        for _ in range(guests.MOST_FAULTY):
+            await page.socket.send_bytes(wrong[0])
+        assert await page.code() == guests.MISBEHAVED
+    room.take()
+
+
+async def visit_with_a_flood(room: GuestRoom, record: Callable[[], bytes], came: list[Any]) -> None:
+    """A guest whose page sends a thousand records at once: this ends the visit, and few have come to the bus."""
+    async with room.opened(room.invited()) as page:
+        await page.enter()
+        for _ in range(1000):
+            await page.socket.send_bytes(record())
+        assert await page.code() == guests.MISBEHAVED
+    room.take()
+    assert len(came) <= guests.MOST_A_SECOND
 
 
 async def at_the_door(tab: Page, room: GuestRoom, token: str, width: int, height: int) -> None:

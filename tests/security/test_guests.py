@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections.abc import Awaitable, Callable
 from pathlib import Path
 
 import aiohttp
 import numpy as np
 import pytest
-from guest_room import GuestPage, GuestRoom
+from guest_room import GuestPage, GuestRoom, in_room, visit_with_a_flood, visit_with_faults
 from waiting import until
 from yarl import URL
 
@@ -26,14 +25,6 @@ from vistel.v1.device_pb2 import PointerFrame
 from vistel_services.console import guests, landmarks
 
 SITS = posture_record(0.2, -0.1)
-
-
-def in_room(folder: Path, patch: pytest.MonkeyPatch, play: Callable[[GuestRoom], Awaitable[None]], **options: object) -> None:
-    async def played() -> None:
-        async with GuestRoom(folder, **options).serving(patch) as room:  # type: ignore[arg-type]
-            await play(room)
-
-    asyncio.run(played())
 
 
 def test_who_has_the_link_enters_moves_leaves_and_comes_back_to_the_seat(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -349,29 +340,20 @@ def test_what_a_guests_camera_sees_is_theirs_and_what_no_camera_sees_is_not_pass
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def play(room: GuestRoom) -> None:
-        def now() -> int:
-            return room.clock.now_ns()
+        def seen(later_ns: int = 0) -> bytes:
+            return camera_record(room.clock.now_ns() + later_ns, BODY_SEEN)
 
-        async with room.opened(room.invited()) as page:
-            await page.told("invited")
-            await page.socket.send_bytes(camera_record(now(), BODY_SEEN))  # before she is in the room
-            await page.socket.send_json({"person": "carla"})
-            right = camera_record(now(), BODY_SEEN)
-            wrong = (
-                camera_record(now() + 3_600_000_000_000, BODY_SEEN),  # from the future
-                camera_record(now() - 60_000_000_000, BODY_SEEN),  # of a minute ago
+        def wrong(right: bytes) -> tuple[bytes, ...]:
+            return (
+                seen(3_600_000_000_000),  # from the future
+                seen(-60_000_000_000),  # of a minute ago
                 right[:-1],
                 right[:3] + b"\xff" + right[4:],
                 right[:12] + b"\x00\x80" + right[14:],  # far beside the picture
                 right[:4] + b"\xff" * 8 + right[12:],  # at no time
             )
-            for record in (*wrong, right):
-                await page.socket.send_bytes(record)
-            await room.until(lambda: room.seen, "what is in order")
-            for _ in range(guests.MOST_FAULTY):
-                await page.socket.send_bytes(wrong[0])
-            assert await page.code() == guests.MISBEHAVED
-        room.take()
+
+        await visit_with_faults(room, seen, wrong, room.seen)
         assert [m.device for m in room.seen] == ["guest-1-camera"] and len(room.seen[0].body) == 3 * len(BODY)
 
     in_room(tmp_path, monkeypatch, play)
@@ -381,13 +363,7 @@ def test_a_camera_of_a_thousand_pictures_a_second_ends_the_visit_and_few_are_pas
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     async def play(room: GuestRoom) -> None:
-        async with room.opened(room.invited()) as page:
-            await page.enter()
-            for _ in range(1000):
-                await page.socket.send_bytes(camera_record(room.clock.now_ns(), BODY_SEEN))
-            assert await page.code() == guests.MISBEHAVED
-        room.take()
-        assert len(room.seen) <= guests.MOST_A_SECOND
+        await visit_with_a_flood(room, lambda: camera_record(room.clock.now_ns(), BODY_SEEN), room.seen)
 
     in_room(tmp_path, monkeypatch, play)
 
