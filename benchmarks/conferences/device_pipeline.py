@@ -13,9 +13,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-import tomli_w
 
 from benchmarks.row import NONE_AT_ALL, Row, at_most
+from vistel.conference.files import text_of
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture, Stance, pose_joints
 from vistel.figure.skeleton import standard_skeleton
@@ -58,7 +58,7 @@ async def _measure() -> tuple[list[float], int, int]:
     serve_clock(bus, clock)
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "conference.toml"
-        file.write_text(tomli_w.dumps(_conference().model_dump(mode="json", exclude_none=True)))
+        file.write_text(text_of(_conference()))
         sim = [sys.executable, "-m", "vistel_sim.process", str(file), "--run", folder]
         host = [
             sys.executable,

@@ -13,11 +13,11 @@ from collections.abc import Coroutine
 from pathlib import Path
 from typing import Any
 
-import tomli_w
 import virtual_time
 from virtual_time import LoopClock
 
 from scripts.replays import LOGS, accept, recomputed
+from vistel.conference.files import text_of
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.v1.command_pb2 import Command
@@ -89,7 +89,7 @@ async def _record(conference: Conference, seconds: float, file: Path) -> None:
         for task in tasks:
             task.cancel()
         await asyncio.gather(*tasks, return_exceptions=True)
-    text = tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True))
+    text = text_of(conference)
     samples = sorted((s for inbox in recorded for s in inbox.take()), key=lambda s: s.received_ns)
     with LogWriter(file, text) as writer:
         for s in samples:

@@ -40,6 +40,20 @@ def load(path: Path, *, room_elsewhere: bool = False) -> Conference:
     return conference
 
 
+def text_of(conference: Conference) -> str:
+    """The conference as the text of a file."""
+    return tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True))
+
+
+def write_conference(conference: Conference, folder: Path) -> Path:
+    """Write the conference as a file for its processes. Returns its path. A room that the file keeps nowhere ends with the run."""
+    path = folder / "conference.toml"
+    if conference.world.folder is None:
+        conference = conference.model_copy(update={"world": conference.world.model_copy(update={"folder": folder / "room"})})
+    path.write_text(text_of(conference), "utf-8")
+    return path
+
+
 def text_without_tokens(file: dict[str, Any], but_of: str = "") -> str:
     """What a conference's file holds, as others may see it: a page that asks for a token is left out with it, but for that of the
     site `but_of`."""

@@ -3,9 +3,8 @@
 import asyncio
 from pathlib import Path
 
-import tomli_w
-
 from vistel.conference.connect import connect
+from vistel.conference.files import text_of
 from vistel.conference.model import HUB_PLACE, Conference
 from vistel.wire.clock import SystemClock
 from vistel.wire.fence import Fence
@@ -42,7 +41,7 @@ class Witness:
         """router: an endpoint; path: of the log."""
         bus = await connect(conference, HUB_PLACE, SystemClock(), router)
         bus.fence = _NoFence()
-        return Witness(bus, LogWriter(path, tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True))))
+        return Witness(bus, LogWriter(path, text_of(conference)))
 
     async def run(self) -> None:
         """Write until cancelled."""

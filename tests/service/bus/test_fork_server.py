@@ -14,12 +14,12 @@ import psutil
 import pytest
 from waiting import until
 
+from vistel.conference.files import write_conference
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
 from vistel.wire.clock import SystemClock
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.run.launch import DRAWING, OTHERS, fork_server_spec, host_spec, open_fork_servers
-from vistel_cli.run.up import write_conference
 from vistel_services.process import forking, supervisor
 from vistel_services.process.forking import READY, ForkServer, ForkServerSpec
 from vistel_services.process.plan import ProcessPlan, hub_processes, process_token, site_processes

@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-import tomli_w
 import typer
 
 from vistel.conference.device_names import tracker_name
+from vistel.conference.files import text_of
 from vistel.conference.model import Conference
 from vistel.v1.device_pb2 import RawBytes, TrackerReceiver
 from vistel.v1.motion_pb2 import Participant, Prop
@@ -96,7 +96,7 @@ def import_(
     conference = _conference(people, [thing for f in found for thing in f.props])
     with tempfile.TemporaryDirectory(prefix="vistel-") as folder:
         raw = Path(folder) / "raw.mcap"
-        text = tomli_w.dumps(conference.model_dump(mode="json", exclude_none=True))
+        text = text_of(conference)
         with LogWriter(raw, text) as writer:
             begun = ((f.messages(conference, BEGIN_NS + round(late * 1e9))) for f, late in zip(found, delays, strict=True))
             for topic, key, message, t_ns in sorted((m for of in begun for m in of), key=lambda m: m[3]):

@@ -13,6 +13,7 @@ from pydantic import ValidationError
 from rich.progress import BarColumn, Progress, TextColumn
 
 from vistel.conference.connect import connect
+from vistel.conference.files import write_conference
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire import background
@@ -31,7 +32,6 @@ from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.launch import host_spec, open_fork_servers, until_loaded
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.stopping import ENDING, Stopping
-from vistel_cli.run.up import write_conference
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error, print_warning
 from vistel_cli.waiting import waiting
 from vistel_services.process import logs

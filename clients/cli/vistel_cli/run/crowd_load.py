@@ -24,6 +24,7 @@ import numpy as np
 import psutil
 
 from vistel.conference.connect import connect
+from vistel.conference.files import write_conference
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.seats import seat_place
@@ -32,7 +33,6 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.motion.interest import MotionSubscriptions, nearest
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.endpoints import answers, free_port
-from vistel_cli.run.up import write_conference
 from vistel_services.audio.voice_subscriptions import VoiceSubscriptions
 from vistel_services.process.monitoring import target_of
 from vistel_sim.crowd import crowd_conference

@@ -9,16 +9,17 @@ import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
 
+from vistel.conference.files import write_conference
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire import background
 from vistel_cli.renewing import keep_certificate
+from vistel_cli.run.conference_run import at_the_end, ended
 from vistel_cli.run.earlier_room import resume
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.pages import pages_of
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.stopping import ENDING, Stopping
-from vistel_cli.run.up import at_the_end, ended, write_conference
 from vistel_cli.terminal import FAILED, out, print_error, print_warning
 from vistel_cli.waiting import waiting
 from vistel_services.process import logs

@@ -13,12 +13,12 @@ from typing import Annotated, Any
 import typer
 
 from vistel.conference.device_list import simulated_names
-from vistel.conference.files import DEMO_FILE
+from vistel.conference.files import DEMO_FILE, write_conference
 from vistel.conference.paths import RunPaths
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
 from vistel_cli.lazy import Lazy, lazy_group
-from vistel_cli.run.up import with_motion, write_conference
+from vistel_cli.run.up import with_motion
 from vistel_cli.terminal import USAGE, fail, load_conference, out
 from vistel_sim.faults import fault_from_text
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
+from vistel_cli.run.conference_run import _show_report, ended
 from vistel_cli.run.logged_errors import LoggedErrors, told
-from vistel_cli.run.up import _show_report, ended
 from vistel_services.process import logs
 
 REFUSED = "event=avatar_refused participant=%s avatar=%s reason=%r shown=stand-in"
