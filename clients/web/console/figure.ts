@@ -84,9 +84,9 @@ export class Figure {
     dispose(this.shown);
     this.shown = scene;
     this.bones = bones;
-    this.arrived = -Infinity;
     this.own = true;
     this.root.add(scene);
+    if (this.moved) this.beThere();
   }
 
   /** A frame that has just come; from where the figure is now it moves there. */
@@ -105,14 +105,24 @@ export class Figure {
     this.talks = frame.talks;
     for (const { influences, at } of this.faces)
       at.forEach((target, n) => target >= 0 && (influences[target] = frame.face[n]! / 255));
-    if (!this.moved) Object.assign(this, { moved: true, arrived: -Infinity });
-    this.root.visible = true;
+    if (!this.moved) this.beThere();
+    this.moved = this.root.visible = true;
+  }
+
+  /** Be where the newest frame says at once: whoever asks for a joint before the next picture must not find the file's own pose. */
+  private beThere(): void {
+    this.arrived = -Infinity;
+    this.pose(1);
   }
 
   /** Where it is between two frames; overMs: from one to the next, 0 to be there at once. */
   step(now: number, overMs: number): void {
     if (!this.moved) return;
-    const share = overMs > 0 ? Math.min(1, Math.max(0, (now - this.arrived) / overMs)) : 1;
+    this.pose(overMs > 0 ? Math.min(1, Math.max(0, (now - this.arrived) / overMs)) : 1);
+  }
+
+  /** share: of the way from the frame before to the newest. */
+  private pose(share: number): void {
     this.bones.forEach((bone, j) => bone.quaternion.slerpQuaternions(this.from.rotation[j]!, this.to.rotation[j]!, share));
     this.joints.shifted.forEach((j, k) => this.bones[j]!.position.lerpVectors(this.from.shift[k]!, this.to.shift[k]!, share));
     this.bones[0]!.position.lerpVectors(this.from.hips, this.to.hips, share);

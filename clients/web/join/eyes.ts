@@ -47,10 +47,10 @@ export class Eyes {
     return this.seat[3];
   }
 
-  /** Midway between the figure's eyes while it rests: where they were when this was first asked. */
+  /** Midway between the figure's eyes while it rests: where they were when it was first seen. */
   home(): Vector3 {
-    this.rest ??= this.between() ?? this.origin.clone().add(new Vector3(0, ABOVE_SEAT_M, 0));
-    return this.rest.clone();
+    this.rest ??= this.between();
+    return this.rest?.clone() ?? this.origin.clone().add(new Vector3(0, ABOVE_SEAT_M, 0));
   }
 
   /** Turn by what was dragged [canvas heights]. */
@@ -70,6 +70,7 @@ export class Eyes {
     const turned = new Quaternion().setFromEuler(new Euler(this.pitch, this.seat[3] + this.yaw + Math.PI, 0, "YXZ"));
     const middle = this.between();
     if (middle) {
+      this.rest ??= middle.clone();
       middle.add(new Vector3(0, 0, -OUT_OF_HEAD_M).applyQuaternion(turned));
       this.at.lerp(middle, this.found ? STEADY : 1);
       this.found = true;
