@@ -5,6 +5,14 @@ import type { Room } from "./room";
 
 const MARGIN_PX = 4;
 
+/** What stands over the head of somebody who is in the room: their name, what they hold, and whether they talk. */
+export function labelOf(room: Room, name: string): { text: string; holds: string; talks: boolean } {
+  const figure = room.figures.get(name)!;
+  const held = room.held.grasps.filter(([who]) => who === name).map(([, , id]) => room.things.get(id)?.about.name ?? id);
+  const holds = held.length ? panelText("holdsThese", [...new Set(held)].join(", ")) : "";
+  return { text: figure.about.shown, holds, talks: figure.talks };
+}
+
 export class Labels {
   private readonly all = new Map<string, HTMLElement>();
 
@@ -28,13 +36,11 @@ export class Labels {
       const hidden = name === whose || !figure.root.visible || seen.z > 1 || Math.abs(seen.x) > 1.2 || Math.abs(seen.y) > 1.3;
       label.hidden = hidden;
       if (hidden) continue;
-      const text = figure.about.shown;
-      const holds = this.room.held.grasps.filter(([who]) => who === name).map(([, , id]) => this.room.things.get(id)?.about.name ?? id);
-      const more = holds.length ? panelText("holdsThese", [...new Set(holds)].join(", ")) : "";
+      const { text, holds, talks } = labelOf(this.room, name);
       const [first, second] = label.children as unknown as [HTMLElement, HTMLElement];
       if (first.textContent !== text) first.textContent = text;
-      if (second.textContent !== more) second.textContent = more;
-      label.classList.toggle("talks", figure.talks);
+      if (second.textContent !== holds) second.textContent = holds;
+      label.classList.toggle("talks", talks);
       const half = label.offsetWidth / 2 + MARGIN_PX;
       const x = Math.min(width - half, Math.max(half, (0.5 + 0.5 * seen.x) * width));
       const y = Math.max(label.offsetHeight + MARGIN_PX, (0.5 - 0.5 * seen.y) * height);

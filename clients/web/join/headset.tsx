@@ -2,10 +2,12 @@
 import { Vector3 } from "three";
 import type { Link } from "../connection/link";
 import type { Room } from "../console/room";
+import type { Line } from "../console/wire";
 import type { Eyes } from "./eyes";
 import { OwnHand } from "./own_hands";
 import { type Measured, type Pose, record } from "./poses";
 import { SeatView } from "./seat_view";
+import { Signs } from "./signs";
 import { text } from "./words";
 
 /** What a person is told. insecure: the page has no https; none: no headset; away: it is not worn now. */
@@ -27,6 +29,7 @@ export class Headset {
   private session: XRSession | null = null;
   private view: SeatView | null = null;
   private space: XRReferenceSpace | null = null;
+  private signs: Signs | null = null;
   private readonly hands = { left: new OwnHand(), right: new OwnHand() };
   private centred = false;
   private pushed = false;
@@ -35,11 +38,12 @@ export class Headset {
   private seenAt = 0;
   private looking = 0;
 
-  /** draw: what is done for each picture, at a time of `performance` [ms]; changed: the state is another; over: the page leads again. */
+  /** lines: what people have written to all; draw: what is done for each picture, at a time of `performance` [ms]; changed: the state is another; over: the page leads again. */
   constructor(
     private readonly room: Room | null,
     private readonly link: () => Link,
     private readonly eyes: () => Eyes | null,
+    private readonly lines: () => Line[],
     private readonly draw: (now: number) => void,
     private readonly changed: () => void,
     private readonly over: () => void,
@@ -71,7 +75,9 @@ export class Headset {
       session.addEventListener("end", () => this.left());
       session.addEventListener("visibilitychange", () => session?.visibilityState === "hidden" && this.rest());
       this.view = new SeatView(eyes);
-      this.view.add(this.hands.left, this.hands.right);
+      this.signs = new Signs(this.room, eyes.who);
+      this.signs.hear(this.lines(), performance.now());
+      this.view.add(this.hands.left, this.hands.right, this.signs);
       this.space = await this.room.present(session, this.view, eyes.who, (now, frame) => this.step(now, frame));
     } catch {
       void session?.end().catch(() => {});
@@ -83,6 +89,16 @@ export class Headset {
     this.become("on");
   }
 
+  /** Lines have come. */
+  hear(): void {
+    this.signs?.hear(this.lines(), performance.now());
+  }
+
+  /** What stands over somebody's head. */
+  signOf(name: string): string {
+    return this.signs?.of(name) ?? "";
+  }
+
   close(): void {
     void this.session?.end().catch(() => {});
   }
@@ -90,6 +106,7 @@ export class Headset {
   private step(now: number, frame: XRFrame): void {
     const head = frame.getViewerPose(this.space!);
     if (head && frame.session.visibilityState !== "hidden") this.follow(now, frame, head);
+    if (head) this.signs?.step(this.view!.inRoom(head.transform), now);
     this.draw(now);
     this.pictures++;
   }
@@ -157,7 +174,8 @@ export class Headset {
   private left(): void {
     if (!this.session) return;
     clearInterval(this.looking);
-    this.session = this.view = this.space = null;
+    this.signs?.close();
+    this.session = this.view = this.space = this.signs = null;
     this.room?.presentNoMore();
     this.become("ended");
     this.unworn();

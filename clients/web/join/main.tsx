@@ -78,7 +78,7 @@ let chatOpen = false;
 const voices = new Voices(room, () => link, (hear) => person && link.send(JSON.stringify({ hear })));
 const microphone = new Microphone(() => link, () => Boolean(person), () => showWords());
 const camera = new Camera(() => link, () => Boolean(person), () => showMirror());
-const headset = new Headset(room, () => link, () => eyes, drawRoom, () => person && showDoes(), () => (eyes?.open(), ask()));
+const headset = new Headset(room, () => link, () => eyes, () => lines, drawRoom, () => person && showDoes(), () => (eyes?.open(), ask()));
 const showing = new Showing(token, (said) => link.send(JSON.stringify(said)), () => person && showDoes());
 const meter = document.createElement("meter");
 
@@ -108,6 +108,7 @@ function hear(words: Words): void {
     showing.hear(words);
   } else if (words.kind === "chat") {
     lines = words.lines;
+    headset.hear();
     showWords();
   } else if (words.kind === "invited") {
     invited = words;

@@ -26,13 +26,17 @@ export class SeatView extends Group {
     const steps = Math.min(MOST_STEPS, Math.max(-MOST_STEPS, this.steps + way));
     const by = (steps - this.steps) * STEP;
     this.steps = steps;
-    const at = vectorOf(head).applyMatrix4(this.matrixWorld);
-    this.place(head, at, new Euler().setFromQuaternion(this.quaternion, "YXZ").y + by);
+    this.place(head, this.inRoom(head), new Euler().setFromQuaternion(this.quaternion, "YXZ").y + by);
+  }
+
+  /** Where a pose of the headset's space is in the room [m]. */
+  inRoom(pose: XRRigidTransform): Vector3 {
+    return vectorOf(pose).applyMatrix4(this.matrixWorld);
   }
 
   /** A pose of the headset's space in the seat's frame. */
   inSeat(pose: XRRigidTransform): { place: number[]; turn: number[] } {
-    const place = this.eyes.intoSeat(vectorOf(pose).applyMatrix4(this.matrixWorld)).toArray();
+    const place = this.eyes.intoSeat(this.inRoom(pose)).toArray();
     const turn = new Quaternion().setFromAxisAngle(UP, -this.eyes.heading).multiply(this.quaternion).multiply(quaternionOf(pose));
     return { place, turn: turn.toArray() };
   }

@@ -25,9 +25,10 @@ QUICK = (320, 200)
 """While nothing is looked at."""
 SIZE = (1280, 640)
 HANDS = (
-    "(worn.primaryInputMode = 'hand', worn.quaternion.set(-0.12, 0.05, 0, 0.99),"
+    "(worn.primaryInputMode = 'hand', worn.quaternion.set(-0.1, -0.09, 0, 0.99),"
     " worn.hands.left.position.set(-0.17, 1.38, -0.42), worn.hands.right.position.set(0.16, 1.36, -0.40), 1)"
 )
+LINE = "Can you hear me, Ann? Then let us begin with what we did not finish last time."
 PICTURES = 3
 """Until what is seen is of where the hands are now."""
 
@@ -56,6 +57,10 @@ async def visit(folder: Path) -> None:
             await asyncio.sleep(3.0)  # until the figure's hands are there
             drawn = await tab.value("window.guest.headset.pictures")
             await tab.until(f"window.guest.headset.pictures >= {drawn + PICTURES}")
+            await eve.socket.send_json({"write": LINE})
+            await tab.until(f"window.guest.headset.signOf('guest-2').endsWith({LINE!r})")
+            drawn = await tab.value("window.guest.headset.pictures")
+            await tab.until(f"window.guest.headset.pictures > {drawn}")
             cv2.imwrite(str(HERE / "guest-headset.png"), cv2.cvtColor(await tab.picture(), cv2.COLOR_RGB2BGR))
 
 

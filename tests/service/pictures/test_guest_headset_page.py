@@ -144,6 +144,42 @@ def test_a_guest_enters_with_a_headset_moves_pinches_turns_takes_it_off_and_leav
     asyncio.run(visit())
 
 
+def test_inside_a_headset_names_stand_over_heads_and_what_people_write_is_read_there_for_a_while(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
+        pytest.skip("the page for guests has not been made (make web)")
+    if not IWER.is_file():
+        pytest.skip("iwer is not in clients/web/node_modules (make web)")
+
+    async def visit() -> None:
+        async with (
+            page(tmp_path, *SOFTWARE_GL) as tab,
+            GuestRoom(tmp_path).serving(monkeypatch) as room,
+            room.opened(room.invited("guest-2", "Eve")) as eve,
+        ):
+            await eve.enter()
+            async with eve.listening():
+                await eve.socket.send_json({"write": "before you came"})
+                await tab.call("Page.addScriptToEvaluateOnNewDocument", source=f"{IWER.read_text('utf-8')};{WORN}; 0")
+                await at_the_door(tab, room, room.invited(), 320, 200)
+                await tab.click(".people button[aria-current=true]")
+                await tab.until("document.querySelector('#chat-button b')?.innerText === '1'")
+                await tab.until("document.querySelector('#headset')?.disabled === false")
+                await tab.click("#headset")
+                await tab.until("window.guest.headset.signOf('guest-2') === 'Eve'")
+                assert await tab.value("window.guest.headset.signOf('guest-1')") == "", "nobody sees their own name"
+                written = f"see {'x' * 60} おはよう"
+                await eve.socket.send_json({"write": written})
+                await tab.until(f"window.guest.headset.signOf('guest-2') === 'Eve\\n{written}'")
+                await tab.until("window.guest.headset.signOf('guest-2') === 'Eve'")
+                await eve.socket.close()
+                await tab.until("window.guest.headset.signOf('guest-2') === ''")
+                assert not [m for m in tab.messages if "Error" in m], tab.messages
+
+    asyncio.run(visit())
+
+
 def test_without_a_headset_the_page_offers_none_and_without_https_it_says_what_it_needs(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
