@@ -45,7 +45,7 @@ print("end", flush=True)
 
 def run(program: str) -> tuple[int, str]:
     command = [sys.executable, "-c", textwrap.dedent(program)]
-    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, timeout=60, check=False)
+    done = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
     return done.returncode, done.stdout
 
 

@@ -280,7 +280,7 @@ def test_what_is_too_large_or_lies_is_refused_and_nobody_waits(monkeypatch: pyte
             await fetch_asset(_bus(network, "oslo"), digest)
 
         with pytest.raises(AssetRefusedError) as refused:
-            asyncio.run(asyncio.wait_for(run(), 60.0))
+            asyncio.run(run())
         return str(refused.value)
 
     size = assets.PART_BYTES + 5

@@ -255,7 +255,7 @@ def test_an_activity_makes_atoms_that_stick_when_they_are_brought_together(tmp_p
             place = move(atom, at[0] + 0.075 * (-1) ** n, at[1], at[2])
             ask(site, "bruno", Command(id=atom, participant="bruno", move=place))
             await site.play(0.8)
-        await asyncio.wait_for(activity, 1.0)
+        await activity
         assert session.room.things["ball-2"].name == "red ball 2 with white ball 3 with white ball 4"
         session.close()
 
@@ -278,7 +278,7 @@ def test_an_activity_hardens_what_nobody_has_touched_for_a_while(tmp_path: Path,
         await site.play(0.8)
         assert not activity.done()
         await site.play(1.0)
-        await asyncio.wait_for(activity, 1.0)
+        await activity
         fired = site.rooms()[-1].things["ball"]
         assert fired.compliance == 0.0
         assert session.room.things["ball"].colour != soft.colour
