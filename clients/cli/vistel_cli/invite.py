@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from vistel.conference.files import ConferenceError, load
 from vistel.conference.invitations import MOST_NAME, TOKEN_BYTES, Invitation, digest_of_token, invitations_in, withdraw
 from vistel.conference.invitations import invite as add
 from vistel.conference.model import Conference, Participant
@@ -50,7 +51,7 @@ def invite(
 
       vistel invite "Ann" --revoke
     """
-    running = newest() if file is None else _running(load_conference(file).name)
+    running = _newest_with_seats() if file is None else _running(load_conference(file).name)
     conference = load_conference(Path(running.file))
     folder = Path(running.run)
     try:
@@ -84,14 +85,30 @@ def invite(
         print_warning('only this machine reaches the console; for others, [console] at = "0.0.0.0:8440" and a token in the file')
 
 
+def _newest_with_seats() -> Running:
+    """The newest conference on this machine that has seats for guests; where none has, the newest."""
+    for running in here if len(here := running_conferences()) > 1 else ():
+        try:
+            if _seats(load(Path(running.file))):
+                return running
+        except (ConferenceError, OSError):
+            continue  # its file is gone or was changed since it began
+    return newest()
+
+
 def _running(name: str) -> Running:
     here = running_conferences(name)
     return here[0] if here else fail(f"{name} does not run on this machine; start it with `vistel up`")
 
 
+def _seats(conference: Conference) -> dict[str, Participant]:
+    """Participants who come by a link, by name."""
+    return {p.name: p for site in conference.sites for p in site.participants if p.by_link}
+
+
 def _seat(conference: Conference, wanted: str, name: str, taken: dict[str, str]) -> Participant:
     """The participant whose seat it is: the wanted one, the guest's own of before, or the first that nobody is invited to."""
-    seats = {p.name: p for site in conference.sites for p in site.participants if p.by_link}
+    seats = _seats(conference)
     if not seats:
         fail("this conference has no seats for guests; give participants of its file guest = true (docs/how-to/invite-guests.md)")
     if wanted:

@@ -14,11 +14,12 @@ EVERY_S = 1.9
 
 
 @contextmanager
-def waiting(what: str | Callable[[], str], silent_s: float = SILENT_S) -> Iterator[None]:
+def waiting(what: str | Callable[[], str], silent_s: float | None = None) -> Iterator[None]:
     """Within the block, `what`, or what it gives then, is said on standard error with the seconds that have passed: "waiting for
-    the world … 4 s". In a thread, for the command may be loading, or wait in native code."""
+    the world … 4 s". silent_s: first it says nothing for so long; default `SILENT_S`. In a thread, for the command may be loading,
+    or wait in native code."""
     ended = threading.Event()
-    thread = threading.Thread(target=_tell, args=(what, silent_s, ended), daemon=True)
+    thread = threading.Thread(target=_tell, args=(what, SILENT_S if silent_s is None else silent_s, ended), daemon=True)
     thread.start()
     try:
         yield

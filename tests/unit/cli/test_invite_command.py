@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -48,6 +50,19 @@ def test_links_fill_the_seats_in_order_and_a_new_one_takes_the_place_of_the_old(
     assert "is not invited" in said("Bob", "--revoke", code=2)
     said("Cas", "--person", "ines", "--hours", "0.5")
     assert invitations_in(run)[-1].avatar == "builtin:person=ines"
+
+
+def test_of_several_conferences_the_newest_with_seats_for_guests_is_meant(
+    run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with contextlib.ExitStack() as others:
+        for n, (name, file) in enumerate((("den", FILE.with_name("den.toml")), ("gone", tmp_path / "gone.toml"))):
+            newer = Running(name, "tcp/127.0.0.1:9", str(file), "out", 2 + n, run=str(tmp_path / name))
+            with monkeypatch.context() as patch:
+                patch.setattr(os, "getpid", lambda n=n: n)  # a conference is listed by its process
+                others.enter_context(announced(newer))
+        assert json.loads(said("Ann", "--json"))["seat"] == "guest-1"
+    assert [i.name for i in invitations_in(run)] == ["Ann"]
 
 
 @pytest.mark.parametrize(
