@@ -38,7 +38,7 @@ from vistel_cli.run.pages import console_line, guests_line, pages_of
 from vistel_cli.run.prepared import prepare
 from vistel_cli.run.steps import Steps
 from vistel_cli.run.stopping import ENDING, Stopping
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_error, print_warning
+from vistel_cli.terminal import FAILED, USAGE, err, fail, indented, out, print_error, print_warning
 from vistel_cli.waiting import waiting
 from vistel_services.process import logs
 from vistel_services.process.plan import HUB, hub_processes, site_processes
@@ -308,14 +308,16 @@ def _running(conference: Conference, source: Path, endpoint: str, paths: RunPath
 def _show_report(report: dict[str, Any], folder: Path) -> None:
     for name, s in report["sites"].items():
         delays = ", ".join(f"{p} {d * 1e3:.0f} ms" for p, d in s["image_delay_s_median"].items())
-        out.print(f"{name:10} {s['frames']} pictures, {s['frames_per_s_median']} pictures/s{'; delay ' if delays else ''}{delays}")
+        drawn = f"{s['frames']} pictures, {s['frames_per_s_median']} pictures/s{'; delay ' if delays else ''}{delays}"
+        out.print(f"{name:10} {indented(drawn, 11)}", soft_wrap=True)
     for name, s in report.get("sound", {}).items():
         for who, v in s["voices"].items():
             if v["mouth_to_ear_s_median"] is not None:
                 skew = "" if v["skew_s_median"] is None else f", {v['skew_s_median'] * 1e3:+.0f} ms from the picture"
                 out.print(f"{name:10} hears {who} after {v['mouth_to_ear_s_median'] * 1e3:.0f} ms{skew}")
     for thing, holders in report["world"]["things_held_by_in_turn"].items():
-        out.print(f"{thing:10} held by {', then '.join(holder for holder, _ in groupby(holders))}")
+        held = f"held by {', then '.join(holder for holder, _ in groupby(holders))}"
+        out.print(f"{thing:10} {indented(held, 11)}", soft_wrap=True)
     for pair in report["world"]["people_touched"]:
         out.print(f"{pair} touched")
     for name, size in report["files"].items():

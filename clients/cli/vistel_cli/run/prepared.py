@@ -17,6 +17,7 @@ from importlib import metadata
 from pathlib import Path
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Column
 
 import vistel
 from vistel.conference.model import Conference, RoomConfig
@@ -67,7 +68,8 @@ async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
     """Show what `child` says of its steps until it ends: in a terminal as a bar, elsewhere as a line every two seconds."""
     assert child.stdout is not None
     said = TextColumn("preparing, once: {task.description}", markup=False)
-    columns = (TimeElapsedColumn(), said, *([BarColumn(bar_width=10)] if err.width >= WIDE_ENOUGH else []))
+    time_taken = TimeElapsedColumn(table_column=Column(no_wrap=True, min_width=len("0:00:00")))  # else long words cut it to "0:…"
+    columns = (time_taken, said, *([BarColumn(bar_width=10)] if err.width >= WIDE_ENOUGH else []))
     steps = done = kernels = 0
     doing, began, shown = "loading", time.monotonic(), -LINE_EVERY_S
     with Progress(*columns, console=err, transient=True, disable=silent or not err.is_terminal) as bar:
