@@ -13,7 +13,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
 from rich.text import Text
 
 from vistel.conference.connect import connect, owners_of
@@ -36,7 +36,7 @@ from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.pages import console_line, guests_line, pages_of
 from vistel_cli.run.prepared import prepare
-from vistel_cli.run.steps import Steps
+from vistel_cli.run.steps import WIDE_ENOUGH, Steps, time_taken
 from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.terminal import FAILED, USAGE, err, fail, indented, out, print_error, print_warning
 from vistel_cli.waiting import waiting
@@ -190,6 +190,7 @@ class ConferenceRun:
                     bar.console.print(event, soft_wrap=True) if not self.as_json else None
                 missing = observer.missing()
                 shown = "loading" if not starting.done() else f"waiting for {_some(missing)}" if missing else "ready"
+                shown += f"; {everything - len(missing)} of {everything} are there"
                 bar.update(task, completed=everything - len(missing), description=shown)
                 if starting.done():
                     await starting
@@ -198,7 +199,7 @@ class ConferenceRun:
                 if not missing:
                     self._ready(started)
                     return True
-                self.steps.show(f"{shown}; {everything - len(missing)} of {everything} are there")
+                self.steps.show(shown)
                 if len(missing) < fewest:
                     fewest, since = len(missing), time.monotonic()
                 if time.monotonic() - since > START_LIMIT_S:
@@ -327,11 +328,12 @@ def _show_report(report: dict[str, Any], folder: Path) -> None:
 
 
 def _some(missing: list[str]) -> str:
-    return ", ".join(missing[:2]) + (f" and {len(missing) - 2} more" if len(missing) > 2 else "")
+    return missing[0] + (f" and {len(missing) - 1} more" if len(missing) > 1 else "")
 
 
 def _progress(silent: bool) -> Progress:
-    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(bar_width=20), TimeElapsedColumn())
+    said = TextColumn("{task.description}", markup=False)
+    columns = (SpinnerColumn(), time_taken(), said, *([BarColumn(bar_width=20)] if out.width >= WIDE_ENOUGH else []))
     return Progress(*columns, console=out, transient=True, disable=silent or not out.is_terminal)
 
 

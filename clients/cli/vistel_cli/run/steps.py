@@ -5,8 +5,18 @@ from __future__ import annotations
 import time
 
 from rich.console import Console
+from rich.progress import TimeElapsedColumn
+from rich.table import Column
 
 from vistel_cli.waiting import EVERY_S
+
+WIDE_ENOUGH = 100
+"""Columns of a terminal that has place for a bar beside the words."""
+
+
+def time_taken() -> TimeElapsedColumn:
+    """For a line of progress; long words beside it do not push it out."""
+    return TimeElapsedColumn(table_column=Column(no_wrap=True, min_width=len("0:00:00")))
 
 
 class Steps:

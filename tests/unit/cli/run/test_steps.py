@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 from rich.console import Console
+from rich.progress import Progress, TextColumn
 
 from vistel_cli.run import steps
-from vistel_cli.run.steps import Steps
+from vistel_cli.run.steps import Steps, time_taken
 
 
 class Seconds:
@@ -41,3 +42,12 @@ def test_nothing_is_printed_over_the_bar_of_a_terminal_or_where_only_the_report_
         with console.capture() as printed:
             Steps(console, silent=silent).begin("loading")
         assert printed.get() == ""
+
+
+def test_a_long_text_does_not_cut_the_time_beside_it() -> None:
+    console = Console(width=40, force_terminal=False)
+    bar = Progress(time_taken(), TextColumn("{task.description}"), console=console)
+    bar.add_task("waiting for the first picture of columbus and 2 more")
+    with console.capture() as printed:
+        console.print(bar)
+    assert printed.get().startswith("0:00:00 waiting for")
