@@ -13,7 +13,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn
+from rich.progress import BarColumn, Progress, SpinnerColumn
 from rich.text import Text
 
 from vistel.conference.connect import connect, owners_of
@@ -36,7 +36,7 @@ from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.pages import console_line, guests_line, pages_of
 from vistel_cli.run.prepared import prepare
-from vistel_cli.run.steps import WIDE_ENOUGH, Steps, time_taken
+from vistel_cli.run.steps import WIDE_ENOUGH, Steps, time_taken, words
 from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.terminal import FAILED, USAGE, err, fail, indented, out, print_error, print_warning
 from vistel_cli.waiting import waiting
@@ -332,8 +332,7 @@ def _some(missing: list[str]) -> str:
 
 
 def _progress(silent: bool) -> Progress:
-    said = TextColumn("{task.description}", markup=False)
-    columns = (SpinnerColumn(), time_taken(), said, *([BarColumn(bar_width=20)] if out.width >= WIDE_ENOUGH else []))
+    columns = (SpinnerColumn(), time_taken(), words(), *([BarColumn(bar_width=20)] if out.width >= WIDE_ENOUGH else []))
     return Progress(*columns, console=out, transient=True, disable=silent or not out.is_terminal)
 
 

@@ -16,13 +16,13 @@ import time
 from importlib import metadata
 from pathlib import Path
 
-from rich.progress import BarColumn, Progress, TextColumn
+from rich.progress import BarColumn, Progress
 
 import vistel
 from vistel.conference.model import Conference, RoomConfig
 from vistel.figure.avatar.cache_folder import default_cache
 from vistel.wire import background
-from vistel_cli.run.steps import WIDE_ENOUGH, time_taken
+from vistel_cli.run.steps import WIDE_ENOUGH, time_taken, words
 from vistel_cli.terminal import err, fail
 
 INTERRUPTED = 130
@@ -65,8 +65,11 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, dr
 async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
     """Show what `child` says of its steps until it ends: in a terminal as a bar, elsewhere as a line every two seconds."""
     assert child.stdout is not None
-    said = TextColumn("preparing, once: {task.description}", markup=False)
-    columns = (time_taken(), said, *([BarColumn(bar_width=10)] if err.width >= WIDE_ENOUGH else []))
+    columns = (
+        time_taken(),
+        words("preparing, once: {task.description}"),
+        *([BarColumn(bar_width=10)] if err.width >= WIDE_ENOUGH else []),
+    )
     steps = done = kernels = 0
     doing, began, shown = "loading", time.monotonic(), -LINE_EVERY_S
     with Progress(*columns, console=err, transient=True, disable=silent or not err.is_terminal) as bar:
