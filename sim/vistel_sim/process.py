@@ -101,8 +101,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--site", help="only this site's devices")
     parser.add_argument("--alive", type=Path, help="file of signs of life, for the supervisor")
     parser.add_argument("--fault", action="append", default=[], help="DEVICE:KIND:AT_S:FOR_S, may be given often")
+    parser.add_argument("--quiet", action="store_true", help="log warnings and errors only")
     args = parser.parse_args(arguments)
-    logging.basicConfig(force=True, level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s %(message)s")
+    level = logging.WARNING if args.quiet else logging.INFO
+    logging.basicConfig(force=True, level=level, format="%(asctime)s %(levelname)s %(name)s %(message)s")
     try:
         faults = [fault_from_text(text) for text in args.fault]
         event_loop.run(_main(load(args.conference), RunPaths(args.run, args.run), args.site, faults, args.alive))

@@ -22,6 +22,7 @@ from vistel_cli.conference_choice import newest
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import USAGE, fail, load_conference, out, print_warning
+from vistel_cli.waiting import waiting
 
 
 def invite(
@@ -120,10 +121,11 @@ def _seat(conference: Conference, wanted: str, name: str, taken: dict[str, str])
 
 
 def _avatar(who: Participant, person: str) -> str:
-    from vistel.figure.people.builtin import described
-
     if not person:
         return who.avatar
+    with waiting("loading the people"):
+        from vistel.figure.people.builtin import described
+
     avatar = person if person.startswith("builtin") else f"builtin:person={person}"
     try:
         described(avatar, who.name, who.height)

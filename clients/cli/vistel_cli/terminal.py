@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+import textwrap
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn, TextIO
 
@@ -21,6 +22,9 @@ _PLAIN: dict[str, Any] = {"highlight": False, "markup": False, "emoji": False}
 """What is printed is plain text: no square bracket or colon of a path is markup. Colours come with `style` and `Text`."""
 _UNBROKEN = 1000
 """Columns where output goes into a file or to another program: no line is broken there."""
+
+_NARROWEST = 60
+"""A terminal with fewer columns breaks lines itself."""
 
 
 def _columns(stream: TextIO) -> int | None:
@@ -46,6 +50,12 @@ FAILED = 1
 """Exit code of a command that could not do what was asked."""
 USAGE = 2
 """Exit code of a command that was called wrongly."""
+
+
+def indented(text: str, columns: int) -> str:
+    """`text` for what stands so many columns from the left: its further lines, where the terminal ends, stand there, too."""
+    width = max(_console("out").width, _NARROWEST) - columns
+    return f"\n{' ' * columns}".join(textwrap.wrap(text, width, break_on_hyphens=False, break_long_words=False))
 
 
 def print_error(text: str) -> None:

@@ -52,6 +52,10 @@ def test_each_line_says_what_to_try_next(made: tuple[Path, str]) -> None:
         assert len(example.command) <= 59
 
 
+def test_the_last_line_says_in_which_folder_the_commands_work(made: tuple[Path, str]) -> None:
+    assert made[1].splitlines()[-1].endswith(f"cd {made[0]}")
+
+
 def test_recorded_motion_plays(made: tuple[Path, str]) -> None:
     from vistel.conference.model import Conference, Participant, Site
     from vistel_sim.motion.open import open_motion

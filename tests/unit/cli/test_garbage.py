@@ -153,6 +153,8 @@ KINDS = [
         "expected a log of a conference; this is a glTF or VRM file: vistel avatar import eva.glb",
     ),
     ("up", "confrence.toml", None, "confrence.toml: no such file; did you mean conference.toml?"),
+    ("up", "tea.toml", None, "tea.toml: no such file; `vistel examples FOLDER` makes one to begin with"),
+    ("log info", "tea.mcap", None, "tea.mcap: no such file; `vistel up` records one below the folder where you type it"),
 ]
 
 

@@ -31,6 +31,14 @@ def test_a_text_is_printed_as_it_is(text: str, capsys: pytest.CaptureFixture[str
     assert printed.err == f"{text}\nerror: {text}\n"
 
 
+def test_a_long_text_goes_on_below_its_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(terminal.out, "width", 70)
+    text = "neither DISPLAY nor WAYLAND_DISPLAY is set → no windows"
+    assert terminal.indented(text, 24) == f"neither DISPLAY nor WAYLAND_DISPLAY is set →\n{' ' * 24}no windows"
+    monkeypatch.setattr(terminal.out, "width", 1000)
+    assert terminal.indented(text, 24) == text
+
+
 @pytest.mark.parametrize("text", TRICKY)
 def test_a_cell_of_a_table_is_printed_as_it_is(text: str, capsys: pytest.CaptureFixture[str]) -> None:
     table = Table(text, box=None, padding=0)

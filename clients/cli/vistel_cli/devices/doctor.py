@@ -19,7 +19,7 @@ from vistel.devices.registry import kinds, packaged_kinds
 from vistel_cli.conference_choice import Hub
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import FAILED, USAGE, fail, out
+from vistel_cli.terminal import FAILED, USAGE, fail, indented, out
 
 
 def doctor(
@@ -59,8 +59,8 @@ def doctor(
     else:
         colour = {"found": "green", "absent": "yellow", "broken": "red"}
         for f in findings:
-            instead = f" → {f.instead}" if f.instead else ""
-            out.print(Text.assemble((f"{f.state:7}", colour[f.state]), f" {f.what:15} {f.detail}{instead}"), soft_wrap=True)
+            said = f"{f.detail} → {f.instead}" if f.instead else f.detail
+            out.print(Text.assemble((f"{f.state:7}", colour[f.state]), f" {f.what:15} {indented(said, 24)}"), soft_wrap=True)
     if any(f.state == "broken" for f in findings):
         raise typer.Exit(FAILED)
 
@@ -117,7 +117,7 @@ def _display() -> Finding:
     name = os.environ.get("WAYLAND_DISPLAY") or os.environ.get("DISPLAY")
     if name or platform.system() != "Linux":
         return Finding("Display", "found", name or "desktop")
-    return Finding("Display", "absent", "neither DISPLAY nor WAYLAND_DISPLAY is set", "headless drawing into MP4")
+    return Finding("Display", "absent", "neither DISPLAY nor WAYLAND_DISPLAY is set", "no windows; films and pages in browsers")
 
 
 def _sound() -> Finding:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -47,8 +48,13 @@ def examples(
             )
     except OSError as e:
         fail(f"{e.filename or folder}: cannot be written: {e.strerror}", USAGE)
-    if not recording:
-        return
+    if recording:
+        _record(folder)
+    out.print(f"The commands work in this folder; go there first: cd {shlex.quote(str(folder))}", soft_wrap=True)
+
+
+def _record(folder: Path) -> None:
+    """Hold a meeting in the folder."""
     out.print("A meeting of three people is recorded; it takes half a minute.")
     meeting = [sys.executable, "-m", "vistel_cli.main", "up", "conference.toml", "--seconds", str(MEETING_S)]
     if subprocess.run(meeting, cwd=folder, check=False).returncode:

@@ -9,9 +9,10 @@ import typer
 from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
-from vistel_cli.log.study import A_LOG, Begin, End, opened, reading
+from vistel_cli.log.study import A_LOG, Begin, End, opened
 from vistel_cli.overwriting import Force, keep_source, out_file
 from vistel_cli.terminal import USAGE, fail, out, print_warning
+from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
     from vistel.log import Log
@@ -111,7 +112,7 @@ def _usd(log: Path, output: Path, begin: float, end: float | None, fps: float) -
 def _writing(log: "Log", output: Path, write: Callable[[], str]) -> None:
     """Write, and tell what was written; what cannot be gets one line."""
     try:
-        with reading(log):
+        with waiting(lambda: f"writing {output.name}: {log.share_read:.0%} of {log.path.name} read"):
             written = write()
     except ValueError as e:
         fail(str(e), USAGE)

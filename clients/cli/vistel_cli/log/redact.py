@@ -4,13 +4,13 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import Progress
 
 from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
 from vistel_cli.overwriting import Force, keep_source, out_file
-from vistel_cli.terminal import err, fail, out, print_warning
+from vistel_cli.terminal import fail, out, print_warning
+from vistel_cli.waiting import waiting
 
 
 def redact(
@@ -35,11 +35,16 @@ def redact(
     from vistel.log.redact import redact as write  # loads the mathematics
 
     keep_source(log, output)
+    done = 0.0
+
+    def progress(share: float) -> None:
+        nonlocal done
+        done = share
+
     try:
         reader = LogReader(log)
-        with Progress(console=err, transient=True) as bar:
-            task = bar.add_task("writing", total=1.0)
-            found = write(reader, output, name or (), lambda share: bar.update(task, completed=share))
+        with waiting(lambda: f"writing {output.name}: {done:.0%}"):
+            found = write(reader, output, name or (), progress)
     except (LogError, RedactError) as e:
         fail(str(e))
     except OSError as e:

@@ -13,7 +13,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress, SpinnerColumn
 from rich.text import Text
 
 from vistel.conference.connect import connect, owners_of
@@ -36,9 +36,9 @@ from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.pages import console_line, guests_line, pages_of
 from vistel_cli.run.prepared import prepare
-from vistel_cli.run.steps import Steps
+from vistel_cli.run.steps import WIDE_ENOUGH, Steps, time_taken, words
 from vistel_cli.run.stopping import ENDING, Stopping
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_error, print_warning
+from vistel_cli.terminal import FAILED, USAGE, err, fail, indented, out, print_error, print_warning
 from vistel_cli.waiting import waiting
 from vistel_services.process import logs
 from vistel_services.process.plan import HUB, hub_processes, site_processes
@@ -190,6 +190,7 @@ class ConferenceRun:
                     bar.console.print(event, soft_wrap=True) if not self.as_json else None
                 missing = observer.missing()
                 shown = "loading" if not starting.done() else f"waiting for {_some(missing)}" if missing else "ready"
+                shown += f"; {everything - len(missing)} of {everything} are there"
                 bar.update(task, completed=everything - len(missing), description=shown)
                 if starting.done():
                     await starting
@@ -198,7 +199,7 @@ class ConferenceRun:
                 if not missing:
                     self._ready(started)
                     return True
-                self.steps.show(f"{shown}; {everything - len(missing)} of {everything} are there")
+                self.steps.show(shown)
                 if len(missing) < fewest:
                     fewest, since = len(missing), time.monotonic()
                 if time.monotonic() - since > START_LIMIT_S:
@@ -308,14 +309,16 @@ def _running(conference: Conference, source: Path, endpoint: str, paths: RunPath
 def _show_report(report: dict[str, Any], folder: Path) -> None:
     for name, s in report["sites"].items():
         delays = ", ".join(f"{p} {d * 1e3:.0f} ms" for p, d in s["image_delay_s_median"].items())
-        out.print(f"{name:10} {s['frames']} pictures, {s['frames_per_s_median']} pictures/s{'; delay ' if delays else ''}{delays}")
+        drawn = f"{s['frames']} pictures, {s['frames_per_s_median']} pictures/s{'; delay ' if delays else ''}{delays}"
+        out.print(f"{name:10} {indented(drawn, 11)}", soft_wrap=True)
     for name, s in report.get("sound", {}).items():
         for who, v in s["voices"].items():
             if v["mouth_to_ear_s_median"] is not None:
                 skew = "" if v["skew_s_median"] is None else f", {v['skew_s_median'] * 1e3:+.0f} ms from the picture"
                 out.print(f"{name:10} hears {who} after {v['mouth_to_ear_s_median'] * 1e3:.0f} ms{skew}")
     for thing, holders in report["world"]["things_held_by_in_turn"].items():
-        out.print(f"{thing:10} held by {', then '.join(holder for holder, _ in groupby(holders))}")
+        held = f"held by {', then '.join(holder for holder, _ in groupby(holders))}"
+        out.print(f"{thing:10} {indented(held, 11)}", soft_wrap=True)
     for pair in report["world"]["people_touched"]:
         out.print(f"{pair} touched")
     for name, size in report["files"].items():
@@ -325,11 +328,11 @@ def _show_report(report: dict[str, Any], folder: Path) -> None:
 
 
 def _some(missing: list[str]) -> str:
-    return ", ".join(missing[:2]) + (f" and {len(missing) - 2} more" if len(missing) > 2 else "")
+    return missing[0] + (f" and {len(missing) - 1} more" if len(missing) > 1 else "")
 
 
 def _progress(silent: bool) -> Progress:
-    columns = (SpinnerColumn(), TextColumn("{task.description}", markup=False), BarColumn(bar_width=20), TimeElapsedColumn())
+    columns = (SpinnerColumn(), time_taken(), words(), *([BarColumn(bar_width=20)] if out.width >= WIDE_ENOUGH else []))
     return Progress(*columns, console=out, transient=True, disable=silent or not out.is_terminal)
 
 

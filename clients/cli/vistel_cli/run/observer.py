@@ -92,13 +92,13 @@ class Observer:
         for site in (s for s in self._conference.sites if s.draws):
             seen = {s.participant for s in self.images[site.name].streams} if site.name in self.images else set()
             if site.name not in self.images or self.images[site.name].frames == 0:
-                out.append(f"picture of {site.name}")
+                out.append(f"the first picture of {site.name}")
             elif self.images[site.name].stand_ins:
-                out.append(f"avatars in the picture of {site.name}")
+                out.append(f"the avatars in the picture of {site.name}")
             elif people - seen:
                 out.append(f"{', '.join(sorted(people - seen))} in the picture of {site.name}")
         if self._world.last_step == 0:
-            out.append("world")
+            out.append("the world")
         return out
 
     def report(self) -> dict[str, Any]:

@@ -76,7 +76,7 @@ def _steps(conference: Conference, *, draws: bool) -> list[Step]:
         steps.insert(0, ("compiling deformation", _compile_figures, (conference,)))
     for spec, name, height in people_of(conference) if draws else ():
         if spec.startswith("builtin"):
-            steps.append((f"making {name}", load_figure, (ParticipantInfo(name, name, spec, height),)))
+            steps.append((f"making the avatar of {name}", load_figure, (ParticipantInfo(name, name, spec, height),)))
     return steps
 
 

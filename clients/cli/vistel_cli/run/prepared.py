@@ -16,12 +16,13 @@ import time
 from importlib import metadata
 from pathlib import Path
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, Progress
 
 import vistel
 from vistel.conference.model import Conference, RoomConfig
 from vistel.figure.avatar.cache_folder import default_cache
 from vistel.wire import background
+from vistel_cli.run.steps import WIDE_ENOUGH, time_taken, words
 from vistel_cli.terminal import err, fail
 
 INTERRUPTED = 130
@@ -30,8 +31,6 @@ NO_FIGURES = "--no-figures"
 """Given to `vistel_cli.run.prepare` where nothing is drawn."""
 LINE_EVERY_S = 1.5
 """How often a line says how far it is, where there is no terminal for a bar."""
-WIDE_ENOUGH = 100
-"""Columns of a terminal that has place for a bar beside the words."""
 _ONE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
 """Each core has a process of its own."""
 
@@ -66,8 +65,11 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, dr
 async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
     """Show what `child` says of its steps until it ends: in a terminal as a bar, elsewhere as a line every two seconds."""
     assert child.stdout is not None
-    said = TextColumn("preparing, once: {task.description}", markup=False)
-    columns = (TimeElapsedColumn(), said, *([BarColumn(bar_width=10)] if err.width >= WIDE_ENOUGH else []))
+    columns = (
+        time_taken(),
+        words("preparing, once: {task.description}"),
+        *([BarColumn(bar_width=10)] if err.width >= WIDE_ENOUGH else []),
+    )
     steps = done = kernels = 0
     doing, began, shown = "loading", time.monotonic(), -LINE_EVERY_S
     with Progress(*columns, console=err, transient=True, disable=silent or not err.is_terminal) as bar:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
+import os
 import signal
 import sys
 import tempfile
@@ -19,8 +21,12 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, CONFERENCE, FOLDER
 from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.run.up import with_motion
-from vistel_cli.terminal import USAGE, fail, load_conference, out
+from vistel_cli.terminal import USAGE, err, fail, load_conference, out
+from vistel_cli.waiting import waiting
 from vistel_sim.faults import fault_from_text
+
+MOST_S = 60.0
+"""Longest wait for ports [s]."""
 
 
 class _DevicesByDefault(lazy_group({"crowd": Lazy("vistel_cli.run.crowd:crowd")})):
@@ -78,15 +84,27 @@ def devices(
         raise typer.Exit(asyncio.run(_run(write_conference(conference, Path(run)), paths, names, seconds, fault or [])))
 
 
+async def until_there(ports: Sequence[Path], process: asyncio.subprocess.Process) -> None:
+    """Until all ports are there. One that a fault takes away at once is not waited for."""
+    with contextlib.suppress(TimeoutError):
+        async with asyncio.timeout(MOST_S):
+            while process.returncode is None and not all(os.path.lexists(port) for port in ports):
+                await asyncio.sleep(0.1)
+
+
 async def _run(file: Path, paths: RunPaths, names: Sequence[str], seconds: float, faults: list[str]) -> int:
-    given = [word for text in faults for word in ("--fault", text)]
+    given = [word for text in faults for word in ("--fault", text)] + ["--quiet"]
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "vistel_sim.process", str(file), "--run", str(paths.run), *given, process_group=0
     )
     for signum in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(signum, process.terminate)
+    with waiting("making the ports"):
+        await until_there([paths.device(name) for name in names], process)
     for name in names:
-        out.print(str(paths.device(name)))
+        out.print(str(paths.device(name)), soft_wrap=True)
+    if process.returncode is None:
+        err.print(f"the devices send for {seconds:g} s; Ctrl-C ends it" if seconds else "the devices send until Ctrl-C")
     try:
         code = await asyncio.wait_for(process.wait(), seconds or None)
     except TimeoutError:

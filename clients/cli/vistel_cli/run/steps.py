@@ -5,8 +5,23 @@ from __future__ import annotations
 import time
 
 from rich.console import Console
+from rich.progress import TextColumn, TimeElapsedColumn
+from rich.table import Column
 
 from vistel_cli.waiting import EVERY_S
+
+WIDE_ENOUGH = 100
+"""Columns of a terminal that has place for a bar beside the words."""
+
+
+def words(template: str = "{task.description}") -> TextColumn:
+    """What a line of progress says; where the terminal is narrow, in two lines."""
+    return TextColumn(template, markup=False, table_column=Column())
+
+
+def time_taken() -> TimeElapsedColumn:
+    """Stands beside it; long words do not push it out."""
+    return TimeElapsedColumn(table_column=Column(no_wrap=True, min_width=len("0:00:00")))
 
 
 class Steps:

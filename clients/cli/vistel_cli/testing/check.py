@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Generator
+from collections.abc import Generator, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,7 +12,8 @@ import typer
 from rich.table import Table
 from rich.text import Text
 
-from vistel_cli.terminal import FAILED, USAGE, fail, out
+from vistel_cli.terminal import FAILED, USAGE, fail, indented, out
+from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
     from vistel.testing.conformance import Outcome
@@ -63,7 +64,8 @@ def check(
     if unknown := [n for n in only or () if n not in names]:
         fail(f"no check of {protocol} is called {unknown[0]!r}; `vistel testing check {protocol}` lists them", USAGE)
     if device == "sim":
-        from vistel_sim.testing.conforming import simulated
+        with waiting("loading the simulator"):
+            from vistel_sim.testing.conforming import simulated
 
         targets = simulated(protocol)
     else:
@@ -72,7 +74,7 @@ def check(
     failed = 0
     try:
         with targets as target:
-            for outcome in suite.run(target, only or ()):
+            for outcome in _begun(suite.run(target, only or ())):
                 _show(outcome, as_json)
                 failed += outcome.verdict == "fail"
     except LineError as e:
@@ -81,6 +83,14 @@ def check(
         if not as_json:
             out.print(f"{failed} of {len(names)} checks failed", style=STYLES["fail"])
         raise typer.Exit(FAILED)
+
+
+def _begun(outcomes: Iterator[Outcome]) -> Iterator[Outcome]:
+    """The outcomes; a word where the first one is long in coming."""
+    with waiting("waiting for the device's first answer"):
+        first = next(outcomes, None)
+    yield from () if first is None else (first,)
+    yield from outcomes
 
 
 @contextmanager
@@ -108,5 +118,6 @@ def _show(outcome: Outcome, as_json: bool) -> None:
         print(json.dumps(dataclasses.asdict(outcome)), flush=True)
         return
     section = f"  ({outcome.section})" if outcome.section and outcome.verdict == "fail" else ""
-    line = Text.assemble((f"{outcome.verdict:5}", STYLES[outcome.verdict]), f"{outcome.name:44} {outcome.line}{section}")
+    said = f"{outcome.name:44} {indented(outcome.line + section, 50)}"
+    line = Text.assemble((f"{outcome.verdict:5}", STYLES[outcome.verdict]), said)
     out.print(line, soft_wrap=True)

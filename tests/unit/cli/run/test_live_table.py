@@ -84,10 +84,10 @@ def test_a_row_for_each_site_fits_any_terminal(columns: int) -> None:
 
 def test_what_a_start_waits_for_is_named_with_what_the_device_says() -> None:
     def check(meeting: Meeting) -> None:
-        assert meeting.observer.missing() == ["world"]
+        assert meeting.observer.missing() == ["the world"]
         meeting.device("columbus", "ben-tracker", DeviceStatus.STATE_SEARCHING, detail="/dev/ttyUSB0: is not there")
         meeting.observer.poll()
-        assert meeting.observer.missing() == ["device ben-tracker (/dev/ttyUSB0: is not there)", "world"]
+        assert meeting.observer.missing() == ["device ben-tracker (/dev/ttyUSB0: is not there)", "the world"]
 
     during(check)
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 from rich.console import Console
+from rich.progress import Progress
 
 from vistel_cli.run import steps
-from vistel_cli.run.steps import Steps
+from vistel_cli.run.steps import Steps, time_taken, words
 
 
 class Seconds:
@@ -41,3 +42,16 @@ def test_nothing_is_printed_over_the_bar_of_a_terminal_or_where_only_the_report_
         with console.capture() as printed:
             Steps(console, silent=silent).begin("loading")
         assert printed.get() == ""
+
+
+def test_in_a_narrow_terminal_progress_is_two_lines_beside_the_time() -> None:
+    console = Console(width=40, force_terminal=False)
+    bar = Progress(time_taken(), words(), console=console)
+    bar.add_task("waiting for the first picture of columbus and 2 more")
+    with console.capture() as printed:
+        console.print(bar)
+    lines = [line.split(maxsplit=1) for line in printed.get().splitlines()]
+    assert lines[0][0] == "0:00:00"
+    assert " ".join([lines[0][1].strip(), *(" ".join(line).strip() for line in lines[1:])]) == (
+        "waiting for the first picture of columbus and 2 more"
+    )
