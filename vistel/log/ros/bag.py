@@ -164,7 +164,8 @@ class _Gathered:
         for one in message.transforms:
             parent, child = (str(name).lstrip("/")[:100] for name in (one.header.frame_id, one.child_frame_id))
             where, turn = one.transform.translation, one.transform.rotation
-            p, q = (where.x, where.y, where.z), (turn.x, turn.y, turn.z, turn.w)
+            p: tuple[float, ...] = (where.x, where.y, where.z)
+            q: tuple[float, ...] = (turn.x, turn.y, turn.z, turn.w)
             said = f"{self._path}: the transform from {parent} to {child}"
             if not all(map(math.isfinite, (*p, *q))) or max(map(abs, p)) > 1e19:
                 raise SensorError(f"{said}: expected finite numbers, got {p} and {q}")

@@ -95,10 +95,11 @@ def _ordered(link: Transforms) -> tuple[Transforms, int]:
     if link.fixed:
         return Transforms(link.parent, link.child, True, link.t[-1:], link.p[-1:], link.q[-1:]), 0
     t = np.array(link.t)
-    order = np.argsort(t, kind="stable")
-    order = order[np.append(np.diff(t[order]) > 0.0, True)]
-    kept = [link.t[k] for k in order], [link.p[k] for k in order], [link.q[k] for k in order]
-    return Transforms(link.parent, link.child, False, *kept), int(np.count_nonzero(np.diff(t) < 0.0))
+    sort = np.argsort(t, kind="stable")
+    order: list[int] = sort[np.append(np.diff(t[sort]) > 0.0, True)].tolist()
+    p, q = [link.p[k] for k in order], [link.q[k] for k in order]
+    kept = Transforms(link.parent, link.child, False, [link.t[k] for k in order], p, q)
+    return kept, int(np.count_nonzero(np.diff(t) < 0.0))
 
 
 def _composed(path: Path, frame: str, links: Sequence[Transforms]) -> tuple[F64, F64, F64]:
