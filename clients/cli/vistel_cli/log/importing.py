@@ -22,7 +22,7 @@ BEGIN_NS = 1_577_836_800_000_000_000
 MOST_PEOPLE = 24
 KINDS = (
     ".bvh (motion), .csv (6-DoF sensors), .c3d (clusters of marks), .vrpn (what a VRPN server logged),"
-    " a folder with a bag of ROS 2, or one with *_pose_saved.csv (a hand-over)"
+    " a folder with a bag of ROS 2, with Hands/Left_sync.txt (a HoloLens), or with *_pose_saved.csv (a hand-over)"
 )
 
 
@@ -133,15 +133,18 @@ def _frames(given: list[str]) -> dict[str, str]:
 
 def _read(path: Path, said: Said) -> Recorded:
     from vistel.log.c3d import read_c3d
+    from vistel.log.hololens import is_recording
     from vistel.log.ros.bag import is_bag
     from vistel.log.sensors import SensorError, read_table
-    from vistel_cli.log.imported import bag, motion, sensors
+    from vistel_cli.log.imported import bag, hands, motion, sensors
     from vistel_sim.motion.source import MotionError
 
     kind = path.suffix.lower()
     try:
         if is_bag(path):
             return bag.bag(path, said)
+        if is_recording(path):
+            return hands.hololens(path, said)
         if path.is_dir():
             return motion.hand_over(path)
         if kind == ".bvh":

@@ -13,7 +13,7 @@ from vistel.log.sensors import DEVICE, SensorError
 from vistel.v1.audio_pb2 import Voice
 from vistel.wire.topics import BY_NAME
 from vistel_cli.log.imported.recorded import NAME, SITE, Film, Messages, Recorded, Said
-from vistel_cli.log.imported.sensors import Read, raw, reads_of, tracked
+from vistel_cli.log.imported.sensors import Read, reads_of, tracked, worn
 from vistel_cli.terminal import print_warning
 
 BESIDE_S = 60.0
@@ -43,7 +43,7 @@ def bag(path: Path, said: Said) -> Recorded:
 
     def messages(_: Conference, begin_ns: int) -> Messages:
         for person, told in zip(people, reads, strict=True):
-            yield from raw(person, told, begin_ns, begin)
+            yield from worn(person, told, begin_ns, begin)
         for person, frames in spoken:
             yield from _voice(person, frames, begin_ns, begin)
 

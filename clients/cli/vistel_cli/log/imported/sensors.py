@@ -21,7 +21,7 @@ def sensors(path: Path, height: float, recorded: Take) -> Recorded:
     """A person with the sensors of a take."""
     reads, seconds = reads_of(path, path.name, height, recorded)
     person = tracked(path.stem, height, f"{DEVICE}@imported")
-    return Recorded(seconds, [person], lambda _, begin_ns: raw(person, reads, begin_ns, reads[0][0]), solved=True)
+    return Recorded(seconds, [person], lambda _, begin_ns: worn(person, reads, begin_ns, reads[0][0]), solved=True)
 
 
 def reads_of(path: Path, who: str, height: float, recorded: Take) -> tuple[list[Read], float]:
@@ -40,7 +40,7 @@ def capture(path: Path, height: float) -> Recorded:
     person = tracked(path.stem, height, f"{first}@imported")
     begin = found.reads[0][0]
     return Recorded(
-        found.reads[-1][0] - begin, [person], lambda _, begin_ns: raw(person, found.reads, begin_ns, begin), solved=True
+        found.reads[-1][0] - begin, [person], lambda _, begin_ns: worn(person, found.reads, begin_ns, begin), solved=True
     )
 
 
@@ -56,9 +56,14 @@ def tracked(name: str, height: float, port: str) -> dict[str, Any]:
     return {"name": name, "height": height, "tracker": tracker}
 
 
-def raw(person: dict[str, Any], reads: Sequence[Read], begin_ns: int, begin: float) -> Messages:
-    """What their tracker said. begin: of the times of `reads` the one that is `begin_ns`."""
-    topic, device = BY_NAME["device_raw"], tracker_name(person["name"])
+def worn(person: dict[str, Any], reads: Sequence[Read], begin_ns: int, begin: float) -> Messages:
+    """What the tracker of a person said; their name counts when the messages are made."""
+    return raw(tracker_name(person["name"]), reads, begin_ns, begin)
+
+
+def raw(device: str, reads: Sequence[Read], begin_ns: int, begin: float) -> Messages:
+    """What a device said. begin: of the times of `reads` the one that is `begin_ns`."""
+    topic = BY_NAME["device_raw"]
     key = topic.format(conference=NAME, site=SITE, device=device)
     gathered: list[RawBytes] = []
     gatherer = RawGatherer(device, gathered.append)
