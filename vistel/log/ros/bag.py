@@ -201,7 +201,7 @@ def _stamp(header: Any) -> float:
 def _layouts() -> Any:
     """How messages are laid out. Raises SensorError where rosbags is not installed."""
     try:
-        from rosbags.typesys import Stores, get_types_from_msg, get_typestore  # noqa: PLC0415  not everybody has it
+        from rosbags.typesys import Stores, get_types_from_msg, get_typestore
     except ImportError as e:
         raise SensorError("a bag of ROS 2 needs rosbags: pip install 'vistel[ros]'") from e
     store: Any = get_typestore(Stores.ROS2_HUMBLE)

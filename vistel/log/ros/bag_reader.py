@@ -20,7 +20,7 @@ _HEAD = struct.Struct("<HqI")
 
 def _main(path: str, wanted: list[str]) -> int:
     try:
-        from rosbags.rosbag2 import Reader  # noqa: PLC0415  not everybody has it
+        from rosbags.rosbag2 import Reader
     except ImportError:
         sys.stderr.write("needs rosbags: pip install 'vistel[ros]'\n")
         return 1
@@ -50,7 +50,7 @@ def _main(path: str, wanted: list[str]) -> int:
 
 def _bound_memory() -> None:
     try:
-        import resource  # noqa: PLC0415  only Unix has it
+        import resource
     except ImportError:
         return
     resource.setrlimit(resource.RLIMIT_AS, (MOST_MEMORY, resource.getrlimit(resource.RLIMIT_AS)[1]))

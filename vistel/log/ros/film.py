@@ -26,7 +26,7 @@ def write_film(said: str, pictures: Iterable[tuple[float, BagPicture]], path: Pa
     shown from the log's beginning. said: of what, for errors. Returns how many were written, and when the first and the last were
     taken [s]. Raises SensorError; OSError where `path` cannot be written."""
     try:
-        import av  # noqa: PLC0415  not everybody has it
+        import av
     except ImportError as e:
         raise SensorError(f"{said}: a film needs PyAV: pip install 'vistel[ros]'") from e
     container: Any = None
@@ -74,7 +74,7 @@ def _pixels(said: str, picture: BagPicture) -> U8:
 
 
 def _of_file(said: str, data: bytes) -> U8:
-    from PIL import Image  # noqa: PLC0415  not everybody has it
+    from PIL import Image
 
     try:
         with Image.open(io.BytesIO(data), formats=("JPEG", "PNG")) as image:

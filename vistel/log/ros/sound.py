@@ -66,8 +66,8 @@ def _of_samples(said: str, sound: Sound) -> Iterator[Piece]:
 
 
 def _of_mp3(said: str, messages: Sequence[tuple[float, bytes]]) -> Iterator[Piece]:
-    import av  # noqa: PLC0415  not everybody has it
-    from av.error import FFmpegError  # noqa: PLC0415
+    import av
+    from av.error import FFmpegError
 
     codec: Any = av.CodecContext.create("mp3float", "r")
     convert, heard = _Converter(), False
@@ -92,7 +92,7 @@ class _Converter:
         self._resampler: Any = None
 
     def __call__(self, samples: F32, rate: int) -> F32:
-        import av  # noqa: PLC0415  not everybody has it
+        import av
 
         if rate == RATE or not len(samples):
             return np.asarray(samples, np.float32)

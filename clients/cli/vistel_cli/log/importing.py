@@ -133,7 +133,7 @@ def _frames(given: list[str]) -> dict[str, str]:
 
 def _read(path: Path, said: Said) -> Recorded:
     from vistel.log.c3d import read_c3d
-    from vistel.log.hololens import is_recording
+    from vistel.log.headsets.hololens import is_recording
     from vistel.log.ros.bag import is_bag
     from vistel.log.sensors import SensorError, read_table
     from vistel_cli.log.imported import bag, hands, motion, sensors

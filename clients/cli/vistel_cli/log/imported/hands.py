@@ -4,7 +4,7 @@ from pathlib import Path
 
 from vistel.conference.device_names import headset_name, pointer_name
 from vistel.conference.model import Conference
-from vistel.log.hololens import HeadAndHands, read_recording, records
+from vistel.log.headsets.hololens import HeadAndHands, read_recording, records
 from vistel.protocol.pages.pointer import guest_record
 from vistel_cli.log.imported.recorded import Messages, Recorded, Said
 from vistel_cli.log.imported.sensors import raw
