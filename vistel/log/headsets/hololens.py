@@ -19,7 +19,8 @@ from pathlib import Path
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
+from vistel.capture.pointer import HIPS_M
+from vistel.figure.skeleton import JOINT_INDEX, REFERENCE_HEIGHT, standard_skeleton
 from vistel.geometry.rotation import quaternion_from_matrix, rotation_y
 from vistel.log.sensors import APART_S, LONGEST_S, UNITS, SensorError
 from vistel.protocol.pages.headset import JOINTS, LARGEST_M, SMALLEST_M, Hand, Place, TrackedHand, headset_of, headset_record
@@ -95,7 +96,7 @@ def records(recording: HeadAndHands, begin_ns: int) -> Iterator[tuple[float, byt
         looks = quaternion_from_matrix(np.ascontiguousarray(recording.turn[n] * (-1.0, 1.0, -1.0)))  # along -Z
         x, y, z, w = looks.tolist()
         for wanted in ((left, right), (left, None), (None, right), (None, None)):
-            if max(map(abs, recording.place[n])) > 3.0:
+            if float(np.abs(recording.place[n]).max()) > 3.0:
                 break  # beyond what a record can say
             record = headset_record(t_ns, _three(recording.place[n]), (x, y, z, w), *wanted)
             if headset_of(record, t_ns) is not None:
@@ -117,7 +118,7 @@ def _eyes(height_m: float) -> F64:
     """Between the eyes of somebody who sits upright, in the seat's frame [m]."""
     rest = standard_skeleton(height_m).rest
     eyes = 0.5 * (rest[JOINT_INDEX["left_eye"]] + rest[JOINT_INDEX["right_eye"]]) - rest[JOINT_INDEX["hips"]]
-    return np.array([0.0, CHAIR_HEIGHT + eyes[1] + 0.097 * height_m / 1.75, eyes[2]])
+    return np.array([0.0, CHAIR_HEIGHT + eyes[1] + HIPS_M * height_m / REFERENCE_HEIGHT, eyes[2]])
 
 
 def _rows(path: Path, columns: int) -> tuple[F64, int]:

@@ -167,7 +167,7 @@ class _Gathered:
             p: tuple[float, ...] = (where.x, where.y, where.z)
             q: tuple[float, ...] = (turn.x, turn.y, turn.z, turn.w)
             said = f"{self._path}: the transform from {parent} to {child}"
-            if not all(map(math.isfinite, (*p, *q))) or max(map(abs, p)) > 1e19:
+            if not all(map(math.isfinite, (*p, *q))) or max(abs(n) for n in p) > 1e19:
                 raise SensorError(f"{said}: expected finite numbers, got {p} and {q}")
             length = math.hypot(*q)
             if not 0.9 < length < 1.1:
