@@ -3,9 +3,13 @@ VENV := .venv
 PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 SITE := mkdocs-material==9.8.2
+SBOM := cyclonedx-bom==7.5.0
+AUDIT := pip-audit==2.10.1
+# A tool of its own environment, so that it is no part of what it looks at: $(call tool,NAME==VERSION).
+tool = [ -d $(VENV)/tools/$(1) ] || { $(PY) -m venv $(VENV)/tools/$(1) && $(VENV)/tools/$(1)/bin/python -m pip install --disable-pip-version-check -q $(1); } || { rm -rf $(VENV)/tools/$(1); exit 1; }
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz races hearing camera chaos soak first bench figures replays speech-model body-model proto web wheel looks lock docs site clean
+.PHONY: help setup demo test check house warm docs-commands fuzz races hearing camera chaos soak first bench figures replays speech-model body-model proto web wheel sbom licences audit looks lock docs site clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -28,6 +32,7 @@ check: setup  ## style, types, import arrows
 	@$(VENV)/bin/ruff format --check .
 	@$(VENV)/bin/pyright
 	@PYTHONPATH=. $(VENV)/bin/lint-imports
+	@$(PY) -m scripts.audit --briefly $(VENV)/tools/$(AUDIT)/bin/pip-audit
 
 warm: setup  ## compile kernels and make the people of the demo, once
 	@$(PY) -m vistel_cli.run.prepare vistel/conference/demo.toml >/dev/null
@@ -83,6 +88,18 @@ wheel: setup  ## build the package, dist/vistel-VERSION-py3-none-any.whl, and tr
 	@rm -rf build
 	@$(PY) -m pytest tests/system/test_wheel.py
 	@ls -1 dist/*.whl
+
+sbom: setup  ## list the packages that VISTEL is made with, as CycloneDX: dist/sbom/python.json and npm.json
+	@$(call tool,$(SBOM))
+	@$(PY) -m scripts.sbom $(VENV)/tools/$(SBOM)/bin/cyclonedx-py $(VENV) dist/sbom
+
+licences: setup  ## the licence of every package that VISTEL is made with, of PyPI and of npm
+	@$(call tool,$(SBOM))
+	@$(PY) -m scripts.sbom --licences $(VENV)/tools/$(SBOM)/bin/cyclonedx-py $(VENV) dist/sbom
+
+audit: setup  ## ask PyPI and npm for known vulnerabilities of the locked packages; fails if there are any
+	@$(call tool,$(AUDIT))
+	@$(PY) -m scripts.audit $(VENV)/tools/$(AUDIT)/bin/pip-audit
 
 replays: setup  ## compute the logs of tests/replay anew and compare; ACCEPT=1 takes what differs, after it is shown
 	@$(PY) -m scripts.replays $(if $(ACCEPT),--accept)

@@ -19,7 +19,7 @@ ALLOWED = (
     r"clients/web/node_modules",
     r"vrpn_server",
     r"(docker compose|kubectl|systemd-analyze) is not on this machine",
-    r"(kubernetes_validate|mkdocs_material|rerun) is not installed",
+    r"(kubernetes_validate|mkdocs_material|rerun|cyclonedx-bom) is not installed",
     r"etcd is not on this machine",  # a package, which not everybody may install
     r"network namespaces need root",
     r"mounting a file system is not allowed here",

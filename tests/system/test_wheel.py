@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -121,3 +123,50 @@ def test_a_conference_runs_and_is_recorded(installed: Environment) -> None:
 def test_pytest_finds_its_fixtures(installed: Environment) -> None:
     shutil.copy(ROOT / "examples/test_an_integration/test_my_tracker.py", installed.folder)
     assert "2 passed" in installed.says("-m", "pytest", "-p", "no:cacheprovider", "test_my_tracker.py")
+
+
+@pytest.fixture(scope="module")
+def studied(installed: Environment) -> Environment:
+    """The same, after the first tutorial: `out/latest` has a recording of the meeting that the package brings."""
+    installed.vistel("up", "--seconds", "20")
+    return installed
+
+
+@pytest.mark.package
+def test_the_program_of_the_second_tutorial_measures_the_hands_of_a_recording(studied: Environment) -> None:
+    (program,) = programs("first-recording.md")
+    (studied.folder / "hands.py").write_text(program)
+    said = studied.says("hands.py", "out/latest/conference.mcap", "ben").splitlines()
+    assert [line.partition(":")[0] for line in said] == ["left_wrist", "right_wrist"]
+    assert all(re.search(r": \d+\.\d m, fastest \d+\.\d\d m/s at \d+\.\d s$", line) for line in said), said
+
+
+@pytest.mark.package
+def test_the_commands_of_the_second_tutorial_study_a_recording(studied: Environment) -> None:
+    page = (ROOT / "docs/tutorials/first-recording.md").read_text("utf-8")
+    for line in re.findall(r"^    vistel (log .*|replay .*--fast .*)$", page, re.MULTILINE):
+        studied.vistel(*shlex.split(line))
+    assert (studied.folder / "computed/replay.mcap").exists()
+    assert (studied.folder / "ben.glb").stat().st_size > 100_000
+
+
+@pytest.mark.package
+def test_the_program_of_the_third_tutorial_is_tested_fails_and_is_mended(installed: Environment) -> None:
+    tracker, place, silence, mended = programs("first-integration.md")
+    folder = installed.folder
+    (folder / "tracker.py").write_text(tracker)
+    (folder / "test_place.py").write_text(place)
+    (folder / "test_silence.py").write_text(silence)
+    pytest_ = ("-m", "pytest", "-p", "no:cacheprovider")
+    assert "1 passed" in installed.says(*pytest_, "test_place.py")
+    failed, _ = installed.start(*pytest_, "test_silence.py").communicate()
+    assert "IndexError: list index out of range" in failed and "VISTEL kept" in failed
+    begin = tracker.rstrip().rpartition("\n")[0]
+    (folder / "tracker.py").write_text(f"{begin}\n{mended}")
+    assert "2 passed" in installed.says(*pytest_, "test_place.py", "test_silence.py")
+    installed.vistel("testing", "check", "fastrak", "sim")
+
+
+def programs(page: str) -> list[str]:
+    """What a tutorial tells its reader to save, in order."""
+    return re.findall(r"^```python\n(.*?)^```$", (ROOT / "docs/tutorials" / page).read_text("utf-8"), re.MULTILINE | re.DOTALL)

@@ -1,0 +1,1 @@
+"""What was recorded elsewhere, as people of a conference and messages of a log."""

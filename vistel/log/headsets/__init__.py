@@ -1,0 +1,1 @@
+"""Recordings of headsets, as what the page of a guest with one would have sent."""
