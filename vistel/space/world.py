@@ -15,6 +15,7 @@ from vistel.arrays import F64
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space import snapshot
+from vistel.space.boards.hands import written_by_hand
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.contact.near import Bodies, PlacedPrimitives, placed
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
@@ -185,6 +186,7 @@ class World:
             self._state = self._state.but(motions=bond_forces.with_bond_impulses(self._state.motions, solids_, drawn, DT))
         self._advance(posed, near)
         self._bring_back()
+        self._state = written_by_hand(self._state, self._solids, posed)
         self._state, torn = remembered(self._state, self._solids, posed, DT)
         reached = {name: Reached(rest[name], near[name]) for name in posed}
         stuck = bond_forces.pulls(drawn, self._state, posed)
@@ -346,6 +348,7 @@ class World:
             s.bonds,
             *changes(before, s),
             selected=s.selected,
+            strokes=s.strokes,
         )
 
     # -- small things ------------------------------------------------------------------------------------------
