@@ -2,8 +2,8 @@
 
 from functools import lru_cache
 
-from vistel.space.boards.ink import MOST_STROKES
 from vistel.space.boards.stroke import Stroke, unpacked
+from vistel.space.ink import MOST_STROKES
 from vistel.v1 import world_pb2
 
 

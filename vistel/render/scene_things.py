@@ -15,10 +15,10 @@ from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
 from vistel.render.painter import DrawnThing, Painter
 from vistel.render.room.room import linear
+from vistel.render.scene_written import Written
 from vistel.render.stage.stage import Instant
 from vistel.render.things.outlines import Outline, colours_of
 from vistel.render.things.soft import Reshaped, SoftThings, is_soft
-from vistel.render.things.written import Written
 from vistel.space.files.model import Polymesh
 from vistel.space.files.surfaces import SurfacePiece, pieces_of
 from vistel.space.things.tessellate import Surface3, join

@@ -15,7 +15,6 @@ from vistel.arrays import F64
 from vistel.implicit.contacts.contact import ContactArray
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space import snapshot
-from vistel.space.boards.hands import written_by_hand
 from vistel.space.commands.perform import forgotten, obey
 from vistel.space.contact.near import Bodies, PlacedPrimitives, placed
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, Pushes, advance
@@ -41,6 +40,7 @@ from vistel.space.thing_views import ThingViews
 from vistel.space.things.things import Thing
 from vistel.space.touch import Touches
 from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, WorldView
+from vistel.space.writing_hands import written_by_hand
 
 DT = 1.0 / 60.0
 """Seconds of one step."""
@@ -274,7 +274,9 @@ class World:
             gap = self._solids.give[thing[chosen]] - c.depth[chosen]
             parts.append((thing[chosen], c.point[chosen], c.normal[chosen], gap, p.velocity[c.a[chosen]]))
         pushes = Pushes(*(np.concatenate(x) for x in zip(*parts, strict=True))) if parts else Pushes.none()
-        moved, _ = advance(self._solids, self._state.motions, pushes, DT)
+        before = self._state.motions
+        moved, _ = advance(self._solids, before, pushes, DT)
+        moved = _as_before(moved, before, self._solids.boards & (before.mode == ASLEEP))
         self._state = self._state.but(motions=_settled(moved, self._solids))
 
     def _bring_back(self) -> None:
@@ -381,6 +383,16 @@ def _begin(things: tuple[Thing, ...]) -> Motions:
         np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64),
         np.zeros(n, np.int64),
     )
+
+
+def _as_before(m: Motions, before: Motions, rows: NDArray[np.bool_]) -> Motions:
+    """Things of these rows have not moved: who writes on a board that stands does not push it away."""
+    if not rows.any():
+        return m
+    out = m.copy()
+    for name in Motions.__dataclass_fields__:
+        getattr(out, name)[rows] = getattr(before, name)[rows]
+    return out
 
 
 def _settled(m: Motions, s: Solids) -> Motions:

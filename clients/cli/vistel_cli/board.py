@@ -48,7 +48,8 @@ def board(
 ) -> None:
     """Put up a board in the room of a running conference, write on it, wipe it, or save it.
 
-    Everybody sees the board. It is a thing like others: `vistel ask undo` takes a stroke back, `vistel ask delete board` the board away.
+    Everybody sees the board. It is a thing like others: `vistel ask delete board` takes it away, and `vistel ask undo` takes a
+    stroke back.
 
     [bold]Examples[/bold]
 
@@ -155,8 +156,8 @@ def _of_log(file: Path, at: float | None) -> RoomView:
     try:
         with vistel.log.open(file) as log:
             room = None
-            for _, room in log.rooms(0.0 if at is None else max(0.0, at - vistel.log.WHOLE_S), at):
-                pass
+            for _, now in log.rooms(0.0 if at is None else max(0.0, at - vistel.log.WHOLE_S), at):
+                room = now
     except vistel.log.LogError as fault:
         fail(str(fault))
     if room is None:

@@ -16,7 +16,7 @@ WHITE = 0xF3F3EFFF
 FRAME = 0x8D9299FF
 """Colour of frame and foot."""
 MASS = 50.0
-"""So that a hand that writes does not push it away [kg]."""
+"""[kg]."""
 OVER_FLOOR = 0.80
 """Lower edge of the face [m]: who sits behind a table sees all of it."""
 CENTRE = 0.4

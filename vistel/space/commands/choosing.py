@@ -9,13 +9,13 @@ from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
-from vistel.space.boards.ink import reverted
 from vistel.space.commands.context import Answer, Context, changed, exchanged, on_its_foot, performs
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
 from vistel.space.hands.reach_kernels import PAIRS
 from vistel.space.history import Change, History, PlacedThing
 from vistel.space.holding import holding, ownership
+from vistel.space.ink import reverted
 from vistel.space.state import State
 
 NEAR = 0.03

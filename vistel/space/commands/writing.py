@@ -7,7 +7,6 @@ import numpy as np
 from vistel.space import actions as ask
 from vistel.space.actions import Refused, Which
 from vistel.space.boards.board import SHAPE, board, face_of
-from vistel.space.boards.ink import FullError, without, written
 from vistel.space.boards.stroke import ACROSS, MOST_POINTS, UPWARDS, WIDTH, WIDTHS, Stroke, touches
 from vistel.space.commands import create
 from vistel.space.commands.context import Answer, Context, changed, performs
@@ -15,6 +14,7 @@ from vistel.space.commands.names import COLOURS
 from vistel.space.commands.panel_place import panel_place
 from vistel.space.commands.presenting import name_from
 from vistel.space.history import PlacedThing
+from vistel.space.ink import FullError, without, written
 
 MOST_BOARDS = 4
 """In the room."""

@@ -14,9 +14,9 @@ from vistel.messages.commands_read import action_of
 from vistel.messages.world.encoder import WorldEncoder
 from vistel.space.actions import Bend, Delete, Draw, PutUpBoard, Redo, Reset, Rub, Scale, Undo, Which, Wipe
 from vistel.space.boards.board import face_of
-from vistel.space.boards.ink import MOST_INK, MOST_STROKES, FullError, written
 from vistel.space.boards.stroke import ACROSS, MOST_POINTS, UPWARDS, Stroke, packed, unpacked
 from vistel.space.commands.phrase import read
+from vistel.space.ink import MOST_INK, MOST_STROKES, FullError, written
 from vistel.space.inputs import CommandInput
 from vistel.space.room import meeting_room
 from vistel.space.world import World

@@ -10,11 +10,11 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.boards.board import Face, face_of
-from vistel.space.boards.ink import FullError, without, written
 from vistel.space.boards.stroke import ACROSS, MOST_POINTS, UPWARDS, WIDTH, Stroke, touches
 from vistel.space.commands.names import COLOURS
 from vistel.space.commands.reference import name_of_colour
 from vistel.space.dynamics.solids import Solids
+from vistel.space.ink import FullError, without, written
 from vistel.space.people import DIGITS, PALM, Posed
 from vistel.space.state import Pen, State
 
