@@ -1,25 +1,28 @@
-"""Draws board.png: three at a table, and a board beside it with a curve and some words.
+"""Draws board.png: a board beside the table of a meeting, with a curve and some words.
 
 python -m docs.pictures.board.board
 """
 
 import math
-from dataclasses import replace
 from pathlib import Path
 
 import cv2
 import numpy as np
 
-from docs.pictures.conferences.scenes import photograph, three_at_the_table
 from vistel.arrays import F64
 from vistel.geometry.pose import Pose
 from vistel.messages.boards import stroke_message
+from vistel.render.scene_renderer import SceneRenderer, View
+from vistel.render.stage.stage import Instant
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.camera import look_at
 from vistel.space.boards.stroke import Stroke, packed
 from vistel.space.commands.names import COLOURS
-from vistel.space.room import Extra
+from vistel.space.room import Extra, meeting_room
 
 BOARD = Extra("board", "board", "board", 0.04, 0.2, 0.3, 0xFFFFFFFF, 1.5, 1.5)
+WIDTH, HEIGHT = 1280, 720
+"""Of the picture [pixels]; it is drawn twice as large."""
 LETTERS: dict[str, tuple[tuple[tuple[float, float], ...], ...]] = {
     "A": (((0.0, 0.0), (0.35, 1.0), (0.7, 0.0)), ((0.13, 0.4), (0.57, 0.4))),
     "E": (((0.6, 1.0), (0.0, 1.0), (0.0, 0.0), (0.6, 0.0)), ((0.0, 0.5), (0.5, 0.5))),
@@ -55,17 +58,17 @@ def strokes() -> list[Stroke]:
 
 
 def main() -> None:
-    moment, board = three_at_the_table(), BOARD.thing()
-    before = moment.instant
-    world = replace(
-        before.world,
-        poses={**before.world.poses, board.id: Pose(board.position, board.rotation)},
-        strokes={s.number: stroke_message(s) for s in strokes()},
-    )
-    instant = replace(before, world=world, things={**before.things, board.id: board})
-    camera = look_at(np.array([-1.6, 1.75, -1.3]), np.array([0.75, 1.05, 0.75]), math.radians(48.0))
-    picture = photograph(replace(moment, instant=instant, camera=camera), 1280, 720)
-    cv2.imwrite(str(Path(__file__).parent / "board.png"), picture[:, :, ::-1])
+    room = meeting_room(3, [BOARD])
+    poses = {t.id: Pose(t.position, t.rotation) for t in room.things}
+    world = PlayoutWorld(1, poses, strokes={s.number: stroke_message(s) for s in strokes()})
+    renderer = SceneRenderer(View(2 * WIDTH, 2 * HEIGHT, "room", "", light="fast"), 3)
+    try:
+        renderer.camera = look_at(np.array([-1.0, 1.65, -0.9]), np.array([1.1, 1.05, 1.1]), math.radians(48.0))
+        picture = renderer.render_complete(Instant(1, (), world, {t.id: t for t in room.things}))
+    finally:
+        renderer.close()
+    small = cv2.resize(np.ascontiguousarray(picture[::-1, :, 2::-1]), (WIDTH, HEIGHT), interpolation=cv2.INTER_AREA)
+    cv2.imwrite(str(Path(__file__).parent / "board.png"), small)
 
 
 if __name__ == "__main__":

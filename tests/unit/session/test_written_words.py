@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 
+import pytest
+
 from vistel.messages.boards import stroke_message
 from vistel.session.written import WrittenWords, face_row
 from vistel.space.boards.board import board
@@ -41,7 +43,8 @@ def test_a_page_is_told_all_once_and_then_each_change() -> None:
 
 def test_a_page_learns_where_one_writes_on_a_board_and_on_nothing_else() -> None:
     corner, across, up = face_row(board("b", "b")) or ([], [], [])
-    assert (across, up) == ([1.8, 0.0, 0.0], [0.0, 1.2, 0.0]) and corner[0] == -0.9
+    assert across == pytest.approx([1.8, 0.0, 0.0]) and up == pytest.approx([0.0, 1.2, 0.0])
+    assert corner[0] == pytest.approx(-0.9)
     assert all(face_row(t) is None for t in meeting_room(3).things)
 
 
