@@ -1,7 +1,7 @@
 """What a guest's page asks for that writes on a board, checked: whole numbers on the face, short names, known colours."""
 
 import re
-from typing import Any
+from typing import Any, cast
 
 from vistel.space.actions import Action, Draw, PutUpBoard, Rub, Undo, Which, Wipe
 from vistel.space.boards.stroke import ACROSS, MOST_POINTS
@@ -37,8 +37,10 @@ def _short(name: object) -> bool:
 
 def _way(numbers: Any) -> tuple[int, ...] | None:
     """x and y of each point in turn; what is no whole number, such as NaN, is on no board."""
-    if not isinstance(numbers, list) or not 2 <= len(numbers) <= 2 * MOST_POINTS or len(numbers) % 2:
+    if not isinstance(numbers, list):
         return None
-    if not all(type(n) is int and 0 <= n <= ACROSS for n in numbers):
+    flat = cast("list[object]", numbers)
+    if not 2 <= len(flat) <= 2 * MOST_POINTS or len(flat) % 2:
         return None
-    return tuple(numbers)
+    whole = tuple(n for n in flat if type(n) is int and 0 <= n <= ACROSS)
+    return whole if len(whole) == len(flat) else None
