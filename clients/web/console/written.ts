@@ -124,7 +124,7 @@ function meshOf(shapes: Shape[], face: Face): Mesh {
   for (const { points, colour, width, layer } of shapes) {
     const flat: Point[] = [];
     const begin = places.length / 3;
-    for (const run of runs(smooth(distinct(points)))) {
+    for (const run of runs(distinct(points)).map(smooth)) {
       if (run.length > 1) strip(run, width / 2, flat, triangles, begin);
       for (const end of [run[0]!, run[run.length - 1]!]) disc(end, width / 2, flat, triangles, begin);
     }

@@ -26,12 +26,12 @@ def ribbon(stroke: Stroke, face: Face) -> Surface3:
     """What is drawn of a stroke, in the frame of its board's thing [m]."""
     points = stroke.points.astype(np.float64)
     kept = np.concatenate([[True], (np.diff(points, axis=0) != 0).any(axis=1)])
-    points = _smooth(points[kept])
+    points = points[kept]
     half = stroke.width / 2.0
     corners: list[F64] = []
     triangles: list[I64] = []
     count = 0
-    for run in _runs(points):
+    for run in map(_smooth, _runs(points)):
         for some, joined in ([_strip(run, half)] if len(run) > 1 else []) + [_disc(run[0], half), _disc(run[-1], half)]:
             corners.append(some)
             triangles.append(joined + count)
