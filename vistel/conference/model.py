@@ -205,7 +205,7 @@ class Site(Checked):
 
 
 class RoomThing(Checked):
-    """A thing put on the room's table: a simple shape, or what is in a file."""
+    """A thing put on the room's table: a simple shape, or what is in a file; or a board beside it."""
 
     id: Name
     name: str = ""
@@ -217,7 +217,8 @@ class RoomThing(Checked):
     """Of what is from a file about the vertical [degrees]."""
     fixed: bool | None = None
     """What is from a file stands fast (true), on the floor then, or can be taken; default: by what it is."""
-    shape: Literal["ball", "lump", "bar"] = "ball"
+    shape: Literal["ball", "lump", "bar", "board"] = "ball"
+    """A board to write on stands on the floor, and only id, name and at say something of it."""
     size: float = Field(default=0.04, ge=0.005, le=0.15)
     """Its radius [m]; a lump is twice as long as wide, a bar six times."""
     mass: float | None = Field(default=None, ge=0.005, le=20.0)
@@ -225,7 +226,7 @@ class RoomThing(Checked):
     colour: str | None = Field(default=None, pattern="^#[0-9a-fA-F]{6}$")
     """Default "#b5a48f", of what is from a file its own."""
     at: tuple[float, float] = (0.0, 0.0)
-    """Where on the table [m]: x, z from its centre."""
+    """Where on the table [m]: x, z from its centre; of a board where on the floor."""
     material: Literal["elastic", "plastic", "viscoelastic"] = "elastic"
     rigidity: float | None = Field(default=None, ge=0.0, le=1.0)
     """0 as soft as flesh, 1 rigid; default 0.3, of what is from a file its own."""

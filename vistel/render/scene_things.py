@@ -15,6 +15,7 @@ from vistel.render.overlays.labels import Label
 from vistel.render.overlays.overlays import LabelView
 from vistel.render.painter import DrawnThing, Painter
 from vistel.render.room.room import linear
+from vistel.render.scene_written import Written
 from vistel.render.stage.stage import Instant
 from vistel.render.things.outlines import Outline, colours_of
 from vistel.render.things.soft import Reshaped, SoftThings, is_soft
@@ -46,6 +47,7 @@ class ThingsShown:
         self._extent: dict[str, tuple[F64, F64]] = {}
         self._soft = SoftThings()
         self._reshaped: dict[str, Reshaped | None] = {}
+        self._written = Written(painter)
 
     def meet(self, instant: Instant) -> None:
         """Make the pictures of things that are new or changed."""
@@ -69,6 +71,7 @@ class ThingsShown:
             self._soft.drop(thing_id)
             self._lacking.discard(thing_id)
             del self._things[thing_id]
+        self._written.meet(self._things, instant.world.strokes)
 
     def reshape(
         self,
@@ -101,6 +104,7 @@ class ThingsShown:
                     matrix[:3, :3] = matrix_from_quaternion(rotation)
                     matrix[:3, 3] = position
                 out.append(DrawnThing(thing_id, matrix, shape is not None))
+                out += [DrawnThing(piece, matrix) for piece in self._written.pieces.get(thing_id, ())]
         return out
 
     def selections(self, instant: Instant) -> tuple[list[Outline], list[LabelView]]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 from collections import deque
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from vistel.messages.chat import id_of, text_of
@@ -53,3 +55,9 @@ class Chat:
     def close(self) -> None:
         """Receive no more."""
         self._subscription.close()
+
+
+def chat_words(lines: Iterable[Line]) -> str:
+    """JSON of lines, as a browser's page is told."""
+    rows = [{"id": n.id, "who": n.participant, "ms": round(n.t_ns * 1e-6), "text": n.text} for n in lines]
+    return json.dumps({"kind": "chat", "lines": rows})

@@ -6,6 +6,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.messages.boards import stroke_of
+from vistel.space.boards.stroke import Stroke
 from vistel.wire.world.decoder import RoomState
 
 
@@ -30,13 +32,14 @@ class ThingView:
 @dataclass(frozen=True, eq=False)
 class RoomView:
     """The room at one step of the world. t_ns: conference time. things: by id. touching: pairs of ids and participants where
-    the first is pressed by the second."""
+    the first is pressed by the second. written: strokes of each board that has some, by its id, the oldest first."""
 
     step: int = 0
     t_ns: int = 0
     things: Mapping[str, ThingView] = field(default_factory=dict[str, ThingView])
     people: tuple[str, ...] = ()
     touching: frozenset[tuple[str, str]] = frozenset()
+    written: Mapping[str, tuple[Stroke, ...]] = field(default_factory=dict[str, tuple[Stroke, ...]])
 
     def apart(self, a: str, b: str) -> float:
         """Distance between the centres of two things, metres; infinite when one of them is not there."""
@@ -56,4 +59,9 @@ def view_of(now: RoomState) -> RoomView:
         for t in now.things.values()
         if t.id in now.poses
     }
-    return RoomView(now.step, now.t_ns, things, now.participants, frozenset((t.target, t.source) for t in now.touches))
+    written: dict[str, tuple[Stroke, ...]] = {}
+    for number in sorted(now.strokes):
+        stroke = stroke_of(now.strokes[number])
+        written[stroke.board] = (*written.get(stroke.board, ()), stroke)
+    touching = frozenset((t.target, t.source) for t in now.touches)
+    return RoomView(now.step, now.t_ns, things, now.participants, touching, written)

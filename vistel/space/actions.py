@@ -475,6 +475,47 @@ class PutAway(Action):
     which: Which = THIS
 
 
+@command(typed("new board"))
+@dataclass(frozen=True)
+class PutUpBoard(Action):
+    """Put up a board to write on, before everybody. title: its name for people."""
+
+    title: str = ""
+
+
+@command()
+@dataclass(frozen=True)
+class Draw(Action):
+    """Draw a stroke on a board. points: x and y of each in turn, on the grid of its face (`vistel.space.boards.stroke`); which:
+    "this" means the newest board; colour: 0xRRGGBBFF, None for black; width: in units of the grid, None for that of a pen;
+    stroke: what the speaker calls it: another one of the same name goes on with it."""
+
+    points: tuple[int, ...]
+    which: Which = THIS
+    colour: int | None = None
+    width: int | None = None
+    stroke: str = ""
+
+
+@command()
+@dataclass(frozen=True)
+class Rub(Action):
+    """Rub out each stroke of a board that a way touches. points, which: as of `Draw`; width: of the way, None for that of a
+    sponge."""
+
+    points: tuple[int, ...]
+    which: Which = THIS
+    width: int | None = None
+
+
+@command(typed("wipe [WHICH]"))
+@dataclass(frozen=True)
+class Wipe(Action):
+    """Rub out all that is on a board; which: as of `Draw`."""
+
+    which: Which = THIS
+
+
 @command(typed("undo"), spoken("undo", phrase("alone.undo", "もとにもどして", "undo/undo that", "元に戻して")))
 @dataclass(frozen=True)
 class Undo(Action):

@@ -45,4 +45,5 @@ def resumed(then: Room, state: State, room: Room, begin: State, t_ns: int) -> St
         bonds=tuple(b for b in state.bonds if b.thing in here and b.body in here),
         marks=state.marks,
         history=History(),
+        strokes=tuple(k for k in state.strokes if k.board in here),
     )

@@ -11,8 +11,10 @@ from functools import cached_property
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.space.boards.board import SHAPE as BOARD
+from vistel.space.boards.board import board, facing_middle
 from vistel.space.joints.joint import Joint
-from vistel.space.things.things import GraspAxis, PhysicsMaterial, Thing, ThingPrimitive
+from vistel.space.things.things import Z_UP, GraspAxis, PhysicsMaterial, Thing, ThingPrimitive
 
 TABLE_HEIGHT = 0.72
 """Height of the table's upper surface above the floor [m]."""
@@ -45,7 +47,7 @@ class Seat:
     heading: float
 
 
-SHAPES = ("ball", "lump", "bar")
+SHAPES = ("ball", "lump", "bar", BOARD)
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,8 @@ class Extra:
     """A thing that a conference file puts on the table.
 
     shape: "ball", "lump" (a loaf, twice as long as wide) or "bar" (six times); size: its radius [m]; rigidity: 0 as
-    soft as flesh .. 1 rigid; mass [kg]; colour: 0xRRGGBBAA; x, z: where on the table [m]; material.
+    soft as flesh .. 1 rigid; mass [kg]; colour: 0xRRGGBBAA; x, z: where on the table [m]; material. A "board" stands on the floor
+    at x, z, and faces the table's centre; the rest says nothing of it.
     Raises ValueError for values out of range.
     """
 
@@ -77,7 +80,9 @@ class Extra:
             raise ValueError(f"x, z: expected a place within {ROOM_RADIUS:g} m of the table's centre")
 
     def thing(self) -> Thing:
-        """The thing, lying on the table."""
+        """The thing, lying on the table; a board on the floor."""
+        if self.shape == BOARD:
+            return facing_middle(board(self.id, self.name), self.x, self.z)
         r = self.size
         half = {"ball": 0.0, "lump": r, "bar": 5.0 * r}[self.shape]
         body = _bar((-half, 0.0, 0.0), (half, 0.0, 0.0), r, r) if half else ThingPrimitive("sphere", (r,))
@@ -168,10 +173,6 @@ def meeting_room(seats: int = 3, extras: Sequence[Extra] = ()) -> Room:
 def _turn(axis: tuple[float, float, float], angle: float) -> F64:
     s = math.sin(angle / 2.0)
     return np.array([axis[0] * s, axis[1] * s, axis[2] * s, math.cos(angle / 2.0)])
-
-
-Z_UP = _turn((1.0, 0.0, 0.0), -math.pi / 2.0)
-"""Turns a primitive's Z (the axis of round superquadrics) upwards."""
 
 
 def _at(x: float, y: float, z: float) -> F64:

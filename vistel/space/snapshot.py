@@ -15,6 +15,7 @@ from vistel.arrays import F64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.geometry.pose import Pose
+from vistel.space.boards.json_values import from_stroke, to_stroke
 from vistel.space.dynamics.dynamics import Motions
 from vistel.space.hands.approach import Approach
 from vistel.space.hands.claims import Claim
@@ -29,7 +30,7 @@ from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import DentRecord
 from vistel.space.people import PersonState
 from vistel.space.room import Extra, Room, Seat, meeting_room
-from vistel.space.state import LetGo, State
+from vistel.space.state import LetGo, Pen, State
 from vistel.space.things.glide import Glide
 from vistel.space.things.json_values import from_primitive, from_thing, to_primitive, to_thing
 from vistel.space.things.props import Tracked
@@ -77,6 +78,10 @@ def _fields(room: Room, s: State, extras: Any) -> dict[str, Any]:
     history = [[_from_change(c, shapes) for c in some] for some in (s.history.done, s.history.undone)]
     if s.pressed:  # written only when there are some, so that rooms without buttons keep their form
         own["pressed"] = list(s.pressed)
+    if s.strokes:  # the same
+        own["strokes"] = [from_stroke(k) for k in s.strokes]
+    if s.pens:  # the same
+        own["pens"] = [[p.participant, p.right, p.board, p.number, p.x, p.y] for p in s.pens]
     return own | {
         "version": VERSION,
         "seats": len(room.seats),
@@ -186,6 +191,8 @@ def _state(d: dict[str, Any], room: Room, known: dict[str, Thing]) -> State:
         history=History(tuple(done), tuple(undone)),
         claims=tuple(Claim(str(thing), str(owner), int(until)) for thing, owner, until in d["claims"]),
         pressed=tuple(str(joint) for joint in d.get("pressed", ())),
+        strokes=tuple(to_stroke(k) for k in d.get("strokes", ())),
+        pens=tuple(Pen(str(a), bool(b), str(c), int(n), int(x), int(y)) for a, b, c, n, x, y in d.get("pens", ())),
     )
 
 
@@ -235,7 +242,10 @@ class _Shapes:
 
 
 def _from_change(c: Change, shapes: _Shapes) -> list[Any]:
-    return [c.participant, *([_from_stood(x, shapes) for x in side] for side in (c.before, c.after))]
+    """With strokes two entries more."""
+    things = [c.participant, *([_from_stood(x, shapes) for x in side] for side in (c.before, c.after))]
+    ink = [[from_stroke(k) for k in some] for some in (c.rubbed, c.drawn)]
+    return things + ink if any(ink) else things
 
 
 def _from_stood(x: PlacedThing, shapes: _Shapes) -> list[Any]:
@@ -246,14 +256,15 @@ def _from_stood(x: PlacedThing, shapes: _Shapes) -> list[Any]:
 
 def _to_change(d: Any, shapes: list[Thing]) -> Change:
     who, *sides = d
+    rubbed, drawn = (tuple(to_stroke(k) for k in some) for some in (sides[2:] or ((), ())))
     before, after = (
         tuple(
             PlacedThing(shapes[int(k)], _rows(p, 1, 3)[0], _rows(q, 1, 4)[0], tuple(_to_dent(e) for some in dents for e in some))
             for k, p, q, *dents in side
         )
-        for side in sides
+        for side in sides[:2]
     )
-    return Change(str(who), before, after)
+    return Change(str(who), before, after, rubbed, drawn)
 
 
 def _from_glide(g: Glide) -> list[Any]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+from vistel.space.boards.stroke import Stroke
 from vistel.space.dynamics.dynamics import Motions
 from vistel.space.hands.approach import Approach
 from vistel.space.hands.claims import Claim, ClaimEvent
@@ -28,13 +29,26 @@ class LetGo:
 
 
 @dataclass(frozen=True)
+class Pen:
+    """A hand that writes on a board. number: of its stroke, 0 while it rubs; x, y: where it was last, on the grid."""
+
+    participant: str
+    right: bool
+    board: str
+    number: int
+    x: int
+    y: int
+
+
+@dataclass(frozen=True)
 class State:
     """things: in the order of `motions`; figures: sorted by name; grasps: oldest first;
     approaches: by hand and thing; tracked: sorted by thing;
     felt: hands (participant, right) with a hand force, sorted; dents, bonds: by thing; marks: the next
-    number of a dent or bond; glides: things that commands move; selected: participants with the things that "this" means to
+    number of a dent, bond or stroke; glides: things that commands move; selected: participants with the things that "this" means to
     them, sorted; history: changes by commands; claims: owners of held things, by thing; claim_events: within a step only;
-    pressed: ids of the joints whose buttons are pressed, sorted."""
+    pressed: ids of the joints whose buttons are pressed, sorted; strokes: by number; pens: hands that write, by participant and
+    hand."""
 
     things: tuple[Thing, ...]
     motions: Motions
@@ -56,6 +70,8 @@ class State:
     claims: tuple[Claim, ...] = ()
     claim_events: tuple[ClaimEvent, ...] = ()
     pressed: tuple[str, ...] = ()
+    strokes: tuple[Stroke, ...] = ()
+    pens: tuple[Pen, ...] = ()
 
     def but(self, **changes: Any) -> "State":
         """As `dataclasses.replace`, in a sixth of the time: a step makes a dozen states, each of twenty values."""

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.space.boards.stroke import Stroke
 from vistel.space.hands.claims import ClaimEvent
 from vistel.space.joints.buttons import ButtonEvent
 from vistel.space.memory.bonds import Bond, Torn
@@ -122,9 +123,9 @@ class WorldView:
     """The room after step `step`, at conference time `t_ns`.
 
     things: all there are; changed: things came or went in this step; hash: of the whole state, once a second, else 0; hands: hand
-    forces, and one last empty one when a contact has ended; dents, bonds: all there are; fresh: numbers of new or changed dents and
-    bonds; gone: numbers of those that ended in this step; claims: changes of claims; torn: bonds torn in this step;
-    buttons: those that were pressed or released in it.
+    forces, and one last empty one when a contact has ended; dents, bonds, strokes: all there are; fresh: numbers of new or changed
+    dents, bonds and strokes; gone: numbers of those that ended in this step; claims: changes of claims; torn: bonds torn in this
+    step; buttons: those that were pressed or released in it.
     """
 
     step: int
@@ -148,3 +149,4 @@ class WorldView:
     """Participants with the ids of the things that they have selected."""
     torn: tuple[Torn, ...] = ()
     buttons: tuple[ButtonEvent, ...] = ()
+    strokes: tuple[Stroke, ...] = ()

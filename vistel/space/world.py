@@ -40,6 +40,7 @@ from vistel.space.thing_views import ThingViews
 from vistel.space.things.things import Thing
 from vistel.space.touch import Touches
 from vistel.space.view import ContactView, GhostView, GraspView, HandForce, Outcome, WorldView
+from vistel.space.writing_hands import written_by_hand
 
 DT = 1.0 / 60.0
 """Seconds of one step."""
@@ -185,6 +186,7 @@ class World:
             self._state = self._state.but(motions=bond_forces.with_bond_impulses(self._state.motions, solids_, drawn, DT))
         self._advance(posed, near)
         self._bring_back()
+        self._state = written_by_hand(self._state, self._solids, posed)
         self._state, torn = remembered(self._state, self._solids, posed, DT)
         reached = {name: Reached(rest[name], near[name]) for name in posed}
         stuck = bond_forces.pulls(drawn, self._state, posed)
@@ -272,7 +274,9 @@ class World:
             gap = self._solids.give[thing[chosen]] - c.depth[chosen]
             parts.append((thing[chosen], c.point[chosen], c.normal[chosen], gap, p.velocity[c.a[chosen]]))
         pushes = Pushes(*(np.concatenate(x) for x in zip(*parts, strict=True))) if parts else Pushes.none()
-        moved, _ = advance(self._solids, self._state.motions, pushes, DT)
+        before = self._state.motions
+        moved, _ = advance(self._solids, before, pushes, DT)
+        moved = _as_before(moved, before, self._solids.boards & (before.mode == ASLEEP))
         self._state = self._state.but(motions=_settled(moved, self._solids))
 
     def _bring_back(self) -> None:
@@ -346,6 +350,7 @@ class World:
             s.bonds,
             *changes(before, s),
             selected=s.selected,
+            strokes=s.strokes,
         )
 
     # -- small things ------------------------------------------------------------------------------------------
@@ -378,6 +383,16 @@ def _begin(things: tuple[Thing, ...]) -> Motions:
         np.array([FIXED if t.fixed else ASLEEP for t in things], np.int64),
         np.zeros(n, np.int64),
     )
+
+
+def _as_before(m: Motions, before: Motions, rows: NDArray[np.bool_]) -> Motions:
+    """Things of these rows have not moved: who writes on a board that stands does not push it away."""
+    if not rows.any():
+        return m
+    out = m.copy()
+    for name in Motions.__dataclass_fields__:
+        getattr(out, name)[rows] = getattr(before, name)[rows]
+    return out
 
 
 def _settled(m: Motions, s: Solids) -> Motions:

@@ -51,7 +51,7 @@ WHERE_HERE: Where
 WHERE_POINTED: Where
 
 class Command(_message.Message):
-    __slots__ = ("header", "id", "participant", "move", "release", "delete", "reset", "select", "move_by", "place", "turn", "scale", "bend", "twist", "paint", "harden", "copy", "create", "grip", "attach", "detach", "undo", "redo", "stop", "hide", "show", "align", "dent", "sharpen", "present", "turn_page", "put_away", "open")
+    __slots__ = ("header", "id", "participant", "move", "release", "delete", "reset", "select", "move_by", "place", "turn", "scale", "bend", "twist", "paint", "harden", "copy", "create", "grip", "attach", "detach", "undo", "redo", "stop", "hide", "show", "align", "dent", "sharpen", "present", "turn_page", "put_away", "open", "put_up_board", "draw", "rub", "wipe")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     ID_FIELD_NUMBER: _ClassVar[int]
     PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
@@ -85,6 +85,10 @@ class Command(_message.Message):
     TURN_PAGE_FIELD_NUMBER: _ClassVar[int]
     PUT_AWAY_FIELD_NUMBER: _ClassVar[int]
     OPEN_FIELD_NUMBER: _ClassVar[int]
+    PUT_UP_BOARD_FIELD_NUMBER: _ClassVar[int]
+    DRAW_FIELD_NUMBER: _ClassVar[int]
+    RUB_FIELD_NUMBER: _ClassVar[int]
+    WIPE_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     id: str
     participant: str
@@ -118,7 +122,11 @@ class Command(_message.Message):
     turn_page: TurnPage
     put_away: PutAway
     open: OpenThing
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., move: _Optional[_Union[MoveThing, _Mapping]] = ..., release: _Optional[_Union[ReleaseThing, _Mapping]] = ..., delete: _Optional[_Union[DeleteThing, _Mapping]] = ..., reset: _Optional[_Union[ResetRoom, _Mapping]] = ..., select: _Optional[_Union[SelectThings, _Mapping]] = ..., move_by: _Optional[_Union[MoveThingBy, _Mapping]] = ..., place: _Optional[_Union[PlaceThing, _Mapping]] = ..., turn: _Optional[_Union[TurnThing, _Mapping]] = ..., scale: _Optional[_Union[ScaleThing, _Mapping]] = ..., bend: _Optional[_Union[BendThing, _Mapping]] = ..., twist: _Optional[_Union[TwistThing, _Mapping]] = ..., paint: _Optional[_Union[PaintThing, _Mapping]] = ..., harden: _Optional[_Union[HardenThing, _Mapping]] = ..., copy: _Optional[_Union[CopyThing, _Mapping]] = ..., create: _Optional[_Union[CreateThing, _Mapping]] = ..., grip: _Optional[_Union[GripThing, _Mapping]] = ..., attach: _Optional[_Union[AttachThing, _Mapping]] = ..., detach: _Optional[_Union[DetachThing, _Mapping]] = ..., undo: _Optional[_Union[UndoLast, _Mapping]] = ..., redo: _Optional[_Union[RedoLast, _Mapping]] = ..., stop: _Optional[_Union[StopMoving, _Mapping]] = ..., hide: _Optional[_Union[HideThing, _Mapping]] = ..., show: _Optional[_Union[ShowThing, _Mapping]] = ..., align: _Optional[_Union[AlignThings, _Mapping]] = ..., dent: _Optional[_Union[DentThing, _Mapping]] = ..., sharpen: _Optional[_Union[SharpenThing, _Mapping]] = ..., present: _Optional[_Union[PresentPages, _Mapping]] = ..., turn_page: _Optional[_Union[TurnPage, _Mapping]] = ..., put_away: _Optional[_Union[PutAway, _Mapping]] = ..., open: _Optional[_Union[OpenThing, _Mapping]] = ...) -> None: ...
+    put_up_board: PutUpBoard
+    draw: DrawStroke
+    rub: RubOut
+    wipe: WipeBoard
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., move: _Optional[_Union[MoveThing, _Mapping]] = ..., release: _Optional[_Union[ReleaseThing, _Mapping]] = ..., delete: _Optional[_Union[DeleteThing, _Mapping]] = ..., reset: _Optional[_Union[ResetRoom, _Mapping]] = ..., select: _Optional[_Union[SelectThings, _Mapping]] = ..., move_by: _Optional[_Union[MoveThingBy, _Mapping]] = ..., place: _Optional[_Union[PlaceThing, _Mapping]] = ..., turn: _Optional[_Union[TurnThing, _Mapping]] = ..., scale: _Optional[_Union[ScaleThing, _Mapping]] = ..., bend: _Optional[_Union[BendThing, _Mapping]] = ..., twist: _Optional[_Union[TwistThing, _Mapping]] = ..., paint: _Optional[_Union[PaintThing, _Mapping]] = ..., harden: _Optional[_Union[HardenThing, _Mapping]] = ..., copy: _Optional[_Union[CopyThing, _Mapping]] = ..., create: _Optional[_Union[CreateThing, _Mapping]] = ..., grip: _Optional[_Union[GripThing, _Mapping]] = ..., attach: _Optional[_Union[AttachThing, _Mapping]] = ..., detach: _Optional[_Union[DetachThing, _Mapping]] = ..., undo: _Optional[_Union[UndoLast, _Mapping]] = ..., redo: _Optional[_Union[RedoLast, _Mapping]] = ..., stop: _Optional[_Union[StopMoving, _Mapping]] = ..., hide: _Optional[_Union[HideThing, _Mapping]] = ..., show: _Optional[_Union[ShowThing, _Mapping]] = ..., align: _Optional[_Union[AlignThings, _Mapping]] = ..., dent: _Optional[_Union[DentThing, _Mapping]] = ..., sharpen: _Optional[_Union[SharpenThing, _Mapping]] = ..., present: _Optional[_Union[PresentPages, _Mapping]] = ..., turn_page: _Optional[_Union[TurnPage, _Mapping]] = ..., put_away: _Optional[_Union[PutAway, _Mapping]] = ..., open: _Optional[_Union[OpenThing, _Mapping]] = ..., put_up_board: _Optional[_Union[PutUpBoard, _Mapping]] = ..., draw: _Optional[_Union[DrawStroke, _Mapping]] = ..., rub: _Optional[_Union[RubOut, _Mapping]] = ..., wipe: _Optional[_Union[WipeBoard, _Mapping]] = ...) -> None: ...
 
 class Which(_message.Message):
     __slots__ = ("thing", "name", "shape", "colour", "shown", "every", "size")
@@ -385,6 +393,42 @@ class OpenThing(_message.Message):
     which: Which
     share: float
     def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., share: _Optional[float] = ...) -> None: ...
+
+class PutUpBoard(_message.Message):
+    __slots__ = ("title",)
+    TITLE_FIELD_NUMBER: _ClassVar[int]
+    title: str
+    def __init__(self, title: _Optional[str] = ...) -> None: ...
+
+class DrawStroke(_message.Message):
+    __slots__ = ("which", "points", "colour", "width", "stroke")
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    POINTS_FIELD_NUMBER: _ClassVar[int]
+    COLOUR_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_FIELD_NUMBER: _ClassVar[int]
+    STROKE_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    points: _containers.RepeatedScalarFieldContainer[int]
+    colour: int
+    width: int
+    stroke: str
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., points: _Optional[_Iterable[int]] = ..., colour: _Optional[int] = ..., width: _Optional[int] = ..., stroke: _Optional[str] = ...) -> None: ...
+
+class RubOut(_message.Message):
+    __slots__ = ("which", "points", "width")
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    POINTS_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    points: _containers.RepeatedScalarFieldContainer[int]
+    width: int
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., points: _Optional[_Iterable[int]] = ..., width: _Optional[int] = ...) -> None: ...
+
+class WipeBoard(_message.Message):
+    __slots__ = ("which",)
+    WHICH_FIELD_NUMBER: _ClassVar[int]
+    which: Which
+    def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ...) -> None: ...
 
 class CommandResult(_message.Message):
     __slots__ = ("header", "id", "outcome", "reason", "step", "things")

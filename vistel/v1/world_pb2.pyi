@@ -135,6 +135,24 @@ class Bond(_message.Message):
     torn_ns: int
     def __init__(self, number: _Optional[int] = ..., thing: _Optional[str] = ..., body: _Optional[str] = ..., primitive: _Optional[int] = ..., point_thing: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., point_body: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., reach: _Optional[float] = ..., torn_ns: _Optional[int] = ...) -> None: ...
 
+class Stroke(_message.Message):
+    __slots__ = ("number", "board", "by", "id", "colour", "width", "ink")
+    NUMBER_FIELD_NUMBER: _ClassVar[int]
+    BOARD_FIELD_NUMBER: _ClassVar[int]
+    BY_FIELD_NUMBER: _ClassVar[int]
+    ID_FIELD_NUMBER: _ClassVar[int]
+    COLOUR_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_FIELD_NUMBER: _ClassVar[int]
+    INK_FIELD_NUMBER: _ClassVar[int]
+    number: int
+    board: str
+    by: str
+    id: str
+    colour: int
+    width: int
+    ink: bytes
+    def __init__(self, number: _Optional[int] = ..., board: _Optional[str] = ..., by: _Optional[str] = ..., id: _Optional[str] = ..., colour: _Optional[int] = ..., width: _Optional[int] = ..., ink: _Optional[bytes] = ...) -> None: ...
+
 class BondTorn(_message.Message):
     __slots__ = ("header", "step", "number", "thing", "body", "primitive", "point", "force", "gap")
     HEADER_FIELD_NUMBER: _ClassVar[int]
@@ -287,7 +305,7 @@ class Selections(_message.Message):
     def __init__(self, of: _Optional[_Iterable[_Union[Selections.Selection, _Mapping]]] = ...) -> None: ...
 
 class WorldState(_message.Message):
-    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone", "frame", "check", "order", "selections")
+    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone", "frame", "check", "order", "selections", "strokes")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     KEY_FIELD_NUMBER: _ClassVar[int]
@@ -305,6 +323,7 @@ class WorldState(_message.Message):
     CHECK_FIELD_NUMBER: _ClassVar[int]
     ORDER_FIELD_NUMBER: _ClassVar[int]
     SELECTIONS_FIELD_NUMBER: _ClassVar[int]
+    STROKES_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     step: int
     key: bool
@@ -322,7 +341,8 @@ class WorldState(_message.Message):
     check: int
     order: _containers.RepeatedScalarFieldContainer[str]
     selections: Selections
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ..., frame: _Optional[bytes] = ..., check: _Optional[int] = ..., order: _Optional[_Iterable[str]] = ..., selections: _Optional[_Union[Selections, _Mapping]] = ...) -> None: ...
+    strokes: _containers.RepeatedCompositeFieldContainer[Stroke]
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ..., frame: _Optional[bytes] = ..., check: _Optional[int] = ..., order: _Optional[_Iterable[str]] = ..., selections: _Optional[_Union[Selections, _Mapping]] = ..., strokes: _Optional[_Iterable[_Union[Stroke, _Mapping]]] = ...) -> None: ...
 
 class ButtonEvent(_message.Message):
     __slots__ = ("header", "step", "joint", "thing", "pressed", "participant")

@@ -30,6 +30,7 @@ COMMANDS = {
     "ask": Lazy("vistel_cli.ask:ask", PARTICIPANTS),
     "chat": Lazy("vistel_cli.chat:chat", PARTICIPANTS),
     "show": Lazy("vistel_cli.show:show", PARTICIPANTS),
+    "board": Lazy("vistel_cli.board:board", PARTICIPANTS),
     "voice": Lazy("vistel_cli.voice.voice:app", PARTICIPANTS, "Microphones, loudspeakers and equipment of a running conference."),
     "speech": Lazy("vistel_cli.voice.speech:app", PARTICIPANTS, "Spoken commands: try them, score recordings, check grammars."),
     "avatar": Lazy("vistel_cli.avatar.avatar:app", PARTICIPANTS, "Make, inspect and export avatars: the people of a conference."),

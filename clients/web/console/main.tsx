@@ -120,6 +120,8 @@ function hear(words: Words): void {
     page.table = words;
     room?.receiveTable(words);
     if (looking) showViews(view);
+  } else if (words.kind === "ink") {
+    room?.receiveInk(words);
   } else if (words.kind === "held") {
     page.held = words;
     if (room) room.held = words;

@@ -18,7 +18,8 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { dispose } from "./dispose";
 import { Figure } from "./figure";
 import { lit } from "./light";
-import type { Frame, Held, Joints, Table, ThingRow } from "./wire";
+import type { Frame, Held, Ink, Joints, Table, ThingRow } from "./wire";
+import { INK, Written } from "./written";
 
 const FRAME_MS = 1000 / 30;
 const SHADOW = 0.5; // share of the light on floor and table that the key light gives
@@ -48,6 +49,7 @@ export class Room {
   readonly ghosts = new Map<string, Figure>();
   readonly things = new Map<string, { about: ThingRow; node: Group }>();
   held: Held = { kind: "held", grasps: [], touching: [] };
+  readonly written = new Written();
   picturesPerS = 0;
   /** Told now and then: of which conference time a picture was, and when it was there (of `performance`) [ms]. */
   seen: ((tMs: number, atMs: number) => void) | null = null;
@@ -96,7 +98,13 @@ export class Room {
     this.showPeople(this.figures, table, joints, false);
     this.keepOnly(this.things, new Set(table.things.map((t) => t.id)), (t) => this.drop(t.node));
     for (const about of table.things) void this.showThing(about);
+    this.written.show(this.things);
     if (table.room && table.room !== this.shell) void this.showShell((this.shell = table.room));
+  }
+
+  receiveInk(ink: Ink): void {
+    this.written.receive(ink);
+    this.written.show(this.things);
   }
 
   /** People of another log, who are seen as ghosts; null: there is none. */
@@ -246,7 +254,7 @@ export class Room {
     if (!about.file) return;
     const { scene } = await this.loader.loadAsync(`asset/${about.file}.glb`);
     if (this.things.get(about.id)?.about.file !== about.file) return dispose(scene);
-    for (const child of [...node.children]) this.drop(child as Group);
+    for (const child of [...node.children]) if (child.name !== INK) this.drop(child as Group);
     for (const child of scene.children) {
       child.position.set(0, 0, 0);
       child.quaternion.identity();

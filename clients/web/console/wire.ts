@@ -24,6 +24,24 @@ export interface ThingRow {
   shape: string;
   mass_kg: number;
   file: string | null;
+  face: Face | null; // of a board
+}
+/** Where one writes on a board: its corner, and its edges across and up, in the thing's frame [m]. */
+export type Face = [[number, number, number], [number, number, number], [number, number, number]];
+export interface StrokeRow {
+  number: number;
+  board: string;
+  by: string; // participant
+  id: string; // what they call it
+  colour: string;
+  width: number; // in units of its grid
+  ink: string; // its points, in base64
+}
+export interface Ink {
+  kind: "ink";
+  whole: boolean; // all there is
+  strokes: StrokeRow[]; // new and changed ones
+  gone: number[];
 }
 export interface Table {
   kind: "table";
@@ -165,7 +183,7 @@ export interface Chat {
   kind: "chat";
   lines: Line[]; // the newest, the oldest first
 }
-export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Ink;
 
 export interface PersonFrame {
   who: number;

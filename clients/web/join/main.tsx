@@ -19,6 +19,7 @@ import { CameraButton, drawMirror, Mirror } from "./mirror";
 import { record } from "./record";
 import { ShowButtons, Showing } from "./showing";
 import { text } from "./words";
+import { WriteButtons, Writing } from "./writing";
 
 declare global {
   interface Window {
@@ -64,6 +65,7 @@ let table: Table | null = null;
 let invited: Invited | null = null;
 let eyes: Eyes | null = null;
 let hand: Hand | null = null;
+let writing: Writing | null = null;
 let person = ""; // as whom the guest has entered
 let muted = false; // by the host
 let sent = 0;
@@ -115,6 +117,7 @@ function hear(words: Words): void {
     if (room && !eyes) {
       eyes = new Eyes(room, words.participant, words.seat);
       hand = new Hand(room, eyes, words.participant);
+      writing = new Writing(room, words.participant, (said) => link.send(JSON.stringify(said)));
     }
     if (person) {
       link.send(JSON.stringify({ person })); // after a break of the connection
@@ -127,6 +130,9 @@ function hear(words: Words): void {
   } else if (words.kind === "table") {
     table = words;
     room?.receiveTable(words);
+    if (person) showDoes();
+  } else if (words.kind === "ink") {
+    room?.receiveInk(words);
   } else if (words.kind === "held" && room) {
     room.held = words;
   }
@@ -270,6 +276,7 @@ function showDoes(): void {
         {text("chat")} {unread > 0 && <b aria-label={text("unread", `${unread}`)}>{unread}</b>}
       </button>
       <ShowButtons showing={showing} />
+      {writing && <WriteButtons writing={writing} changed={showDoes} />}
       {GESTURES.map(({ name, key }, n) => (
         <button type="button" key={name} onClick={() => gestures.make(n + 1)}>
           {text(name)} <kbd>{key}</kbd>
@@ -292,6 +299,7 @@ function showMirror(): void {
 
 /** What the guest does now, thirty times a second; nothing while the page is in the background, where the figure rests. */
 function tell(): void {
+  writing?.step();
   if (!person || !eyes || !hand || document.hidden) return;
   let [yaw, pitch] = [eyes.yaw - pointer.x * FOLLOWS * canvas.clientWidth * HIGH / canvas.clientHeight, eyes.pitch + pointer.y * FOLLOWS * HIGH];
   const speaks = room?.figures.get(speaker);
@@ -313,15 +321,22 @@ canvas.addEventListener("pointerdown", (event) => {
   if (!person || !eyes || !hand) return;
   canvas.setPointerCapture(event.pointerId);
   place(event);
+  if (event.button === 0 && writing?.press(pointer.x, pointer.y)) return;
   pointer.turning = event.button !== 0 || !hand.press(pointer.x, pointer.y);
 });
 canvas.addEventListener("pointermove", (event) => {
+  for (const between of event.getCoalescedEvents()) {
+    place(between);
+    writing?.move(pointer.x, pointer.y);
+  }
   place(event);
+  writing?.move(pointer.x, pointer.y);
   if (pointer.turning && event.buttons) eyes?.drag(event.movementX / canvas.clientHeight, event.movementY / canvas.clientHeight);
 });
 for (const kind of ["pointerup", "pointercancel"])
   canvas.addEventListener(kind, () => {
     hand?.release();
+    writing?.release();
     pointer.turning = false;
   });
 canvas.addEventListener("wheel", (event) => {
@@ -330,7 +345,7 @@ canvas.addEventListener("wheel", (event) => {
 }, { passive: false });
 canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
-addEventListener("blur", () => hand?.release());
+addEventListener("blur", () => (hand?.release(), writing?.release()));
 document.addEventListener("keydown", (event) => {
   if (!person || event.repeat && gestures.has(event.key) || event.ctrlKey || event.metaKey || event.altKey) return;
   if (gestures.press(event.key) || eyes?.key(event.key)) event.preventDefault();

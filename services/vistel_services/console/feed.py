@@ -19,8 +19,9 @@ from vistel.render.config import live_delay
 from vistel.render.frames import BODY, FINGERS, SHIFT_M, SHIFTED, header, person_row, thing_rows
 from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
-from vistel.session.chat import Chat, Line
+from vistel.session.chat import Chat, Line, chat_words
 from vistel.session.models import RoomDeliveries
+from vistel.session.written import WrittenWords, face_row
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
 from vistel.v1.audio_pb2 import SoundStatus
@@ -77,6 +78,7 @@ class Feed:
         self._poses: Mapping[str, Pose] = {}
         self._held = ""
         self._lines: tuple[Line, ...] = ()
+        self._written = WrittenWords()
 
     def voices(self, instant: Instant) -> list[tuple[str, bytes]]:
         """Who has spoken since the last call, and the packets, to be heard in time with the pictures of an instant."""
@@ -94,6 +96,7 @@ class Feed:
     def tell_all(self) -> None:
         """Tell everything again with the next frame: somebody has come."""
         self._stale, self._newcomers, self._held, self._lines, self._whole_ns = True, True, "", (), 0
+        self._written.again()
 
     def begin_again(self) -> None:
         """Time has leapt: forget who is where. What has been made of figures and things stays."""
@@ -167,11 +170,10 @@ class Feed:
         if held != self._held:
             self._held = held
             yield "held", held
-
+        yield from self._written.words(now.world.strokes)
         if self._chat.lines != self._lines:
             self._lines = self._chat.lines
-            lines = [{"id": n.id, "who": n.participant, "ms": round(n.t_ns * 1e-6), "text": n.text} for n in self._lines]
-            yield "chat", json.dumps({"kind": "chat", "lines": lines})
+            yield "chat", chat_words(self._lines)
 
     def _rows(self, people: tuple[ParticipantInfo, ...], things: Mapping[str, Thing]) -> dict[str, object]:
         rows: list[dict[str, object]] = []
@@ -182,6 +184,7 @@ class Feed:
         self._shown = tuple(t.id for t in things.values() if not t.hidden and t.shape not in FURNITURE)
         of_things = [
             {"id": t.id, "name": t.name or t.id, "shape": t.shape, "mass_kg": round(t.mass, 3), "file": self._assets.thing(t)}
+            | {"face": face_row(t)}
             for t in (things[name] for name in self._shown)
         ]
         self._assets.forget_but(things)

@@ -25,7 +25,7 @@ from vistel.wire.topics import BY_NAME
 
 log = logging.getLogger("vistel.pointer")
 
-PANEL_COMMANDS = ("present", "turn_page", "put_away")
+GUEST_COMMANDS = ("present", "turn_page", "put_away", "put_up_board", "draw", "rub", "wipe", "undo")
 """What guests may ask of the world besides what their hands do."""
 _LEVEL_NS = 240_000_000
 """How often a crowd is told how loud a voice is."""
@@ -100,7 +100,7 @@ class _Page:
             part.header.t_ns = now_ns
             self._bus.publish(BY_NAME["picture_part"], picture=digest, part=part_name(number)).put(part)
             return
-        if (command := asked_of(data)) is not None and command.WhichOneof("action") in PANEL_COMMANDS:
+        if (command := asked_of(data)) is not None and command.WhichOneof("action") in GUEST_COMMANDS:
             command.participant, command.header.t_ns = self._participant, now_ns
             self._commands.put(command)
             return

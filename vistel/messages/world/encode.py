@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.messages.boards import stroke_message
 from vistel.space.hands.claims import ClaimChange, ClaimEvent
 from vistel.space.inputs import ParticipantBody
 from vistel.space.joints.buttons import ButtonEvent
@@ -66,6 +67,7 @@ def world_state(view: WorldView, things: Sequence[world_pb2.Thing] | None = None
         )
     out.dents.extend(dent_message(d) for d in view.dents)
     out.bonds.extend(bond_message(b) for b in view.bonds)
+    out.strokes.extend(stroke_message(s) for s in view.strokes)
     out.grasps.extend(grasp_message(h) for h in view.grasps)
     if view.selected:
         out.selections.CopyFrom(selections(view))

@@ -6,6 +6,7 @@ the next key frame on."""
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from vistel.messages.boards import stroke_message
 from vistel.messages.world.encode import bond_message, dent_message, grasp_message, selections, thing_message, world_state
 from vistel.messages.world.interest import InterestFilter
 from vistel.messages.world.touching import Touching
@@ -111,6 +112,7 @@ class WorldEncoder:
             out.header.t_ns = view.t_ns
             out.dents.extend(dent_message(d) for d in view.dents)
             out.bonds.extend(bond_message(b) for b in view.bonds)
+            out.strokes.extend(stroke_message(s) for s in view.strokes)
             if view.selected:
                 out.selections.CopyFrom(selections(view))
         out.grasps.extend(self._published_grasps)
@@ -172,6 +174,7 @@ class WorldEncoder:
         out.header.t_ns = view.t_ns
         out.dents.extend(dent_message(d) for d in view.dents if d.number in self._fresh)
         out.bonds.extend(bond_message(b) for b in view.bonds if b.number in self._fresh)
+        out.strokes.extend(stroke_message(s) for s in view.strokes if s.number in self._fresh)
         out.gone.extend(sorted(self._gone))
         if self._hash:
             out.hash = self._hash
@@ -185,7 +188,9 @@ class WorldEncoder:
     def _check(self, view: WorldView) -> int:
         dents = {d.number: dent_message(d) for d in view.dents}
         bonds = {b.number: bond_message(b) for b in view.bonds}
-        return check_of(self._things_crc, crc_of_marks(dents, bonds), self._book, self._published_grasps, view.participants)
+        strokes = {s.number: stroke_message(s) for s in view.strokes}
+        marks = crc_of_marks(dents, bonds, strokes)
+        return check_of(self._things_crc, marks, self._book, self._published_grasps, view.participants)
 
     def _whole(self, view: WorldView, said: WorldState) -> WorldState:
         """Everything, in readable fields and as the frame of the message beside it."""

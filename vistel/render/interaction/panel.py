@@ -62,6 +62,7 @@ KEYS = (
     ("F", "through the next person's eyes"),
     ("click", "select; on nothing: no more"),
     ("drag", "move a thing; wheel: to and fro; R: turn"),
+    ("drag on a board", "write; with X, rub out"),
     ("G  L", "own hand takes hold, lets go"),
     ("U  Y", "take back, do again"),
     ("F1", "this panel"),

@@ -23,6 +23,7 @@ from vistel.render.interaction.panel import KEYS, Panel, PanelState, open_panel
 from vistel.render.interaction.picking import Hit, Ray, Targets, ray_through
 from vistel.render.interaction.requests import CommandRequest, DrawingRequest, RecordRequest, Request
 from vistel.render.interaction.status import ConferenceStatus
+from vistel.render.interaction.writing import Writing
 from vistel.render.stage.stage import Instant
 from vistel.render.things.outlines import Outline
 from vistel.render.view.camera import Camera, overview
@@ -48,6 +49,8 @@ AFTER_NS = 700_000_000
 _ACTIONS: Mapping[str, Action] = MappingProxyType(
     {"take": ask.Grip(), "let go": ask.Release(), "undo": ask.Undo(), "redo": ask.Redo()}
 )
+ERASER = "x"
+"""Key with which the mouse rubs out what is written on a board."""
 _KEYS = {"g": "take", "l": "let go", "u": "undo", "y": "redo", "f9": "record"}
 
 
@@ -99,6 +102,7 @@ class WindowInteraction:
         self._base: Camera | None = None
         self._dragging: Dragging | None = None
         self._dropped: _Dropped | None = None
+        self._writing: Writing | None = None
         self._pressed: Pointer | None = None
         self._dragged = False
         self._hit: Hit | None = None
@@ -194,6 +198,7 @@ class WindowInteraction:
     def leave(self) -> None:
         """Nobody is at it any more: what is dragged is dropped."""
         self._drop(self._before_ns)
+        self._write_no_more()
 
     def close(self) -> None:
         """Give everything back."""
@@ -215,6 +220,7 @@ class WindowInteraction:
             self._button(event, instant, sights, size)
         elif isinstance(event, Pointer):
             self._moved(event, before)
+            self._write(self._ray(event, sights, size), instant)
         elif isinstance(event, Wheel):
             if self._dragging is not None:
                 self._dragging.nearer(event.notches)
@@ -224,6 +230,7 @@ class WindowInteraction:
             self._key(event.name, instant)
         elif isinstance(event, FocusLost):
             self._drop(instant.now_ns)
+            self._write_no_more()
 
     def _button(self, event: Button, instant: Instant, sights: list[Sight], size: tuple[int, int]) -> None:
         if not event.down and event.number in self._ignored:
@@ -236,10 +243,18 @@ class WindowInteraction:
             self._pressed, self._dragged = at, False
             ray = self._ray(at, sights, size)
             self._hit = self._targets.first_hit(ray, instant.world.poses) if ray is not None else None
-            if self._hit is not None and self._may_drag(self._hit.thing, instant):
+            if self._hit is not None and ray is not None:
+                at_board = self._known[self._hit.thing], instant.world.poses[self._hit.thing], ray
+                self._writing = Writing.begin(*at_board, ERASER in self._held.keys, instant.now_ns)
+            if self._writing is not None:
+                self._pressed = None
+            elif self._hit is not None and self._may_drag(self._hit.thing, instant):
                 camera = self._sight(at, sights, size).camera
                 pose = instant.world.poses[self._hit.thing]
                 self._dragging = Dragging.begin(self._hit, camera, pose, instant.now_ns)
+            return
+        if self._writing is not None:
+            self._write_no_more()
             return
         if self._pressed is not None and not self._dragged:
             self._select(instant)
@@ -261,6 +276,17 @@ class WindowInteraction:
         elif RIGHT in self._held.buttons and RIGHT not in self._ignored and not self._walled:
             turn = LOOK / max(1, self._window.size()[1])
             self._walk(self._viewpoint_now().turned(turn * across, turn * down))
+
+    def _write(self, ray: Ray | None, instant: Instant) -> None:
+        """Go on writing to where a ray meets the board."""
+        if self._writing is not None and ray is not None and self._writing.board in instant.world.poses:
+            asked = self._writing.move(instant.world.poses[self._writing.board], ray, instant.now_ns)
+            self._requests += [CommandRequest(action) for action in asked]
+
+    def _write_no_more(self) -> None:
+        if self._writing is not None:
+            self._requests += [CommandRequest(action) for action in self._writing.rest()]
+        self._writing = None
 
     def _key(self, key: str, instant: Instant) -> None:
         if key in _KEYS:

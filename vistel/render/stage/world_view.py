@@ -27,8 +27,8 @@ class ActingGhost:
 
 @dataclass(frozen=True)
 class PlayoutWorld:
-    """poses: position (3,) [m] and quaternion (4,) (x, y, z, w) of each thing; ghosts and grasps that act; dents and bonds
-    by number."""
+    """poses: position (3,) [m] and quaternion (4,) (x, y, z, w) of each thing; ghosts and grasps that act; dents, bonds
+    and strokes by number."""
 
     step: int = 0
     poses: Mapping[str, Pose] = field(default_factory=dict[str, Pose])
@@ -36,6 +36,7 @@ class PlayoutWorld:
     grasps: tuple[world_pb2.Grasp, ...] = ()
     dents: Mapping[int, world_pb2.Dent] = field(default_factory=dict[int, world_pb2.Dent])
     bonds: Mapping[int, world_pb2.Bond] = field(default_factory=dict[int, world_pb2.Bond])
+    strokes: Mapping[int, world_pb2.Stroke] = field(default_factory=dict[int, world_pb2.Stroke])
     selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
     """Ids of the things that people have selected, by participant."""
 
@@ -54,9 +55,8 @@ def quaternion(q: geometry_pb2.Quaternion) -> F64:
 
 def view_of(now: RoomState, ghosts: tuple[ActingGhost, ...]) -> PlayoutWorld:
     """What is shown of a step."""
-    return PlayoutWorld(
-        now.step, {thing: Pose(*pose) for thing, pose in now.poses.items()}, ghosts, now.grasps, now.dents, now.bonds, now.selected
-    )
+    poses = {thing: Pose(*pose) for thing, pose in now.poses.items()}
+    return PlayoutWorld(now.step, poses, ghosts, now.grasps, now.dents, now.bonds, now.strokes, now.selected)
 
 
 def ghosts_from(touches: Iterable[Touch], things: Mapping[str, world_pb2.Thing]) -> tuple[ActingGhost, ...]:
@@ -83,7 +83,7 @@ def between(a: PlayoutWorld, b: PlayoutWorld, u: float) -> PlayoutWorld:
     near = a if u < 0.5 else b
     if near.poses.keys() != poses.keys():
         poses = {k: v for k, v in poses.items() if k in near.poses}
-    return PlayoutWorld(near.step, poses, b.ghosts, near.grasps, near.dents, near.bonds, near.selected)
+    return PlayoutWorld(near.step, poses, b.ghosts, near.grasps, near.dents, near.bonds, near.strokes, near.selected)
 
 
 def world_after(before: PlayoutWorld, newest: PlayoutWorld, span_s: float, ahead_s: float) -> PlayoutWorld:

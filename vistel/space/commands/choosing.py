@@ -13,8 +13,9 @@ from vistel.space.commands.context import Answer, Context, changed, exchanged, o
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
 from vistel.space.hands.reach_kernels import PAIRS
-from vistel.space.history import History, PlacedThing
+from vistel.space.history import Change, History, PlacedThing
 from vistel.space.holding import holding, ownership
+from vistel.space.ink import reverted
 from vistel.space.state import State
 
 NEAR = 0.03
@@ -96,7 +97,8 @@ def undo(context: Context, action: ask.Undo) -> Answer:
     if change is None:
         raise Refused("you have done nothing that can be taken back")
     state = _reverted(context, change.after, change.before)
-    return state.but(history=context.state.history.taken_back(change)), _ids(change.before or change.after)
+    state = reverted(state, change.drawn, change.rubbed, context.state.history.taken_back(change))
+    return state, _ids(change)
 
 
 @performs(ask.Redo)
@@ -106,12 +108,16 @@ def redo(context: Context, action: ask.Redo) -> Answer:
     if change is None:
         raise Refused("you have taken nothing back since you last did something")
     state = _reverted(context, change.before, change.after)
-    return state.but(history=context.state.history.done_again(change)), _ids(change.after or change.before)
+    state = reverted(state, change.rubbed, change.drawn, context.state.history.done_again(change))
+    return state, _ids(change, again=True)
 
 
-def _ids(placed: Sequence[PlacedThing]) -> tuple[str, ...]:
-    """Their ids."""
-    return tuple(x.thing.id for x in placed)
+def _ids(change: Change, again: bool = False) -> tuple[str, ...]:
+    """Ids of the things that a change was taken back of, or was done to again, and of the boards of its strokes."""
+    first, second = (change.after, change.before) if again else (change.before, change.after)
+    if first or second:
+        return tuple(x.thing.id for x in first or second)
+    return tuple(dict.fromkeys(k.board for k in (*change.drawn, *change.rubbed)))
 
 
 def _reverted(context: Context, there: Sequence[PlacedThing], instead: Sequence[PlacedThing]) -> State:
@@ -145,13 +151,13 @@ def stop(context: Context, action: ask.Stop) -> Answer:
 
 @performs(ask.Reset)
 def reset(context: Context, action: ask.Reset) -> Answer:
-    """Everything as the room began; histories, dents and selections are gone."""
+    """Everything as the room began; histories, dents, strokes and selections are gone."""
     state = holding.drop(context.state, lambda g: True)
     before = range(len(state.things))
     now = replace(context, state=state)
     after = [PlacedThing(t, t.position, t.rotation) for t in context.room.things]
     out = exchanged(state, now.solids, before, after)
-    out = replace(out, dents=(), bonds=(), glides=(), selected=(), history=History())
+    out = replace(out, dents=(), bonds=(), glides=(), selected=(), history=History(), strokes=(), pens=())
     return _asleep(out), ()
 
 

@@ -165,6 +165,7 @@ def exchanged(state: State, s: Solids, before: Sequence[int], after: Sequence[Pl
             *(d for x in after if x.thing.id in reshaped for d in x.dents),
         ),
         bonds=tuple(b for b in state.bonds if b.thing not in gone | reshaped),
+        strokes=tuple(k for k in state.strokes if k.board not in gone) if gone else state.strokes,
         glides=tuple(g for g in state.glides if g.thing not in gone | new.keys()),
         selected=tuple((who, tuple(t for t in ids if t not in gone)) for who, ids in state.selected),
     )
@@ -192,7 +193,8 @@ def changed(context: Context, before: Sequence[int], after: Sequence[PlacedThing
         for n in before
     )
     state = exchanged(context.state, context.solids, before, after)
-    return state.but(history=state.history.with_change(Change(context.who, was, tuple(after))))
+    gone = tuple(k for k in context.state.strokes if k.board not in state.rows)
+    return state.but(history=state.history.with_change(Change(context.who, was, tuple(after), rubbed=gone)))
 
 
 def lowest(thing: Thing, position: F64, rotation: F64) -> float:

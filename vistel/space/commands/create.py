@@ -8,8 +8,7 @@ import numpy as np
 from vistel.space.actions import Refused
 from vistel.space.commands.names import COLOURS, OWN_COLOUR, SHAPES
 from vistel.space.commands.reference import name_of_colour
-from vistel.space.room import Z_UP
-from vistel.space.things.things import GraspAxis, Thing, ThingPrimitive
+from vistel.space.things.things import Z_UP, GraspAxis, Thing, ThingPrimitive
 
 SIZES = 0.005, 0.3
 """Half of the largest extent of a new thing [m]."""

@@ -4,8 +4,7 @@ import math
 
 import numpy as np
 
-from vistel.space.room import Z_UP
-from vistel.space.things.things import GraspAxis, Look, Pages, Thing, ThingPrimitive
+from vistel.space.things.things import Z_UP, GraspAxis, Look, Pages, Thing, ThingPrimitive
 
 SHAPE = "panel"
 MOST_PAGES = 100

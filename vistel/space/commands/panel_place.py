@@ -1,10 +1,11 @@
-"""Where a panel is put up: between people and seats, where those who are there see it without turning far."""
+"""Where a panel, or a board, is put up: between people and seats, where those who are there see it without turning far."""
 
 import math
 
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.space.boards.board import SHAPE as BOARD
 from vistel.space.commands.context import Context
 from vistel.space.commands.placing import free_spot
 from vistel.space.people import PersonState
@@ -31,7 +32,9 @@ SEEN = 0.3
 def panel_place(context: Context, new: Thing) -> tuple[F64, F64]:
     """Position (3,) and rotation (4,) of a panel in the room, its front to the middle."""
     people = [f for f in context.state.figures if f.posture is not None]
-    others = [context.state.motions.position[n] for n, t in enumerate(context.state.things) if t.pages is not None]
+    others = [
+        context.state.motions.position[n] for n, t in enumerate(context.state.things) if t.pages is not None or t.shape == BOARD
+    ]
     around = [f.posture.stance.position for f in people if f.posture is not None] + [s.position for s in context.room.seats]
     gaps = _gaps([*(math.atan2(p[0], p[2]) for p in (*around, *others)), OVERVIEW])
     wide = [g for g in gaps if g[0] >= WIDE] or [max(gaps)]

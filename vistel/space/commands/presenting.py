@@ -23,7 +23,7 @@ MOST_TITLE = 60
 def present(context: Context, action: ask.Present) -> Answer:
     """Put up a panel where people see it best, turned to them."""
     _check(context, action)
-    title = " ".join("".join(c if c.isprintable() else " " for c in action.title).split())[:MOST_TITLE]
+    title = name_from(action.title)
     pages = Pages(action.pages, 0, context.who)
     number = create.unused(SHAPE, context.ids())
     new = panel(number, title or number.replace("-", " "), action.aspect, pages)
@@ -51,6 +51,11 @@ def put_away(context: Context, action: ask.PutAway) -> Answer:
     """Take a panel out of the room."""
     n = _panel_meant(context, action.which)
     return changed(context, (n,), ()), (context.state.things[n].id,)
+
+
+def name_from(title: str) -> str:
+    """A title as the name of a thing for people: in one line, and not too long."""
+    return " ".join("".join(c if c.isprintable() else " " for c in title).split())[:MOST_TITLE]
 
 
 def _check(context: Context, action: ask.Present) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.space.actions import Refused
+from vistel.space.boards.board import SHAPE as BOARD
 from vistel.space.dynamics.solids import Solids, outline
 from vistel.space.things.arc import Arc
 from vistel.space.things.things import Curve, GraspAxis, Look, Part, Thing, ThingPrimitive
@@ -23,7 +24,7 @@ SMALLEST = 0.004
 LARGEST = 0.8
 """Largest such radius [m]."""
 LARGEST_PANEL = 4.0
-"""That of a panel, which stands on the floor [m]."""
+"""That of a panel or a board, which stands on the floor [m]."""
 THINNEST = 0.002
 HEAVIEST = 50.0
 MOST_BEND = math.radians(300.0)
@@ -204,7 +205,7 @@ def sound(thing: Thing) -> Thing:
     """The thing, if it is of a size that things may have. Raises Refused."""
     radius = float(outline(thing).radius[0])
     thinnest = min(v for p in thing.primitives for k, v in enumerate(p.params) if k in _sizes(p))
-    largest = LARGEST_PANEL if thing.pages else LARGEST
+    largest = LARGEST_PANEL if thing.pages or thing.shape == BOARD else LARGEST
     if not (SMALLEST <= radius <= largest and thinnest >= THINNEST):
         raise Refused(
             f"the {thing.name} would be {2e2 * radius:.3g} cm long and {2e2 * thinnest:.2g} cm thin; "

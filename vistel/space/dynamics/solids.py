@@ -6,9 +6,11 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
 from vistel.implicit.contacts.contact_set import PrimitiveSet
+from vistel.space.boards.board import SHAPE as BOARD
 from vistel.space.contact.contact_points import contact_points_of
 from vistel.space.contact.near import PlacedPrimitives, placed
 from vistel.space.dynamics.motion_kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
@@ -50,6 +52,11 @@ class Solids:
     def part(self, n: int) -> PrimitiveSet:
         """The primitives of thing n, posed in its frame."""
         return _rows(self.primitives, np.arange(int(self.first[n]), int(self.first[n + 1])))
+
+    @cached_property
+    def boards(self) -> NDArray[np.bool_]:
+        """(N,) whether each thing is a board to write on."""
+        return np.array([t.shape == BOARD for t in self.things], np.bool_)
 
     @cached_property
     def give(self) -> F64:

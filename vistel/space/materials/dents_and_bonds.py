@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
+from vistel.space.boards.stroke import Stroke
 from vistel.space.dynamics.solids import Solids
 from vistel.space.materials.bond_forces import frame_of, regrasped
 from vistel.space.memory.bonds import NEAR, Bond, Frame, StickyTouch, Torn, glue_of, published_alike, stick
@@ -60,16 +61,17 @@ def remembered(state: State, s: Solids, posed: Mapping[str, Posed], dt: float) -
 
 
 def changes(before: State, now: State) -> tuple[frozenset[int], tuple[int, ...]]:
-    """Numbers of new or changed dents and bonds, and of ended ones. An unchanged one is the same object."""
-    if not (before.dents or before.bonds or now.dents or now.bonds):
+    """Numbers of new or changed dents, bonds and strokes, and of ended ones. An unchanged one is the same object."""
+    same_ink = before.strokes is now.strokes
+    if same_ink and not (before.dents or before.bonds or now.dents or now.bonds):
         return frozenset(), ()
-    old = {mark.number: mark for mark in (*before.dents, *before.bonds)}
-    new = {mark.number: mark for mark in (*now.dents, *now.bonds)}
+    old = {mark.number: mark for mark in (*before.dents, *before.bonds, *(() if same_ink else before.strokes))}
+    new = {mark.number: mark for mark in (*now.dents, *now.bonds, *(() if same_ink else now.strokes))}
     fresh = frozenset(k for k, mark in new.items() if not _unchanged(old.get(k), mark))
     return fresh, tuple(sorted(old.keys() - new.keys()))
 
 
-def _unchanged(old: DentRecord | Bond | None, mark: DentRecord | Bond) -> bool:
+def _unchanged(old: DentRecord | Bond | Stroke | None, mark: DentRecord | Bond | Stroke) -> bool:
     if isinstance(old, Bond) and isinstance(mark, Bond):
         return published_alike(old, mark)
     return old is mark

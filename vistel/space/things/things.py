@@ -15,6 +15,10 @@ MAX_POLYGON = 16
 _PARAMS = {"sphere": 1, "cone_sphere": 8, "superellipsoid": 5, "supertoroid": 6}
 
 
+Z_UP: F64 = np.array([math.sin(-math.pi / 4.0), 0.0, 0.0, math.cos(-math.pi / 4.0)])
+"""The quaternion that turns a primitive's Z (the axis of round superquadrics) upwards."""
+
+
 def identity() -> F64:
     """The quaternion of no rotation, (x, y, z, w)."""
     return np.array([0.0, 0.0, 0.0, 1.0])

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.v1.world_pb2 import Bond, Dent, Grasp, Thing, WorldDetail, WorldSnapshot, WorldState
+from vistel.v1.world_pb2 import Bond, Dent, Grasp, Stroke, Thing, WorldDetail, WorldSnapshot, WorldState
 from vistel.wire.world.codec.bits import FrameError
 from vistel.wire.world.codec.frame import Book, ChangedLists, RoomStep, is_key, read_changes, read_key
 from vistel.wire.world.codec.poses import place
@@ -42,7 +42,8 @@ class Touch(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class RoomState:
     """The room at one step. poses: position (3,) [m] and unit quaternion (4,) (x, y, z, w) of every thing, room frame, within
-    0.5 mm and 0.1 degrees; moving: ids of things that have moved lately; grasps: oldest first; dents, bonds: by number."""
+    0.5 mm and 0.1 degrees; moving: ids of things that have moved lately; grasps: oldest first; dents, bonds, strokes: by
+    number."""
 
     step: int = 0
     t_ns: int = 0
@@ -54,6 +55,7 @@ class RoomState:
     participants: tuple[str, ...] = ()
     dents: Mapping[int, Dent] = field(default_factory=dict[int, Dent])
     bonds: Mapping[int, Bond] = field(default_factory=dict[int, Bond])
+    strokes: Mapping[int, Stroke] = field(default_factory=dict[int, Stroke])
     selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
     """Ids of the things that people have selected, by participant."""
 
@@ -63,7 +65,7 @@ class RoomState:
 
 
 def check_of(things: int, marks: int, book: Book, grasps: Iterable[Grasp], participants: Iterable[str]) -> int:
-    """What `WorldState.check` says of a room. things, marks: `crc_of` the things in order, and of dents and bonds."""
+    """What `WorldState.check` says of a room. things, marks: `crc_of` the things in order, and of dents, bonds and strokes."""
     numbers = array("q", (things, marks, book.step, *book.moving))
     for track in book.tracks:
         numbers.extend(track.pose)
@@ -74,7 +76,7 @@ def check_of(things: int, marks: int, book: Book, grasps: Iterable[Grasp], parti
     return zlib.crc32(b"".join((_little(numbers), *texts))) or 1
 
 
-def crc_of(messages: Iterable[Thing | Dent | Bond]) -> int:
+def crc_of(messages: Iterable[Thing | Dent | Bond | Stroke]) -> int:
     """CRC-32 of messages in their order."""
     crc = 0
     for message in messages:
@@ -82,11 +84,11 @@ def crc_of(messages: Iterable[Thing | Dent | Bond]) -> int:
     return crc
 
 
-def crc_of_marks(dents: Mapping[int, Dent], bonds: Mapping[int, Bond]) -> int:
-    """CRC-32 of dents and bonds by their numbers."""
-    if not (dents or bonds):
+def crc_of_marks(dents: Mapping[int, Dent], bonds: Mapping[int, Bond], strokes: Mapping[int, Stroke]) -> int:
+    """CRC-32 of dents, bonds and strokes by their numbers."""
+    if not (dents or bonds or strokes):
         return 0
-    return crc_of([*(dents[n] for n in sorted(dents)), *(bonds[n] for n in sorted(bonds))])
+    return crc_of(some[n] for some in (dents, bonds, strokes) for n in sorted(some))
 
 
 def _little(numbers: array[int]) -> bytes:
@@ -107,6 +109,7 @@ class WorldDecoder:
         self._book: Book | None = None
         self._order: tuple[str, ...] = ()
         self._things_crc, self._marks_crc = 0, 0
+        self._marks_known = True
         self._waiting: deque[WorldState] = deque(maxlen=WAITING_MOST)
         self._details = Details()
 
@@ -205,7 +208,7 @@ class WorldDecoder:
         else:
             touches = before.touches
         names = frozenset(self._order[n] for n in book.moving)
-        dents, bonds = self._marks(message, whole)
+        dents, bonds, strokes = self._marks(message, whole)
         grasps = tuple(message.grasps) if said.grasps else before.grasps
         moving = moving if names == moving else names
         return replace(
@@ -215,6 +218,7 @@ class WorldDecoder:
             touches=touches,
             dents=dents,
             bonds=bonds,
+            strokes=strokes,
             moving=moving,
             grasps=grasps,
             selected=_selected(message, before),
@@ -236,18 +240,21 @@ class WorldDecoder:
             for (a, b), touch in sorted(book.touches.items())
         )
 
-    def _marks(self, message: WorldState, whole: bool) -> tuple[Mapping[int, Dent], Mapping[int, Bond]]:
-        dents, bonds = self.now.dents, self.now.bonds
-        if not (whole or message.dents or message.bonds or message.gone):
-            return dents, bonds
+    def _marks(self, message: WorldState, whole: bool) -> tuple[Mapping[int, Dent], Mapping[int, Bond], Mapping[int, Stroke]]:
+        dents, bonds, strokes = self.now.dents, self.now.bonds, self.now.strokes
+        if not (whole or message.dents or message.bonds or message.strokes or message.gone):
+            return dents, bonds, strokes
         gone = frozenset(message.gone)
         dents = {n: d for n, d in dents.items() if not whole and n not in gone} | {d.number: d for d in message.dents}
         bonds = {n: b for n, b in bonds.items() if not whole and n not in gone} | {b.number: b for b in message.bonds}
-        self._marks_crc = crc_of_marks(dents, bonds)
-        return dents, bonds
+        strokes = {n: s for n, s in strokes.items() if not whole and n not in gone} | {s.number: s for s in message.strokes}
+        self._marks_known = False
+        return dents, bonds, strokes
 
     def _check(self) -> int:
         assert self._book is not None
+        if not self._marks_known:  # counted only when it is asked for: strokes come thirty times a second
+            self._marks_crc, self._marks_known = crc_of_marks(self.now.dents, self.now.bonds, self.now.strokes), True
         return check_of(self._things_crc, self._marks_crc, self._book, self.now.grasps, self.now.participants)
 
     def _lose(self, message: WorldState) -> None:
@@ -270,7 +277,7 @@ class WorldDecoder:
             size = float(np.sqrt(turn @ turn))
             poses[s.id] = np.array((p.x, p.y, p.z)), turn / size if size > 1e-6 else np.array((0.0, 0.0, 0.0, 1.0))
         force = {(c.body_a, c.body_b): c.force for c in m.contacts}
-        dents, bonds = self._marks(m, m.key)
+        dents, bonds, strokes = self._marks(m, m.key)
         self.now = RoomState(
             m.step,
             m.header.t_ns,
@@ -282,6 +289,7 @@ class WorldDecoder:
             tuple(m.participants),
             dents,
             bonds,
+            strokes,
             _selected(m, before),
         )
         return [self.now]

@@ -1,0 +1,46 @@
+"""What a guest's page asks for that writes on a board, checked: whole numbers on the face, short names, known colours."""
+
+import re
+from typing import Any, cast
+
+from vistel.space.actions import Action, Draw, PutUpBoard, Rub, Undo, Which, Wipe
+from vistel.space.boards.stroke import ACROSS, MOST_POINTS
+
+_COLOUR = re.compile(r"#[0-9a-f]{6}")
+_MOST_NAME = 40
+"""Letters of the names of boards and strokes."""
+
+
+def written_by(said: dict[str, object]) -> Action | None:
+    """The action that words of a page ask for; None for what is none, or cannot be."""
+    board = said.get("board", "")
+    if said.get("new_board") is True:
+        return PutUpBoard()
+    if said.get("undo") is True:
+        return Undo()
+    if _short(said.get("wipe")):
+        return Wipe(Which(str(said["wipe"])))
+    if not _short(board):
+        return None
+    which = Which(str(board))
+    if (way := _way(said.get("rub"))) is not None:
+        return Rub(way, which)
+    way, stroke, colour = _way(said.get("draw")), said.get("stroke"), said.get("colour")
+    if way is None or not _short(stroke) or not isinstance(colour, str) or _COLOUR.fullmatch(colour) is None:
+        return None
+    return Draw(way, which, int(colour[1:] + "ff", 16), None, str(stroke))
+
+
+def _short(name: object) -> bool:
+    return isinstance(name, str) and 0 < len(name) <= _MOST_NAME
+
+
+def _way(numbers: Any) -> tuple[int, ...] | None:
+    """x and y of each point in turn; what is no whole number, such as NaN, is on no board."""
+    if not isinstance(numbers, list):
+        return None
+    flat = cast("list[object]", numbers)
+    if not 2 <= len(flat) <= 2 * MOST_POINTS or len(flat) % 2:
+        return None
+    whole = tuple(n for n in flat if type(n) is int and 0 <= n <= ACROSS)
+    return whole if len(whole) == len(flat) else None

@@ -1,0 +1,59 @@
+"""What is written on boards, as a browser's page is told."""
+
+import json
+from base64 import b64encode
+from collections.abc import Iterator, Mapping
+
+from vistel.space.boards.board import face_of
+from vistel.space.things.things import Thing
+from vistel.v1.world_pb2 import Stroke
+
+KIND = "ink"
+"""Of the words that say it."""
+
+
+class WrittenWords:
+    """The words for those who watch a room together: all that is written, once, and each change from then on."""
+
+    def __init__(self) -> None:
+        self._said: Mapping[int, Stroke] = {}
+        self._whole = True
+
+    def again(self) -> None:
+        """Say all of it with the next words: somebody has come."""
+        self._whole = True
+
+    def words(self, strokes: Mapping[int, Stroke]) -> Iterator[tuple[str, str]]:
+        """Kinds and JSON of what has changed; of each kind the newest counts."""
+        before, self._said = self._said, strokes
+        if self._whole:
+            self._whole = False
+            yield KIND, _json(list(strokes.values()), whole=True)
+            return
+        if strokes is before:
+            return
+        for number in sorted(before.keys() | strokes.keys()):
+            if (now := strokes.get(number)) is not before.get(number):
+                yield f"{KIND} {number}", _json([now] if now else [], gone=[] if now else [number])
+
+
+def face_row(thing: Thing) -> list[list[float]] | None:
+    """Where one writes on a thing, as a page reads it: its corner, and its edges across and up (3,) [m]; None for no board."""
+    face = face_of(thing)
+    return None if face is None else [edge.tolist() for edge in (face.corner, face.across, face.up)]
+
+
+def _json(strokes: list[Stroke], whole: bool = False, gone: list[int] | None = None) -> str:
+    rows = [
+        {
+            "number": s.number,
+            "board": s.board,
+            "by": s.by,
+            "id": s.id,
+            "colour": f"#{s.colour >> 8:06x}",
+            "width": s.width,
+            "ink": b64encode(s.ink).decode(),
+        }
+        for s in strokes
+    ]
+    return json.dumps({"kind": KIND, "whole": whole, "strokes": rows, "gone": gone or []})

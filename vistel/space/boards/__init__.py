@@ -1,0 +1,1 @@
+"""Boards of the room, and what people write on them."""
