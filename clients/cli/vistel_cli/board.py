@@ -16,6 +16,7 @@ from vistel_cli.ask import answered
 from vistel_cli.conference_choice import Hub, as_participant, on_bus, participants
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE, LOG
+from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import USAGE, fail
 
 if TYPE_CHECKING:
@@ -30,12 +31,12 @@ _POINT = re.compile(r"(\d+(?:\.\d*)?|\.\d+),(\d+(?:\.\d*)?|\.\d+)")
 
 def board(
     new: Annotated[bool, typer.Option("--new", help="Put up a board.")] = False,
-    draw: Annotated[str, typer.Option(metavar="POINTS", help="Draw a stroke: X,Y of each point [m], from the lower left.")] = "",
+    draw: Annotated[str, typer.Option(metavar="POINTS", help="A stroke: X,Y of each point in metres, from the lower left.")] = "",
     rub: Annotated[str, typer.Option(metavar="POINTS", help="Rub out each stroke that a way through these points touches.")] = "",
     wipe: Annotated[bool, typer.Option("--wipe", help="Rub out all that is on the board.")] = False,
-    save: Annotated[Path | None, typer.Option(metavar="FILE.svg", help="Save what is written.")] = None,
+    save: Annotated[Path | None, out_file("Save what is written, as an SVG file.", "--save")] = None,
     colour: Annotated[str, typer.Option(help=f"Of the stroke: {', '.join(COLOURS)}, or #RRGGBB.")] = "black",
-    width: Annotated[float, typer.Option(help="Of the stroke, or of what rubs [mm].")] = 0.0,
+    width: Annotated[float, typer.Option(help="Of the stroke, or of what rubs, in millimetres.")] = 0.0,
     which: Annotated[str, typer.Option("--board", help="Which board, by its name or id; default: the newest.")] = "",
     title: Annotated[str, typer.Option(help="What a new board is called.")] = "",
     who: Annotated[str | None, typer.Option("--as", help="Participant who writes; default: the first of the file.")] = None,
@@ -45,6 +46,7 @@ def board(
         Path | None, Takes(CONFERENCE), typer.Option("--conference", help="Conference file; default: the one that runs here.")
     ] = None,
     hub: Hub = None,
+    force: Force = False,
 ) -> None:
     """Put up a board in the room of a running conference, write on it, wipe it, or save it.
 
@@ -61,7 +63,7 @@ def board(
 
       vistel board --save board.svg
 
-      vistel board --save board.svg --log out/latest/conference.mcap --at 60
+      vistel board --save earlier.svg --log out/latest/conference.mcap --at 60
     """
     from vistel.space.boards.stroke import UNIT
 

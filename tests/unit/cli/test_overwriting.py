@@ -25,6 +25,7 @@ EVERY = dict(every_command(typer.main.get_command(app), "vistel"))
         ("avatar", "inspect", "builtin:person=carla", "--sheet", "there.png"),
         ("world", "export", "room.toml", "-o", "new.usda"),
         ("calibrate", "glove", "demo", "aiko", "left", "-o", "there.png"),
+        ("board", "--save", "there.png"),
     ],
     ids=lambda words: " ".join(words[:2]),
 )
@@ -55,6 +56,6 @@ def test_every_command_that_writes_a_file_keeps_those_that_exist() -> None:
     adding = {"vistel record", "vistel site join", "vistel site world"}
     for path, command in EVERY.items():
         options = {o for p in command.params for o in getattr(p, "opts", ())}
-        if options & {"--out", "-o", "--sheet", "--picture"} and path not in adding:
+        if options & {"--out", "-o", "--sheet", "--picture", "--save"} and path not in adding:
             assert "--force" in options, path
         assert "--output" not in options, f"{path}: one spelling of an option"
