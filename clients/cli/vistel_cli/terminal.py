@@ -54,7 +54,7 @@ USAGE = 2
 
 def indented(text: str, columns: int) -> str:
     """`text` for what stands so many columns from the left: its further lines, where the terminal ends, stand there, too."""
-    width = max(_console("out").width, _NARROWEST) - columns
+    width = (_columns(sys.stdout) or max(_console("out").width, _NARROWEST)) - columns
     return f"\n{' ' * columns}".join(textwrap.wrap(text, width, break_on_hyphens=False, break_long_words=False))
 
 

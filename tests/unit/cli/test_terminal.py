@@ -32,6 +32,7 @@ def test_a_text_is_printed_as_it_is(text: str, capsys: pytest.CaptureFixture[str
 
 
 def test_a_long_text_goes_on_below_its_beginning(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(terminal, "_columns", lambda _: None)  # as on a terminal
     monkeypatch.setattr(terminal.out, "width", 70)
     text = "neither DISPLAY nor WAYLAND_DISPLAY is set → no windows"
     assert terminal.indented(text, 24) == f"neither DISPLAY nor WAYLAND_DISPLAY is set →\n{' ' * 24}no windows"
