@@ -75,6 +75,8 @@ def board(
     asked += [Rub(_way(rub), meant, wide)] if rub else []
     asked += [Wipe(meant)] if wipe else []
     if (save is not None) + len(asked) != 1:
+        if conference_file is not None:
+            participants(conference_file, hub)  # what is wrong with a file is told before what is wrong with the words
         fail("expected one of --new, --draw POINTS, --rub POINTS, --wipe, --save FILE.svg", USAGE)
     if save is not None:
         _save(save, which, _of_log(log, at) if log is not None else _now(conference_file, hub))
