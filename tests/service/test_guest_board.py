@@ -27,7 +27,7 @@ def test_a_guest_puts_up_a_board_writes_and_takes_it_back(monkeypatch: pytest.Mo
                     words = page.newest.get("ink", {"strokes": [], "gone": []})
                     return {"strokes": [(s["by"], s["board"], s["colour"]) for s in words["strokes"]], "gone": words["gone"]}
 
-                await until(lambda: "table" in page.newest, "the room", tasks=[leading])
+                await until(lambda: page.newest.get("table", {}).get("things"), "the world's things", tasks=[leading])
                 await page.socket.send_json({"new_board": True})
                 await until(faces, "a board", tasks=[leading])
                 (board,) = faces()
