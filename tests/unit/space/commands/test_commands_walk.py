@@ -23,7 +23,8 @@ LINES = (
     "harden the can", "copy the cone", "delete cone-2", "undo", "create red ball 6 cm here", "create lump", "select all balls",
     "paint all boxes blue",
     "paint selected white", "select the red baton", "copy this", "reset", "sharpen the cone",
-    "round the box", "press the can", "dent the ball", "hide the tile", "show", "align everything", "reset",
+    "round the box", "press the can", "dent the ball", "hide the tile", "show", "align everything",
+    "new board", "wipe the board", "reset",
 )  # fmt: skip
 
 
