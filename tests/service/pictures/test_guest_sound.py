@@ -64,6 +64,7 @@ def test_who_speaks_at_the_page_is_heard_at_a_site_and_who_speaks_elsewhere_is_h
             await tab.until("Boolean(window.guest.voices.output)")
             assert await tab.value(LISTEN)
             await room.until(lambda: sum(name == "guest-1" and bool(m.opus) for name, m in room.spoken) > 50, "the page's voice")
+            await tab.until("window.heard().length > 250")  # half a second of what the page plays meanwhile
             alone = np.array(await tab.value("window.heard()"))[:, 1]
             await speak(room, other, bob)
             await tab.until("window.heard().filter(([, level]) => level > 0.003).length > 250")
