@@ -4,11 +4,9 @@ import re
 from typing import Any, cast
 
 from vistel.space.actions import Action, Draw, PutUpBoard, Rub, Undo, Which, Wipe
-from vistel.space.boards.stroke import ACROSS, MOST_POINTS
+from vistel.space.boards.stroke import ACROSS, MOST_NAME, MOST_POINTS
 
 _COLOUR = re.compile(r"#[0-9a-f]{6}")
-_MOST_NAME = 40
-"""Letters of the names of boards and strokes."""
 
 
 def written_by(said: dict[str, object]) -> Action | None:
@@ -32,7 +30,7 @@ def written_by(said: dict[str, object]) -> Action | None:
 
 
 def _short(name: object) -> bool:
-    return isinstance(name, str) and 0 < len(name) <= _MOST_NAME
+    return isinstance(name, str) and 0 < len(name) <= MOST_NAME
 
 
 def _way(numbers: Any) -> tuple[int, ...] | None:

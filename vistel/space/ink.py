@@ -57,11 +57,13 @@ def without(state: State, by: str, gone: Sequence[Stroke]) -> State:
 
 def reverted(state: State, there: Sequence[Stroke], instead: Sequence[Stroke], history: History) -> State:
     """The state with the strokes `instead` in place of `there`, as far as the boards are still there and the room is not full."""
-    numbers = {s.number for s in (*there, *instead)}
-    kept = [s for s in state.strokes if s.number not in numbers]
-    back = [s for s in instead if s.board in state.rows]
-    if not (there or back):
+    if not (there or instead):
         return state.but(history=history)
-    room = max(0, MOST_STROKES - len(kept))
-    strokes = sorted((*kept, *back[:room]), key=lambda s: s.number)
-    return state.but(strokes=tuple(strokes), history=history)
+    numbers = {s.number for s in (*there, *instead)}
+    strokes = [s for s in state.strokes if s.number not in numbers]
+    ink = sum(s.count for s in strokes)
+    for back in instead:
+        if back.board in state.rows and len(strokes) < MOST_STROKES and ink + back.count <= MOST_INK:
+            strokes.append(back)
+            ink += back.count
+    return state.but(strokes=tuple(sorted(strokes, key=lambda s: s.number)), history=history)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space.boards.board import Face, face_of
 from vistel.space.boards.stroke import ACROSS, MOST_POINTS, UPWARDS, WIDTH, Stroke, touches
@@ -26,6 +27,8 @@ LEAVES = 0.010
 """What writes goes on to this distance [m], so that a hand that trembles draws one line."""
 BEHIND = 0.06
 """What is further behind the face is somebody who stands behind the board [m]."""
+HAND = 0.3
+"""No fingertip is further from its wrist [m]."""
 APART = 4
 """From one point of a hand's stroke to the next, at least, in units of the grid: 2 mm."""
 SPONGE = 160
@@ -34,17 +37,21 @@ SPONGE = 160
 
 @dataclass(frozen=True)
 class _Tip:
-    """What a hand writes with, at a board: x, y on the grid; off: from the face [m]; colour: None: it rubs."""
+    """What a hand writes with, at a board: x, y on the grid; colour: None: it rubs."""
 
     x: float
     y: float
-    off: float
     colour: int | None
 
 
 def written_by_hand(state: State, s: Solids, posed: Mapping[str, Posed]) -> State:
     """The state after hands have written for a step. posed: everybody at this step."""
-    faces = [(n, face) for n, thing in enumerate(state.things) if (face := face_of(thing)) is not None]
+    m = state.motions
+    faces = [
+        (n, face.posed(m.position[n], m.rotation[n]))
+        for n, thing in enumerate(state.things)
+        if (face := face_of(thing)) is not None
+    ]
     if not faces:
         return state.but(pens=()) if state.pens else state
     before = {(p.participant, p.right): p for p in state.pens}
@@ -63,8 +70,7 @@ def written_by_hand(state: State, s: Solids, posed: Mapping[str, Posed]) -> Stat
 
 
 def _tip(state: State, s: Solids, p: Posed, right: bool, n: int, face: Face, reach: float) -> _Tip | None:
-    """What of a hand, or of the thing in it, is nearest to board n, if it is within `reach` of its face."""
-    turn, place = matrix_from_quaternion(state.motions.rotation[n]), state.motions.position[n]
+    """What of a hand, or of the thing in it, is nearest to board n, whose face is in the room, if it is within `reach` of it."""
     held = next((g.thing for g in state.grasps if (g.participant, g.right) == (p.name, right)), None)
     if held is not None:
         m = state.rows[held]
@@ -75,26 +81,29 @@ def _tip(state: State, s: Solids, p: Posed, right: bool, n: int, face: Face, rea
         points = s.contact_point[rows] @ own.T + state.motions.position[m]
         thing = state.things[m]
         colour = None if name_of_colour(thing.colour) == "white" else thing.colour | 0xFF
-        return _nearest(points, s.contact_point_radius[rows], turn, place, face, reach, colour)
+        return _nearest(points, s.contact_point_radius[rows], face, reach, colour)
+    wrist = p.joints.position[JOINT_INDEX["right_hand" if right else "left_hand"]]
+    if abs(face.on_grid(wrist)[2]) > HAND:
+        return None
     first = DIGITS * int(right)
     for digit, colour in ((PALM, None), (INDEX, COLOURS["black"])):
         rows = np.flatnonzero(p.build.digit == first + digit)
         points = np.concatenate([p.body.a[rows], p.body.b[rows]])
         radius = np.concatenate([p.body.radius_a[rows], p.body.radius_b[rows]])
-        if (tip := _nearest(points, radius, turn, place, face, reach, colour)) is not None:
+        if (tip := _nearest(points, radius, face, reach, colour)) is not None:
             return tip
     return None
 
 
-def _nearest(points: F64, radius: F64, turn: F64, place: F64, face: Face, reach: float, colour: int | None) -> _Tip | None:
+def _nearest(points: F64, radius: F64, face: Face, reach: float, colour: int | None) -> _Tip | None:
     """points (n, 3) in the room [m], radius (n,) of balls round them."""
-    best: _Tip | None = None
-    for point, r in zip((points - place) @ turn, radius.tolist(), strict=True):
-        x, y, off = face.on_grid(point)
-        off -= r
-        if -BEHIND < off < reach and 0.0 <= x <= ACROSS and 0.0 <= y <= UPWARDS and (best is None or off < best.off):
-            best = _Tip(x, y, off, colour)
-    return best
+    x, y, off = face.on_grid(points)
+    off = off - radius
+    there = (off > -BEHIND) & (off < reach) & (x >= 0.0) & (x <= ACROSS) & (y >= 0.0) & (y <= UPWARDS)
+    if not there.any():
+        return None
+    n = int(np.argmin(np.where(there, off, np.inf)))
+    return _Tip(float(x[n]), float(y[n]), colour)
 
 
 def _moved(state: State, who: str, right: bool, board: str, tip: _Tip, pen: Pen | None) -> tuple[State, Pen | None]:

@@ -74,8 +74,14 @@ export class Written {
     about.node.add(mesh);
   }
 
-  /** The stroke of this page is not to be seen any more: it has come back, or was refused. */
-  forget(id: string): void {
+  /** Something that this page asked for was refused: what has not come back is not shown as if it were on the board. What is only on
+   * its way comes with the world's strokes. */
+  refused(): void {
+    for (const id of [...this.own.keys()]) this.forget(id);
+  }
+
+  /** The stroke of this page has come back, or is drawn anew. */
+  private forget(id: string): void {
     const own = this.own.get(id);
     if (!own) return;
     dropped(own.mesh);

@@ -108,6 +108,7 @@ function hear(words: Words): void {
     }
   } else if (words.kind === "shown") {
     showing.hear(words);
+    if (!words.done) room?.written.refused();
   } else if (words.kind === "chat") {
     lines = words.lines;
     headset.hear();

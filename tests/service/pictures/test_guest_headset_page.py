@@ -28,6 +28,20 @@ TURNED_ABOUT = np.array((-1.0, 1.0, -1.0))
 THUMB_TIP, INDEX_TIP = 4, 9
 
 
+def skip_without_page_and_headset() -> None:
+    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
+        pytest.skip("the page for guests has not been made (make web)")
+    if not IWER.is_file():
+        pytest.skip("iwer is not in clients/web/node_modules (make web)")
+
+
+async def with_a_headset(tab: Page, room: GuestRoom) -> None:
+    """Ann has a headset, opens her link, and chooses her person."""
+    await tab.call("Page.addScriptToEvaluateOnNewDocument", source=f"{IWER.read_text('utf-8')};{WORN}; 0")
+    await at_the_door(tab, room, room.invited(), 320, 200)
+    await tab.click(".people button[aria-current=true]")
+
+
 def place(numbers: object) -> np.ndarray:
     """Of a pose, or of a wrist, in the seat's frame [m]."""
     return np.array(list(numbers)[:3]) * UNIT_M  # type: ignore[call-overload]
@@ -64,16 +78,11 @@ async def figure_near(tab: Page, room: GuestRoom, joint: str, in_seat: np.ndarra
 def test_a_guest_enters_with_a_headset_moves_pinches_turns_takes_it_off_and_leaves(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
-        pytest.skip("the page for guests has not been made (make web)")
-    if not IWER.is_file():
-        pytest.skip("iwer is not in clients/web/node_modules (make web)")
+    skip_without_page_and_headset()
 
     async def visit() -> None:
         async with page(tmp_path, *SOFTWARE_GL) as tab, GuestRoom(tmp_path).serving(monkeypatch) as room:
-            await tab.call("Page.addScriptToEvaluateOnNewDocument", source=f"{IWER.read_text('utf-8')};{WORN}; 0")
-            await at_the_door(tab, room, room.invited(), 320, 200)
-            await tab.click(".people button[aria-current=true]")
+            await with_a_headset(tab, room)
             await tab.until("window.guest.me() === 'guest-1'")
             await tab.until("document.querySelector('#headset')?.innerText === 'Enter with a headset'")
             await tab.click("#headset")
@@ -147,10 +156,7 @@ def test_a_guest_enters_with_a_headset_moves_pinches_turns_takes_it_off_and_leav
 def test_inside_a_headset_names_stand_over_heads_and_what_people_write_is_read_there_for_a_while(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
-        pytest.skip("the page for guests has not been made (make web)")
-    if not IWER.is_file():
-        pytest.skip("iwer is not in clients/web/node_modules (make web)")
+    skip_without_page_and_headset()
 
     async def visit() -> None:
         async with (
@@ -161,9 +167,7 @@ def test_inside_a_headset_names_stand_over_heads_and_what_people_write_is_read_t
             await eve.enter()
             async with eve.listening():
                 await eve.socket.send_json({"write": "before you came"})
-                await tab.call("Page.addScriptToEvaluateOnNewDocument", source=f"{IWER.read_text('utf-8')};{WORN}; 0")
-                await at_the_door(tab, room, room.invited(), 320, 200)
-                await tab.click(".people button[aria-current=true]")
+                await with_a_headset(tab, room)
                 await tab.until("document.querySelector('#chat-button b')?.innerText === '1'")
                 await tab.until("document.querySelector('#headset')?.disabled === false")
                 await tab.click("#headset")

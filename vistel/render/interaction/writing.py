@@ -82,5 +82,5 @@ def _met(face: Face, pose: Pose, ray: Ray) -> tuple[int, int] | None:
     slope = float(way @ face.normal)
     if slope > -1e-3:
         return None
-    x, y, _ = face.on_grid(origin + float((face.corner - origin) @ face.normal) / slope * way)
+    x, y, _ = map(float, face.on_grid(origin + float((face.corner - origin) @ face.normal) / slope * way))
     return (round(x), round(y)) if 0.0 <= x <= ACROSS and 0.0 <= y <= UPWARDS else None

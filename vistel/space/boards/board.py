@@ -35,22 +35,27 @@ _NUMBERS = 13
 
 @dataclass(frozen=True, eq=False)
 class Face:
-    """Where people write, in the thing's frame [m]: corner (3,) the lower left one of the front, across and up (3,) along its
-    edges, normal (3,) unit, out of the front."""
+    """Where people write, in the thing's frame [m] unless it is `posed`: corner (3,) the lower left one of the front, across and up
+    (3,) along its edges, normal (3,) unit, out of the front."""
 
     corner: F64
     across: F64
     up: F64
     normal: F64
 
-    def on_grid(self, place: F64) -> tuple[float, float, float]:
-        """x and y on the grid of strokes, and the distance in front of the face [m], of a place (3,) in the thing's frame."""
-        to = place - self.corner
-        x, y = (float(to @ edge) / float(edge @ edge) for edge in (self.across, self.up))
-        return x * ACROSS, y * UPWARDS, float(to @ self.normal)
+    def posed(self, position: F64, rotation: F64) -> "Face":
+        """The face where its thing is, position (3,) [m] and quaternion (4,), in the frame of those."""
+        turn = matrix_from_quaternion(rotation)
+        return Face(turn @ self.corner + position, turn @ self.across, turn @ self.up, turn @ self.normal)
+
+    def on_grid(self, places: F64) -> tuple[F64, F64, F64]:
+        """x and y on the grid of strokes, and the distance in front of the face [m], (...) each, of places (..., 3)."""
+        to = places - self.corner
+        x, y = ((to * edge).sum(-1) / (edge * edge).sum() for edge in (self.across, self.up))
+        return x * ACROSS, y * UPWARDS, (to * self.normal).sum(-1)
 
     def place(self, points: F64, off: F64) -> F64:
-        """(n, 3) in the thing's frame [m] of points (n, 2) on the grid; off: (n,) in front of the face [m]."""
+        """(n, 3) [m] of points (n, 2) on the grid; off: (n,) in front of the face [m]."""
         along = points[:, :1] / ACROSS * self.across + points[:, 1:] / UPWARDS * self.up
         return self.corner + along + off[:, None] * self.normal
 

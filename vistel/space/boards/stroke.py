@@ -22,6 +22,8 @@ FURTHEST = 127
 """From one point of a stroke to the next along x or y, at most, in units: a step is two bytes. Longer ways get points between."""
 MOST_POINTS = 200
 """Of a stroke. Who writes on begins the next one where it ends."""
+MOST_NAME = 40
+"""Letters of what its writer calls a stroke."""
 WIDTHS = 2, 80
 """Of a stroke, in units: 1 mm to 4 cm."""
 WIDTH = 12

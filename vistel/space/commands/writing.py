@@ -7,7 +7,7 @@ import numpy as np
 from vistel.space import actions as ask
 from vistel.space.actions import Refused, Which
 from vistel.space.boards.board import SHAPE, board, face_of
-from vistel.space.boards.stroke import ACROSS, MOST_POINTS, UPWARDS, WIDTH, WIDTHS, Stroke, touches
+from vistel.space.boards.stroke import ACROSS, MOST_NAME, MOST_POINTS, UPWARDS, WIDTH, WIDTHS, Stroke, touches
 from vistel.space.commands import create
 from vistel.space.commands.context import Answer, Context, changed, performs
 from vistel.space.commands.names import COLOURS
@@ -18,8 +18,6 @@ from vistel.space.ink import FullError, without, written
 
 MOST_BOARDS = 4
 """In the room."""
-MOST_NAME = 40
-"""Letters of what a stroke is called."""
 SPONGE = 80
 """Width of a way that rubs and says none, in units of the grid: 4 cm."""
 MOST_SPONGE = 400

@@ -16,9 +16,9 @@ from vistel.space.actions import Bend, Delete, Draw, PutUpBoard, Redo, Reset, Ru
 from vistel.space.boards.board import face_of
 from vistel.space.boards.stroke import ACROSS, MOST_POINTS, UPWARDS, Stroke, packed, unpacked
 from vistel.space.commands.phrase import read
-from vistel.space.ink import MOST_INK, MOST_STROKES, FullError, written
+from vistel.space.ink import MOST_INK, MOST_STROKES, FullError, reverted, without, written
 from vistel.space.inputs import CommandInput
-from vistel.space.room import meeting_room
+from vistel.space.room import Extra, meeting_room
 from vistel.space.world import World
 from vistel.v1.command_pb2 import Command
 from vistel.v1.world_pb2 import WorldState
@@ -192,6 +192,21 @@ def test_one_participant_has_half_of_the_ink_and_is_told_so() -> None:
         state = written(state, Stroke(0, "board", "ann", "", RED, 12, b""), [(7, 7)])
     with pytest.raises(FullError, match="you have written 1000 strokes"):
         written(state, Stroke(0, "board", "ann", "", RED, 12, b""), [(7, 7)])
+
+
+def test_what_undo_brings_back_is_no_more_ink_than_a_room_may_have() -> None:
+    state, long = (
+        World(meeting_room(3, [Extra("board", "board", "board", 0.04, 0.2, 0.3, 0xFFFFFFFF, 0.0, 1.2)]))._state,
+        [(7, 7)] * MOST_POINTS,
+    )  # pyright: ignore[reportPrivateUsage]
+    for who in ("ann", "ben"):
+        for _ in range(MOST_INK // 2 // MOST_POINTS):
+            state = written(state, Stroke(0, "board", who, "", RED, 12, b""), long)
+    full = state.strokes
+    state = written(without(state, "eve", full), Stroke(0, "board", "ann", "", RED, 12, b""), long)
+    state = reverted(state, (), full, state.history)
+    assert sum(s.count for s in state.strokes) == MOST_INK
+    assert [s.number for s in state.strokes] == [*(s.number for s in full[:-1]), full[-1].number + 1]
 
 
 def test_two_hundred_strokes_a_minute_reach_every_site_without_a_lost_point() -> None:

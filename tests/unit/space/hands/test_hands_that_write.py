@@ -13,14 +13,17 @@ from vistel.space.boards.board import face_of
 from vistel.space.boards.stroke import ACROSS, UPWARDS, Stroke
 from vistel.space.commands.names import COLOURS
 from vistel.space.inputs import CommandInput
-from vistel.space.people import DIGITS, build_of
+from vistel.space.people import DIGITS, PALM, build_of
 from vistel.space.room import Extra, meeting_room
 from vistel.space.snapshot import digest
 from vistel.space.world import World
+from vistel.space.writing_hands import INDEX
 
 AT_M = 1.2
 """Where the board stands, before those who face +Z."""
 BOARD = Extra("board", "board", "board", 0.04, 0.2, 0.3, 0xFFFFFFFF, 0.0, AT_M)
+AWAY = 0.5
+"""From the face to a palm whose fingers do not write either [m]."""
 FREE = 0.05
 """From the face to a finger that does not write [m]."""
 
@@ -31,25 +34,25 @@ def with_board(*people: str) -> Play:
     return play
 
 
-def tip(posture: Posture) -> tuple[np.ndarray, float]:
-    """The end of the right index finger that is furthest ahead, and its radius [m]."""
+def tip(posture: Posture, digit: int = INDEX) -> tuple[np.ndarray, float]:
+    """The end of a part of the right hand that is furthest ahead, and its radius [m]."""
     build = build_of(1.75, 1.0)
     body = pose_body(build.body, pose_joints(build.skeleton, posture))
-    rows = np.flatnonzero(build.digit == DIGITS + 1)
+    rows = np.flatnonzero(build.digit == DIGITS + digit)
     ends = np.concatenate([body.a[rows], body.b[rows]])
     radius = np.concatenate([body.radius_a[rows], body.radius_b[rows]])
     n = int(np.argmax(ends[:, 2] + radius))
     return ends[n], float(radius[n])
 
 
-def fingering(x: float, y: float, off: float) -> Posture:
-    """Somebody whose finger is at a place of the board's grid, `off` from its face [m]."""
+def fingering(x: float, y: float, off: float, digit: int = INDEX) -> Posture:
+    """Somebody whose finger, or palm, is at a place of the board's grid, `off` from its face [m]."""
     board = BOARD.thing()
     face = face_of(board)
     assert face is not None
     wanted = face.place(np.array([[x, y]]), np.array([off]))[0] * (-1.0, 1.0, -1.0) + board.position
     begin = reaching(START, 0.0)
-    end, radius = tip(begin)
+    end, radius = tip(begin, digit)
     return reaching(START + wanted - end - (0.0, 0.0, radius), 0.0)
 
 
@@ -94,6 +97,19 @@ def test_a_finger_that_rests_trembles_or_is_behind_the_board_writes_nothing_more
     play.step({"ann": fingering(ACROSS + 40.0, 1000.0, 0.0)})
     play.step({"ann": fingering(500.0, UPWARDS + 40.0, 0.0)})
     assert len(strokes(play)) == 1
+
+
+def test_the_flat_of_a_hand_rubs_out_what_it_touches() -> None:
+    play = with_board("ann")
+    play.step({}, *(CommandInput(f"d{y}", "ann", Draw((1000, y, 2000, y))) for y in (300, 1500)))
+    for x in (1400.0, 1410.0, 1420.0):
+        play.step({"ann": fingering(x, 1500.0, AWAY, PALM)})
+    assert len(strokes(play)) == 2
+    for x in (1400.0, 1410.0, 1420.0):
+        play.step({"ann": fingering(x, 1500.0, 0.0, PALM)})
+    assert [s.points[0].tolist() for s in strokes(play)] == [[1000, 300]]
+    play.step({}, CommandInput("u", "ann", Undo()))
+    assert len(strokes(play)) == 2
 
 
 def test_a_stroke_by_hand_is_taken_back_and_a_long_one_goes_on_as_another() -> None:
