@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -94,6 +95,11 @@ def face_of(thing: Thing) -> Face | None:
     """Where one writes on a thing; None for what is no board, and for a bent one."""
     if thing.shape != SHAPE or thing.curve is not None or not thing.primitives:
         return None
+    return _front(thing)
+
+
+@lru_cache(32)  # the world asks for those of all boards at each step
+def _front(thing: Thing) -> Face | None:
     first = thing.primitives[0]
     if first.kind != "rounded_polygon" or len(first.params) != _NUMBERS:
         return None
