@@ -24,7 +24,7 @@ demo: setup  ## three simulated sites meet; DEMO="--seconds 0" runs until Ctrl-C
 test: setup  ## checks and tests
 	@./scripts/setup_tests.sh
 	@$(MAKE) --no-print-directory -j2 check warm
-	@$(PY) -m pytest -m "not alone and not docs and not package and not measures" --numprocesses auto --dist loadscope --no-loadscope-reorder --max-worker-restart 0
+	@$(PY) -m pytest -m "not alone and not docs and not package and not measures" --numprocesses auto --dist loadscope --no-loadscope-reorder --max-worker-restart 0 --durations 20 --durations-min 10
 	@$(PY) -m pytest -m "alone and not docs and not package and not measures"
 
 check: setup  ## style, types, import arrows

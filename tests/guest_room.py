@@ -176,8 +176,9 @@ class GuestPage:
         self.newest: dict[str, dict[str, Any]] = {}
 
     @contextlib.asynccontextmanager
-    async def listening(self) -> AsyncIterator[None]:
-        """As an open page: it takes whatever comes. The console lets go of one that does not, after some fifteen seconds."""
+    async def listening(self) -> AsyncIterator[asyncio.Task[None]]:
+        """As an open page: it takes whatever comes, until this task ends, because the console has let go of it: it does this with a
+        page that takes nothing for some fifteen seconds."""
 
         async def listen() -> None:
             async for said in self.socket:
@@ -186,7 +187,7 @@ class GuestPage:
 
         task = asyncio.create_task(listen())
         try:
-            yield
+            yield task
         finally:
             task.cancel()
             await asyncio.gather(task, return_exceptions=True)

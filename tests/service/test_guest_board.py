@@ -10,15 +10,18 @@ from guest_room import GuestRoom
 from waiting import until
 
 from vistel_services import world
+from vistel_services.world.service import warm_up
 
 
 def test_a_guest_puts_up_a_board_writes_and_takes_it_back(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    warm_up()  # the console lets go of a page that cannot listen for fifteen seconds, as while the same process compiles
+
     async def visit() -> None:
         async with GuestRoom(tmp_path).serving(monkeypatch) as room, room.opened(room.invited()) as page:
             bus = room.network.bus("c", "hub", room.clock)
             leading = asyncio.create_task(world.run(world.configure(room.conference, None, room.paths), bus, room.clock))
             await page.enter("carla")
-            async with page.listening():
+            async with page.listening() as listens:
 
                 def faces() -> list[str]:
                     return [t["id"] for t in page.newest.get("table", {}).get("things", []) if t["face"]]
@@ -30,14 +33,14 @@ def test_a_guest_puts_up_a_board_writes_and_takes_it_back(monkeypatch: pytest.Mo
                 def touched() -> set[str]:
                     return {name for pair in page.newest.get("held", {}).get("touching", ()) for name in pair}
 
-                await until(lambda: "guest-1" in touched(), "the guest sits in the world's room", tasks=[leading])
+                await until(lambda: "guest-1" in touched(), "the guest sits in the world's room", tasks=[leading, listens])
                 await page.socket.send_json({"new_board": True})
-                await until(faces, "a board", tasks=[leading])
+                await until(faces, "a board", tasks=[leading, listens])
                 (board,) = faces()
                 await page.socket.send_json({"draw": [100, 100, 200, 200], "board": board, "stroke": "s", "colour": "#c23b32"})
-                await until(lambda: ink()["strokes"] == [("guest-1", board, "#c23b32")], "the stroke", tasks=[leading])
+                await until(lambda: ink()["strokes"] == [("guest-1", board, "#c23b32")], "the stroke", tasks=[leading, listens])
                 await page.socket.send_json({"undo": True})
-                await until(lambda: ink()["gone"], "it is gone", tasks=[leading])
+                await until(lambda: ink()["gone"], "it is gone", tasks=[leading, listens])
             leading.cancel()
             await asyncio.gather(leading, return_exceptions=True)
 
