@@ -21,6 +21,7 @@ from vistel.conference.invitations import withdraw
 from vistel.protocol.pages.camera_body import BODY, Seen, camera_record
 from vistel.protocol.pages.pointer import guest_record, posture_record
 from vistel.session.chat import Chat
+from vistel.session.guest_lines import MOST_LINES
 from vistel.v1.device_pb2 import PointerFrame
 from vistel_services.console import guests, landmarks
 
@@ -319,16 +320,16 @@ def test_a_guest_writes_to_all_in_their_own_name_and_no_more_than_a_person_types
             await page.socket.send_json({"person": "ben"})
             await other.enter("carla")
             async with other.listening():
-                for n in range(guests.MOST_LINES + 5):
+                for n in range(MOST_LINES + 5):
                     await page.socket.send_json({"write": f"<b>line {n}</b>\n\u202e"})
                 await page.socket.send_json({"write": "x" * 301})
                 await page.socket.send_json({"write": {"text": "no text"}})
                 await until(lambda: "chat" in other.newest and "line 19" in json.dumps(other.newest["chat"]), "the lines")
                 lines = other.newest["chat"]["lines"]
         assert {line["who"] for line in lines} == {"guest-1"}
-        assert [line["text"] for line in lines] == [f"<b>line {n}</b>" for n in range(guests.MOST_LINES)]
+        assert [line["text"] for line in lines] == [f"<b>line {n}</b>" for n in range(MOST_LINES)]
         chat.take()
-        assert len(chat.lines) == guests.MOST_LINES
+        assert len(chat.lines) == MOST_LINES
 
     in_room(tmp_path, monkeypatch, play)
 

@@ -103,6 +103,12 @@ def stamp_of(conference: Conference, *, draws: bool) -> Path:
     return default_cache().parent / f"prepared-{_fingerprint(conference, people_of(conference) if draws else [])}"
 
 
+def lock_of_this_copy() -> Path:
+    """The file that is locked while this copy of VISTEL prepares: another copy compiles for itself."""
+    copy = hashlib.sha256(str(Path(vistel.__file__).parent.resolve()).encode()).hexdigest()[:16]
+    return default_cache().parent / f"prepare-{copy}.lock"
+
+
 def people_of(conference: Conference) -> list[tuple[str, str, float]]:
     """Avatar, name and height [m] of everybody."""
     return [(p.avatar, p.name, p.height) for s in conference.sites for p in s.participants]
