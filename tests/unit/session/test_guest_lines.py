@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import random
+from collections.abc import Callable
 
 import pytest
 
@@ -23,8 +24,8 @@ class Link:
     """Gateway, guest's site and a reader; `lost` says of each datagram whether it is."""
 
     def __init__(self) -> None:
-        network, self.clock, self.lost = MemoryNetwork(), SimulatedClock(), lambda: False
-        self.sent = 0
+        network, self.clock, self.sent = MemoryNetwork(), SimulatedClock(), 0
+        self.lost: Callable[[], bool] = lambda: False
         site = network.bus("demo", "guests", self.clock)
         self._chat = site.publish(BY_NAME["chat"], participant="guest-1")
         self.reader = Chat(network.bus("demo", "tokyo", self.clock))
