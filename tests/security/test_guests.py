@@ -34,8 +34,9 @@ def test_who_has_the_link_enters_moves_leaves_and_comes_back_to_the_seat(tmp_pat
         for visit in (1, 2):
             async with room.opened(link) as page:
                 await page.enter("ben")
-                await page.socket.send_bytes(SITS)
-                await room.until(lambda n=visit: len(room.heard) == 2 * n - 1 and "guest-1" in room.moved, "Ann in the room")
+                async with page.listening():  # where her figure must be made first, this takes longer than a page may be deaf
+                    await page.socket.send_bytes(SITS)
+                    await room.until(lambda n=visit: len(room.heard) == 2 * n - 1 and "guest-1" in room.moved, "Ann in the room")
                 here = room.heard[-1]
                 assert (here.participant, here.site, here.display_name) == ("guest-1", "guests", "Ann")
                 assert here.avatar == "builtin:person=ben" and not here.left

@@ -36,7 +36,7 @@ from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.pages import console_line, guests_line, pages_of
 from vistel_cli.run.patience import Patience
-from vistel_cli.run.prepared import prepare
+from vistel_cli.run.prepared import STOPPED_PREPARING, prepare
 from vistel_cli.run.steps import WIDE_ENOUGH, Steps, time_taken, words
 from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.terminal import FAILED, USAGE, err, fail, indented, out, print_error, print_warning
@@ -90,7 +90,7 @@ class ConferenceRun:
         draws = any(site.draws for site in conference.sites)
         if not await prepare(conference, file, self.stop, draws=draws, silent=self.as_json):
             forget(self.out)
-            err.print("stopped while preparing; what is made already is kept")
+            err.print(STOPPED_PREPARING)
             return 0
         self.kept = kept_line(conference) if self.earlier is None else {"room": f"as in {self.earlier}"}
         resume(conference, paths, self.earlier)

@@ -25,6 +25,8 @@ from vistel.wire import background
 from vistel_cli.run.steps import WIDE_ENOUGH, time_taken, words
 from vistel_cli.terminal import err, fail
 
+STOPPED_PREPARING = "stopped while preparing; what is made already is kept"
+"""Said where a start is stopped by then."""
 INTERRUPTED = 130
 """Exit code of a preparation that was stopped."""
 NO_FIGURES = "--no-figures"
