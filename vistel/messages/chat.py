@@ -14,14 +14,15 @@ class ChatError(ValueError):
     """A text that is no line of a chat; its message says why."""
 
 
-def line_message(text: str, t_ns: int) -> ChatLine:
-    """A new line, written at conference time `t_ns` [ns]. Raises ChatError for a text that is empty or too long."""
+def line_message(text: str, t_ns: int, line_id: str = "") -> ChatLine:
+    """A line, written at conference time `t_ns` [ns]; line_id: its id, where it has one already. Raises ChatError for a text
+    that is empty or too long."""
     line = _one_line(text)
     if not line:
         raise ChatError("expected a text, got nothing to read")
     if len(line) > MOST_LETTERS:
         raise ChatError(f"expected at most {MOST_LETTERS} letters, got {len(line)}; write it in several lines")
-    message = ChatLine(id=secrets.token_hex(8), text=line)
+    message = ChatLine(id=line_id or secrets.token_hex(8), text=line)
     message.header.t_ns = t_ns
     return message
 

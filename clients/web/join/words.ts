@@ -4,7 +4,7 @@ import { phrases } from "../console/language";
 const ENGLISH = {
   welcome: "Welcome, {0}",
   choose:
-    "You will sit at the table as one of these people. Choosing one starts the sound. What is sent is what you do here with mouse and keys, your voice once you turn your microphone on, points of your body, without pictures, once you turn your camera on, and where your head and hands are, once you enter with a headset.",
+    "You will sit at the table as one of these people. Choosing one starts the sound. What you do here with mouse and keys is sent. Your voice is sent only while your microphone is on. With your camera on, points of your body are sent, no pictures. With a headset, the places of your head and hands are sent.",
   ready: "{0} is ready at once; others may take some seconds to be seen.",
   hold: "Hold the left button on a thing to take it, on a person to touch them; the wheel brings the hand nearer or farther. Drag elsewhere to look round.",
   soundOn: "Sound is on",
@@ -83,7 +83,7 @@ type Key = keyof typeof ENGLISH;
 const JAPANESE: Record<Key, string> = {
   welcome: "{0}さん、ようこそ",
   choose:
-    "次の人物のひとりとしてテーブルに着きます。選ぶと音が出ます。送られるのは、ここでのマウスとキーの操作、マイクを入れたあとのあなたの声、カメラを入れたあとの体の点（映像ではありません）、ヘッドセットで入ったあとの頭と手の位置だけです。",
+    "次の人物のひとりとしてテーブルに着きます。選ぶと音が出ます。ここでのマウスとキーの操作が送られます。声は、マイクがオンの間だけ送られます。カメラを入れると、体の点が送られます（映像は送られません）。ヘッドセットを使うと、頭と手の位置が送られます。",
   ready: "{0} はすぐに使えます。ほかの人物は見えるまで数秒かかることがあります。",
   hold: "物の上で左ボタンを押し続けると手に取り、人の上では触れます。ホイールで手を近づけたり遠ざけたりします。ほかの場所をドラッグすると見回せます。",
   soundOn: "音：オン",

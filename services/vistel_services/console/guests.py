@@ -7,7 +7,7 @@ import asyncio
 import json
 import logging
 import socket
-from collections import defaultdict, deque
+from collections import defaultdict
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing, suppress
 
@@ -21,10 +21,10 @@ from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.seats import seat_place
 from vistel.figure.body_model.builtin_people import PEOPLE
-from vistel.messages.chat import ChatError, line_message
 from vistel.protocol.pages.moved import moved, role_of
-from vistel.protocol.pages.pointer import ASKED, LINE, PICTURE, guest_record, left_record, line_record
+from vistel.protocol.pages.pointer import ASKED, LINE, PICTURE, guest_record, left_record
 from vistel.protocol.pages.words import words_of
+from vistel.session.guest_lines import GuestLines
 from vistel.session.guest_pages import GuestPages, NotTakenError
 from vistel.space.pages.sheet import MOST_BYTES, PageError
 from vistel.wire import background
@@ -42,9 +42,6 @@ _REFUSED = Counter("vistel_console_guest_refused_total", "Messages and links of 
 
 _MOST_SAID_BYTES = 3000
 """Of one message of a page: a line of 300 letters, each written as six."""
-MOST_LINES = 20
-"""Lines of the chat that a guest may write within `_LINES_NS`."""
-_LINES_NS = 30_000_000_000
 _PATIENCE_S = 10.0
 """A page shows its link within this time [s]."""
 _GUESS_S = 1.0
@@ -185,9 +182,9 @@ class Guests:
         words |= {"people": sorted(PEOPLE), "seat": [*place[0].tolist(), place[1]]}
         viewer.put("invited", json.dumps(words))
         log.info("event=guest_came participant=%s", guest.participant)
-        pages = self._pages_of(guest)
-        visit = self._visits[guest.participant] = _Visit(self, connection, guest, viewer, pages)
-        with self._view(connection, viewer), closing(pages):
+        pages, lines = self._pages_of(guest), self._lines_of(guest)
+        visit = self._visits[guest.participant] = _Visit(self, connection, guest, viewer, pages, lines)
+        with self._view(connection, viewer), closing(pages), closing(lines):
             present = background.start(visit.stay(self._clock), "guest")
             try:
                 await visit.listen()
@@ -199,6 +196,9 @@ class Guests:
     def _pages_of(self, guest: Invitation) -> GuestPages:
         who = guest.participant
         return GuestPages(who, self._bus, self._clock, lambda record: self.pass_on(guest, record), self._panels[who])
+
+    def _lines_of(self, guest: Invitation) -> GuestLines:
+        return GuestLines(guest.participant, self._bus, self._clock, lambda record: self.pass_on(guest, record))
 
     def still(self, guest: Invitation) -> bool:
         """Whether the invitation still counts: it has not ended, and no newer one took its place."""
@@ -225,12 +225,18 @@ class _Visit:
     """One guest at one page."""
 
     def __init__(
-        self, gateway: Guests, connection: web.WebSocketResponse, guest: Invitation, viewer: Viewer, pages: GuestPages
+        self,
+        gateway: Guests,
+        connection: web.WebSocketResponse,
+        guest: Invitation,
+        viewer: Viewer,
+        pages: GuestPages,
+        lines: GuestLines,
     ) -> None:
-        self._gateway, self._connection, self._guest, self._viewer, self.pages = gateway, connection, guest, viewer, pages
+        self._gateway, self._connection, self._guest, self._viewer = gateway, connection, guest, viewer
+        self.pages, self._lines = pages, lines
         self._voice = VoiceGate()
         self._avatar = ""
-        self._written_ns = deque[int](maxlen=MOST_LINES)
         self._second_ns, self._in_second, self._faulty = 0, 0, 0
         self._passed_ns = dict.fromkeys(_NAMES, 0)
         self.passed_on = 0
@@ -263,6 +269,7 @@ class _Visit:
         while self._gateway.still(self._guest):
             if self._avatar:
                 self._gateway.pass_on(self._guest, guest_record(self._guest.name, self._avatar))
+            self._lines.again()
             for number, words in enumerate(self.pages.answers()):
                 self._viewer.put(f"shown {number}", words)
             await sleep(clock, _PRESENT_S)
@@ -281,7 +288,8 @@ class _Visit:
         elif isinstance(said.get("hear"), bool):
             self._viewer.hears = bool(said["hear"] and self._avatar)
         elif isinstance(said.get("write"), str):
-            self._write(str(said["write"]), now_ns)
+            if not (self.entered and self._lines.write(str(said["write"]))):
+                self._refuse()
         elif self._avatar and self.pages.ask(said):
             return
         else:
@@ -315,17 +323,6 @@ class _Visit:
         elif self.entered and self._voice.admits(voice[0], len(voice[1]), now_ns):
             _SPOKEN.inc()
             self._gateway.pass_on(self._guest, record)
-
-    def _write(self, text: str, now_ns: int) -> None:
-        """A line for all. With more than a person types, it is none of our pages."""
-        try:
-            line = line_message(text, now_ns).text
-        except ChatError:
-            return self._refuse()
-        if not self._avatar or (len(self._written_ns) == MOST_LINES and now_ns - self._written_ns[0] < _LINES_NS):
-            return self._refuse()
-        self._written_ns.append(now_ns)
-        self._gateway.pass_on(self._guest, line_record(line))
 
     def _refuse(self) -> None:
         self._faulty += 1

@@ -93,7 +93,7 @@ class _Page:
         """What the gateway has passed on."""
         if (line := line_of(data)) is not None:
             with contextlib.suppress(ChatError):
-                self._chat.put(line_message(line, now_ns))
+                self._chat.put(line_message(line[1], now_ns, line[0]))
             return
         if (picture := picture_of(data)) is not None:
             digest, number, part = picture

@@ -106,22 +106,25 @@ class Supervisor:
 
     async def _spawn(self, child: Child, *, afresh: bool = False) -> None:
         """afresh: from nothing, even if it could be forked."""
-        spec, log_file = child.spec, self.log_file(child.spec.name)
-        server = self.fork_servers.get(spec.server)
+        starting = asyncio.create_task(self._started(child.spec, afresh=afresh))
+        try:
+            await asyncio.shield(starting)
+        finally:  # where everything stops meanwhile, it is asked to end as the others are
+            child.process = await starting
+
+    async def _started(self, spec: ProcessSpec, *, afresh: bool) -> Process:
+        log_file, server = self.log_file(spec.name), self.fork_servers.get(spec.server)
         if server is not None and spec.module is not None and not afresh:
-            forking = server.fork(spec.module, log_file, spec.arguments, f"vistel: {spec.name}")
-            try:
-                await asyncio.shield(forking)
-            finally:  # where everything stops meanwhile, it is asked to end as the others are
-                child.process = await forking or child.process
-            if forked := forking.result():
+            forked = await server.fork(spec.module, log_file, spec.arguments, f"vistel: {spec.name}")
+            if forked is not None:
                 log.info("forked process=%s pid=%d", spec.name, forked.pid)
-                return
+                return forked
         with log_file.open("ab") as out:
-            child.process = await asyncio.create_subprocess_exec(
+            process = await asyncio.create_subprocess_exec(
                 *spec.argv, stdin=asyncio.subprocess.DEVNULL, stdout=out, stderr=out, env=spec.env, process_group=0
             )
-        log.info("started process=%s pid=%d", spec.name, child.process.pid)
+        log.info("started process=%s pid=%d", spec.name, process.pid)
+        return process
 
     async def _spawned(self, child: Child, *, afresh: bool) -> bool:
         """Whether it could be started: the system may be short of processes, memory or files for a while."""

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import psutil
 import pytest
@@ -41,6 +42,34 @@ def test_a_killed_process_comes_back_and_the_others_go_on(tmp_path: Path) -> Non
         assert two.pid == other
         assert two.restarts == 0
         await supervisor.stop()
+
+    asyncio.run(scene())
+
+
+def test_a_process_that_is_just_being_started_when_everything_stops_is_asked_to_end_as_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begin = asyncio.create_subprocess_exec
+
+    async def scene() -> None:
+        begun, go_on = asyncio.Event(), asyncio.Event()
+
+        async def slowly(*argv: str, **more: Any) -> asyncio.subprocess.Process:
+            process = await begin(*argv, **more)
+            begun.set()
+            await go_on.wait()
+            return process
+
+        monkeypatch.setattr(asyncio, "create_subprocess_exec", slowly)
+        supervisor = Supervisor([_python("a/one", WAIT)], tmp_path)
+        starting = asyncio.create_task(supervisor.start())
+        await begun.wait()
+        await until(lambda: supervisor.log_file("a/one").read_text() == "up\n")
+        starting.cancel()
+        go_on.set()
+        await asyncio.gather(starting, return_exceptions=True)
+        assert await supervisor.stop() == {"a/one": 0}
+        assert supervisor.log_file("a/one").read_text() == "up\ntold\n"
 
     asyncio.run(scene())
 

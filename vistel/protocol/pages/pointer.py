@@ -23,6 +23,8 @@ LEFT = 3
 """The kind of the gateway's record that they left."""
 LINE = 6
 """The kind of the gateway's record of a line that the guest wrote to all."""
+LINE_ID_BYTES = 8
+"""Of the id of a line."""
 MOST_LINE_BYTES = 1200
 """Of a line: 300 letters of any script."""
 PICTURE = 7
@@ -103,16 +105,18 @@ def left_record() -> bytes:
     return _HEAD + bytes((LEFT,))
 
 
-def line_record(text: str) -> bytes:
-    """What the gateway sends of a line that a guest wrote."""
-    return _HEAD + bytes((LINE,)) + text.encode()
+def line_record(line_id: str, text: str) -> bytes:
+    """What the gateway sends of a line that a guest wrote. line_id: of `LINE_ID_BYTES`, in hexadecimal digits; what is sent again
+    has the same."""
+    return _HEAD + bytes((LINE,)) + bytes.fromhex(line_id) + text.encode()
 
 
-def line_of(data: bytes) -> str | None:
-    """The text of a `line_record`; None where it is none."""
-    if data[:3] != _HEAD + bytes((LINE,)) or len(data) > 3 + MOST_LINE_BYTES:
+def line_of(data: bytes) -> tuple[str, str] | None:
+    """The id and the text of a `line_record`; None where it is none."""
+    begin = 3 + LINE_ID_BYTES
+    if data[:3] != _HEAD + bytes((LINE,)) or not begin < len(data) <= begin + MOST_LINE_BYTES:
         return None
-    return data[3:].decode(errors="replace")
+    return data[3:begin].hex(), data[begin:].decode(errors="replace")
 
 
 def picture_record(digest: str, name: str, part: AvatarPart) -> bytes:

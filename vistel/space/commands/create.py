@@ -1,7 +1,9 @@
 """New things that can be asked for."""
 
 import math
+import re
 from collections.abc import Iterable
+from itertools import count
 
 import numpy as np
 
@@ -14,6 +16,8 @@ SIZES = 0.005, 0.3
 """Half of the largest extent of a new thing [m]."""
 DENSITY = 400.0
 """Of new things [kg/m^3]."""
+MOST_ID = 40
+"""Letters of an id that is made of a title, before its number."""
 
 
 def created(shape: str, size: float, colour: int | None, taken: Iterable[str]) -> Thing:
@@ -35,6 +39,16 @@ def unused(base: str, taken: Iterable[str]) -> str:
     """The first of base-2, base-3, ... that is not taken."""
     known = set(taken)
     return next(f"{base}-{k}" for k in range(2, len(known) + 3) if f"{base}-{k}" not in known)
+
+
+def called(title: str, shape: str, ids: Iterable[str], names: Iterable[str]) -> tuple[str, str]:
+    """Id and name of a thing that somebody gives a title, or none: the id has its Latin letters and digits, as in q3-results, or
+    its shape. Where one is taken, among `ids` and `names`, it gets the first number that is not."""
+    base = "-".join(re.findall("[a-z0-9]+", title.lower()))[:MOST_ID].rstrip("-") or shape
+    own, others = title or shape, {name.lower() for name in names}
+    k = next(k for k in count(1) if (own if k == 1 else f"{own} {k}").lower() not in others)
+    known = set(ids)
+    return base if base not in known else unused(base, known), own if k == 1 else f"{own} {k}"
 
 
 def _made(shape: str, s: float) -> tuple[ThingPrimitive, float, tuple[GraspAxis, ...]]:

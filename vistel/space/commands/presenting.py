@@ -23,10 +23,9 @@ MOST_TITLE = 60
 def present(context: Context, action: ask.Present) -> Answer:
     """Put up a panel where people see it best, turned to them."""
     _check(context, action)
-    title = name_from(action.title)
-    pages = Pages(action.pages, 0, context.who)
-    number = create.unused(SHAPE, context.ids())
-    new = panel(number, title or number.replace("-", " "), action.aspect, pages)
+    names = (t.name for t in context.state.things)
+    number, name = create.called(name_from(action.title), SHAPE, context.ids(), names)
+    new = panel(number, name, action.aspect, Pages(action.pages, 0, context.who))
     spot, rotation = panel_place(context, new)
     new = replace(new, position=spot, rotation=rotation)
     return changed(context, (), [PlacedThing(new, spot, rotation)]), (new.id,)

@@ -29,8 +29,8 @@ def put_up(context: Context, action: ask.PutUpBoard) -> Answer:
     """Put up a board where people see it best, turned to them."""
     if sum(t.shape == SHAPE for t in context.state.things) >= MOST_BOARDS:
         raise Refused(f"the room has {MOST_BOARDS} boards; take one away first")
-    number = create.unused(SHAPE, context.ids())
-    new = board(number, name_from(action.title) or number.replace("-", " "))
+    names = (t.name for t in context.state.things)
+    new = board(*create.called(name_from(action.title), SHAPE, context.ids(), names))
     spot, rotation = panel_place(context, new)
     new = replace(new, position=spot, rotation=rotation)
     return changed(context, (), [PlacedThing(new, spot, rotation)]), (new.id,)

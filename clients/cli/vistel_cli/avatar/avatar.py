@@ -64,9 +64,11 @@ def generate(
     began = time.perf_counter()
     try:
         with busy("making the person", not as_json):
+            from vistel.figure.avatar.avatar import scaled
             from vistel.figure.people.builtin import builtin_avatar  # what makes people takes long to load
 
-            avatar = builtin_avatar(f"builtin:{look}", name=name, height=height)
+            # The body model measures who stands at ease, some millimetres shorter than with straight limbs.
+            avatar = scaled(builtin_avatar(f"builtin:{look}", name=name, height=height), height)
     except ValueError as fault:
         fail(str(fault), USAGE)
     save(avatar, output, not as_json)

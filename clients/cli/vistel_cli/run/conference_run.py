@@ -35,7 +35,8 @@ from vistel_cli.run.live_table import Events, LiveTable
 from vistel_cli.run.logged_errors import LoggedErrors, last_line
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.pages import console_line, guests_line, pages_of
-from vistel_cli.run.prepared import prepare
+from vistel_cli.run.patience import Patience
+from vistel_cli.run.prepared import STOPPED_PREPARING, prepare
 from vistel_cli.run.steps import WIDE_ENOUGH, Steps, time_taken, words
 from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.terminal import FAILED, USAGE, err, fail, indented, out, print_error, print_warning
@@ -48,8 +49,8 @@ if TYPE_CHECKING:
     from vistel_cli.faults.links import Links
 
 START_LIMIT_S = 120.0
-"""Nothing more has come for so long since the processes began: a run of some length has failed, one until Ctrl-C goes on without
-the rest [s]."""
+"""Nothing more has come for so long since the processes began, on a machine that has time for them: a run of some length has
+failed, one until Ctrl-C goes on without the rest [s]."""
 DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 
 
@@ -89,7 +90,7 @@ class ConferenceRun:
         draws = any(site.draws for site in conference.sites)
         if not await prepare(conference, file, self.stop, draws=draws, silent=self.as_json):
             forget(self.out)
-            err.print("stopped while preparing; what is made already is kept")
+            err.print(STOPPED_PREPARING)
             return 0
         self.kept = kept_line(conference) if self.earlier is None else {"room": f"as in {self.earlier}"}
         resume(conference, paths, self.earlier)
@@ -181,7 +182,7 @@ class ConferenceRun:
         with _progress(self.as_json) as bar:
             pages = [d.name for d in devices_of(self.conference) if d.found_by_file]
             everything, starting_up = len(observer.missing()), {*simulated_names(self.conference), *pages}
-            fewest, since = everything, started
+            fewest, patience = everything, Patience(lambda: _pids(supervisor))
             task = bar.add_task("loading", total=everything)
             self.steps.begin("loading")
             while not self.stop.is_set():
@@ -191,20 +192,24 @@ class ConferenceRun:
                 missing = observer.missing()
                 shown = "loading" if not starting.done() else f"waiting for {_some(missing)}" if missing else "ready"
                 shown += f"; {everything - len(missing)} of {everything} are there"
+                shown += f"; {patience.busy}" if patience.busy else ""
                 bar.update(task, completed=everything - len(missing), description=shown)
+                patience.look(starting=observer.unheard())
                 if starting.done():
                     await starting
                 else:
-                    since = time.monotonic()
+                    patience.progress()
                 if not missing:
                     self._ready(started)
                     return True
                 self.steps.show(shown)
                 if len(missing) < fewest:
-                    fewest, since = len(missing), time.monotonic()
-                if time.monotonic() - since > START_LIMIT_S:
+                    fewest = len(missing)
+                    patience.progress()
+                if patience.counted_s > START_LIMIT_S:
                     bar.stop()  # what follows stands on a line of its own
-                    what = f"for {START_LIMIT_S:.0f} s nothing more has come; missing: {', '.join(missing)}"
+                    what = f"for {patience.waited_s:.0f} s nothing more has come; missing: {', '.join(missing)}"
+                    what += f"; {patience.busy}; end what else runs" if patience.busy else ""
                     if not self.seconds:
                         print_warning(f"{what}; going on without; see {self.out / 'logs'}")
                         return True
@@ -325,6 +330,11 @@ def _show_report(report: dict[str, Any], folder: Path) -> None:
         if size:
             out.print(f"  {folder / name}  {size / 1e6:.1f} MB", soft_wrap=True)
     out.print(f"  {folder / 'report.json'}", soft_wrap=True)
+
+
+def _pids(supervisor: Supervisor) -> list[int]:
+    running = [*supervisor.children.values(), *supervisor.fork_servers.values()]
+    return [one.pid for one in running if one.pid is not None]
 
 
 def _some(missing: list[str]) -> str:

@@ -79,9 +79,10 @@ def _made(given: Path | None, name: str, *, latest: bool) -> Path:
 def forget(folder: Path) -> None:
     """Remove the folder of a run that has ended before its first process began, unless something else is in it."""
     with suppress(OSError):
-        (folder / "logs" / "supervisor.log").unlink()
-        (folder / "logs").rmdir()
-        folder.rmdir()
+        (folder / "logs" / "supervisor.log").unlink(missing_ok=True)
+    for empty in (folder / "logs", folder):
+        with suppress(OSError):
+            empty.rmdir()
 
 
 def runs_in(folder: Path) -> list[Path]:

@@ -16,11 +16,12 @@ from vistel.wire import background
 from vistel_cli.renewing import keep_certificate
 from vistel_cli.run.conference_run import at_the_end, ended
 from vistel_cli.run.earlier_room import resume
+from vistel_cli.run.folders import forget, lead_to
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.pages import pages_of
-from vistel_cli.run.prepared import prepare
+from vistel_cli.run.prepared import STOPPED_PREPARING, prepare
 from vistel_cli.run.stopping import ENDING, Stopping
-from vistel_cli.terminal import FAILED, out, print_error, print_warning
+from vistel_cli.terminal import FAILED, err, out, print_error, print_warning
 from vistel_cli.waiting import waiting
 from vistel_services.process import logs
 from vistel_services.process.monitoring import monitored
@@ -64,7 +65,10 @@ async def _run(
         services = {service for plan in plans for service in plan.services}
         computing = not services.isdisjoint(COMPUTING)
         if computing and not await prepare(conference, file, stop, draws="renderer" in services):
+            forget(output)
+            err.print(STOPPED_PREPARING)
             return 0
+        lead_to(output)
         resume(conference, paths, earlier)
         specs = [host_spec(p, file, hub, paths) for p in plans]
         if simulate:
@@ -77,7 +81,7 @@ async def _run(
         supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
         with monitored(conference.monitoring.listen, paths.out / "metrics", [p.node for p in plans]):
             try:
-                with out.status("loading"):
+                with waiting("loading"):
                     await start(supervisor, stop)
                 background.start(keep_certificate(conference, plans[0].site, hub), "certificate")
                 out.print(

@@ -101,6 +101,11 @@ class Observer:
             out.append("the world")
         return out
 
+    def unheard(self) -> bool:
+        """Whether a part has said nothing at all yet: its process may still be loading."""
+        drawing = {site.name for site in self._conference.sites if site.draws}
+        return self._world.last_step == 0 or bool({*self.expected_devices} - {*self.devices}) or bool(drawing - {*self.images})
+
     def report(self) -> dict[str, Any]:
         """The figures of the run, as JSON-ready data; rates in Hz, delays in seconds, medians of the newest `MOST_KEPT` values."""
         sites: dict[str, Any] = {}

@@ -30,7 +30,7 @@ from vistel.capture import body as capture
 from vistel.conference.files import load
 from vistel.conference.model import Conference
 from vistel.conference.room_things import extras_of
-from vistel.figure.avatar.cache_folder import default_cache, file_lock
+from vistel.figure.avatar.cache_folder import file_lock
 from vistel.figure.figure import Figure
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.figure.posture.posture import Posture, standing
@@ -44,7 +44,7 @@ from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.wire import motion as motion_codec
 from vistel_cli.run.compile_in_turn import compile_in_turn
-from vistel_cli.run.prepared import INTERRUPTED, NO_FIGURES, is_prepared, people_of, stamp_of
+from vistel_cli.run.prepared import INTERRUPTED, NO_FIGURES, is_prepared, lock_of_this_copy, people_of, stamp_of
 from vistel_services.world.service import warm_up
 from vistel_sim import rotations
 from vistel_sim.motion import open_motion
@@ -181,8 +181,8 @@ def main() -> None:
     conference, draws = _by_the_meeting(load(Path(sys.argv[1]))), NO_FIGURES not in sys.argv
     try:
         # Sites that start together on one machine prepare one after the other: the second finds all done.
-        print("begun waiting for another start, which prepares", flush=True)
-        with file_lock(default_cache().parent / "prepare.lock"):
+        print("begun waiting for another `vistel`, which prepares the same", flush=True)
+        with file_lock(lock_of_this_copy()):
             print("begun loading", flush=True)
             if is_prepared(conference, draws=draws):
                 return

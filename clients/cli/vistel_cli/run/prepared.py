@@ -25,6 +25,8 @@ from vistel.wire import background
 from vistel_cli.run.steps import WIDE_ENOUGH, time_taken, words
 from vistel_cli.terminal import err, fail
 
+STOPPED_PREPARING = "stopped while preparing; what is made already is kept"
+"""Said where a start is stopped by then."""
 INTERRUPTED = 130
 """Exit code of a preparation that was stopped."""
 NO_FIGURES = "--no-figures"
@@ -101,6 +103,12 @@ def is_prepared(conference: Conference, *, draws: bool) -> bool:
 def stamp_of(conference: Conference, *, draws: bool) -> Path:
     """A file that is there when all has been made, draws: figures too."""
     return default_cache().parent / f"prepared-{_fingerprint(conference, people_of(conference) if draws else [])}"
+
+
+def lock_of_this_copy() -> Path:
+    """The file that is locked while this copy of VISTEL prepares: another copy compiles for itself."""
+    copy = hashlib.sha256(str(Path(vistel.__file__).parent.resolve()).encode()).hexdigest()[:16]
+    return default_cache().parent / f"prepare-{copy}.lock"
 
 
 def people_of(conference: Conference) -> list[tuple[str, str, float]]:

@@ -20,6 +20,7 @@ from vistel_cli.run.hub import run_processes
 from vistel_cli.site.link import check_link
 from vistel_cli.site.router import run_clock, run_router
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, print_error
+from vistel_cli.waiting import waiting
 from vistel_services.process.plan import HUB, hub_processes, site_processes
 
 LATER = {
@@ -56,9 +57,6 @@ def join(
 
       vistel site join conference.toml tokyo --hub tls/192.0.2.7:7447
     """
-    from vistel_cli.run.checks import faults_of
-    from vistel_cli.run.room_elsewhere import with_room
-
     if invite is not None:
         from vistel_cli.site.invite import accept
 
@@ -67,14 +65,19 @@ def join(
         file, site = accept(invite, force=force)
     if file is None:
         fail("expected a conference file and the name of this site, or --invite - and the line of an invitation", USAGE)
-    conference = _meant(load_conference(file, room_elsewhere=True), insecure)
-    if site is None:
-        fail(f"expected the name of this site after the file: {', '.join(s.name for s in conference.sites)}", USAGE)
-    try:
-        plans = site_processes(conference, site)
-    except ValueError as e:
-        fail(str(e), USAGE)
-    if faults := faults_of(conference, file, site):
+    with waiting("checking the conference"):
+        from vistel_cli.run.checks import faults_of  # loads slowly
+        from vistel_cli.run.room_elsewhere import with_room
+
+        conference = _meant(load_conference(file, room_elsewhere=True), insecure)
+        if site is None:
+            fail(f"expected the name of this site after the file: {', '.join(s.name for s in conference.sites)}", USAGE)
+        try:
+            plans = site_processes(conference, site)
+        except ValueError as e:
+            fail(str(e), USAGE)
+        faults = faults_of(conference, file, site)
+    if faults:
         for fault in faults:
             print_error(fault)
         raise typer.Exit(FAILED)
@@ -82,7 +85,7 @@ def join(
     check_link(conference, site, endpoint)
     conference = with_room(conference, site, endpoint)
     simulate = site if simulated_names(conference, site) else None
-    code = run_processes(conference, plans, endpoint, run_folder(output, site), seconds, simulate)
+    code = run_processes(conference, plans, endpoint, run_folder(output, site, latest=False), seconds, simulate)
     raise typer.Exit(code)
 
 
@@ -108,7 +111,7 @@ def world(
     plans = [p for p in hub_processes(conference) if recorder or "recorder" not in p.services]
     endpoint = endpoint_of(conference, hub)
     check_link(conference, HUB, endpoint)
-    folder = run_folder(output, f"{conference.name}-world")
+    folder = run_folder(output, f"{conference.name}-world", latest=False)
     code = run_processes(conference, plans, endpoint, folder, seconds, earlier=begin)
     raise typer.Exit(code)
 

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+import vistel
 from vistel.conference.files import DEMO_FILE, load
-from vistel_cli.run.prepared import NO_FIGURES, prepare, stamp_of
+from vistel_cli.run.prepared import NO_FIGURES, lock_of_this_copy, prepare, stamp_of
 
 
 def test_looking_loads_neither_compiler_nor_renderer() -> None:
@@ -32,6 +33,14 @@ def test_what_is_prepared_is_not_made_again(monkeypatch: pytest.MonkeyPatch, tmp
     monkeypatch.setattr(asyncio, "create_subprocess_exec", None)  # would be called to make it
     for draws in (True, False):
         assert asyncio.run(prepare(conference, DEMO_FILE, asyncio.Event(), draws=draws))
+
+
+def test_another_copy_prepares_at_the_same_time_and_the_same_copy_waits(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    mine = lock_of_this_copy()
+    assert mine == lock_of_this_copy()
+    monkeypatch.setattr(vistel, "__file__", str(tmp_path / "clone" / "vistel" / "__init__.py"))
+    assert lock_of_this_copy().parent == mine.parent and lock_of_this_copy() != mine
 
 
 def test_other_people_need_another_preparation() -> None:

@@ -12,7 +12,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from vistel_cli.run.folders import in_use, run_folder, runs_in
+from vistel_cli.run.folders import forget, in_use, lead_to, run_folder, runs_in
 from vistel_cli.run.runs import app
 
 RUNS = """import sys
@@ -66,3 +66,21 @@ def test_a_file_is_not_taken_for_a_folder(own_folder: Path, capsys: pytest.Captu
 
 def test_a_folder_that_is_gone_is_not_in_use(own_folder: Path) -> None:
     assert not in_use(own_folder / "gone")
+
+
+@pytest.mark.parametrize("logs", [False, True])
+def test_a_run_that_ended_before_it_began_leaves_nothing_and_latest_leads_where_it_led(own_folder: Path, logs: bool) -> None:
+    lead_to(earlier := run_folder(None, "lab", latest=False))
+    stopped = run_folder(None, "tokyo", latest=False)
+    if logs:
+        (stopped / "logs").mkdir()
+        (stopped / "logs" / "supervisor.log").touch()
+    forget(stopped)
+    assert not stopped.exists() and (Path("out") / "latest").resolve() == earlier.resolve()
+
+
+def test_what_somebody_else_put_into_the_folder_of_a_run_stays(own_folder: Path) -> None:
+    stopped = run_folder(None, "tokyo", latest=False)
+    (stopped / "notes.txt").touch()
+    forget(stopped)
+    assert (stopped / "notes.txt").exists()

@@ -14,6 +14,7 @@ from vistel.messages.commands_read import action_of
 from vistel.messages.world.encode import thing_message
 from vistel.render.stage.world_view import thing_of
 from vistel.space.actions import THIS, Delete, MoveBy, Present, PutAway, Scale, Towards, TurnPage, Undo, Which
+from vistel.space.commands.create import MOST_ID
 from vistel.space.commands.panel import MOST_PAGES
 from vistel.space.commands.phrase import read
 from vistel.space.commands.presenting import MOST_OF_ONE
@@ -45,6 +46,26 @@ def test_a_panel_stands_by_itself_apart_from_seats_turned_to_the_table() -> None
     assert float(turned[:, 2] @ np.array([-x, 0.0, -z])) / away > 0.99, "its front faces the middle"
     assert turned[1, 1] > 0.9999, "it does not lean"
     assert y == pytest.approx(0.3, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("title", "names"),
+    [("slides", ("slides", "slides-2", "slides-3")), ("Q3 results", ("q3-results", "q3-results-2")), ("", ("panel", "panel-2"))],
+)
+def test_a_panel_is_called_after_its_title_and_found_by_that(title: str, names: tuple[str, ...]) -> None:
+    talk = Talk()
+    assert tuple(put_up(talk, Present(PAGES, 1.5, title)) for _ in names) == names
+    for name in names:
+        assert done(talk.say(TurnPage(Which(name=name.replace("-", " ")), by=1.0))) == (name,)
+
+
+def test_a_title_without_latin_letters_is_a_name_and_a_long_one_makes_a_short_id() -> None:
+    talk = Talk()
+    assert put_up(talk, Present(PAGES, 1.5, "ball")) == "ball-2", "the room has a ball"
+    done(talk.say(PutAway(Which("ball-2"))))
+    assert [put_up(talk, Present(PAGES, 1.5, title)) for title in ("結果", "概要", "x" * 60)] == ["panel", "panel-2", "x" * MOST_ID]
+    assert done(talk.say(TurnPage(Which(name="概要"), by=1.0))) == ("panel-2",)
+    assert [talk.thing(panel).name for panel in ("panel", "panel-2")] == ["結果", "概要"]
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])

@@ -110,7 +110,7 @@ def test_a_board_that_goes_takes_its_strokes_along_and_brings_them_back() -> Non
     done(talk.say(Draw(LINE, Which(board), stroke="s")))
     done(talk.say(Delete(Which(board)), "ben"))
     assert strokes(talk) == ()
-    assert refused(talk.say(Draw((181, 301), Which(board), stroke="s"))) == "there is no thing 'board-2' in the room"
+    assert refused(talk.say(Draw((181, 301), Which(board), stroke="s"))) == "there is no thing 'board' in the room"
     assert refused(talk.say(Draw((181, 301)))) == "there is no board in the room; put one up first"
     done(talk.say(Undo(), "ben"))
     assert inks(talk) == [[[100, 200], [150, 260], [180, 300]]]
@@ -153,7 +153,7 @@ def test_a_stroke_that_goes_on_for_ever_and_a_bent_board_are_refused() -> None:
     assert "begin another one" in refused(talk.say(Draw((6, 6), stroke="s")))
     done(talk.say(Scale(Which(board), 0.4)))
     done(talk.say(Bend(Which(board), 0.5)))
-    assert refused(talk.say(Draw((5, 5)))) == "the board 2 is bent; make it straight to write on it"
+    assert refused(talk.say(Draw((5, 5)))) == "the board is bent; make it straight to write on it"
 
 
 def test_a_board_made_smaller_keeps_what_is_written() -> None:

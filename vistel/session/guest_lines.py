@@ -1,0 +1,75 @@
+"""What a guest writes to all: checked, and passed on to the guest's site again until it has come back on the bus, as everybody
+reads it."""
+
+from __future__ import annotations
+
+import logging
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from vistel.messages.chat import ChatError, line_message
+from vistel.protocol.pages.pointer import line_record
+from vistel.session.asking import AGAIN_NS, ANSWER_NS
+from vistel.wire.bus import Bus
+from vistel.wire.clock import Clock
+from vistel.wire.topics import BY_NAME
+
+_log = logging.getLogger("vistel.session")
+
+MOST_LINES = 20
+"""Lines that a guest may write within `LINES_NS`."""
+LINES_NS = 30_000_000_000
+
+
+@dataclass
+class _Waiting:
+    """A line that has not come back. record: as the guest's site gets it; again_ns: when it is passed on again; until_ns: and until
+    when."""
+
+    record: bytes
+    again_ns: int
+    until_ns: int
+
+
+class GuestLines:
+    """Of one guest while their page is open. Lives on the event loop."""
+
+    def __init__(self, participant: str, bus: Bus, clock: Clock, pass_on: Callable[[bytes], None]) -> None:
+        """pass_on: sends a record to the guest's site, where it may be lost."""
+        self._participant, self._clock, self._pass_on = participant, clock, pass_on
+        self._chat = bus.subscribe(BY_NAME["chat"], polled=True, participant=participant)
+        self._waiting: dict[str, _Waiting] = {}
+        self._written_ns = deque[int](maxlen=MOST_LINES)
+
+    def close(self) -> None:
+        """Receive no more."""
+        self._chat.close()
+
+    def write(self, text: str) -> bool:
+        """A line for all. False for what is no line, and for more than a person types."""
+        now_ns = self._clock.now_ns()
+        if len(self._written_ns) == MOST_LINES and now_ns - self._written_ns[0] < LINES_NS:
+            return False
+        try:
+            line = line_message(text, now_ns)
+        except ChatError:
+            return False
+        self._written_ns.append(now_ns)
+        record = line_record(line.id, line.text)
+        self._waiting[line.id] = _Waiting(record, now_ns + AGAIN_NS, now_ns + ANSWER_NS)
+        self._pass_on(record)
+        return True
+
+    def again(self) -> None:
+        """Pass on again what was lost. To be called often. All who read lines drop one that they have by its id."""
+        for sample in self._chat.take():
+            self._waiting.pop(sample.message.id, None)
+        now_ns = self._clock.now_ns()
+        for number, line in list(self._waiting.items()):
+            if now_ns >= line.until_ns:
+                del self._waiting[number]
+                _log.error("event=guest_line_lost participant=%s after_s=%.0f", self._participant, ANSWER_NS * 1e-9)
+            elif now_ns >= line.again_ns:
+                line.again_ns = now_ns + AGAIN_NS
+                self._pass_on(line.record)
