@@ -24,7 +24,7 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
             <Figure value={s.draws ? s.pictures_per_s : undefined} bad={(v) => v < FEW_PICTURES || (s.silent_s ?? 0) > SILENT_S} digits={1} />
             <Spark of={history.of(`${s.name} pictures`)} />
             <Figure value={s.delay_ms} bad={(v) => v > LATE_MS} unit="ms" />
-            <td class={s.sending < s.devices ? "bad" : ""}>{panelText("ofAll", s.sending, s.devices)}</td>
+            <td class={`number ${s.sending < s.devices ? "bad" : ""}`}>{panelText("ofAll", s.sending, s.devices)}</td>
           </tr>
         ))}
       </Rows>
