@@ -19,7 +19,8 @@ _PROGRAMS = ("chromium", "chromium-browser", "google-chrome")
 _WITH_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--enable-precise-memory-info")
 _RENDERER = """(() => {
   const gl = document.createElement("canvas").getContext("webgl2");
-  const name = gl ? String(gl.getParameter(gl.RENDERER)) : "";
+  const told = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl ? String(gl.getParameter(told?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER)) : "";
   gl?.getExtension("WEBGL_lose_context")?.loseContext();
   return name;
 })()"""

@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from benchmarks.logs.long_log import MEETING, long_log
+from benchmarks.logs.long_log import MEETING, large_log, long_log
 from benchmarks.pages.chromium import SIZE, Page, browser, drawn_by, first, heap_mb, is_software
 from benchmarks.progress import part, skipped
 from benchmarks.row import Row, at_most, ratio_at_most
@@ -35,7 +35,9 @@ SCRUBS = 60
 """With the mouse, over the whole hour and back; memory is looked at after a third of them, and after all."""
 MOVES = 12
 """Of the mouse in each, at 60 a second."""
-OPENINGS = 5
+OPENINGS = 3
+BEGIN_S = 3.0
+"""Where the page of a log is opened: everybody is there [s]."""
 MOMENTS = 20
 """At which joints are compared."""
 MOST_APART_M = 1e-3
@@ -81,7 +83,7 @@ def rows() -> Iterator[Row]:
 
 def _hour(folder: Path) -> Iterator[Row]:
     with part("writing an hour"):
-        log = long_log(folder / "hour.mcap", seconds=HOUR_S)
+        log = long_log(folder / "hour.mcap", HOUR_S)
     found = _Found(size=log.stat().st_size)
     with part("scrubbing", SCRUBS) as done:
         event_loop.run(_scrub(log, found, done))
@@ -101,7 +103,7 @@ def _large(folder: Path) -> Iterator[Row]:
         skipped("a log of 1 GB", f"less than {ROOM_FOR_IT} GB are free at {folder}")
         return
     with part("writing a gigabyte"):
-        log = long_log(folder / "large.mcap", size=LARGE_BYTES)
+        log = large_log(folder / "large.mcap", LARGE_BYTES)
     found = _Found(size=log.stat().st_size)
     with part("opening it", OPENINGS) as done:
         event_loop.run(_open(log, found, done))
@@ -126,7 +128,7 @@ async def _served(log: Path) -> AsyncIterator[tuple[str, psutil.Process]]:
             while " at http" not in (line := await asyncio.to_thread(process.stdout.readline)):
                 if not line:
                     raise RuntimeError(f"vistel replay ended with {await asyncio.to_thread(process.wait)}")
-            yield line.split(" at ")[1].split()[0], psutil.Process(process.pid)
+            yield f"{line.split(' at ')[1].split()[0]}#t={BEGIN_S:g}", psutil.Process(process.pid)
         finally:
             process.terminate()
 
@@ -150,7 +152,8 @@ async def _noted(tab: Page) -> float:
     """From now on the page keeps which pictures it has shown. Of which conference time that of the log's beginning is [ms]."""
     await first(tab, "figures")
     await tab.value(_NOTE)
-    return await tab.until("window.pictures.length && window.vistelTravel.t() === 0 && window.pictures.at(-1)[0]")
+    at = await tab.until(f"window.pictures.length && window.vistelTravel.t() === {BEGIN_S} && window.pictures.at(-1)[0]")
+    return at - 1e3 * BEGIN_S
 
 
 async def _drag(tab: Page, begin: float, end: float, begin_ms: float) -> float:

@@ -5,7 +5,7 @@ import { FIELD, type Front, overview, type Place, type View as Seen } from "./ov
 import type { Room } from "./room";
 
 const TABLE: Seen = { from: [0.01, 2.75, 0.75], to: [0, 0.72, 0] };
-const FIRST_MS = 5000; // so long what comes into the room may still change from where it is seen first
+const FIRST_MS = 5000; // so long after the first things who and what comes may still change from where the room is seen
 const WALL_M = 3.9; // the walls are at 4.05
 const CEILING_M = 2.85;
 const TURN = Math.PI / 24; // with one press of a key
@@ -20,7 +20,7 @@ export class Looking {
   private readonly controls: OrbitControls;
   private chosen = false; // somebody has: what comes into the room changes nothing any more
   private there = ""; // who and what has been found a view for
-  private firstAt = 0; // when the first of them was
+  private firstAt = 0; // when the first things were there
 
   constructor(
     private readonly room: Room,
@@ -72,10 +72,10 @@ export class Looking {
   /** The room is seen anew where somebody or a board has come, as long as nobody has chosen and it has just been opened. */
   private meet(): void {
     if (this.chosen || (this.firstAt && performance.now() - this.firstAt > FIRST_MS)) return;
+    if (!this.firstAt && [...this.room.things.values()].some(({ node }) => node.visible)) this.firstAt = performance.now();
     const there = [...this.people.keys(), ...this.fronts.keys()].join("\n");
     if (!there || there === this.there) return;
     this.there = there;
-    this.firstAt ||= performance.now();
     this.show("round");
   }
 

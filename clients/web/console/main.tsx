@@ -79,7 +79,7 @@ function showPanel(): void {
   };
   render(
     <>
-      {numbers && <Troubles lines={numbers.troubles} />}
+      {numbers && <Troubles numbers={numbers} />}
       {table && <Who people={table.people} things={table.things} {...{ held, numbers, talks, chosen, choose }} />}
       {lines.length > 0 && (
         <section>
