@@ -197,14 +197,16 @@ def _apart() -> Iterator[Row]:
         worst, count = event_loop.run(_compare())
     case = f"{MOMENTS} moments of the meeting, {count} joints"
     target = at_most(1e3 * MOST_APART_M)
-    yield Row("console", case, "page's joints beside the renderer's, most", "mm", 1e3 * worst, target=target)
+    yield Row("console", case, "joints beside the renderer's, p50", "mm", 1e3 * float(np.median(worst)))
+    yield Row("console", case, "joints beside the renderer's, most", "mm", 1e3 * max(worst), target=target)
 
 
-async def _compare() -> tuple[float, int]:
-    """The most by which a joint in the page is away from the same in the renderer [m], and how many were compared."""
+async def _compare() -> tuple[list[float], int]:
+    """The most by which a joint of somebody in the page is away from the same in the renderer, at each moment [m], and how many
+    joints were compared. A hand that has just taken a thing moves to it, from where it was when one began to look."""
     reader = LogReader(MEETING)
     length_s = (reader.end_ns - reader.begin_ns) * 1e-9
-    worst, count = 0.0, 0
+    worst, count = list[float](), 0
     with tempfile.TemporaryDirectory() as name:
         async with _served(MEETING) as (url, _), browser(Path(name)) as tab:
             await tab.open(url, 480, 320)
@@ -214,7 +216,7 @@ async def _compare() -> tuple[float, int]:
                 await tab.until(_OF_PLAYHEAD % begin_ms)
                 for who, wanted in _drawn(reader, float(t)).items():
                     apart = np.linalg.norm(await _settled(tab, who) - wanted, axis=1)
-                    worst, count = max(worst, float(apart.max())), count + len(apart)
+                    worst, count = [*worst, float(apart.max())], count + len(apart)
     return worst, count
 
 

@@ -61,7 +61,7 @@ def rows() -> Iterator[Row]:
     if not (landmarks.FOLDER / "landmarks/holistic.js").is_file():
         skipped("a guest's page", "npm's @mediapipe/holistic is not there (make web)")
         return
-    found = event_loop.run(background.as_service("guest", _measure))
+    found = event_loop.run(background.as_service("guest", _measure()))
     judged = not is_software(found.renderer)
     case = f"one guest's page, {SIZE[0]}x{SIZE[1]}, drawn by {found.renderer}"
     yield Row("guest", case, "link opened to moving in the room", "s", found.moved_s, target=at_most(ENTER_S), judged=judged)

@@ -82,7 +82,7 @@ def token(live: LiveConference, number: int) -> str:
 
 def rows() -> Iterator[Row]:
     """Figures of guests without a browser."""
-    found = event_loop.run(background.as_service("guests", _measure))
+    found = event_loop.run(background.as_service("guests", _measure()))
     case = f"{GUESTS} guests with mouse, camera and voice, whose process takes {found.many['load']:.2f} cores"
     yield Row("guest", case, "gateway", "cores", found.gateway, target=at_most(1.0))
     yield Row("guest", case, "their postures", "cores", found.figures)
