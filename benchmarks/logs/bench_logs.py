@@ -13,16 +13,15 @@ from google.protobuf.json_format import MessageToJson
 from mcap.reader import make_reader
 
 import vistel.log
+from benchmarks.logs.long_log import MEETING, long_log
 from benchmarks.progress import part
 from benchmarks.row import Row, at_least, at_most, ratio_at_least
 from vistel.conference.model import Conference
-from vistel.wire.log import LogReader, LogWriter
+from vistel.wire.log import LogReader
 from vistel.wire.topics import BY_NAME
 from vistel_cli.log.fast import replay_fast
 from vistel_services import posture, world
 
-MEETING = Path(__file__).resolve().parents[2] / "tests/replay/meeting.mcap"
-"""Two people with a FASTRAK and two CyberGloves each."""
 PEER = f"mcap {version('mcap')}"
 RUNS = 5
 """Measured so often in turn; medians count."""
@@ -39,26 +38,11 @@ def run() -> Iterator[Row]:
     """One row after the other."""
     with tempfile.TemporaryDirectory() as folder:
         with part("writing an hour"):
-            minute, hour = (_long(Path(folder) / f"{s:.0f}.mcap", s) for s in (MINUTE_S, HOUR_S))
+            minute, hour = (long_log(Path(folder) / f"{s:.0f}.mcap", s) for s in (MINUTE_S, HOUR_S))
         yield from _reading(minute)
         yield from _slices(hour)
         yield from _sizes(minute)
         yield from _computed(Path(folder))
-
-
-def _long(path: Path, seconds: float) -> Path:
-    """The meeting over and over."""
-    reader = LogReader(MEETING)
-    records = [r for r in reader.records() if r.topic.name != "participant"]
-    length_ns = reader.end_ns - reader.begin_ns + 1
-    with LogWriter(path, reader.conference_toml) as writer:
-        for about in reader.records(("participant",)):
-            writer.write(about.topic, about.key, about.message, reader.begin_ns)
-        for _ in range(round(seconds * 1e9 / length_ns)):
-            for r in records:
-                writer.write(r.topic, r.key, r.message, r.message.header.t_ns)
-                r.message.header.t_ns += length_ns
-    return path
 
 
 def _reading(path: Path) -> Iterator[Row]:

@@ -4,7 +4,9 @@ import json
 from base64 import b64encode
 from collections.abc import Iterator, Mapping
 
-from vistel.space.boards.board import face_of
+from vistel.space.boards.board import SHAPE as BOARD
+from vistel.space.boards.board import Face, face_of, front_of
+from vistel.space.commands.panel import SHAPE as PANEL
 from vistel.space.things.things import Thing
 from vistel.v1.world_pb2 import Stroke
 
@@ -37,9 +39,14 @@ class WrittenWords:
                 yield f"{KIND} {number}", _json([now] if now else [], gone=[] if now else [number])
 
 
-def face_row(thing: Thing) -> list[list[float]] | None:
-    """Where one writes on a thing, as a page reads it: its corner, and its edges across and up (3,) [m]; None for no board."""
-    face = face_of(thing)
+def face_rows(thing: Thing) -> dict[str, list[list[float]] | None]:
+    """Where one writes on a thing (`face`), and where one reads on it (`front`: of a board and of a panel), as a page reads them:
+    a corner, and the edges across and up (3,) [m]; None where it has none."""
+    front = front_of(thing) if thing.shape in (BOARD, PANEL) and thing.primitives else None
+    return {"face": _row(face_of(thing)), "front": _row(front)}
+
+
+def _row(face: Face | None) -> list[list[float]] | None:
     return None if face is None else [edge.tolist() for edge in (face.corner, face.across, face.up)]
 
 

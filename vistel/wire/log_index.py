@@ -13,11 +13,17 @@ import zstandard
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.records import Attachment, AttachmentIndex, Channel, Chunk, ChunkIndex, Message, Metadata, MetadataIndex, Statistics
+from mcap.records import Attachment, AttachmentIndex, Channel, Chunk, Message, Metadata, MetadataIndex, Statistics
 
 MAGIC = b"\x89MCAP0\r\n"
 _RECORD = struct.Struct("<BQ")
 _TIMES = struct.Struct("<QQ")
+_CHUNK_INDEX = struct.Struct("<QQQQI")
+"""How a chunk's entry in the summary begins: first and last time, where the chunk stands, its length, and how many bytes follow of
+where the indices of its messages stand, `_PLACE_BYTES` for each channel, its id first."""
+_PLACE_BYTES = 10
+_CHUNK_INDEX_ENDS = 28
+"""Bytes of such an entry after those, at least."""
 _MESSAGE = struct.Struct("<HIQQ")
 """What stands before a message's data: channel, sequence, log time, publish time."""
 _FOOTER = struct.Struct("<BQQQI")
@@ -171,7 +177,7 @@ def _from_summary(file: BinaryIO, size: int) -> LogIndex:
     file.seek(begin)
     summary = file.read(footer - begin)
     index = LogIndex()
-    alike: dict[frozenset[int], frozenset[int]] = {}  # most chunks have messages of the same channels
+    alike: dict[bytes, frozenset[int]] = {}  # most chunks have messages of the same channels
     messages = at = 0
     while at < len(summary):
         opcode, length = _RECORD.unpack_from(summary, at)
@@ -179,23 +185,35 @@ def _from_summary(file: BinaryIO, size: int) -> LogIndex:
         if at + length > len(summary):
             raise BrokenLogError("a record of its summary is longer than that")
         record = summary[at : at + length]
-        stream = ReadDataStream(BytesIO(record))
         at += length
         if opcode == Opcode.CHANNEL:
             channel = _channel(record)
             index.channels[channel.id] = channel
         elif opcode == Opcode.CHUNK_INDEX:
-            c = ChunkIndex.read(stream)
-            has = frozenset(c.message_index_offsets)
-            known = alike.setdefault(has, has) if has else None
-            index.chunks.append(ChunkPlace(c.chunk_start_offset, c.message_start_time, c.message_end_time, known))
+            index.chunks.append(_chunk_place(record, alike))
         elif opcode == Opcode.STATISTICS:
-            messages = Statistics.read(stream).message_count
+            messages = Statistics.read(ReadDataStream(BytesIO(record))).message_count
         elif opcode in (Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX):
-            _attach_at(file, (AttachmentIndex if opcode == Opcode.ATTACHMENT_INDEX else MetadataIndex).read(stream).offset, index)
+            kind = AttachmentIndex if opcode == Opcode.ATTACHMENT_INDEX else MetadataIndex
+            _attach_at(file, kind.read(ReadDataStream(BytesIO(record))).offset, index)
     if messages and not index.chunks:
         raise BrokenLogError("no index of its chunks")
     return index
+
+
+def _chunk_place(record: bytes, alike: dict[bytes, frozenset[int]]) -> ChunkPlace:
+    """The place that an entry of the summary tells, as mcap's `ChunkIndex.read` does, which takes ten times as long: a gigabyte has
+    forty thousand chunks. alike: sets of channels by the bytes of their ids. Raises BrokenLogError, struct.error."""
+    begin_ns, end_ns, offset, _, size = _CHUNK_INDEX.unpack_from(record)
+    at = _CHUNK_INDEX.size
+    if size % _PLACE_BYTES or at + size + _CHUNK_INDEX_ENDS > len(record):
+        raise BrokenLogError("an entry of a chunk is cut off")
+    ids = record[at : at + size : _PLACE_BYTES] + record[at + 1 : at + size : _PLACE_BYTES]
+    known = alike.get(ids)
+    if known is None:
+        count = size // _PLACE_BYTES
+        known = alike[ids] = frozenset(low | high << 8 for low, high in zip(ids[:count], ids[count:], strict=True))
+    return ChunkPlace(offset, begin_ns, end_ns, known or None)
 
 
 def _attach_at(file: BinaryIO, offset: int, index: LogIndex) -> None:

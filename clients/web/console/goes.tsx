@@ -2,7 +2,7 @@
 import type { ComponentChildren } from "preact";
 import type { History } from "./history";
 import { panelText } from "./panel_words";
-import type { Device, Numbers } from "./wire";
+import type { Device, Numbers, Site } from "./wire";
 
 const FEW_PICTURES = 10; // per second; fewer are marked
 const FEW_MOTIONS = 50;
@@ -22,9 +22,9 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
           <tr key={s.name}>
             <th scope="row">{s.name}</th>
             <Figure value={s.draws ? s.pictures_per_s : undefined} bad={(v) => v < FEW_PICTURES || (s.silent_s ?? 0) > SILENT_S} digits={1} />
-            <Spark of={history.of(`${s.name} pictures`)} />
+            <Spark of={s.pictures_per_s === undefined ? [] : history.of(`${s.name} pictures`)} />
             <Figure value={s.delay_ms} bad={(v) => v > LATE_MS} unit="ms" />
-            <td class={s.sending < s.devices ? "bad" : ""}>{panelText("ofAll", s.sending, s.devices)}</td>
+            <Sending site={s} known={numbers.devices.length > 0} />
           </tr>
         ))}
       </Rows>
@@ -40,29 +40,35 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
           </tr>
         ))}
       </Rows>
-      <Rows title={panelText("devices", numbers.devices.length - down.length, numbers.devices.length)} heads={[panelText("device"), panelText("framesPerS"), panelText("state")]}>
+      {numbers.devices.length > 0 && <Rows title={panelText("devices", numbers.devices.length - down.length, numbers.devices.length)} heads={[panelText("device"), panelText("framesPerS"), panelText("state")]}>
         {[...down, ...numbers.devices.filter((d) => d.state === "streaming")].map((d) => (
           <DeviceRow key={d.name} device={d} />
         ))}
-      </Rows>
-      <Rows title={panelText("services")} heads={[panelText("process"), panelText("runs"), panelText("up"), panelText("clock")]}>
+      </Rows>}
+      {numbers.services.length > 0 && <Rows title={panelText("services")} heads={[panelText("process"), panelText("runs"), panelText("up"), panelText("clock")]} words={1}>
         {numbers.services.map((s) => (
           <tr key={s.node} class={s.silent_s > SILENT_S ? "bad" : ""}>
             <th scope="row">{s.node}</th>
-            <td>{s.services.join(", ")}</td>
+            <td class="words">{s.services.join(", ")}</td>
             <td class="number">{s.silent_s > SILENT_S ? panelText("silent", s.silent_s.toFixed(0)) : spell(s.up_s)}</td>
             <td class={`number ${(s.uncertainty_ms ?? 0) > OFF_MS ? "bad" : ""}`}>
               {s.clock_ms === undefined ? "–" : `${s.clock_ms.toFixed(1)} ± ${(s.uncertainty_ms ?? 0).toFixed(1)} ms`}
             </td>
           </tr>
         ))}
-      </Rows>
+      </Rows>}
     </>
   );
 }
 
-export function Troubles({ lines }: { lines: string[] }) {
-  if (lines.length === 0) return <p class="well">{panelText("well")}</p>;
+/** How many of a site's devices send; known: whether any device has told how it does, which a log may lack. */
+function Sending({ site: { sending, devices }, known }: { site: Site; known: boolean }) {
+  if (!known) return <td class="number">–</td>;
+  return <td class={`number ${sending < devices ? "bad" : ""}`}>{panelText("ofAll", sending, devices)}</td>;
+}
+
+export function Troubles({ numbers: { troubles: lines, services } }: { numbers: Numbers }) {
+  if (lines.length === 0) return services.length > 0 ? <p class="well">{panelText("well")}</p> : null; // of what is silent nothing is known
   return (
     <ul class="troubles" role="alert">
       {lines.map((line) => (
@@ -72,7 +78,8 @@ export function Troubles({ lines }: { lines: string[] }) {
   );
 }
 
-function Rows({ title, heads, children }: { title: string; heads: string[]; children: ComponentChildren }) {
+/** words: which column beside the first one is of words, not of numbers. */
+function Rows({ title, heads, words, children }: { title: string; heads: string[]; words?: number; children: ComponentChildren }) {
   return (
     <section>
       <h2>{title}</h2>
@@ -81,7 +88,7 @@ function Rows({ title, heads, children }: { title: string; heads: string[]; chil
           <thead>
             <tr>
               {heads.map((head, n) => (
-                <th key={n} scope="col" class={n > 0 && head ? "number" : ""}>
+                <th key={n} scope="col" class={n > 0 && n !== words && head ? "number" : ""}>
                   {head}
                 </th>
               ))}
@@ -114,6 +121,7 @@ function DeviceRow({ device }: { device: Device }) {
 
 /** The last ten minutes as a line; how much is in the number beside it. */
 function Spark({ of }: { of: readonly number[] }) {
+  if (of.length < 2) return <td class="spark" />;
   const most = Math.max(1e-9, ...of);
   const step = WIDE / Math.max(60, of.length - 1);
   const points = of.map((v, n) => `${(WIDE - (of.length - 1 - n) * step).toFixed(1)},${(HIGH - 1 - (v / most) * (HIGH - 2)).toFixed(1)}`);

@@ -13,6 +13,29 @@ export function labelOf(room: Room, name: string): { text: string; holds: string
   return { text: figure.about.shown, holds, talks: figure.talks };
 }
 
+interface Shown {
+  label: HTMLElement;
+  x: number; // of its middle [px]
+  y: number; // of its lower edge
+  half: number; // of its width
+  high: number;
+  far: number; // from the camera
+}
+
+/** No label covers another: that of who is farther away is put above those of the nearer, while there is room. */
+function apart(shown: Shown[]): Shown[] {
+  const placed: Shown[] = [];
+  for (const one of shown.sort((a, b) => a.far - b.far)) {
+    const beside = placed.filter((other) => Math.abs(other.x - one.x) < other.half + one.half).sort((a, b) => b.y - a.y);
+    for (const other of beside) {
+      if (one.y > other.y - other.high && one.y - one.high < other.y) one.y = other.y - other.high;
+    }
+    one.y = Math.max(one.high, one.y);
+    placed.push(one);
+  }
+  return placed;
+}
+
 export class Labels {
   private readonly all = new Map<string, HTMLElement>();
 
@@ -24,6 +47,7 @@ export class Labels {
   /** whose: through whose eyes the room is seen; they have no label. */
   draw(whose: string): void {
     const { clientWidth: width, clientHeight: height } = this.room.canvas;
+    const shown: Shown[] = [];
     for (const [name, label] of this.all) {
       if (this.room.figures.has(name)) continue;
       label.remove();
@@ -44,6 +68,9 @@ export class Labels {
       const half = label.offsetWidth / 2 + MARGIN_PX;
       const x = Math.min(width - half, Math.max(half, (0.5 + 0.5 * seen.x) * width));
       const y = Math.max(label.offsetHeight + MARGIN_PX, (0.5 - 0.5 * seen.y) * height);
+      shown.push({ label, x, y, half, high: label.offsetHeight + MARGIN_PX, far: seen.z });
+    }
+    for (const { label, x, y } of apart(shown)) {
       label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -100%)`;
     }
   }

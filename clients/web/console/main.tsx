@@ -18,13 +18,14 @@ import { type Chosen, Who } from "./who";
 declare global {
   interface Window {
     /** For programs that drive the page. joints: places of somebody's joints in the room [m]; ghost: those in the log beside; rate: pictures a second; ready: how many
-     * have their own figures; sharp: see Room. */
+     * have their own figures; sharp: see Room; pictures: whom to tell of every picture from now on, as Room.seen. */
     vistel?: {
       joints(name: string): [number, number, number][];
       ghost(name: string): [number, number, number][];
       rate(): number;
       ready(): number;
       sharp(): void;
+      pictures(tell: (tMs: number, atMs: number) => void): void;
       voices: Voices;
     };
     /** Where in a log the page is [s], how long the last scrub took from the hand's rest to its picture [ms], which part of the log is
@@ -78,7 +79,7 @@ function showPanel(): void {
   };
   render(
     <>
-      {numbers && <Troubles lines={numbers.troubles} />}
+      {numbers && <Troubles numbers={numbers} />}
       {table && <Who people={table.people} things={table.things} {...{ held, numbers, talks, chosen, choose }} />}
       {lines.length > 0 && (
         <section>
@@ -205,6 +206,11 @@ if (room) {
     rate: () => drawn.picturesPerS,
     sharp: () => drawn.sharp(),
     ready: () => [...drawn.figures.values()].filter((f) => f.own).length,
+    pictures: (tell) => {
+      const { seen } = drawn;
+      drawn.seenEveryMs = 0;
+      drawn.seen = (tMs, atMs) => (seen?.(tMs, atMs), tell(tMs, atMs));
+    },
     voices,
   };
 }

@@ -2,7 +2,7 @@
 import { render } from "preact";
 import { useMemo } from "preact/hooks";
 import { Export } from "./export";
-import { type Event, type Lanes, type Playhead, type Span, clockText, edges, filled } from "./lanes";
+import { type Event, type Lanes, type Playhead, type Span, clockText, edges, filled, ruled } from "./lanes";
 import { type PlotAsked, wheeled } from "./plots";
 import { text } from "./words";
 import type { Hello, Note } from "./wire";
@@ -12,6 +12,7 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4, 8, 16];
 const FRAME_S = 1 / 60; // a step: motion has 60 frames a second
 const JUMP_S = 5;
 const NEARER = 0.5; // with one press of a key
+const TICK_PX = 90; // from one time of the ruler to the next, at least
 const KINDS = ["touch", "grasp", "word", "command", "note"] as const;
 type Kind = (typeof KINDS)[number];
 
@@ -310,7 +311,7 @@ export class Timeline {
             }}
           >
             {head.loop && <i class="loop" style={{ left: zoom.percent(head.loop[0]), width: zoom.width(head.loop[1] - head.loop[0]) }} />}
-            {lanes && <Tracks lanes={lanes} notes={this.notes} zoom={zoom} from={zoom.from} to={zoom.to} />}
+            {lanes && <Tracks lanes={lanes} notes={this.notes} zoom={zoom} from={zoom.from} to={zoom.to} ticks={Math.max(2, Math.floor(this.parent.clientWidth / TICK_PX))} />}
             <i class="head" style={{ left: zoom.percent(this.t) }} />
           </div>
           {zoom.zoomed && (
@@ -355,6 +356,7 @@ export class Timeline {
 function Names({ lanes, notes }: { lanes: Lanes | null; notes: Note[] }) {
   return (
     <div class="names" aria-hidden="true">
+      <span class="ruler" />
       {(lanes ? rows(lanes, notes) : [[text("reading"), null]] as const).map(([name]) => (
         <span key={name}>{name}</span>
       ))}
@@ -362,14 +364,21 @@ function Names({ lanes, notes }: { lanes: Lanes | null; notes: Note[] }) {
   );
 }
 
-/** from, to: of the zoom; nothing is laid out anew until they or the lanes change. */
-function Tracks({ lanes, notes, zoom, from, to }: { lanes: Lanes; notes: Note[]; zoom: Zoom; from: number; to: number }) {
+/** from, to: of the zoom; ticks: of the ruler, at most; nothing is laid out anew until they or the lanes change. */
+function Tracks({ lanes, notes, zoom, from, to, ticks }: { lanes: Lanes; notes: Note[]; zoom: Zoom; from: number; to: number; ticks: number }) {
   return useMemo(() => {
     const at = (t: number) => zoom.percent(t);
     const span = (a: number, b: number) => ({ left: at(a), width: zoom.width(b - a) });
     const seen = ([a, b]: readonly [number, number, ...unknown[]]) => b >= from && a <= to;
     return (
       <>
+        <div class="ruler" aria-hidden="true">
+          {ruled(from, to, ticks).map(([t, said]) => (
+            <span key={t} style={{ left: at(t) }}>
+              {said}
+            </span>
+          ))}
+        </div>
         {rows(lanes, notes).map(([name, row]) => (
           <div class="track" key={name}>
             {row.energy && (
@@ -384,7 +393,7 @@ function Tracks({ lanes, notes, zoom, from, to }: { lanes: Lanes; notes: Note[];
         ))}
       </>
     );
-  }, [lanes, notes, from, to]);
+  }, [lanes, notes, from, to, ticks]);
 }
 
 interface Row {

@@ -25,6 +25,7 @@ export interface ThingRow {
   mass_kg: number;
   file: string | null;
   face: Face | null; // of a board
+  front: Face | null; // what is read on it: of a board and a panel
 }
 /** Where one writes on a board: its corner, and its edges across and up, in the thing's frame [m]. */
 export type Face = [[number, number, number], [number, number, number], [number, number, number]];

@@ -21,7 +21,7 @@ from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.session.chat import Chat, Line, chat_words
 from vistel.session.models import RoomDeliveries
-from vistel.session.written import WrittenWords, face_row
+from vistel.session.written import WrittenWords, face_rows
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
 from vistel.v1.audio_pb2 import SoundStatus
@@ -184,7 +184,7 @@ class Feed:
         self._shown = tuple(t.id for t in things.values() if not t.hidden and t.shape not in FURNITURE)
         of_things = [
             {"id": t.id, "name": t.name or t.id, "shape": t.shape, "mass_kg": round(t.mass, 3), "file": self._assets.thing(t)}
-            | {"face": face_row(t)}
+            | face_rows(t)
             for t in (things[name] for name in self._shown)
         ]
         self._assets.forget_but(things)

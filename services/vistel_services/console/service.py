@@ -25,12 +25,9 @@ log = logging.getLogger("vistel.console")
 
 _OF_GUESTS = {
     "/join": "join.html",
+    **{f"/{name}": name for name in (bundle.GUEST_BUNDLE, *bundle.OF_PDF, *bundle.OF_BOTH)},
     "/join.css": "join.css",
-    "/chat.css": "chat.css",
-    f"/{bundle.GUEST_BUNDLE}": bundle.GUEST_BUNDLE,
     "/missing.js": "missing.js",
-    **{f"/{name}": name for name in bundle.OF_PDF},
-    **{f"/{name}": name for name in bundle.OF_BOTH},
 }
 """What anybody may read: who opens it has no more than an empty page until the link's token is shown."""
 SERVED = _OF_GUESTS | {
@@ -67,11 +64,9 @@ async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -
     try:
         now, posted = datetime.now(UTC), {_SHOWN: guests.show}
         server = await open_server(f"{conference.name}-console", files, address, more, clock, now, posted)
-    except CertificateError as e:
-        log.error("event=no_console address=%s reason=%r mend='a certificate'", address, str(e))
-        return
-    except OSError as e:
-        log.error("event=no_console address=%s reason=%r mend='another port'", address, e.strerror or str(e))
+    except (CertificateError, OSError) as e:
+        mend = "a certificate" if isinstance(e, CertificateError) else "another port"
+        log.error("event=no_console address=%s reason=%r mend=%r", address, getattr(e, "strerror", None) or str(e), mend)
         return
     if bundle.bundle_missing():
         log.warning("event=console_page_missing file=%s mend='make web'", bundle.BUNDLE)

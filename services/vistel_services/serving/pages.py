@@ -4,6 +4,7 @@ with each request. It never stands in an address, which browsers and proxies kee
 from __future__ import annotations
 
 import asyncio
+import hashlib
 import hmac
 import logging
 from collections.abc import Callable, Mapping
@@ -66,10 +67,13 @@ class Pages:
         self.check_token(request)
         name = self._files.served[request.path]
         try:
-            text = await asyncio.to_thread((self._files.folder / name).read_text, "utf-8")
+            data = await asyncio.to_thread((self._files.folder / name).read_bytes)
         except FileNotFoundError as e:
             raise web.HTTPNotFound(text=f"{name} is not there\n") from e
-        answer = self._answer(text, PurePath(name).suffix)
+        answer = self._answer(data.decode("utf-8"), PurePath(name).suffix)
+        answer.etag = hashlib.sha256(data).hexdigest()
+        if answer.etag in (request.if_none_match or ()):
+            return web.Response(status=304, headers=_HEADERS | {"ETag": str(answer.headers["ETag"])})
         answer.enable_compression()
         return answer
 

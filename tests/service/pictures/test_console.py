@@ -128,6 +128,24 @@ def test_a_viewer_gets_joints_table_frames_and_the_figure_by_its_digest(monkeypa
     asyncio.run(watch())
 
 
+def test_a_page_that_a_browser_has_is_not_sent_again_until_it_changes(monkeypatch: pytest.MonkeyPatch) -> None:
+    async def watch() -> None:
+        room = local()
+        async with room.watched(monkeypatch), aiohttp.ClientSession() as session:
+            for path in ("", "console.css", "labels.css"):
+                async with session.get(f"http://{room.address}/{path}") as answer:
+                    tag, whole = answer.headers["ETag"], await answer.read()
+                    assert answer.status == 200 and whole and answer.headers["Cache-Control"] == "no-cache"
+                for known, status in ((tag, 304), (f'"x", {tag}', 304), ('"x"', 200), ("no tag at all", 200)):
+                    async with session.get(f"http://{room.address}/{path}", headers={"If-None-Match": known}) as answer:
+                        assert answer.status == status and await answer.read() == (whole if status == 200 else b"")
+            for headers in ({"Host": "evil.example"}, {"Origin": "http://evil.example"}):
+                async with session.get(f"http://{room.address}/", headers=headers | {"If-None-Match": tag}) as answer:
+                    assert answer.status == 403
+
+    asyncio.run(watch())
+
+
 def test_a_note_of_the_host_goes_to_the_log_and_what_is_none_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     async def watch() -> None:
         room = local()

@@ -8,11 +8,13 @@ import re
 import pytest
 
 from vistel.messages.boards import stroke_message
-from vistel.session.written import WrittenWords, face_row
+from vistel.session.written import WrittenWords, face_rows
 from vistel.space.boards.board import board
 from vistel.space.boards.stroke import Stroke, packed
 from vistel.space.boards.svg import svg
+from vistel.space.commands.panel import panel
 from vistel.space.room import meeting_room
+from vistel.space.things.things import Pages
 from vistel.v1.world_pb2 import Stroke as StrokeMessage
 
 RED = 0xC23B32FF
@@ -41,11 +43,18 @@ def test_a_page_is_told_all_once_and_then_each_change() -> None:
     assert whole["whole"] and len(whole["strokes"]) == 1  # type: ignore[arg-type]
 
 
-def test_a_page_learns_where_one_writes_on_a_board_and_on_nothing_else() -> None:
-    corner, across, up = face_row(board("b", "b")) or ([], [], [])
+def test_a_page_learns_where_one_writes_on_a_board_and_reads_on_a_panel_and_on_nothing_else() -> None:
+    rows = face_rows(board("b", "b"))
+    corner, across, up = rows["face"] or ([], [], [])
+    assert rows["front"] == rows["face"]
     assert across == pytest.approx([1.8, 0.0, 0.0]) and up == pytest.approx([0.0, 1.2, 0.0])
     assert corner[0] == pytest.approx(-0.9)
-    assert all(face_row(t) is None for t in meeting_room(3).things)
+    rows = face_rows(panel("p", "p", 1.5, Pages(("x",), 0, "ann")))
+    assert rows["face"] is None and rows["front"] is not None
+    corner, across, up = rows["front"]
+    assert across == pytest.approx([1.5, 0.0, 0.0]) and up == pytest.approx([0.0, 1.0, 0.0])
+    assert corner[:2] == pytest.approx([-0.75, 0.36])
+    assert all(face_rows(t) == {"face": None, "front": None} for t in meeting_room(3).things)
 
 
 def test_an_svg_file_has_every_stroke_the_later_over_the_earlier_with_its_top_at_the_top() -> None:

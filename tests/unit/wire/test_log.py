@@ -254,3 +254,25 @@ def test_a_log_that_grows_for_long_keeps_little_of_its_index_in_memory(tmp_path:
         assert summary is not None and len(summary.chunk_indexes) >= 219
         assert all(len(chunk.message_index_offsets) == 70 for chunk in summary.chunk_indexes[:200])
     assert sum(1 for _ in LogReader(tmp_path / "long.mcap").records()) == 220 * 70
+
+
+def test_the_index_says_of_each_chunk_what_mcaps_own_reader_says(tmp_path: Path) -> None:
+    """Of three hundred channels, whose ids take two bytes, in sets that change from chunk to chunk."""
+    path = tmp_path / "many.mcap"
+    with LogWriter(path) as writer:
+        for second in range(40):
+            for n in range(300):
+                if n % 40 != second and (n < 290 or second % 3):
+                    key = f"vistel/demo/site/tokyo/participant/p{n}/motion"
+                    writer.write(BY_NAME["motion"], key, motion(0), START_NS + second * 1000 * MS + n)
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+        assert summary is not None and len(summary.chunk_indexes) >= 40
+        theirs = [
+            (c.chunk_start_offset, c.message_start_time, c.message_end_time, set(c.message_index_offsets))
+            for c in summary.chunk_indexes
+        ]
+        file.seek(0)
+        ours = read_index(file, path.stat().st_size).chunks
+    assert [(c.offset, c.begin_ns, c.end_ns, c.channels) for c in ours] == theirs
+    assert len({c.channels for c in ours}) > 20 and max(max(c.channels or ()) for c in ours) > 255

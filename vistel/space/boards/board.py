@@ -95,11 +95,12 @@ def face_of(thing: Thing) -> Face | None:
     """Where one writes on a thing; None for what is no board, and for a bent one."""
     if thing.shape != SHAPE or thing.curve is not None or not thing.primitives:
         return None
-    return _front(thing)
+    return front_of(thing)
 
 
 @lru_cache(32)  # the world asks for those of all boards at each step
-def _front(thing: Thing) -> Face | None:
+def front_of(thing: Thing) -> Face | None:
+    """The front of what is flat and stands, as a board or a panel; None where its first primitive is no rectangle."""
     first = thing.primitives[0]
     if first.kind != "rounded_polygon" or len(first.params) != _NUMBERS:
         return None

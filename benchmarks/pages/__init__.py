@@ -1,0 +1,1 @@
+"""The pages that browsers show: how soon, how late, for how many."""
