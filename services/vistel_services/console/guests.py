@@ -25,6 +25,7 @@ from vistel.messages.chat import ChatError, line_message
 from vistel.protocol.pages.moved import moved, role_of
 from vistel.protocol.pages.pointer import ASKED, LINE, PICTURE, guest_record, left_record, line_record
 from vistel.protocol.pages.words import words_of
+from vistel.session.chat import GuestLines
 from vistel.session.guest_pages import GuestPages, NotTakenError
 from vistel.space.pages.sheet import MOST_BYTES, PageError
 from vistel.wire import background
@@ -86,7 +87,10 @@ class Guests:
         self._bus = bus
         self._visits: dict[str, _Visit] = {}
         self._panels = defaultdict[str, list[str]](list)
+        self._private: dict[str, tuple[str, GuestLines]] = {}
         self._seats = {p.name for site in conference.sites for p in site.participants if p.by_link}
+        self.people = {p.name for site in conference.sites for p in site.participants}
+        """All who may be written to."""
         self._here: set[str] = set()
         self._strangers = 0
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -186,7 +190,7 @@ class Guests:
         viewer.put("invited", json.dumps(words))
         log.info("event=guest_came participant=%s", guest.participant)
         pages = self._pages_of(guest)
-        visit = self._visits[guest.participant] = _Visit(self, connection, guest, viewer, pages)
+        visit = self._visits[guest.participant] = _Visit(self, connection, guest, viewer, pages, self._private_lines(guest))
         with self._view(connection, viewer), closing(pages):
             present = background.start(visit.stay(self._clock), "guest")
             try:
@@ -195,6 +199,17 @@ class Guests:
                 present.cancel()
                 del self._visits[guest.participant]
         log.info("event=guest_went participant=%s passed_on=%d", guest.participant, visit.passed_on)
+
+    def _private_lines(self, guest: Invitation) -> GuestLines:
+        """Those since this invitation was first used: an earlier guest's are nobody's business."""
+        digest, lines = self._private.get(guest.participant, ("", None))
+        if lines is None or digest != guest.digest:
+            if lines is not None:
+                lines.close()
+            lines = GuestLines(self._bus, guest.participant, self._clock.now_ns())
+            self._private[guest.participant] = guest.digest, lines
+        lines.again()
+        return lines
 
     def _pages_of(self, guest: Invitation) -> GuestPages:
         who = guest.participant
@@ -225,9 +240,16 @@ class _Visit:
     """One guest at one page."""
 
     def __init__(
-        self, gateway: Guests, connection: web.WebSocketResponse, guest: Invitation, viewer: Viewer, pages: GuestPages
+        self,
+        gateway: Guests,
+        connection: web.WebSocketResponse,
+        guest: Invitation,
+        viewer: Viewer,
+        pages: GuestPages,
+        private: GuestLines,
     ) -> None:
         self._gateway, self._connection, self._guest, self._viewer, self.pages = gateway, connection, guest, viewer, pages
+        self._private = private
         self._voice = VoiceGate()
         self._avatar = ""
         self._written_ns = deque[int](maxlen=MOST_LINES)
@@ -265,6 +287,8 @@ class _Visit:
                 self._gateway.pass_on(self._guest, guest_record(self._guest.name, self._avatar))
             for number, words in enumerate(self.pages.answers()):
                 self._viewer.put(f"shown {number}", words)
+            if words := self._private.words():
+                self._viewer.put("private", words)
             await sleep(clock, _PRESENT_S)
         await _close(self._connection, ENDED, "This invitation has ended, or the host has taken it back.")
 
@@ -281,7 +305,7 @@ class _Visit:
         elif isinstance(said.get("hear"), bool):
             self._viewer.hears = bool(said["hear"] and self._avatar)
         elif isinstance(said.get("write"), str):
-            self._write(str(said["write"]), now_ns)
+            self._write(str(said["write"]), said.get("to", ""), now_ns)
         elif self._avatar and self.pages.ask(said):
             return
         else:
@@ -316,16 +340,18 @@ class _Visit:
             _SPOKEN.inc()
             self._gateway.pass_on(self._guest, record)
 
-    def _write(self, text: str, now_ns: int) -> None:
-        """A line for all. With more than a person types, it is none of our pages."""
+    def _write(self, text: str, to: object, now_ns: int) -> None:
+        """A line for all, or for one other. With more than a person types, it is none of our pages."""
         try:
             line = line_message(text, now_ns).text
         except ChatError:
             return self._refuse()
+        if not (isinstance(to, str) and (to == "" or to in self._gateway.people - {self._guest.participant})):
+            return self._refuse()
         if not self._avatar or (len(self._written_ns) == MOST_LINES and now_ns - self._written_ns[0] < _LINES_NS):
             return self._refuse()
         self._written_ns.append(now_ns)
-        self._gateway.pass_on(self._guest, line_record(line))
+        self._gateway.pass_on(self._guest, line_record(line, to))
 
     def _refuse(self) -> None:
         self._faulty += 1

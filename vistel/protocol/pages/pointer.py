@@ -22,9 +22,11 @@ GUEST = 2
 LEFT = 3
 """The kind of the gateway's record that they left."""
 LINE = 6
-"""The kind of the gateway's record of a line that the guest wrote to all."""
+"""The kind of the gateway's record of a line that the guest wrote."""
 MOST_LINE_BYTES = 1200
 """Of a line: 300 letters of any script."""
+MOST_READER_BYTES = 80
+"""Of the participant to whom alone a line is written."""
 PICTURE = 7
 """The kind of the gateway's record of a part of a picture."""
 ASKED = 8
@@ -103,16 +105,20 @@ def left_record() -> bytes:
     return _HEAD + bytes((LEFT,))
 
 
-def line_record(text: str) -> bytes:
-    """What the gateway sends of a line that a guest wrote."""
-    return _HEAD + bytes((LINE,)) + text.encode()
+def line_record(text: str, to: str = "") -> bytes:
+    """What the gateway sends of a line that a guest wrote. to: the participant to whom alone; empty: to all."""
+    reader = to.encode()[:MOST_READER_BYTES]
+    return _HEAD + bytes((LINE, len(reader))) + reader + text.encode()
 
 
-def line_of(data: bytes) -> str | None:
-    """The text of a `line_record`; None where it is none."""
-    if data[:3] != _HEAD + bytes((LINE,)) or len(data) > 3 + MOST_LINE_BYTES:
+def line_of(data: bytes) -> tuple[str, str] | None:
+    """The text of a `line_record`, and to whom alone, empty: to all; None where it is none."""
+    if data[:3] != _HEAD + bytes((LINE,)) or not 4 <= len(data) <= 4 + MOST_READER_BYTES + MOST_LINE_BYTES:
         return None
-    return data[3:].decode(errors="replace")
+    end = 4 + data[3]
+    if data[3] > MOST_READER_BYTES or end > len(data):
+        return None
+    return data[end:].decode(errors="replace"), data[4:end].decode(errors="replace")
 
 
 def picture_record(digest: str, name: str, part: AvatarPart) -> bytes:
