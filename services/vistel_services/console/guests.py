@@ -99,6 +99,8 @@ class Guests:
     def close(self) -> None:
         """No guest is there any more."""
         self._socket.close()
+        for _, lines in self._private.values():
+            lines.close()
 
     def may_read(self, request: web.Request) -> bool:
         """Whether a request for a figure or a thing shows the token of an invitation."""

@@ -20,7 +20,10 @@ NOBODY = ("--hub", "tcp/127.0.0.1:1")
         (("chat", FILE, "hello", "--as", "aiko", "--to", "aiko"), "--to aiko: expected somebody else than the one who writes"),
         (("chat", FILE, "--as", "aiko", "--to", "ben"), "--to says who gets the line; expected a text, as in: vistel chat hello"),
         (("chat", FILE, "hello", "--as", "nobody", "--to", "ben"), "--as nobody: no such participant"),
-        (("react", "tears", "--conference", FILE), "there is no reaction 'tears'; there are thumb-up, clap, heart, laugh, surprise"),
+        (
+            ("react", "tears", "--conference", FILE),
+            "there is no reaction 'tears'; there are thumb-up, clap, heart, laugh, surprise",
+        ),
         (("raise", "--as", "nobody", "--conference", FILE), "--as nobody: no such participant"),
     ],
     ids=["to nobody", "to oneself", "no text", "as nobody", "no reaction", "raise as nobody"],
