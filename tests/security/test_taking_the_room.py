@@ -73,6 +73,7 @@ def test_the_access_table_gives_every_topic_to_those_who_may_hear_it_and_to_no_o
         Audience.WORLDS: {"osaka", "world", "hub", "router"},
         Audience.HUB: {"hub", "router"},
         Audience.HOLDER: {"router"},  # which passes on what each asks under its own name
+        Audience.READER: {"hub", "router"},  # and of its own lines each site
     }
     for topic in TOPICS:
         assert {name for name, k in hears.items() if topic.pattern("demo") in k} == may[topic.audience], topic.name

@@ -25,7 +25,7 @@ class Secured:
         self.authority = Authority.create(folder, datetime.now(UTC))
         self._protocol = protocol
         self.port = free_port(protocol)
-        rules = access_rules("demo", ["paris", "tokyo"], observers=["guest"])
+        rules = access_rules("demo", ["paris", "tokyo", "osaka"], observers=["guest"])
         if all_may_ask:  # as it was before the table of topics said who may
             next(r for r in rules["rules"] if r["id"] == "listen-everybody")["key_exprs"] = ["vistel/demo/**"]
         self.router = Router.open(f"{protocol}/{address}:{self.port}", tls=self.issue("hub"), access=rules)

@@ -8,13 +8,13 @@ import numpy as np
 from google.protobuf.descriptor import FieldDescriptor
 
 from vistel.arrays import F64
-from vistel.space.actions import Action, Along, Shown, Size, Towards, Where, Which
+from vistel.space.actions import Action, Along, Reaction, Shown, Size, Towards, Where, Which
 from vistel.space.command_description import COMMANDS
 from vistel.v1.geometry_pb2 import Pose, Quaternion, Vec3
 
 IDENTITY = np.array([0.0, 0.0, 0.0, 1.0])
 """The identity quaternion (x, y, z, w)."""
-_ENUMS: dict[str, type[Enum]] = {each.__name__: each for each in (Towards, Along, Where, Shown, Size)}
+_ENUMS: dict[str, type[Enum]] = {each.__name__: each for each in (Towards, Along, Where, Shown, Size, Reaction)}
 """The value NAME of one of these is in its message ENUM_NAME."""
 
 T = TypeVar("T")

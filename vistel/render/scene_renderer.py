@@ -31,6 +31,7 @@ from vistel.render.painter import Frame, Painter
 from vistel.render.preparation import take_figure, take_room
 from vistel.render.room.room import Furniture, ShellPanel, build_room, drawn_with_room
 from vistel.render.scene_things import ThingsShown
+from vistel.render.stage.signs import sign_of
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.things.soft import pulls_of
 from vistel.render.view.camera import Camera, SeatCamera, overview
@@ -341,7 +342,8 @@ class SceneRenderer:
         held = [g.thing for g in instant.world.grasps if g.participant == person.about.name]
         names = [instant.things[h].name if h in instant.things else h for h in dict.fromkeys(held)]
         talking = person.about.name in instant.talking
-        return Label(person.about.display_name, f"holds {', '.join(names)}" if names else "", talking=talking)
+        sign = sign_of(instant.world.signals, person.about.name)
+        return Label(person.about.display_name, f"holds {', '.join(names)}" if names else "", talking=talking, sign=sign)
 
     def _meet(self, instant: Instant) -> None:
         """Give everybody a figure; those whose avatar is not there yet, or cannot be had, a stand-in."""

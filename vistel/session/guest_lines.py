@@ -1,11 +1,11 @@
-"""What a guest writes to all: checked, and passed on to the guest's site again until it has come back on the bus, as everybody
-reads it."""
+"""What a guest writes, to all or to one other: checked, and passed on to the guest's site again until it has come back on the
+bus."""
 
 from __future__ import annotations
 
 import logging
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from dataclasses import dataclass
 
 from vistel.messages.chat import ChatError, line_message
@@ -35,20 +35,23 @@ class _Waiting:
 class GuestLines:
     """Of one guest while their page is open. Lives on the event loop."""
 
-    def __init__(self, participant: str, bus: Bus, clock: Clock, pass_on: Callable[[bytes], None]) -> None:
-        """pass_on: sends a record to the guest's site, where it may be lost."""
-        self._participant, self._clock, self._pass_on = participant, clock, pass_on
-        self._chat = bus.subscribe(BY_NAME["chat"], polled=True, participant=participant)
+    def __init__(self, participant: str, others: Set[str], bus: Bus, clock: Clock, pass_on: Callable[[bytes], None]) -> None:
+        """others: to whom alone a line may be written; pass_on: sends a record to the guest's site, where it may be lost."""
+        self._participant, self._others, self._clock, self._pass_on = participant, others, clock, pass_on
+        self._come = [bus.subscribe(BY_NAME[topic], polled=True, participant=participant) for topic in ("chat", "private_line")]
         self._waiting: dict[str, _Waiting] = {}
         self._written_ns = deque[int](maxlen=MOST_LINES)
 
     def close(self) -> None:
         """Receive no more."""
-        self._chat.close()
+        for come in self._come:
+            come.close()
 
-    def write(self, text: str) -> bool:
-        """A line for all. False for what is no line, and for more than a person types."""
+    def write(self, text: str, to: object = "") -> bool:
+        """A line for all, or for one other. False for what is no line, for nobody, and for more than a person types."""
         now_ns = self._clock.now_ns()
+        if not (isinstance(to, str) and (to == "" or to in self._others)):
+            return False
         if len(self._written_ns) == MOST_LINES and now_ns - self._written_ns[0] < LINES_NS:
             return False
         try:
@@ -56,15 +59,16 @@ class GuestLines:
         except ChatError:
             return False
         self._written_ns.append(now_ns)
-        record = line_record(line.id, line.text)
+        record = line_record(line.id, line.text, to)
         self._waiting[line.id] = _Waiting(record, now_ns + AGAIN_NS, now_ns + ANSWER_NS)
         self._pass_on(record)
         return True
 
     def again(self) -> None:
         """Pass on again what was lost. To be called often. All who read lines drop one that they have by its id."""
-        for sample in self._chat.take():
-            self._waiting.pop(sample.message.id, None)
+        for come in self._come:
+            for sample in come.take():
+                self._waiting.pop(sample.message.id, None)
         now_ns = self._clock.now_ns()
         for number, line in list(self._waiting.items()):
             if now_ns >= line.until_ns:

@@ -14,7 +14,7 @@ from vistel.protocol.pages.pointer import asked_record, picture_record
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
 from vistel.session.page_writing import written_by
 from vistel.session.showing import Page, page_of_upload, sent_until_served
-from vistel.space.actions import Action, Draw, Present, PutAway, Rub, TurnPage, Which
+from vistel.space.actions import Action, Draw, Present, PutAway, RaiseHand, React, Rub, TurnPage, Which
 from vistel.space.commands.panel import MOST_PAGES
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.bus import Bus
@@ -83,7 +83,8 @@ class GuestPages:
         return len(self._waiting)
 
     def ask(self, said: dict[str, object]) -> bool:
-        """Put up what was sent, turn a page, take the panel away, write on a board; False for what is none of these."""
+        """Put up what was sent, turn a page, take the panel away, write on a board, raise a hand, react; False for what is none of
+        these."""
         which = Which(self._panels[-1]) if self._panels else None
         if isinstance(title := said.get("show"), str) and self._waiting:
             self._give(Present(tuple(p.model for p in self._waiting), self._waiting[0].aspect, title[:100]))
@@ -115,7 +116,7 @@ class GuestPages:
                 self._panels[:] = [p for p in self._panels if p != thing]
             if done and isinstance(action, Present):
                 self._panels += result.things
-            if done and isinstance(action, Draw | Rub):
+            if done and isinstance(action, Draw | Rub | RaiseHand | React):
                 continue  # everybody sees it
             told.append(json.dumps({"kind": "shown", "done": done, "reason": result.reason, "panels": len(self._panels)}))
         self._give_again()

@@ -1,17 +1,23 @@
-"""What a guest's page asks for that writes on a board, checked: whole numbers on the face, short names, known colours."""
+"""What a guest's page asks of the world in words, checked: to write on a board, whole numbers on the face, short names, known
+colours; to raise a hand; to react."""
 
 import re
 from typing import Any, cast
 
-from vistel.space.actions import Action, Draw, PutUpBoard, Rub, Undo, Which, Wipe
+from vistel.space.actions import Action, Draw, PutUpBoard, RaiseHand, React, Reaction, Rub, Undo, Which, Wipe
 from vistel.space.boards.stroke import ACROSS, MOST_NAME, MOST_POINTS
 
+_REACTIONS = {r.value: r for r in Reaction}
 _COLOUR = re.compile(r"#[0-9a-f]{6}")
 
 
 def written_by(said: dict[str, object]) -> Action | None:
     """The action that words of a page ask for; None for what is none, or cannot be."""
     board = said.get("board", "")
+    if isinstance(down := said.get("hand_down"), bool):
+        return RaiseHand(down)
+    if isinstance(react := said.get("react"), str):
+        return React(_REACTIONS[react]) if react in _REACTIONS else None
     if said.get("new_board") is True:
         return PutUpBoard()
     if said.get("undo") is True:

@@ -109,6 +109,16 @@ class Along(Enum):
     GIRTH = "girth"
 
 
+class Reaction(Enum):
+    """To what is said."""
+
+    THUMB_UP = "thumb_up"
+    CLAP = "clap"
+    HEART = "heart"
+    LAUGH = "laugh"
+    SURPRISE = "surprise"
+
+
 class Where(Enum):
     """A place the speaker means."""
 
@@ -514,6 +524,22 @@ class Wipe(Action):
     """Rub out all that is on a board; which: as of `Draw`."""
 
     which: Which = THIS
+
+
+@command(typed("hand up"), typed("hand down", down=True))
+@dataclass(frozen=True)
+class RaiseHand(Action):
+    """Raise the speaker's hand, so that everybody sees that they want to speak, or take it down."""
+
+    down: bool = False
+
+
+@command(typed("react REACTION"))
+@dataclass(frozen=True)
+class React(Action):
+    """Show for three seconds what the speaker thinks of what is said."""
+
+    reaction: Reaction
 
 
 @command(typed("undo"), spoken("undo", phrase("alone.undo", "もとにもどして", "undo/undo that", "元に戻して")))

@@ -15,6 +15,7 @@ from vistel.arrays import F64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.geometry.pose import Pose
+from vistel.space.actions import Reaction
 from vistel.space.boards.json_values import from_stroke, to_stroke
 from vistel.space.dynamics.dynamics import Motions
 from vistel.space.hands.approach import Approach
@@ -30,7 +31,8 @@ from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import DentRecord
 from vistel.space.people import PersonState
 from vistel.space.room import Extra, Room, Seat, meeting_room
-from vistel.space.state import LetGo, Pen, State
+from vistel.space.signals import RaisedHand, ShownReaction, Signals
+from vistel.space.state import Gesture, LetGo, Pen, State
 from vistel.space.things.glide import Glide
 from vistel.space.things.json_values import from_primitive, from_thing, to_primitive, to_thing
 from vistel.space.things.props import Tracked
@@ -82,6 +84,12 @@ def _fields(room: Room, s: State, extras: Any) -> dict[str, Any]:
         own["strokes"] = [from_stroke(k) for k in s.strokes]
     if s.pens:  # the same
         own["pens"] = [[p.participant, p.right, p.board, p.number, p.x, p.y] for p in s.pens]
+    if s.signals.raised:  # the same
+        own["raised"] = [[h.participant, h.since_ns, h.by_gesture] for h in s.signals.raised]
+    if s.signals.reactions:  # the same
+        own["reactions"] = [[r.participant, r.reaction.value, r.since] for r in s.signals.reactions]
+    if s.gestures:  # the same
+        own["gestures"] = [[g.participant, g.kind, g.since] for g in s.gestures]
     return own | {
         "version": VERSION,
         "seats": len(room.seats),
@@ -193,6 +201,11 @@ def _state(d: dict[str, Any], room: Room, known: dict[str, Thing]) -> State:
         pressed=tuple(str(joint) for joint in d.get("pressed", ())),
         strokes=tuple(to_stroke(k) for k in d.get("strokes", ())),
         pens=tuple(Pen(str(a), bool(b), str(c), int(n), int(x), int(y)) for a, b, c, n, x, y in d.get("pens", ())),
+        signals=Signals(
+            tuple(RaisedHand(str(who), int(since_ns), bool(own)) for who, since_ns, own in d.get("raised", ())),
+            tuple(ShownReaction(str(who), Reaction(str(what)), int(since)) for who, what, since in d.get("reactions", ())),
+        ),
+        gestures=tuple(Gesture(str(who), str(kind), int(since)) for who, kind, since in d.get("gestures", ())),
     )
 
 

@@ -13,6 +13,7 @@ from vistel.space.ledger import Ledger
 from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import DentRecord
 from vistel.space.people import PersonState
+from vistel.space.signals import Signals
 from vistel.space.things.glide import Glide
 from vistel.space.things.props import Tracked
 from vistel.space.things.things import Thing
@@ -41,6 +42,15 @@ class Pen:
 
 
 @dataclass(frozen=True)
+class Gesture:
+    """What somebody holds a hand for, since which step (`vistel.space.gestures`)."""
+
+    participant: str
+    kind: str
+    since: int
+
+
+@dataclass(frozen=True)
 class State:
     """things: in the order of `motions`; figures: sorted by name; grasps: oldest first;
     approaches: by hand and thing; tracked: sorted by thing;
@@ -48,7 +58,7 @@ class State:
     number of a dent, bond or stroke; glides: things that commands move; selected: participants with the things that "this" means to
     them, sorted; history: changes by commands; claims: owners of held things, by thing; claim_events: within a step only;
     pressed: ids of the joints whose buttons are pressed, sorted; strokes: by number; pens: hands that write, by participant and
-    hand."""
+    hand; signals: raised hands and reactions; gestures: by participant and kind."""
 
     things: tuple[Thing, ...]
     motions: Motions
@@ -72,6 +82,8 @@ class State:
     pressed: tuple[str, ...] = ()
     strokes: tuple[Stroke, ...] = ()
     pens: tuple[Pen, ...] = ()
+    signals: Signals = field(default_factory=Signals)
+    gestures: tuple[Gesture, ...] = ()
 
     def but(self, **changes: Any) -> "State":
         """As `dataclasses.replace`, in a sixth of the time: a step makes a dozen states, each of twenty values."""

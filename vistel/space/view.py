@@ -10,6 +10,7 @@ from vistel.space.hands.claims import ClaimEvent
 from vistel.space.joints.buttons import ButtonEvent
 from vistel.space.memory.bonds import Bond, Torn
 from vistel.space.memory.dents import DentRecord
+from vistel.space.signals import Signals
 from vistel.space.things.things import Thing
 
 
@@ -150,3 +151,4 @@ class WorldView:
     torn: tuple[Torn, ...] = ()
     buttons: tuple[ButtonEvent, ...] = ()
     strokes: tuple[Stroke, ...] = ()
+    signals: Signals = field(default_factory=Signals)

@@ -21,6 +21,7 @@ from vistel.space.dynamics.dynamics import ASLEEP, FIXED, FREE, HELD, Motions, P
 from vistel.space.dynamics.solids import Solids, solids
 from vistel.space.earlier import resumed
 from vistel.space.eyes import Eyes, eyes_of
+from vistel.space.gestures import gestured
 from vistel.space.guided_things import guided
 from vistel.space.hands import grasp as hands
 from vistel.space.holding import holding, ownership
@@ -157,6 +158,7 @@ class World:
             self._state = guided(self._state, self._solids, inputs.props, DT)
         posed = {f.name: p for f in self._state.figures if (p := pose_figure(f, inputs.t_ns, self._last.get(f.name))) is not None}
         self._last = posed
+        self._state = gestured(self._state, posed)
 
         m = self._state.motions
         bodies, rows = Bodies([p.cones for p in posed.values()]), self._solids.loose_rows
@@ -351,6 +353,7 @@ class World:
             *changes(before, s),
             selected=s.selected,
             strokes=s.strokes,
+            signals=s.signals,
         )
 
     # -- small things ------------------------------------------------------------------------------------------

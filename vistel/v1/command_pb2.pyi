@@ -33,6 +33,15 @@ class Where(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     WHERE_UNSPECIFIED: _ClassVar[Where]
     WHERE_HERE: _ClassVar[Where]
     WHERE_POINTED: _ClassVar[Where]
+
+class Reaction(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    REACTION_UNSPECIFIED: _ClassVar[Reaction]
+    REACTION_THUMB_UP: _ClassVar[Reaction]
+    REACTION_CLAP: _ClassVar[Reaction]
+    REACTION_HEART: _ClassVar[Reaction]
+    REACTION_LAUGH: _ClassVar[Reaction]
+    REACTION_SURPRISE: _ClassVar[Reaction]
 TOWARDS_UNSPECIFIED: Towards
 TOWARDS_RIGHT: Towards
 TOWARDS_LEFT: Towards
@@ -49,9 +58,15 @@ ALONG_GIRTH: Along
 WHERE_UNSPECIFIED: Where
 WHERE_HERE: Where
 WHERE_POINTED: Where
+REACTION_UNSPECIFIED: Reaction
+REACTION_THUMB_UP: Reaction
+REACTION_CLAP: Reaction
+REACTION_HEART: Reaction
+REACTION_LAUGH: Reaction
+REACTION_SURPRISE: Reaction
 
 class Command(_message.Message):
-    __slots__ = ("header", "id", "participant", "move", "release", "delete", "reset", "select", "move_by", "place", "turn", "scale", "bend", "twist", "paint", "harden", "copy", "create", "grip", "attach", "detach", "undo", "redo", "stop", "hide", "show", "align", "dent", "sharpen", "present", "turn_page", "put_away", "open", "put_up_board", "draw", "rub", "wipe")
+    __slots__ = ("header", "id", "participant", "move", "release", "delete", "reset", "select", "move_by", "place", "turn", "scale", "bend", "twist", "paint", "harden", "copy", "create", "grip", "attach", "detach", "undo", "redo", "stop", "hide", "show", "align", "dent", "sharpen", "present", "turn_page", "put_away", "open", "put_up_board", "draw", "rub", "wipe", "raise_hand", "react")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     ID_FIELD_NUMBER: _ClassVar[int]
     PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
@@ -89,6 +104,8 @@ class Command(_message.Message):
     DRAW_FIELD_NUMBER: _ClassVar[int]
     RUB_FIELD_NUMBER: _ClassVar[int]
     WIPE_FIELD_NUMBER: _ClassVar[int]
+    RAISE_HAND_FIELD_NUMBER: _ClassVar[int]
+    REACT_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     id: str
     participant: str
@@ -126,7 +143,9 @@ class Command(_message.Message):
     draw: DrawStroke
     rub: RubOut
     wipe: WipeBoard
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., move: _Optional[_Union[MoveThing, _Mapping]] = ..., release: _Optional[_Union[ReleaseThing, _Mapping]] = ..., delete: _Optional[_Union[DeleteThing, _Mapping]] = ..., reset: _Optional[_Union[ResetRoom, _Mapping]] = ..., select: _Optional[_Union[SelectThings, _Mapping]] = ..., move_by: _Optional[_Union[MoveThingBy, _Mapping]] = ..., place: _Optional[_Union[PlaceThing, _Mapping]] = ..., turn: _Optional[_Union[TurnThing, _Mapping]] = ..., scale: _Optional[_Union[ScaleThing, _Mapping]] = ..., bend: _Optional[_Union[BendThing, _Mapping]] = ..., twist: _Optional[_Union[TwistThing, _Mapping]] = ..., paint: _Optional[_Union[PaintThing, _Mapping]] = ..., harden: _Optional[_Union[HardenThing, _Mapping]] = ..., copy: _Optional[_Union[CopyThing, _Mapping]] = ..., create: _Optional[_Union[CreateThing, _Mapping]] = ..., grip: _Optional[_Union[GripThing, _Mapping]] = ..., attach: _Optional[_Union[AttachThing, _Mapping]] = ..., detach: _Optional[_Union[DetachThing, _Mapping]] = ..., undo: _Optional[_Union[UndoLast, _Mapping]] = ..., redo: _Optional[_Union[RedoLast, _Mapping]] = ..., stop: _Optional[_Union[StopMoving, _Mapping]] = ..., hide: _Optional[_Union[HideThing, _Mapping]] = ..., show: _Optional[_Union[ShowThing, _Mapping]] = ..., align: _Optional[_Union[AlignThings, _Mapping]] = ..., dent: _Optional[_Union[DentThing, _Mapping]] = ..., sharpen: _Optional[_Union[SharpenThing, _Mapping]] = ..., present: _Optional[_Union[PresentPages, _Mapping]] = ..., turn_page: _Optional[_Union[TurnPage, _Mapping]] = ..., put_away: _Optional[_Union[PutAway, _Mapping]] = ..., open: _Optional[_Union[OpenThing, _Mapping]] = ..., put_up_board: _Optional[_Union[PutUpBoard, _Mapping]] = ..., draw: _Optional[_Union[DrawStroke, _Mapping]] = ..., rub: _Optional[_Union[RubOut, _Mapping]] = ..., wipe: _Optional[_Union[WipeBoard, _Mapping]] = ...) -> None: ...
+    raise_hand: RaiseHand
+    react: ReactTo
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., id: _Optional[str] = ..., participant: _Optional[str] = ..., move: _Optional[_Union[MoveThing, _Mapping]] = ..., release: _Optional[_Union[ReleaseThing, _Mapping]] = ..., delete: _Optional[_Union[DeleteThing, _Mapping]] = ..., reset: _Optional[_Union[ResetRoom, _Mapping]] = ..., select: _Optional[_Union[SelectThings, _Mapping]] = ..., move_by: _Optional[_Union[MoveThingBy, _Mapping]] = ..., place: _Optional[_Union[PlaceThing, _Mapping]] = ..., turn: _Optional[_Union[TurnThing, _Mapping]] = ..., scale: _Optional[_Union[ScaleThing, _Mapping]] = ..., bend: _Optional[_Union[BendThing, _Mapping]] = ..., twist: _Optional[_Union[TwistThing, _Mapping]] = ..., paint: _Optional[_Union[PaintThing, _Mapping]] = ..., harden: _Optional[_Union[HardenThing, _Mapping]] = ..., copy: _Optional[_Union[CopyThing, _Mapping]] = ..., create: _Optional[_Union[CreateThing, _Mapping]] = ..., grip: _Optional[_Union[GripThing, _Mapping]] = ..., attach: _Optional[_Union[AttachThing, _Mapping]] = ..., detach: _Optional[_Union[DetachThing, _Mapping]] = ..., undo: _Optional[_Union[UndoLast, _Mapping]] = ..., redo: _Optional[_Union[RedoLast, _Mapping]] = ..., stop: _Optional[_Union[StopMoving, _Mapping]] = ..., hide: _Optional[_Union[HideThing, _Mapping]] = ..., show: _Optional[_Union[ShowThing, _Mapping]] = ..., align: _Optional[_Union[AlignThings, _Mapping]] = ..., dent: _Optional[_Union[DentThing, _Mapping]] = ..., sharpen: _Optional[_Union[SharpenThing, _Mapping]] = ..., present: _Optional[_Union[PresentPages, _Mapping]] = ..., turn_page: _Optional[_Union[TurnPage, _Mapping]] = ..., put_away: _Optional[_Union[PutAway, _Mapping]] = ..., open: _Optional[_Union[OpenThing, _Mapping]] = ..., put_up_board: _Optional[_Union[PutUpBoard, _Mapping]] = ..., draw: _Optional[_Union[DrawStroke, _Mapping]] = ..., rub: _Optional[_Union[RubOut, _Mapping]] = ..., wipe: _Optional[_Union[WipeBoard, _Mapping]] = ..., raise_hand: _Optional[_Union[RaiseHand, _Mapping]] = ..., react: _Optional[_Union[ReactTo, _Mapping]] = ...) -> None: ...
 
 class Which(_message.Message):
     __slots__ = ("thing", "name", "shape", "colour", "shown", "every", "size")
@@ -429,6 +448,18 @@ class WipeBoard(_message.Message):
     WHICH_FIELD_NUMBER: _ClassVar[int]
     which: Which
     def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ...) -> None: ...
+
+class RaiseHand(_message.Message):
+    __slots__ = ("down",)
+    DOWN_FIELD_NUMBER: _ClassVar[int]
+    down: bool
+    def __init__(self, down: _Optional[bool] = ...) -> None: ...
+
+class ReactTo(_message.Message):
+    __slots__ = ("reaction",)
+    REACTION_FIELD_NUMBER: _ClassVar[int]
+    reaction: Reaction
+    def __init__(self, reaction: _Optional[_Union[Reaction, str]] = ...) -> None: ...
 
 class CommandResult(_message.Message):
     __slots__ = ("header", "id", "outcome", "reason", "step", "things")

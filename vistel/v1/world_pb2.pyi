@@ -304,8 +304,32 @@ class Selections(_message.Message):
     of: _containers.RepeatedCompositeFieldContainer[Selections.Selection]
     def __init__(self, of: _Optional[_Iterable[_Union[Selections.Selection, _Mapping]]] = ...) -> None: ...
 
+class Signals(_message.Message):
+    __slots__ = ("raised", "reactions")
+    class RaisedHand(_message.Message):
+        __slots__ = ("participant", "since_ns", "by_gesture")
+        PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+        SINCE_NS_FIELD_NUMBER: _ClassVar[int]
+        BY_GESTURE_FIELD_NUMBER: _ClassVar[int]
+        participant: str
+        since_ns: int
+        by_gesture: bool
+        def __init__(self, participant: _Optional[str] = ..., since_ns: _Optional[int] = ..., by_gesture: _Optional[bool] = ...) -> None: ...
+    class Reacted(_message.Message):
+        __slots__ = ("participant", "reaction")
+        PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+        REACTION_FIELD_NUMBER: _ClassVar[int]
+        participant: str
+        reaction: _command_pb2.Reaction
+        def __init__(self, participant: _Optional[str] = ..., reaction: _Optional[_Union[_command_pb2.Reaction, str]] = ...) -> None: ...
+    RAISED_FIELD_NUMBER: _ClassVar[int]
+    REACTIONS_FIELD_NUMBER: _ClassVar[int]
+    raised: _containers.RepeatedCompositeFieldContainer[Signals.RaisedHand]
+    reactions: _containers.RepeatedCompositeFieldContainer[Signals.Reacted]
+    def __init__(self, raised: _Optional[_Iterable[_Union[Signals.RaisedHand, _Mapping]]] = ..., reactions: _Optional[_Iterable[_Union[Signals.Reacted, _Mapping]]] = ...) -> None: ...
+
 class WorldState(_message.Message):
-    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone", "frame", "check", "order", "selections", "strokes")
+    __slots__ = ("header", "step", "key", "things", "states", "contacts", "ghosts", "grasps", "participants", "hash", "dents", "bonds", "gone", "frame", "check", "order", "selections", "strokes", "signals")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     KEY_FIELD_NUMBER: _ClassVar[int]
@@ -324,6 +348,7 @@ class WorldState(_message.Message):
     ORDER_FIELD_NUMBER: _ClassVar[int]
     SELECTIONS_FIELD_NUMBER: _ClassVar[int]
     STROKES_FIELD_NUMBER: _ClassVar[int]
+    SIGNALS_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     step: int
     key: bool
@@ -342,7 +367,8 @@ class WorldState(_message.Message):
     order: _containers.RepeatedScalarFieldContainer[str]
     selections: Selections
     strokes: _containers.RepeatedCompositeFieldContainer[Stroke]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ..., frame: _Optional[bytes] = ..., check: _Optional[int] = ..., order: _Optional[_Iterable[str]] = ..., selections: _Optional[_Union[Selections, _Mapping]] = ..., strokes: _Optional[_Iterable[_Union[Stroke, _Mapping]]] = ...) -> None: ...
+    signals: Signals
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., step: _Optional[int] = ..., key: _Optional[bool] = ..., things: _Optional[_Iterable[_Union[Thing, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ThingState, _Mapping]]] = ..., contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ..., ghosts: _Optional[_Iterable[_Union[Ghost, _Mapping]]] = ..., grasps: _Optional[_Iterable[_Union[Grasp, _Mapping]]] = ..., participants: _Optional[_Iterable[str]] = ..., hash: _Optional[int] = ..., dents: _Optional[_Iterable[_Union[Dent, _Mapping]]] = ..., bonds: _Optional[_Iterable[_Union[Bond, _Mapping]]] = ..., gone: _Optional[_Iterable[int]] = ..., frame: _Optional[bytes] = ..., check: _Optional[int] = ..., order: _Optional[_Iterable[str]] = ..., selections: _Optional[_Union[Selections, _Mapping]] = ..., strokes: _Optional[_Iterable[_Union[Stroke, _Mapping]]] = ..., signals: _Optional[_Union[Signals, _Mapping]] = ...) -> None: ...
 
 class ButtonEvent(_message.Message):
     __slots__ = ("header", "step", "joint", "thing", "pressed", "participant")

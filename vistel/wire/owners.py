@@ -56,6 +56,9 @@ class Owners:
         for kind in OWNED:
             if kind in names and names[kind] not in own.get(kind, ()):
                 return self._not_its_own(kind, names[kind])
+        reader = names.get("reader")
+        if reader is not None and reader not in self.sites.get(names["reader_site"], {}).get("participant", ()):
+            return f"no participant {reader!r} of {names['reader_site']!r} in the conference file"
         prop_of = self.owner("prop", names.get("thing", ""))
         return self._not_its_own("prop", names["thing"]) if prop_of not in ("", site) else ""
 

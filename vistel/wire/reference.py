@@ -16,6 +16,7 @@ _AUDIENCE = {
     Audience.WORLDS: "worlds",
     Audience.HUB: "the hub",
     Audience.HOLDER: "who it is for",
+    Audience.READER: "the site it is for, and the hub",
 }
 
 

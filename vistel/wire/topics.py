@@ -47,6 +47,8 @@ class Audience(Enum):
     """The hub alone: who has its certificate, which is the host of the conference."""
     HOLDER = "holder"
     """Whoever has the certificate of the name {holder} in the key."""
+    READER = "reader"
+    """The site {reader_site} in the key, and the hub."""
 
 
 @dataclass(frozen=True)
@@ -148,6 +150,8 @@ TOPICS: tuple[Topic, ...] = (
           "a recognised utterance and its outcome"),
     Topic("chat", f"{_SITE}/participant/{{participant}}/chat", speech_pb2.ChatLine, 0, _R, _S, True,
           "a line that a participant wrote to all"),
+    Topic("private_line", f"{_SITE}/participant/{{participant}}/private/{{reader_site}}/{{reader}}", speech_pb2.ChatLine, 0, _R, _S,
+          False, "a line that a participant wrote to one other", Audience.READER),
     Topic("spoken_reply", f"{_SITE}/participant/{{participant}}/spoken_reply", audio_pb2.Voice, 50, _N, _S, False,
           "spoken answers of the room, played at the participant's site"),
     Topic("equipment_request", f"{_SITE}/equipment/{{equipment}}/request", audio_pb2.EquipmentRequest, 0, _R, _S, True,

@@ -34,7 +34,7 @@ def board(
     draw: Annotated[str, typer.Option(metavar="POINTS", help="A stroke: X,Y of each point in metres, from the lower left.")] = "",
     rub: Annotated[str, typer.Option(metavar="POINTS", help="Rub out each stroke that a way through these points touches.")] = "",
     wipe: Annotated[bool, typer.Option("--wipe", help="Rub out all that is on the board.")] = False,
-    save: Annotated[Path | None, out_file("Save what is written, as an SVG file.", "--save")] = None,
+    save: Annotated[Path | None, out_file("Save what is written, as an SVG or PDF file.", "--save")] = None,
     colour: Annotated[str, typer.Option(help=f"Of the stroke: {', '.join(COLOURS)}, or #RRGGBB.")] = "black",
     width: Annotated[float, typer.Option(help="Of the stroke, or of what rubs, in millimetres.")] = 0.0,
     which: Annotated[str, typer.Option("--board", help="Which board, by its name or id; default: the newest.")] = "",
@@ -63,6 +63,8 @@ def board(
 
       vistel board --save board.svg
 
+      vistel board --save board.pdf
+
       vistel board --save earlier.svg --log out/latest/conference.mcap --at 60
     """
     from vistel.space.boards.stroke import UNIT
@@ -77,7 +79,7 @@ def board(
     if (save is not None) + len(asked) != 1:
         if conference_file is not None:
             participants(conference_file, hub)  # what is wrong with a file is told before what is wrong with the words
-        fail("expected one of --new, --draw POINTS, --rub POINTS, --wipe, --save FILE.svg", USAGE)
+        fail("expected one of --new, --draw POINTS, --rub POINTS, --wipe, --save FILE.svg, --save FILE.pdf", USAGE)
     if save is not None:
         _save(save, which, _of_log(log, at) if log is not None else _now(conference_file, hub))
         return
@@ -110,6 +112,7 @@ def _colour(text: str) -> int:
 
 def _save(file: Path, which: str, room: RoomView) -> None:
     from vistel.space.boards.board import SHAPE
+    from vistel.space.boards.pdf import MissingError, pdf
     from vistel.space.boards.svg import svg
 
     words = which.lower().split()
@@ -119,7 +122,9 @@ def _save(file: Path, which: str, room: RoomView) -> None:
     chosen = boards[-1]
     strokes = room.written.get(chosen.id, ())
     try:
-        file.write_text(svg(strokes), encoding="utf-8")
+        file.write_bytes(pdf(strokes) if file.suffix.lower() == ".pdf" else svg(strokes).encode())
+    except MissingError as fault:
+        fail(str(fault))
     except OSError as fault:
         fail(f"{file} cannot be written: {fault.strerror}; name another file after --save")
     typer.echo(f"{file}: {chosen.name}, {len(strokes)} strokes")

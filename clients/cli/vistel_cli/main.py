@@ -29,6 +29,8 @@ COMMANDS = {
     "wall": Lazy("vistel_cli.wall:wall", HOSTS),
     "ask": Lazy("vistel_cli.ask:ask", PARTICIPANTS),
     "chat": Lazy("vistel_cli.chat:chat", PARTICIPANTS),
+    "raise": Lazy("vistel_cli.signals:raise_hand", PARTICIPANTS),
+    "react": Lazy("vistel_cli.signals:react", PARTICIPANTS),
     "show": Lazy("vistel_cli.show:show", PARTICIPANTS),
     "board": Lazy("vistel_cli.board:board", PARTICIPANTS),
     "voice": Lazy("vistel_cli.voice.voice:app", PARTICIPANTS, "Microphones, loudspeakers and equipment of a running conference."),

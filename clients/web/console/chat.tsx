@@ -1,4 +1,4 @@
-// Lines that people write to all.
+// Lines that people write.
 import { useLayoutEffect, useRef } from "preact/hooks";
 import type { Line, PersonRow } from "./wire";
 
@@ -9,10 +9,12 @@ interface Props {
   lines: Line[];
   people: PersonRow[];
   label: string;
+  alone?: (name: string) => string; // says that a line is to one person alone
 }
 
 /** The newest is at the foot, and in sight unless somebody has scrolled back. */
-export function Lines({ lines, people, label }: Props) {
+export function Lines({ lines, people, label, alone }: Props) {
+  const shown = (name: string) => people.find((p) => p.name === name)?.shown ?? name;
   const list = useRef<HTMLOListElement>(null);
   const atEnd = useRef(true);
   useLayoutEffect(() => {
@@ -22,9 +24,9 @@ export function Lines({ lines, people, label }: Props) {
     (atEnd.current = at.scrollHeight - at.scrollTop - at.clientHeight < NEAR_PX);
   return (
     <ol class="lines" ref={list} role="log" aria-label={label} tabIndex={0} onScroll={look}>
-      {lines.map(({ id, who, ms, text }) => (
-        <li key={`${who} ${id}`}>
-          <b>{people.find((p) => p.name === who)?.shown ?? who}</b>{" "}
+      {lines.map(({ id, who, ms, text, to }) => (
+        <li key={`${who} ${id}`} class={to && "alone"}>
+          <b>{shown(who)}</b> {to && <i>{alone?.(shown(to))}</i>}{" "}
           <time dateTime={new Date(ms).toISOString()}>{new Date(ms).toLocaleTimeString([], { hour: "2-digit", minute: "2-digit" })}</time>
           <p>{linked(text)}</p>
         </li>

@@ -2,15 +2,24 @@
 import { Vector3 } from "three";
 import { panelText } from "./panel_words";
 import type { Room } from "./room";
+import type { Signals } from "./wire";
 
 const MARGIN_PX = 4;
 
-/** What stands over the head of somebody who is in the room: their name, what they hold, and whether they talk. */
-export function labelOf(room: Room, name: string): { text: string; holds: string; talks: boolean } {
+/** What stands over the head of somebody who is in the room: what they say without words, their name, what they hold, and whether
+ * they talk. */
+export function labelOf(room: Room, name: string): { sign: string; text: string; holds: string; talks: boolean } {
   const figure = room.figures.get(name)!;
   const held = room.held.grasps.filter(([who]) => who === name).map(([, , id]) => room.things.get(id)?.about.name ?? id);
   const holds = held.length ? panelText("holdsThese", [...new Set(held)].join(", ")) : "";
-  return { text: figure.about.shown, holds, talks: figure.talks };
+  return { sign: signOf(room.signals, name), text: figure.about.shown, holds, talks: figure.talks };
+}
+
+/** That somebody's hand is up, and where in the row, and how they react. */
+function signOf(signals: Signals, name: string): string {
+  const place = signals.raised.findIndex(([who]) => who === name) + 1;
+  const reaction = signals.reactions.find(([who]) => who === name)?.[1];
+  return [place > 0 && panelText("handUp", place), reaction && panelText(reaction)].filter(Boolean).join(" · ");
 }
 
 interface Shown {
@@ -60,10 +69,11 @@ export class Labels {
       const hidden = name === whose || !figure.root.visible || seen.z > 1 || Math.abs(seen.x) > 1.2 || Math.abs(seen.y) > 1.3;
       label.hidden = hidden;
       if (hidden) continue;
-      const { text, holds, talks } = labelOf(this.room, name);
-      const [first, second] = label.children as unknown as [HTMLElement, HTMLElement];
-      if (first.textContent !== text) first.textContent = text;
-      if (second.textContent !== holds) second.textContent = holds;
+      const { sign, text, holds, talks } = labelOf(this.room, name);
+      for (const [n, says] of [sign, text, holds].entries()) {
+        const part = label.children[n]!;
+        if (part.textContent !== says) part.textContent = says;
+      }
       label.classList.toggle("talks", talks);
       const half = label.offsetWidth / 2 + MARGIN_PX;
       const x = Math.min(width - half, Math.max(half, (0.5 + 0.5 * seen.x) * width));
@@ -78,7 +88,7 @@ export class Labels {
   private added(name: string): HTMLElement {
     const label = document.createElement("div");
     label.className = "label";
-    label.append(document.createElement("b"), document.createElement("span"));
+    label.append(...["em", "b", "span"].map((part) => document.createElement(part)));
     this.parent.append(label);
     this.all.set(name, label);
     return label;

@@ -12,7 +12,22 @@ import { panelText } from "./panel_words";
 import { Room } from "./room";
 import { Travel } from "./travel";
 import { text } from "./words";
-import { type Curve, decodeAll, type Held, type Joints, type Line, type Numbers, type Table, type Words } from "./wire";
+import {
+  type Captions,
+  type Curve,
+  decodeAll,
+  type Held,
+  type Invited,
+  type Joints,
+  type Line,
+  type Numbers,
+  type Private,
+  type Shown,
+  type Signals,
+  type Table,
+  type Time,
+  type Words,
+} from "./wire";
 import { type Chosen, Who } from "./who";
 
 declare global {
@@ -39,9 +54,10 @@ const CLICK_PX = 5; // a press that moves farther turns the view
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 const canvas = element<HTMLCanvasElement>("room");
 const trouble = element("trouble");
-const page: { table: Table | null; held: Held; numbers: Numbers | null; chosen: Chosen; talks: Set<string>; lines: Line[] } = {
+const page: { table: Table | null; held: Held; signals: Signals; numbers: Numbers | null; chosen: Chosen; talks: Set<string>; lines: Line[] } = {
   table: null,
   held: { kind: "held", grasps: [], touching: [] },
+  signals: { kind: "signals", raised: [], reactions: [] },
   numbers: null,
   chosen: null,
   talks: new Set(),
@@ -72,7 +88,7 @@ function showPanel(): void {
   clearTimeout(later);
   later = 0;
   shownAt = performance.now();
-  const { table, held, numbers, chosen, talks, lines } = page;
+  const { table, held, signals, numbers, chosen, talks, lines } = page;
   const choose = (next: Chosen) => {
     page.chosen = next;
     showPanel();
@@ -80,7 +96,7 @@ function showPanel(): void {
   render(
     <>
       {numbers && <Troubles numbers={numbers} />}
-      {table && <Who people={table.people} things={table.things} {...{ held, numbers, talks, chosen, choose }} />}
+      {table && <Who people={table.people} things={table.things} {...{ held, signals, numbers, talks, chosen, choose }} />}
       {lines.length > 0 && (
         <section>
           <h2>{panelText("chat")}</h2>
@@ -126,6 +142,9 @@ function hear(words: Words): void {
   } else if (words.kind === "held") {
     page.held = words;
     if (room) room.held = words;
+  } else if (words.kind === "signals") {
+    page.signals = words;
+    if (room) room.signals = words;
   } else if (words.kind === "chat") {
     page.lines = words.lines;
   } else if (words.kind === "numbers") {
@@ -135,10 +154,15 @@ function hear(words: Words): void {
     element("state").textContent = panelText("both", pictures, panelText(words.viewers === 1 ? "viewer" : "viewers", words.viewers));
   } else if (words.kind === "beside") {
     if (words.said.kind === "table") room?.receiveBeside(words.said);
-  } else if (words.kind !== "invited" && words.kind !== "shown" && words.kind !== "time") {
+  } else if (!isOfGuests(words)) {
     return travel.hear(words);
   }
   showSoon();
+}
+
+/** What is said to the pages of guests alone. */
+function isOfGuests(words: Words): words is Invited | Shown | Time | Private | Captions {
+  return ["invited", "shown", "time", "private", "captions"].includes(words.kind);
 }
 
 function see(data: ArrayBuffer): void {

@@ -18,7 +18,7 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { dispose } from "./dispose";
 import { Figure } from "./figure";
 import { lit } from "./light";
-import type { Frame, Held, Ink, Joints, Table, ThingRow } from "./wire";
+import type { Frame, Held, Ink, Joints, Signals, Table, ThingRow } from "./wire";
 import { INK, Written } from "./written";
 
 const FRAME_MS = 1000 / 30;
@@ -49,6 +49,7 @@ export class Room {
   readonly ghosts = new Map<string, Figure>();
   readonly things = new Map<string, { about: ThingRow; node: Group }>();
   held: Held = { kind: "held", grasps: [], touching: [] };
+  signals: Signals = { kind: "signals", raised: [], reactions: [] };
   readonly written = new Written();
   picturesPerS = 0;
   /** Told now and then: of which conference time a picture was, and when it was there (of `performance`) [ms]. */

@@ -1,6 +1,6 @@
 // Who and what is in the room: a list to choose from, and what is known of the one chosen.
 import { panelText } from "./panel_words";
-import type { Held, Numbers, PersonRow, ThingRow } from "./wire";
+import type { Held, Numbers, PersonRow, Signals, ThingRow } from "./wire";
 
 export type Chosen = { person?: string; thing?: string } | null;
 
@@ -8,13 +8,17 @@ interface Props {
   people: PersonRow[];
   things: ThingRow[];
   held: Held;
+  signals: Signals;
   numbers: Numbers | null;
   talks: ReadonlySet<string>;
   chosen: Chosen;
   choose(chosen: Chosen): void;
 }
 
-export function Who({ people, things, held, numbers, talks, chosen, choose }: Props) {
+export function Who({ people, things, held, signals, numbers, talks, chosen, choose }: Props) {
+  const inRow = new Map(signals.raised.map(([name], n) => [name, n + 1]));
+  const last = signals.raised.length + 1;
+  const sorted = [...people].sort((a, b) => (inRow.get(a.name) ?? last) - (inRow.get(b.name) ?? last)); // who wants to speak comes first
   const name = (id: string) => people.find((p) => p.name === id)?.shown ?? things.find((t) => t.id === id)?.name ?? id;
   const holding = (who: string) => held.grasps.filter((g) => g[0] === who).map((g) => panelText(g[1], name(g[2])));
   const holders = (id: string) => held.grasps.filter((g) => g[2] === id).map((g) => panelText(g[1], name(g[0])));
@@ -31,10 +35,11 @@ export function Who({ people, things, held, numbers, talks, chosen, choose }: Pr
       <section>
         <h2>{panelText("inTheRoom")}</h2>
         <ul class="choices">
-          {people.map((p) => (
+          {sorted.map((p) => (
             <li key={p.name}>
               <button type="button" aria-pressed={person === p} onClick={() => choose(person === p ? null : { person: p.name })}>
                 {p.shown}
+                {inRow.has(p.name) && <em>{panelText("handUp", inRow.get(p.name)!)}</em>}
                 <small>{muted.has(p.name) ? panelText("muted") : talks.has(p.name) ? panelText("talks") : p.site}</small>
               </button>
             </li>

@@ -179,12 +179,37 @@ export interface Line {
   who: string; // participant
   ms: number; // when it was written: UTC
   text: string;
+  to: string; // the participant to whom alone; empty: to all
 }
 export interface Chat {
   kind: "chat";
   lines: Line[]; // the newest, the oldest first
 }
-export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Ink;
+/** Lines to the guest alone, and those that they have written to one other. */
+export interface Private {
+  kind: "private";
+  lines: Line[]; // the newest, the oldest first
+}
+export const REACTIONS = ["thumb_up", "clap", "heart", "laugh", "surprise"] as const;
+export type Reaction = (typeof REACTIONS)[number];
+/** What people say without words. */
+export interface Signals {
+  kind: "signals";
+  raised: [participant: string, byGesture: boolean][]; // hands, in the order in which they were raised
+  reactions: [participant: string, reaction: Reaction][];
+}
+/** What was said to the room, and what it answered. */
+export interface Caption {
+  who: string; // as people know them
+  text: string;
+  mark: string;
+  reply: string;
+}
+export interface Captions {
+  kind: "captions";
+  captions: Caption[]; // the oldest first
+}
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink;
 
 export interface PersonFrame {
   who: number;

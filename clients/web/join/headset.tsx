@@ -2,11 +2,12 @@
 import { Vector3 } from "three";
 import type { Link } from "../connection/link";
 import type { Room } from "../console/room";
-import type { Line } from "../console/wire";
+import type { Caption, Line } from "../console/wire";
 import type { Eyes } from "./eyes";
 import { OwnHand } from "./own_hands";
 import { type Measured, type Pose, record } from "./poses";
 import { SeatView } from "./seat_view";
+import { Said } from "./said";
 import { Signs } from "./signs";
 import { text } from "./words";
 
@@ -30,6 +31,7 @@ export class Headset {
   private view: SeatView | null = null;
   private space: XRReferenceSpace | null = null;
   private signs: Signs | null = null;
+  private said: Said | null = null;
   private readonly hands = { left: new OwnHand(), right: new OwnHand() };
   private centred = false;
   private pushed = false;
@@ -38,12 +40,13 @@ export class Headset {
   private seenAt = 0;
   private looking = 0;
 
-  /** lines: what people have written to all; draw: what is done for each picture, at a time of `performance` [ms]; changed: the state is another; over: the page leads again. */
+  /** lines: what people have written; captions: what was said to the room; draw: what is done for each picture, at a time of `performance` [ms]; changed: the state is another; over: the page leads again. */
   constructor(
     private readonly room: Room | null,
     private readonly link: () => Link,
     private readonly eyes: () => Eyes | null,
     private readonly lines: () => Line[],
+    private readonly captions: () => Caption[],
     private readonly draw: (now: number) => void,
     private readonly changed: () => void,
     private readonly over: () => void,
@@ -77,7 +80,9 @@ export class Headset {
       this.view = new SeatView(eyes);
       this.signs = new Signs(this.room, eyes.who);
       this.signs.hear(this.lines(), performance.now());
-      this.view.add(this.hands.left, this.hands.right, this.signs);
+      this.said = new Said();
+      this.said.hear(this.captions());
+      this.view.add(this.hands.left, this.hands.right, this.signs, this.said);
       this.space = await this.room.present(session, this.view, eyes.who, (now, frame) => this.step(now, frame));
     } catch {
       void session?.end().catch(() => {});
@@ -89,9 +94,15 @@ export class Headset {
     this.become("on");
   }
 
-  /** Lines have come. */
+  /** Lines or captions have come. */
   hear(): void {
     this.signs?.hear(this.lines(), performance.now());
+    this.said?.hear(this.captions());
+  }
+
+  /** What stands below where the guest looks of what was said to the room. */
+  saidToRoom(): string {
+    return this.said?.words ?? "";
   }
 
   /** What stands over somebody's head. */
@@ -106,7 +117,11 @@ export class Headset {
   private step(now: number, frame: XRFrame): void {
     const head = frame.getViewerPose(this.space!);
     if (head && frame.session.visibilityState !== "hidden") this.follow(now, frame, head);
-    if (head) this.signs?.step(this.view!.inRoom(head.transform), now);
+    if (head) {
+      const at = this.view!.inRoom(head.transform);
+      this.signs?.step(at, now);
+      this.said?.step(at, this.view!.before(head.transform));
+    }
     this.draw(now);
     this.pictures++;
   }
@@ -175,7 +190,8 @@ export class Headset {
     if (!this.session) return;
     clearInterval(this.looking);
     this.signs?.close();
-    this.session = this.view = this.space = this.signs = null;
+    this.said?.close();
+    this.session = this.view = this.space = this.signs = this.said = null;
     this.room?.presentNoMore();
     this.become("ended");
     this.unworn();

@@ -7,7 +7,7 @@ import { Lines } from "../console/chat";
 import { Labels } from "../console/labels";
 import { switchLanguage } from "../console/language";
 import { Room } from "../console/room";
-import { decode, type Frame, type Invited, type Joints, type Line, type Table, type Words } from "../console/wire";
+import { type Caption, decode, type Frame, type Invited, type Joints, type Line, type Table, type Words } from "../console/wire";
 import { Microphone } from "../sound/microphone";
 import { canHear, Voices } from "../sound/voices";
 import { Camera } from "./camera";
@@ -18,6 +18,7 @@ import { Headset, HeadsetButton } from "./headset";
 import { CameraButton, drawMirror, Mirror } from "./mirror";
 import { record } from "./record";
 import { ShowButtons, Showing } from "./showing";
+import { SignalButtons, Signalling } from "./signalling";
 import { text } from "./words";
 import { WriteButtons, Writing } from "./writing";
 
@@ -75,12 +76,19 @@ let asked = 0;
 const pointer = { x: 0, y: 0, turning: false }; // where it is in the picture (-1 to 1, up)
 let speaker = "";
 let lines: Line[] = [];
+const written: Record<"chat" | "private", Line[]> = { chat: [], private: [] };
+let captions: Caption[] = [];
+let to = ""; // the participant to whom alone the next line goes; empty: to all
 let read = 0; // lines that have been seen: when the newest of them was written [ms]
 let chatOpen = false;
 const voices = new Voices(room, () => link, (hear) => person && link.send(JSON.stringify({ hear })));
 const microphone = new Microphone(() => link, () => Boolean(person), () => showWords());
 const camera = new Camera(() => link, () => Boolean(person), () => showMirror());
-const headset = new Headset(room, () => link, () => eyes, () => lines, drawRoom, () => person && showDoes(), () => (eyes?.open(), ask()));
+const headset = new Headset(room, () => link, () => eyes, () => lines, () => captions, drawRoom, () => person && showDoes(), () => (eyes?.open(), ask()));
+const signalling = new Signalling(
+  () => Boolean(room?.signals.raised.some(([who]) => who === invited?.participant)),
+  (said) => link.send(JSON.stringify(said)),
+);
 const showing = new Showing(token, (said) => link.send(JSON.stringify(said)), () => person && showDoes());
 const meter = document.createElement("meter");
 
@@ -109,10 +117,18 @@ function hear(words: Words): void {
   } else if (words.kind === "shown") {
     showing.hear(words);
     if (!words.done) room?.written.refused();
-  } else if (words.kind === "chat") {
-    lines = words.lines;
+  } else if (words.kind === "chat" || words.kind === "private") {
+    written[words.kind] = words.lines;
+    lines = [...written.chat, ...written.private].sort((a, b) => a.ms - b.ms);
     headset.hear();
     showWords();
+  } else if (words.kind === "captions") {
+    captions = words.captions;
+    headset.hear();
+    showCaptions();
+  } else if (words.kind === "signals" && room) {
+    room.signals = words;
+    if (person) showDoes();
   } else if (words.kind === "invited") {
     invited = words;
     if (room && !eyes) {
@@ -131,7 +147,7 @@ function hear(words: Words): void {
   } else if (words.kind === "table") {
     table = words;
     room?.receiveTable(words);
-    if (person) showDoes();
+    if (person) showWords(); // who may be written to is another
   } else if (words.kind === "ink") {
     room?.receiveInk(words);
   } else if (words.kind === "held" && room) {
@@ -219,7 +235,19 @@ function MicrophoneButton() {
   );
 }
 
-/** What people write to all, and a place to write in, once it is opened. */
+/** What was said to the room, and what it answered. */
+function showCaptions(): void {
+  const box = element("captions");
+  box.hidden = captions.length === 0 || !person;
+  const rows = captions.map(({ who, text: said, mark, reply }, n) => (
+    <li key={n}>
+      <b>{who}:</b> {said} {mark} {reply}
+    </li>
+  ));
+  render(rows, box);
+}
+
+/** What people write, and a place to write in, to all or to one, once it is opened. */
 function showChat(): void {
   if (chatOpen) read = Math.max(read, ...lines.map((line) => line.ms));
   const box = element("chat");
@@ -229,19 +257,32 @@ function showChat(): void {
     const input = (event.target as HTMLFormElement).elements.namedItem("line") as HTMLInputElement;
     const line = input.value.trim();
     if (!line || !trouble.hidden) return; // it stays there until there is a connection again
-    link.send(JSON.stringify({ write: line }));
+    link.send(JSON.stringify({ write: line, to }));
     input.value = "";
   };
+  const others = (table?.people ?? []).filter((p) => p.name !== invited?.participant);
+  const named = (name: string) => (name === invited?.participant ? invited.name : (others.find((p) => p.name === name)?.shown ?? name));
+  const readers = others.map((p) => p.name);
+  if (to && !readers.includes(to)) readers.push(to); // who has just left is still the one who is meant: nobody else gets the line
+  const hint = to ? text("write_to", named(to)) : text("write");
   const close = (event: KeyboardEvent) => {
     event.stopPropagation(); // letters are gestures elsewhere
     if (event.key === "Escape") turnChat();
   };
   render(
     <>
-      {chatOpen && lines.length > 0 && <Lines lines={lines} people={table?.people ?? []} label={text("chat")} />}
+      {chatOpen && lines.length > 0 && (
+        <Lines lines={lines} people={table?.people ?? []} label={text("chat")} alone={(name) => text("alone", name)} />
+      )}
       {lines.length === 0 && <p>{text("noLines")}</p>}
-      <form onSubmit={write} onKeyDown={close}>
-        <input name="line" type="text" maxLength={MOST_LETTERS} autocomplete="off" aria-label={text("write")} placeholder={text("write")} />
+      <form onSubmit={write} onKeyDown={close} class={to && "alone"}>
+        <select aria-label={text("to")} value={to} onChange={(event) => ((to = event.currentTarget.value), showChat())}>
+          <option value="">{text("to_all")}</option>
+          {readers.map((name) => (
+            <option key={name} value={name}>{text("to_one", named(name))}</option>
+          ))}
+        </select>
+        <input name="line" type="text" maxLength={MOST_LETTERS} autocomplete="off" aria-label={hint} placeholder={hint} />
         <button type="submit">{text("send")}</button>
       </form>
     </>,
@@ -278,6 +319,7 @@ function showDoes(): void {
       </button>
       <ShowButtons showing={showing} />
       {writing && <WriteButtons writing={writing} changed={showDoes} />}
+      <SignalButtons signalling={signalling} />
       {GESTURES.map(({ name, key }, n) => (
         <button type="button" key={name} onClick={() => gestures.make(n + 1)}>
           {text(name)} <kbd>{key}</kbd>
@@ -348,8 +390,8 @@ canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
 addEventListener("blur", () => (hand?.release(), writing?.release()));
 document.addEventListener("keydown", (event) => {
-  if (!person || event.repeat && gestures.has(event.key) || event.ctrlKey || event.metaKey || event.altKey) return;
-  if (gestures.press(event.key) || eyes?.key(event.key)) event.preventDefault();
+  if (!person || event.repeat && (gestures.has(event.key) || event.key.toUpperCase() === "R") || event.ctrlKey || event.metaKey || event.altKey) return;
+  if (signalling.press(event.key) || gestures.press(event.key) || eyes?.key(event.key)) event.preventDefault();
 });
 
 /** Draw, and again; where pictures take long, a browser without a graphics card is left half of its time for what is to be sent. */

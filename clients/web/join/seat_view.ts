@@ -34,6 +34,11 @@ export class SeatView extends Group {
     return vectorOf(pose).applyMatrix4(this.matrixWorld);
   }
 
+  /** A point before the face of a head, in the room [m]. */
+  before(head: XRRigidTransform): Vector3 {
+    return new Vector3(0, 0, -1).applyQuaternion(quaternionOf(head)).add(vectorOf(head)).applyMatrix4(this.matrixWorld);
+  }
+
   /** A pose of the headset's space in the seat's frame. */
   inSeat(pose: XRRigidTransform): { place: number[]; turn: number[] } {
     const place = this.eyes.intoSeat(this.inRoom(pose)).toArray();

@@ -18,9 +18,11 @@ from vistel.geometry.pose import Pose
 from vistel.render.config import live_delay
 from vistel.render.frames import BODY, FINGERS, SHIFT_M, SHIFTED, header, person_row, thing_rows
 from vistel.render.room_gltf import FURNITURE
+from vistel.render.stage.captions import caption_words
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.session.chat import Chat, Line, chat_words
 from vistel.session.models import RoomDeliveries
+from vistel.session.room_words import held_words, signal_words
 from vistel.session.written import WrittenWords, face_rows
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
@@ -58,6 +60,7 @@ class Feed:
         self._stage = Stage(live_delay(conference.playout))
         self._sites = {p.name: s.name for s in conference.sites for p in s.participants}
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
+        self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
         crowd = conference.crowd
         self._sound = bus.subscribe(BY_NAME["voice_level" if crowd else "voice"], queue_all=True, polled=True)
         self._near = ChosenSubscriptions(bus, BY_NAME["voice"], crowd)
@@ -76,7 +79,7 @@ class Feed:
         self._shown: tuple[str, ...] = ()
         self._whole_ns = self._chosen_ns = 0
         self._poses: Mapping[str, Pose] = {}
-        self._held = ""
+        self._words: dict[str, str] = {}
         self._lines: tuple[Line, ...] = ()
         self._written = WrittenWords()
 
@@ -95,12 +98,12 @@ class Feed:
 
     def tell_all(self) -> None:
         """Tell everything again with the next frame: somebody has come."""
-        self._stale, self._newcomers, self._held, self._lines, self._whole_ns = True, True, "", (), 0
+        self._stale, self._newcomers, self._words, self._lines, self._whole_ns = True, True, {}, (), 0
         self._written.again()
 
     def begin_again(self) -> None:
         """Time has leapt: forget who is where. What has been made of figures and things stays."""
-        for part in (self._about, self._motion, self._sound):
+        for part in (self._about, self._motion, self._sound, self._said):
             part.take()
         self._avatars.close()
         self._world.close()
@@ -119,7 +122,9 @@ class Feed:
 
     def close(self) -> None:
         """Receive no more."""
-        for part in (self._about, self._sound, self._near, self._motion, self._world, self._avatars, self._furniture, self._assets):
+        for part in (self._about, self._said, self._sound, self._near, self._motion, self._world):
+            part.close()
+        for part in (self._avatars, self._furniture, self._assets):
             part.close()
 
     def _take(self) -> None:
@@ -136,6 +141,8 @@ class Feed:
             stage.receive_motion(who, sample.message, sample.received_ns, thin=sample.topic.name == "motion_thin")
         for now, received_ns in self._world.take():
             stage.receive_world(now, received_ns)
+        for sample in self._said.take():
+            stage.captions.receive(sample.message, sample.received_ns)
         for sample in (*self._sound.take(), *self._near.take()):
             self._voices.receive(sample.names["participant"], sample.message, sample.received_ns)
 
@@ -165,11 +172,15 @@ class Feed:
             self._table += 1
             self._whole_ns = 0
             yield "table", json.dumps({"kind": "table", "table": self._table & 0xFFFF} | self._rows(people, now.things))
-        grasps = [[g.participant, "right" if g.right else "left", g.thing] for g in now.world.grasps]
-        held = json.dumps({"kind": "held", "grasps": grasps, "touching": sorted({(g.target, g.source) for g in now.world.ghosts})})
-        if held != self._held:
-            self._held = held
-            yield "held", held
+        touching = sorted({(g.target, g.source) for g in now.world.ghosts})
+        for kind, words in (
+            ("held", held_words(now.world.grasps, touching)),
+            ("signals", signal_words(now.world.signals)),
+            ("captions", caption_words(now.captions)),
+        ):
+            if words != self._words.get(kind):
+                self._words[kind] = words
+                yield kind, words
         yield from self._written.words(now.world.strokes)
         if self._chat.lines != self._lines:
             self._lines = self._chat.lines

@@ -67,8 +67,8 @@ class Gateway:
             await self._watched()
 
     async def _watched(self) -> None:
+        from vistel.session.numbers import Numbers
         from vistel_services.console.feed import Feed
-        from vistel_services.console.numbers import Numbers
 
         clock, period_ns = self._clock, round(1e9 / RATE_HZ)
         feed = self._feed = Feed(self._conference, self._bus, clock, self._chat)
@@ -82,7 +82,10 @@ class Gateway:
                 numbers.take()
                 if instant.now_ns - told_ns >= _NUMBERS_NS:
                     told_ns = instant.now_ns
-                    now = numbers.now(instant, feed.received) | {"kind": "numbers", "viewers": len(self._viewers)}
+                    now = numbers.now(instant.now_ns, instant.people, feed.received) | {
+                        "kind": "numbers",
+                        "viewers": len(self._viewers),
+                    }
                     told.append(("numbers", json.dumps(now)))
                 spoken = feed.voices(instant)
                 for viewer in self._viewers:
@@ -173,7 +176,7 @@ def glb(data: bytes | None) -> web.Response:
 def _load() -> None:
     """What is slow to load, so that who is connected waits and nobody else."""
     import_module("vistel_services.console.feed")
-    import_module("vistel_services.console.numbers")
+    import_module("vistel.session.numbers")
     motion.warm_up()
 
 

@@ -24,6 +24,7 @@ from vistel.figure.body_model.builtin_people import PEOPLE
 from vistel.protocol.pages.moved import moved, role_of
 from vistel.protocol.pages.pointer import ASKED, LINE, PICTURE, guest_record, left_record
 from vistel.protocol.pages.words import words_of
+from vistel.session.chat import PrivateLines
 from vistel.session.guest_lines import GuestLines
 from vistel.session.guest_pages import GuestPages, NotTakenError
 from vistel.space.pages.sheet import MOST_BYTES, PageError
@@ -83,7 +84,10 @@ class Guests:
         self._bus = bus
         self._visits: dict[str, _Visit] = {}
         self._panels = defaultdict[str, list[str]](list)
+        self._private: dict[str, tuple[str, PrivateLines]] = {}
         self._seats = {p.name for site in conference.sites for p in site.participants if p.by_link}
+        self.people = {p.name for site in conference.sites for p in site.participants}
+        """All who may be written to."""
         self._here: set[str] = set()
         self._strangers = 0
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -92,6 +96,8 @@ class Guests:
     def close(self) -> None:
         """No guest is there any more."""
         self._socket.close()
+        for _, lines in self._private.values():
+            lines.close()
 
     def may_read(self, request: web.Request) -> bool:
         """Whether a request for a figure or a thing shows the token of an invitation."""
@@ -183,7 +189,8 @@ class Guests:
         viewer.put("invited", json.dumps(words))
         log.info("event=guest_came participant=%s", guest.participant)
         pages, lines = self._pages_of(guest), self._lines_of(guest)
-        visit = self._visits[guest.participant] = _Visit(self, connection, guest, viewer, pages, lines)
+        visit = _Visit(self, connection, guest, viewer, pages, lines, self._private_lines(guest))
+        self._visits[guest.participant] = visit
         with self._view(connection, viewer), closing(pages), closing(lines):
             present = background.start(visit.stay(self._clock), "guest")
             try:
@@ -193,12 +200,24 @@ class Guests:
                 del self._visits[guest.participant]
         log.info("event=guest_went participant=%s passed_on=%d", guest.participant, visit.passed_on)
 
+    def _private_lines(self, guest: Invitation) -> PrivateLines:
+        """Those since this invitation was first used: an earlier guest's are nobody's business."""
+        digest, lines = self._private.get(guest.participant, ("", None))
+        if lines is None or digest != guest.digest:
+            if lines is not None:
+                lines.close()
+            lines = PrivateLines(self._bus, guest.participant, self._clock.now_ns())
+            self._private[guest.participant] = guest.digest, lines
+        lines.again()
+        return lines
+
     def _pages_of(self, guest: Invitation) -> GuestPages:
         who = guest.participant
         return GuestPages(who, self._bus, self._clock, lambda record: self.pass_on(guest, record), self._panels[who])
 
     def _lines_of(self, guest: Invitation) -> GuestLines:
-        return GuestLines(guest.participant, self._bus, self._clock, lambda record: self.pass_on(guest, record))
+        who = guest.participant
+        return GuestLines(who, self.people - {who}, self._bus, self._clock, lambda record: self.pass_on(guest, record))
 
     def still(self, guest: Invitation) -> bool:
         """Whether the invitation still counts: it has not ended, and no newer one took its place."""
@@ -232,9 +251,10 @@ class _Visit:
         viewer: Viewer,
         pages: GuestPages,
         lines: GuestLines,
+        private: PrivateLines,
     ) -> None:
         self._gateway, self._connection, self._guest, self._viewer = gateway, connection, guest, viewer
-        self.pages, self._lines = pages, lines
+        self.pages, self._lines, self._private = pages, lines, private
         self._voice = VoiceGate()
         self._avatar = ""
         self._second_ns, self._in_second, self._faulty = 0, 0, 0
@@ -272,6 +292,8 @@ class _Visit:
             self._lines.again()
             for number, words in enumerate(self.pages.answers()):
                 self._viewer.put(f"shown {number}", words)
+            if words := self._private.words():
+                self._viewer.put("private", words)
             await sleep(clock, _PRESENT_S)
         await _close(self._connection, ENDED, "This invitation has ended, or the host has taken it back.")
 
@@ -288,7 +310,7 @@ class _Visit:
         elif isinstance(said.get("hear"), bool):
             self._viewer.hears = bool(said["hear"] and self._avatar)
         elif isinstance(said.get("write"), str):
-            if not (self.entered and self._lines.write(str(said["write"]))):
+            if not (self.entered and self._lines.write(str(said["write"]), said.get("to", ""))):
                 self._refuse()
         elif self._avatar and self.pages.ask(said):
             return

@@ -10,11 +10,10 @@ from vistel.conference.model import Conference
 from vistel.log.feeding import BEFORE_NS, LogFeed
 from vistel.log.playhead import Playhead
 from vistel.log.questions import Tell
-from vistel.render.stage.stage import Instant
 from vistel.session.chat import Chat
+from vistel.session.numbers import Numbers
 from vistel.wire.log import LogReader
 from vistel_services.console.feed import Feed
-from vistel_services.console.numbers import Numbers
 
 LEAP_S = 1.0
 """Farther than this at once is gone to anew, not played through [s]."""
@@ -54,7 +53,7 @@ class Player:
             self._numbers.take()
             if leapt or abs(now_ns - self._told_ns) >= _NUMBERS_NS * max(1.0, head.speed):
                 self._told_ns = now_ns
-                now = self._numbers.now(instant, self.feed.received) | {"kind": "numbers", "viewers": 1}
+                now = self._numbers.now(instant.now_ns, instant.people, self.feed.received) | {"kind": "numbers", "viewers": 1}
                 told.append(("numbers", json.dumps(now)))
         for kind, words in told:
             self._tell(kind, words)
@@ -69,7 +68,7 @@ class Player:
         if self._numbers is not None:
             self._numbers.close()
             self._numbers = Numbers(self._conference, self._log.bus)
-            self._numbers.now(Instant(now_ns - BEFORE_NS), Counter(self.feed.received))
+            self._numbers.now(now_ns - BEFORE_NS, (), Counter(self.feed.received))
 
     def grown(self) -> None:
         """The log has more."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import logging
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from vistel.conference.paths import RunPaths
 from vistel.devices.transport.udp import UdpTransport
 from vistel.messages.chat import ChatError, line_message
 from vistel.protocol.pages.pointer import asked_of, line_of, picture_of
+from vistel.session.chat import lines_of
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
@@ -25,7 +27,7 @@ from vistel.wire.topics import BY_NAME
 
 log = logging.getLogger("vistel.pointer")
 
-GUEST_COMMANDS = ("present", "turn_page", "put_away", "put_up_board", "draw", "rub", "wipe", "undo")
+GUEST_COMMANDS = ("present", "turn_page", "put_away", "put_up_board", "draw", "rub", "wipe", "undo", "raise_hand", "react")
 """What guests may ask of the world besides what their hands do."""
 _LEVEL_NS = 240_000_000
 """How often a crowd is told how loud a voice is."""
@@ -37,19 +39,21 @@ _REPORT_NS = 250_000_000
 @dataclass(frozen=True)
 class Microphones:
     """files: by participant, where the gateway finds the port; memory: file of their switches; crowded: whether levels are
-    published; reports: whether their state is, which the audio service does where the site has one."""
+    published; reports: whether their state is, which the audio service does where the site has one; sites: of all participants."""
 
     site: str
     files: dict[str, Path]
     memory: Path
     crowded: bool
     reports: bool
+    sites: Mapping[str, str]
 
 
 def microphones(conference: Conference, site: Site, paths: RunPaths) -> Microphones:
     """Those of the pages of a site."""
     files = {p.name: paths.device(microphone_name(p.name)) for p in site.participants if p.by_link}
-    return Microphones(site.name, files, paths.run / f"{site.name}-pages.json", bool(conference.crowd), site.audio is None)
+    sites = {p.name: s.name for s in conference.sites for p in s.participants}
+    return Microphones(site.name, files, paths.run / f"{site.name}-pages.json", bool(conference.crowd), site.audio is None, sites)
 
 
 async def run_microphones(config: Microphones, bus: Bus, clock: Clock) -> None:
@@ -86,14 +90,16 @@ class _Page:
         self._commands = bus.publish(BY_NAME["command"], participant=participant)
         self._voice, self._told_ns = PageVoice(), 0
         self._publication = bus.publish(BY_NAME["voice"], participant=participant)
-        self._chat = bus.publish(BY_NAME["chat"], participant=participant)
+        self._sites = config.sites
         self._levels = bus.publish(BY_NAME["voice_level"], participant=participant) if config.crowded else None
 
     def take(self, data: bytes, now_ns: int) -> None:
         """What the gateway has passed on."""
         if (line := line_of(data)) is not None:
-            with contextlib.suppress(ChatError):
-                self._chat.put(line_message(line[1], now_ns, line[0]))
+            line_id, text, to = line
+            with contextlib.suppress(ChatError, KeyError):  # nobody to read it is there
+                at = self._sites[to] if to else ""
+                lines_of(self._bus, self._participant, to, at).put(line_message(text, now_ns, line_id))
             return
         if (picture := picture_of(data)) is not None:
             digest, number, part = picture

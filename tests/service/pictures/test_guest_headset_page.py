@@ -16,6 +16,8 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import matrix_from_quaternion, rotation_y
 from vistel.messages.world.decode import person
 from vistel.protocol.pages.headset import JOINTS, TURN, UNIT_M
+from vistel.v1.speech_pb2 import Utterance
+from vistel.wire.topics import BY_NAME
 from vistel_services.console import bundle
 
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
@@ -177,6 +179,15 @@ def test_inside_a_headset_names_stand_over_heads_and_what_people_write_is_read_t
                 await eve.socket.send_json({"write": written})
                 await tab.until(f"window.guest.headset.signOf('guest-2') === 'Eve\\n{written}'")
                 await tab.until("window.guest.headset.signOf('guest-2') === 'Eve'")
+                await eve.socket.send_json({"write": "psst", "to": "guest-1"})
+                await tab.until("window.guest.headset.signOf('guest-2') === 'Eve\\n(to you alone) psst'")
+                # What was said to the room, and what it answered, by the guest themselves too.
+                assert await tab.value("window.guest.headset.saidToRoom()") == ""
+                said = Utterance(participant="guest-1", text="undo", spoken="undo", state=Utterance.STATE_REFUSED, reply="not now")
+                said.header.t_ns = room.clock.now_ns()
+                room.network.bus("c", "guests", room.clock).publish(BY_NAME["utterance"], participant="guest-1").put(said)
+                await tab.until("window.guest.headset.saidToRoom() === 'Ann: undo ✗\\nnot now'")
+                await tab.until("window.guest.headset.saidToRoom() === ''")
                 await eve.socket.close()
                 await tab.until("window.guest.headset.signOf('guest-2') === ''")
                 assert not [m for m in tab.messages if "Error" in m], tab.messages

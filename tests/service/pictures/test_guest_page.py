@@ -11,12 +11,18 @@ from typing import Any
 import pytest
 from browser import Page, page
 from guest_room import GuestRoom, at_the_door
+from waiting import until
 
 from vistel.v1.device_pb2 import PointerFrame
+from vistel_services import world
 from vistel_services.console import bundle
 
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 
+CHOOSE_READER = (
+    "(at => (at.value = 'guest-2', at.dispatchEvent(new Event('change', { bubbles: true })), at.value))"
+    "(document.querySelector('#chat select'))"
+)
 BARE = "places => places.findLast(([x, y]) => document.elementFromPoint(x, y)?.id === 'room')"
 """Of places on the page, a highest one at which there is the picture and no button."""
 
@@ -106,6 +112,18 @@ def test_a_guest_opens_the_link_enters_looks_waves_touches_and_rests(monkeypatch
                 await tab.call("Input.dispatchKeyEvent", type="keyDown", key=letter, text=letter)
             await tab.call("Input.dispatchKeyEvent", type="keyDown", key="Enter", text="\r")
             await tab.until("document.querySelector('#chat .lines').innerText.includes('wow')")
+            # To Bob alone, and he answers so.
+            assert await tab.value(CHOOSE_READER) == "guest-2"
+            await tab.until("document.querySelector('#chat input').placeholder === 'Write to Bob alone'")
+            await tab.value("document.querySelector('#chat input').focus()")
+            for letter in "psst":
+                await tab.call("Input.dispatchKeyEvent", type="keyDown", key=letter, text=letter)
+            await tab.call("Input.dispatchKeyEvent", type="keyDown", key="Enter", text="\r")
+            await tab.until("document.querySelector('#chat .lines .alone')?.innerText.includes('to Bob alone')")
+            assert [(n["to"], n["text"]) for n in other.newest["private"]["lines"]] == [("guest-2", "psst")]
+            assert all(n["text"] != "psst" for n in other.newest["chat"]["lines"])
+            await other.socket.send_json({"write": "what?", "to": "guest-1"})
+            await tab.until("[...document.querySelectorAll('#chat .lines .alone')].at(-1).innerText.includes('what?')")
             await tab.call("Input.dispatchKeyEvent", type="keyDown", key="Escape")
             await tab.until("document.getElementById('chat').hidden")
             assert newest(room).gesture_number == waved
@@ -134,5 +152,44 @@ def test_a_wrong_link_says_what_to_do(monkeypatch: pytest.MonkeyPatch, tmp_path:
                 await tab.call("Page.navigate", url="about:blank")
                 await tab.open(f"http://{room.address}/join{link}", 480, 320)
                 await tab.until(f"document.getElementById('trouble').innerText.includes({says!r})")
+
+    asyncio.run(visit())
+
+
+def test_a_guest_raises_a_hand_and_reacts_and_sees_those_of_others(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
+        pytest.skip("the page for guests has not been made (make web)")
+
+    async def visit() -> None:
+        async with (
+            page(tmp_path, *SOFTWARE_GL) as tab,
+            GuestRoom(tmp_path).serving(monkeypatch) as room,
+            room.opened(room.invited("guest-2", "Bob")) as other,
+        ):
+            bus = room.network.bus("c", "hub", room.clock)
+            leading = asyncio.create_task(world.run(world.configure(room.conference, None, room.paths), bus, room.clock))
+            await other.enter("ben")
+            async with other.listening():
+
+                def told(kind: str) -> list[list[object]]:
+                    return other.newest.get("signals", {"raised": [], "reactions": []})[kind]
+
+                await entered(tab, room, room.invited())
+                await tab.until("window.guest.joints('guest-2').length > 0")
+                await tab.call("Input.dispatchKeyEvent", type="keyDown", key="r")
+                await until(lambda: told("raised") == [["guest-1", False]], "the hand is up", tasks=[leading])
+                await tab.until("document.getElementById('raise').getAttribute('aria-pressed') === 'true'")
+                await other.socket.send_json({"hand_down": False})
+                await other.socket.send_json({"react": "clap"})
+                label = "[...document.querySelectorAll('.label')].find(l => l.innerText.includes('Bob'))?.innerText"
+                await tab.until(f"{label}?.includes('hand up 2 · claps')")
+                await tab.until(f"{label}?.includes('hand up 2') && !{label}.includes('claps')")
+                await tab.call("Input.dispatchKeyEvent", type="keyDown", key="3")
+                await until(lambda: told("reactions") == [["guest-1", "heart"]], "a heart", tasks=[leading])
+                await tab.click("#raise")
+                await until(lambda: told("raised") == [["guest-2", False]], "it is down", tasks=[leading])
+                assert not [m for m in tab.messages if "Error" in m], tab.messages
+            leading.cancel()
+            await asyncio.gather(leading, return_exceptions=True)
 
     asyncio.run(visit())

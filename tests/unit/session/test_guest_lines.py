@@ -11,11 +11,10 @@ import pytest
 from vistel.messages.chat import line_message
 from vistel.protocol.pages.pointer import MOST_LINE_BYTES, line_of, line_record
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
-from vistel.session.chat import Chat
+from vistel.session.chat import Chat, PrivateLines, lines_of
 from vistel.session.guest_lines import LINES_NS, MOST_LINES, GuestLines
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
-from vistel.wire.topics import BY_NAME
 
 LOOK_NS = 250_000_000
 
@@ -26,17 +25,18 @@ class Link:
     def __init__(self) -> None:
         network, self.clock, self.sent = MemoryNetwork(), SimulatedClock(), 0
         self.lost: Callable[[], bool] = lambda: False
-        site = network.bus("demo", "guests", self.clock)
-        self._chat = site.publish(BY_NAME["chat"], participant="guest-1")
-        self.reader = Chat(network.bus("demo", "tokyo", self.clock))
-        self.lines = GuestLines("guest-1", network.bus("demo", "hub", self.clock), self.clock, self._pass_on)
+        self._site = network.bus("demo", "guests", self.clock)
+        self.reader_bus = network.bus("demo", "tokyo", self.clock)
+        self.reader = Chat(self.reader_bus)
+        self.lines = GuestLines("guest-1", {"aiko"}, network.bus("demo", "hub", self.clock), self.clock, self._pass_on)
 
     def _pass_on(self, record: bytes) -> None:
         self.sent += 1
         line = line_of(record)
         assert line is not None
         if not self.lost():
-            self._chat.put(line_message(line[1], self.clock.now_ns(), line[0]))
+            line_id, text, to = line
+            lines_of(self._site, "guest-1", to, "tokyo").put(line_message(text, self.clock.now_ns(), line_id))
 
     async def look(self, for_ns: int) -> list[str]:
         """The gateway looks several times a second; all that is read by then."""
@@ -80,6 +80,7 @@ def test_what_is_no_line_and_more_than_a_person_types_is_not_passed_on() -> None
     async def play() -> None:
         link = Link()
         assert not any(link.lines.write(text) for text in ("", "\u202e\n", "x" * 301))
+        assert not any(link.lines.write("psst", to) for to in ("guest-1", "nobody", 3, None))
         assert [link.lines.write("again") for _ in range(MOST_LINES + 2)] == [True] * MOST_LINES + [False] * 2
         assert link.sent == MOST_LINES
         await link.look(LINES_NS)
@@ -88,8 +89,24 @@ def test_what_is_no_line_and_more_than_a_person_types_is_not_passed_on() -> None
     asyncio.run(play())
 
 
-def test_a_record_of_a_line_has_an_id_and_a_text() -> None:
-    assert line_of(line_record("0123456789abcdef", "あ" * 300)) == ("0123456789abcdef", "あ" * 300)
+def test_a_private_line_that_is_lost_is_passed_on_again_and_read_by_its_reader_alone() -> None:
+    async def play() -> None:
+        link = Link()
+        private = PrivateLines(link.reader_bus, "aiko", 0)
+        losses = iter([True, True])
+        link.lost = lambda: next(losses, False)
+        assert link.lines.write("psst", "aiko")
+        assert await link.look(4 * AGAIN_NS) == []
+        assert link.sent == 3 and '"psst"' in private.words()
+        await link.look(ANSWER_NS)
+        assert link.sent == 3
+
+    asyncio.run(play())
+
+
+def test_a_record_of_a_line_has_an_id_and_a_text_and_may_name_a_reader() -> None:
+    assert line_of(line_record("0123456789abcdef", "あ" * 300)) == ("0123456789abcdef", "あ" * 300, "")
+    assert line_of(line_record("0123456789abcdef", "x", "aiko")) == ("0123456789abcdef", "x", "aiko")
     whole = line_record("0123456789abcdef", "x")
     assert all(line_of(whole[:n]) is None for n in range(len(whole)))
     assert line_of(line_record("0123456789abcdef", "x" * (MOST_LINE_BYTES + 1))) is None

@@ -1,4 +1,4 @@
-"""What is written on boards reaches pages stroke by stroke, and whole for who comes later; and an SVG file."""
+"""What is written on boards reaches pages stroke by stroke, and whole for who comes later; and SVG and PDF files."""
 
 from __future__ import annotations
 
@@ -64,3 +64,25 @@ def test_an_svg_file_has_every_stroke_the_later_over_the_earlier_with_its_top_at
     assert lines[1].startswith("0,2400 ") and lines[1].endswith(" 100,0")
     assert set(colours) == {"#c23b32"}
     assert text == svg([stroke(1, (7, 7)), stroke(2, (0, 0), (100, 2400))])
+
+
+def test_a_pdf_has_each_stroke_where_it_is_on_the_board_and_in_its_colour() -> None:
+    """Drawn by pdfium: a red stroke across the middle, and a dot over the lower left corner."""
+    pdfium = pytest.importorskip("pypdfium2")
+    from vistel.space.boards.pdf import pdf
+
+    data = pdf([stroke(2, (0, 1200), (3600, 1200)), stroke(1, (200, 200))])
+    document = pdfium.PdfDocument(data)
+    assert len(document) == 1
+    page = document[0]
+    wide, high = page.get_size()
+    assert (wide, high) == pytest.approx((1800 / 25.4 * 72, 1200 / 25.4 * 72), abs=0.1), "as large as the board"
+    kinds = [found.type for found in page.get_objects()]
+    assert kinds == [pdfium.raw.FPDF_PAGEOBJ_PATH] * 3, "lines, no pictures"
+    picture = page.render(scale=1800 / wide).to_pil().convert("RGB")  # a pixel a millimetre
+    red = (0xC2, 0x3B, 0x32)
+    assert [picture.getpixel((x, 600)) for x in (5, 900, 1795)] == [red] * 3
+    assert picture.getpixel((100, 1100)) == red
+    ground = picture.getpixel((900, 300))
+    assert ground == picture.getpixel((300, 1100)) != red
+    assert picture.getpixel((900, 596)) == ground, "6 mm wide"

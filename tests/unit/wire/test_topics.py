@@ -20,6 +20,8 @@ NAMES = {
     "part": "0001",
     "equipment": "delay",
     "holder": "tokyo",
+    "reader_site": "paris",
+    "reader": "bob",
 }
 
 

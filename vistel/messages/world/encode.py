@@ -6,20 +6,26 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.messages.boards import stroke_message
+from vistel.space.actions import Reaction
 from vistel.space.hands.claims import ClaimChange, ClaimEvent
 from vistel.space.inputs import ParticipantBody
 from vistel.space.joints.buttons import ButtonEvent
 from vistel.space.memory.bonds import Bond, Torn
 from vistel.space.memory.dents import DentRecord
+from vistel.space.signals import Signals
 from vistel.space.things.things import Thing, ThingPrimitive
 from vistel.space.view import GraspView, HandForce, Outcome, ThingView, WorldView
-from vistel.v1 import geometry_pb2, world_pb2
+from vistel.v1 import command_pb2, geometry_pb2, world_pb2
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.motion.proportions import to_message
 
 STATE_STEPS = 60
 """Steps between two recorded private states: a second."""
 
+NO_SIGNALS = Signals()
+"""Nobody raises a hand or reacts."""
+
+_REACTIONS = {each: command_pb2.Reaction.Value(f"REACTION_{each.name}") for each in Reaction}
 _FELT = world_pb2.HandForce
 _DIGITS = (_FELT.DIGIT_THUMB, _FELT.DIGIT_INDEX, _FELT.DIGIT_MIDDLE, _FELT.DIGIT_RING, _FELT.DIGIT_LITTLE, _FELT.DIGIT_PALM)
 _OWNED = world_pb2.Ownership
@@ -71,6 +77,18 @@ def world_state(view: WorldView, things: Sequence[world_pb2.Thing] | None = None
     out.grasps.extend(grasp_message(h) for h in view.grasps)
     if view.selected:
         out.selections.CopyFrom(selections(view))
+    if view.signals != NO_SIGNALS:
+        out.signals.CopyFrom(signals(view))
+    return out
+
+
+def signals(view: WorldView) -> world_pb2.Signals:
+    """Raised hands and reactions."""
+    out = world_pb2.Signals()
+    for hand in view.signals.raised:
+        out.raised.add(participant=hand.participant, since_ns=hand.since_ns, by_gesture=hand.by_gesture)
+    for shown in view.signals.reactions:
+        out.reactions.add(participant=shown.participant, reaction=_REACTIONS[shown.reaction])
     return out
 
 

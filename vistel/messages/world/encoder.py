@@ -7,7 +7,16 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from vistel.messages.boards import stroke_message
-from vistel.messages.world.encode import bond_message, dent_message, grasp_message, selections, thing_message, world_state
+from vistel.messages.world.encode import (
+    NO_SIGNALS,
+    bond_message,
+    dent_message,
+    grasp_message,
+    selections,
+    signals,
+    thing_message,
+    world_state,
+)
 from vistel.messages.world.interest import InterestFilter
 from vistel.messages.world.touching import Touching
 from vistel.space.eyes import Eyes
@@ -61,6 +70,7 @@ class WorldEncoder:
         self._grasps: tuple[object, ...] = ()
         self._published_grasps: list[Grasp] = []
         self._selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
+        self._signals = NO_SIGNALS
         self._touching = Touching()
 
     def encode(self, view: WorldView) -> EncodedStep:
@@ -89,7 +99,7 @@ class WorldEncoder:
         self._book, self._last = book, view.step
         self._begins = self._silent = False
         self._describe(view, WorldState())
-        self._people, self._selected = view.participants, view.selected
+        self._people, self._selected, self._signals = view.participants, view.selected, view.signals
         self._encode_grasps(view, WorldState())
         self._touching.begin(view)
         self._touches(view)
@@ -115,6 +125,8 @@ class WorldEncoder:
             out.strokes.extend(stroke_message(s) for s in view.strokes)
             if view.selected:
                 out.selections.CopyFrom(selections(view))
+            if view.signals != NO_SIGNALS:
+                out.signals.CopyFrom(signals(view))
         out.grasps.extend(self._published_grasps)
         out.frame, out.check = write_book(self._book), self._check(view)
         out.ClearField("hash")
@@ -134,9 +146,11 @@ class WorldEncoder:
                 out.order.extend(t.id for t in view.things)
         if self._silent:
             del out.things[:]  # published before
-        self._people, self._selected = view.participants, view.selected
+        self._people, self._selected, self._signals = view.participants, view.selected, view.signals
         if view.selected:
             out.selections.CopyFrom(selections(view))
+        if view.signals != NO_SIGNALS:
+            out.signals.CopyFrom(signals(view))
         self._encode_grasps(view, out)
         self._touching.begin(view)
         poses = [rounded(s.position, s.rotation) for s in view.states]
@@ -163,6 +177,9 @@ class WorldEncoder:
         if view.selected != self._selected:
             self._selected = view.selected
             out.selections.CopyFrom(selections(view))
+        if view.signals != self._signals:
+            self._signals = view.signals
+            out.signals.CopyFrom(signals(view))
         grasps = due or _rough(view.grasps) != self._grasps
         if grasps:
             self._encode_grasps(view, out)

@@ -22,11 +22,13 @@ GUEST = 2
 LEFT = 3
 """The kind of the gateway's record that they left."""
 LINE = 6
-"""The kind of the gateway's record of a line that the guest wrote to all."""
+"""The kind of the gateway's record of a line that the guest wrote."""
 LINE_ID_BYTES = 8
 """Of the id of a line."""
 MOST_LINE_BYTES = 1200
 """Of a line: 300 letters of any script."""
+MOST_READER_BYTES = 80
+"""Of the participant to whom alone a line is written."""
 PICTURE = 7
 """The kind of the gateway's record of a part of a picture."""
 ASKED = 8
@@ -105,18 +107,22 @@ def left_record() -> bytes:
     return _HEAD + bytes((LEFT,))
 
 
-def line_record(line_id: str, text: str) -> bytes:
+def line_record(line_id: str, text: str, to: str = "") -> bytes:
     """What the gateway sends of a line that a guest wrote. line_id: of `LINE_ID_BYTES`, in hexadecimal digits; what is sent again
-    has the same."""
-    return _HEAD + bytes((LINE,)) + bytes.fromhex(line_id) + text.encode()
+    has the same; to: the participant to whom alone; empty: to all."""
+    reader = to.encode()[:MOST_READER_BYTES]
+    return _HEAD + bytes((LINE,)) + bytes.fromhex(line_id) + bytes((len(reader),)) + reader + text.encode()
 
 
-def line_of(data: bytes) -> tuple[str, str] | None:
-    """The id and the text of a `line_record`; None where it is none."""
-    begin = 3 + LINE_ID_BYTES
-    if data[:3] != _HEAD + bytes((LINE,)) or not begin < len(data) <= begin + MOST_LINE_BYTES:
+def line_of(data: bytes) -> tuple[str, str, str] | None:
+    """The id and the text of a `line_record`, and to whom alone, empty: to all; None where it is none."""
+    begin = 4 + LINE_ID_BYTES
+    if data[:3] != _HEAD + bytes((LINE,)) or not begin < len(data) <= begin + MOST_READER_BYTES + MOST_LINE_BYTES:
         return None
-    return data[3:begin].hex(), data[begin:].decode(errors="replace")
+    end = begin + data[begin - 1]
+    if data[begin - 1] > MOST_READER_BYTES or not end < len(data) <= end + MOST_LINE_BYTES:
+        return None
+    return data[3 : begin - 1].hex(), data[end:].decode(errors="replace"), data[begin:end].decode(errors="replace")
 
 
 def picture_record(digest: str, name: str, part: AvatarPart) -> bytes:

@@ -12,6 +12,7 @@ _MAX_CHARACTERS = 28
 _Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 _Ink = tuple[int, int, int, int]
 _TALKING = (140, 245, 165, 255)
+_SIGN = (255, 214, 92, 255)
 
 
 @dataclass(frozen=True)
@@ -23,6 +24,8 @@ class Label:
     remark: str = ""
     warning: bool = False
     talking: bool = False
+    sign: str = ""
+    """What they say without words, over the name: that their hand is up, how they react."""
     frame: tuple[int, int, int] | None = None
     """Of the colour of somebody who has selected a thing: then smaller, over the thing."""
 
@@ -47,7 +50,8 @@ def paint_label(label: Label, line_height: int) -> U8:
     frame: _Ink | None = (*label.frame, 255) if label.frame else _TALKING if label.talking else None
     ink = _TALKING if label.talking else (255, 255, 255, 255)
     large = latin_font(max(8, round(0.66 * line_height)))
-    lines: list[tuple[str, _Font, _Ink, int]] = [(_short(label.name), large, ink, line_height)]
+    lines: list[tuple[str, _Font, _Ink, int]] = [(label.sign, large, _SIGN, line_height)] if label.sign else []
+    lines.append((_short(label.name), large, ink, line_height))
     if label.remark:
         colour = (255, 196, 120, 255) if label.warning else (178, 220, 255, 255)
         small = round(0.78 * line_height)

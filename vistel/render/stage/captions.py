@@ -1,5 +1,7 @@
 """What people said to the room lately and what it answered."""
 
+import json
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from vistel.messages.chat import text_of
@@ -35,6 +37,12 @@ class Caption:
     def over_things(self) -> "Caption":
         """The same as it stands over them."""
         return replace(self, speaker="", things=())
+
+
+def caption_words(captions: Iterable[Caption]) -> str:
+    """JSON of captions, as a browser's page is told."""
+    rows = [{"who": c.speaker, "text": c.text, "mark": c.mark, "reply": c.reply} for c in captions]
+    return json.dumps({"kind": "captions", "captions": rows})
 
 
 class Captions:

@@ -39,6 +39,7 @@ class PlayoutWorld:
     strokes: Mapping[int, world_pb2.Stroke] = field(default_factory=dict[int, world_pb2.Stroke])
     selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
     """Ids of the things that people have selected, by participant."""
+    signals: world_pb2.Signals = field(default_factory=world_pb2.Signals)
 
 
 def vector(v: geometry_pb2.Vec3) -> F64:
@@ -56,7 +57,7 @@ def quaternion(q: geometry_pb2.Quaternion) -> F64:
 def view_of(now: RoomState, ghosts: tuple[ActingGhost, ...]) -> PlayoutWorld:
     """What is shown of a step."""
     poses = {thing: Pose(*pose) for thing, pose in now.poses.items()}
-    return PlayoutWorld(now.step, poses, ghosts, now.grasps, now.dents, now.bonds, now.strokes, now.selected)
+    return PlayoutWorld(now.step, poses, ghosts, now.grasps, now.dents, now.bonds, now.strokes, now.selected, now.signals)
 
 
 def ghosts_from(touches: Iterable[Touch], things: Mapping[str, world_pb2.Thing]) -> tuple[ActingGhost, ...]:
@@ -83,7 +84,8 @@ def between(a: PlayoutWorld, b: PlayoutWorld, u: float) -> PlayoutWorld:
     near = a if u < 0.5 else b
     if near.poses.keys() != poses.keys():
         poses = {k: v for k, v in poses.items() if k in near.poses}
-    return PlayoutWorld(near.step, poses, b.ghosts, near.grasps, near.dents, near.bonds, near.strokes, near.selected)
+    kept = near.grasps, near.dents, near.bonds, near.strokes, near.selected, near.signals
+    return PlayoutWorld(near.step, poses, b.ghosts, *kept)
 
 
 def world_after(before: PlayoutWorld, newest: PlayoutWorld, span_s: float, ahead_s: float) -> PlayoutWorld:

@@ -7,7 +7,18 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.space.actions import Action, Refused, absent
-from vistel.space.commands import choosing, denting, edges, lining, moving_on_joint, placing, presenting, shaping, writing
+from vistel.space.commands import (
+    choosing,
+    denting,
+    edges,
+    lining,
+    moving_on_joint,
+    placing,
+    presenting,
+    shaping,
+    signalling,
+    writing,
+)
 from vistel.space.commands.context import PERFORMERS, Context
 from vistel.space.dynamics.solids import Solids
 from vistel.space.holding import ownership
@@ -16,7 +27,7 @@ from vistel.space.room import Room
 from vistel.space.state import State
 from vistel.space.view import Outcome
 
-PERFORMING = (choosing, denting, edges, lining, moving_on_joint, placing, presenting, shaping, writing)
+PERFORMING = (choosing, denting, edges, lining, moving_on_joint, placing, presenting, shaping, signalling, writing)
 """The modules whose functions are under `context.performs`."""
 
 

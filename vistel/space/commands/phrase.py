@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
-from vistel.space.actions import THIS, Action, Along, Shown, Towards, Where, Which
+from vistel.space.actions import THIS, Action, Along, Reaction, Shown, Towards, Where, Which
 from vistel.space.command_description import COMMANDS, AxisName, ColourName, Command, Length, Parameter, Quantity, ShapeName, Typed
 from vistel.space.commands.names import COLOURS, SHAPES
 
@@ -147,6 +147,13 @@ def _length(words: list[str], parameter: Parameter) -> _Found:
     return text[: found.start()].split(), float(found[1]) * UNITS[found[2] or "m"] * parameter.detail.unit
 
 
+def _reaction(words: list[str], _: Parameter) -> _Found:
+    """All that is left is its name."""
+    name = "_".join(words).replace("-", "_")
+    return ([], _REACTIONS[name]) if name in _REACTIONS else None
+
+
+_REACTIONS = {r.value: r for r in Reaction}
 _ALONG = {a.value: a for a in Along}
 _TOWARDS = {t.value: t for t in Towards}
 _WHERE = {w.value: w for w in Where}
@@ -159,6 +166,7 @@ _READ: dict[type[Any], Callable[[list[str], Parameter], _Found]] = {
     Length: _length,
     ColourName: _choice(dict(COLOURS)),
     ShapeName: _choice({shape: shape for shape in SHAPES}),
+    Reaction: _reaction,
 }
 _PLACEHOLDERS: dict[type[Any], str] = {
     Which: "WHICH",
@@ -167,6 +175,7 @@ _PLACEHOLDERS: dict[type[Any], str] = {
     AxisName: "|".join(_ALONG),
     ColourName: "COLOUR",
     ShapeName: "SHAPE",
+    Reaction: "|".join(name.replace("_", "-") for name in _REACTIONS),
 }
 _QUESTIONS: dict[type[Any], tuple[str, Iterable[str]]] = {
     Towards: ("which way? expected", _TOWARDS),
@@ -174,4 +183,5 @@ _QUESTIONS: dict[type[Any], tuple[str, Iterable[str]]] = {
     AxisName: ("along which axis? expected", _ALONG),
     ColourName: ("it in what colour? there are", COLOURS),
     ShapeName: ("what? there are", SHAPES),
+    Reaction: ("how? expected", [name.replace("_", "-") for name in _REACTIONS]),
 }

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.v1.world_pb2 import Bond, Dent, Grasp, Stroke, Thing, WorldDetail, WorldSnapshot, WorldState
+from vistel.v1.world_pb2 import Bond, Dent, Grasp, Signals, Stroke, Thing, WorldDetail, WorldSnapshot, WorldState
 from vistel.wire.world.codec.bits import FrameError
 from vistel.wire.world.codec.frame import Book, ChangedLists, RoomStep, is_key, read_changes, read_key
 from vistel.wire.world.codec.poses import place
@@ -58,6 +58,7 @@ class RoomState:
     strokes: Mapping[int, Stroke] = field(default_factory=dict[int, Stroke])
     selected: tuple[tuple[str, tuple[str, ...]], ...] = ()
     """Ids of the things that people have selected, by participant."""
+    signals: Signals = field(default_factory=Signals)
 
     def holders(self, thing: str) -> tuple[str, ...]:
         """Who holds a thing; the first carries it."""
@@ -222,6 +223,7 @@ class WorldDecoder:
             moving=moving,
             grasps=grasps,
             selected=_selected(message, before),
+            signals=_signals(message, before),
         )
 
     def _things(self, message: WorldState, whole: bool) -> Mapping[str, Thing]:
@@ -291,6 +293,7 @@ class WorldDecoder:
             bonds,
             strokes,
             _selected(m, before),
+            _signals(m, before),
         )
         return [self.now]
 
@@ -299,6 +302,10 @@ def _selected(message: WorldState, before: RoomState) -> tuple[tuple[str, tuple[
     if not (message.key or message.HasField("selections")):
         return before.selected
     return tuple((s.participant, tuple(s.things)) for s in message.selections.of)
+
+
+def _signals(message: WorldState, before: RoomState) -> Signals:
+    return message.signals if message.key or message.HasField("signals") else before.signals
 
 
 def _set_of(bits: int) -> tuple[int, ...]:

@@ -21,7 +21,7 @@ MOST_QUESTIONS_PER_S = {"world_snapshot": 20.0, "room_plan": 20.0, "certificate"
 answers work. Others are asked in quick turns (clock, parts of assets), or by those alone who may have the room."""
 
 _WORLDS_HEAR = [Audience.EVERYBODY, Audience.HOSTS, Audience.WORLDS]
-_HUB_HEARS = [*_WORLDS_HEAR, Audience.HUB]
+_HUB_HEARS = [*_WORLDS_HEAR, Audience.HUB, Audience.READER]
 _SAY = ["put", "delete", "declare_queryable", "reply"]
 _PRESENCE = ["liveliness_token"]
 _ASK = ["declare_subscriber", "query", "declare_liveliness_subscriber", "liveliness_query"]
@@ -58,9 +58,10 @@ def access_rules(
     subjects: list[dict[str, Any]] = []
 
     def allow(name: str, keys: list[str], *present_as: str, hears: Sequence[Audience] = (Audience.EVERYBODY,)) -> None:
-        mine = [f"{name}-holds"]
+        mine = [f"{name}-holds", f"{name}-reads"]
         held = [t.pattern(conference, holder=name) for t in TOPICS if t.audience is Audience.HOLDER]
-        rules.append(_rule(mine[0], "ingress", ["query"], held))
+        read = [t.pattern(conference, reader_site=name) for t in TOPICS if t.audience is Audience.READER]
+        rules.extend((_rule(mine[0], "ingress", ["query"], held), _rule(mine[1], "ingress", _ASK, read)))
         if keys:
             rules.append(_rule(f"{name}-say", "ingress", _SAY, keys))
             present = [f"vistel/{conference}/alive/{n}/**" for n in (name, *present_as)]

@@ -25,6 +25,7 @@ LINES = (
     "paint selected white", "select the red baton", "copy this", "reset", "sharpen the cone",
     "round the box", "press the can", "dent the ball", "hide the tile", "show", "align everything",
     "new board", "wipe the board", "reset",
+    "hand up", "hand down", "react thumb-up",
 )  # fmt: skip
 
 

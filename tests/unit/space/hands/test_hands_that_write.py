@@ -8,7 +8,7 @@ from test_world_steps import START, Play, reaching
 
 from vistel.figure.body import pose_body
 from vistel.figure.posture.posture import Posture, pose_joints
-from vistel.space.actions import Draw, Undo
+from vistel.space.actions import Draw, Paint, Undo, Which
 from vistel.space.boards.board import face_of
 from vistel.space.boards.stroke import ACROSS, UPWARDS, Stroke
 from vistel.space.commands.names import COLOURS
@@ -124,15 +124,37 @@ def test_a_stroke_by_hand_is_taken_back_and_a_long_one_goes_on_as_another() -> N
     assert strokes(play) == ()
 
 
-def test_a_held_thing_writes_in_its_own_colour() -> None:
-    play = with_board("ann")
+def carried_to_the_board(play: Play) -> None:
+    """Ann takes the baton, and comes to the board with it."""
     for k in range(240):
         ahead = min(max(k - 60, 0), 175)
         grip = START + np.array([0.0, min(0.3, 0.005 * ahead), min(1.356, 0.008 * ahead)])
         play.step({"ann": reaching(grip, min(1.0, k / 20))})
     assert play.grasps() == ["ann"]
+
+
+def test_a_held_thing_writes_in_its_own_colour() -> None:
+    play = with_board("ann")
+    carried_to_the_board(play)
     baton = next(t for t in play.views[-1].things if t.id == "baton")
     assert {(s.by, s.colour) for s in strokes(play)} == {("ann", baton.colour)}
+
+
+def test_a_white_held_thing_rubs_out_what_it_touches_and_nothing_else() -> None:
+    coloured = with_board("ann")
+    carried_to_the_board(coloured)
+    x, y = (int(n) for n in strokes(coloured)[0].points[0])
+    play = with_board("ann")
+    play.step({"ann": reaching(START, 0.0)})
+    far = y - 600 if y > UPWARDS // 2 else y + 600
+    drawn = [Draw((max(0, x - 300), at, min(ACROSS, x + 300), at)) for at in (y, far)]
+    play.step({}, *(CommandInput(f"d{n}", "ann", draw) for n, draw in enumerate(drawn)))
+    play.step({}, CommandInput("p", "ann", Paint(Which("baton"), COLOURS["white"])))
+    assert [o.done for o in play.views[-1].outcomes] == [True] and len(strokes(play)) == 2
+    carried_to_the_board(play)
+    assert [s.points[0].tolist()[1] for s in strokes(play)] == [far]
+    play.step({}, CommandInput("u", "ann", Undo()))
+    assert len(strokes(play)) == 2, "what was rubbed comes back"
 
 
 def test_the_same_hands_write_the_same_bytes_again() -> None:

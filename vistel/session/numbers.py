@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import Any
+from collections.abc import Sequence
+from typing import Any, Protocol
 
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.model import Conference
-from vistel.render.stage.stage import Instant
 from vistel.session.troubles import troubles
 from vistel.v1.audio_pb2 import SoundStatus
 from vistel.v1.device_pb2 import DeviceStatus
@@ -16,6 +16,36 @@ from vistel.wire.bus import Bus, Sample
 from vistel.wire.topics import BY_NAME
 
 _TOPICS = ("image_delay", "device_status", "heartbeat", "clock_offset", "sound_status")
+
+
+class _Timing(Protocol):
+    @property
+    def age_ns(self) -> int: ...
+    @property
+    def jitter_ns(self) -> float: ...
+    @property
+    def delay_ns(self) -> int: ...
+
+
+class _About(Protocol):
+    @property
+    def name(self) -> str: ...
+    @property
+    def display_name(self) -> str: ...
+
+
+class Person(Protocol):
+    """Somebody who is shown, such as `vistel.render.stage.stage.PersonNow`."""
+
+    @property
+    def about(self) -> _About:
+        """Who they are."""
+        ...
+
+    @property
+    def timing(self) -> _Timing:
+        """How late they are shown [ns]."""
+        ...
 
 
 class Numbers:
@@ -38,10 +68,10 @@ class Numbers:
         for subscription in self._subscriptions:
             subscription.close()
 
-    def now(self, instant: Instant, received: Counter[str]) -> dict[str, Any]:
-        """The figures at an instant, ready for JSON. received: motions of each participant since the beginning."""
-        t_ns = instant.now_ns
-        out = {"sites": self._sites(t_ns), "people": self._people(instant, received), "services": self._services(t_ns)}
+    def now(self, t_ns: int, people: Sequence[Person], received: Counter[str]) -> dict[str, Any]:
+        """The figures at conference time `t_ns`, ready for JSON. people: who is shown then; received: motions of each participant
+        since the beginning."""
+        out = {"sites": self._sites(t_ns), "people": self._people(t_ns, people, received), "services": self._services(t_ns)}
         return out | {"devices": self._devices(), "troubles": troubles(out, self._devices())}
 
     def _sites(self, t_ns: int) -> list[dict[str, Any]]:
@@ -66,12 +96,12 @@ class Numbers:
             rows.append(row)
         return rows
 
-    def _people(self, instant: Instant, received: Counter[str]) -> list[dict[str, Any]]:
-        seconds = (instant.now_ns - self._counted_ns) * 1e-9
+    def _people(self, t_ns: int, people: Sequence[Person], received: Counter[str]) -> list[dict[str, Any]]:
+        seconds = (t_ns - self._counted_ns) * 1e-9
         since = received - self._counted if self._counted_ns else Counter[str]()
         sounds: list[SoundStatus] = [s.message for s in self._newest["sound_status"].values()]
         muted = {m.participant for sound in sounds for m in sound.microphones if m.muted}
-        self._counted, self._counted_ns = received.copy(), instant.now_ns
+        self._counted, self._counted_ns = received.copy(), t_ns
         return [
             {
                 "name": p.about.name,
@@ -82,7 +112,7 @@ class Numbers:
                 "delay_ms": p.timing.delay_ns * 1e-6,
                 "muted": p.about.name in muted,
             }
-            for p in instant.people
+            for p in people
         ]
 
     def _devices(self) -> list[dict[str, Any]]:
