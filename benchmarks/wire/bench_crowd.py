@@ -18,7 +18,7 @@ from vistel.v1.motion_pb2 import Motion
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel_cli.run.crowd_load import CrowdLoad, measure
+from vistel_cli.run.crowd.load import CrowdLoad, measure
 from vistel_services.world.received import InputCollector
 from vistel_sim.crowd import crowd_conference
 from vistel_sim.crowd.loops import THIN, motion_loops

@@ -29,7 +29,7 @@ MOST_S = 60.0
 """Longest wait for ports [s]."""
 
 
-class _DevicesByDefault(lazy_group({"crowd": Lazy("vistel_cli.run.crowd:crowd")})):
+class _DevicesByDefault(lazy_group({"crowd": Lazy("vistel_cli.run.crowd.command:crowd")})):
     """`vistel sim FILE` is `vistel sim devices FILE`."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from vistel_cli.run.crowd_load import CrowdLoad, measure
+from vistel_cli.run.crowd.load import CrowdLoad, measure
 from vistel_cli.terminal import fail, out
 
 

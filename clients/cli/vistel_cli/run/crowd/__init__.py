@@ -1,0 +1,1 @@
+"""`vistel sim crowd`: many people of few processes, and what they cost."""
