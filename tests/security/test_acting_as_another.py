@@ -38,7 +38,7 @@ CONFERENCE = Conference.model_validate(
 OWNERS = owners_of(CONFERENCE)
 TOKYOS = {"participant": "ann", "device": "ann-tracker", "equipment": "delay", "thing": "baton"}
 """What the file gives to tokyo."""
-OTHERS = {"node": "capture", "digest": "0" * 32, "part": "0000"}
+OTHERS = {"node": "capture", "digest": "0" * 32, "part": "0000", "reader_site": "paris", "reader": "ben"}
 NAMED = [t for t in TOPICS if t.publisher is Publisher.SITE and TOKYOS.keys() & set(t.fields)]
 
 
