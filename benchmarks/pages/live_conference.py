@@ -48,13 +48,10 @@ avatar = "builtin:person={who}"
 
 
 class LiveConference:
-    """bus: of the hub; url: of the console; folder: of the run; hosts: process ids by node; endpoint: of the router."""
+    """bus: of the hub; url: of the console."""
 
-    hosts: dict[str, int]
-    endpoint: str
-
-    def __init__(self, bus: ZenohBus, clock: SystemClock, url: str, folder: Path, command: Sequence[str]) -> None:
-        self.bus, self.clock, self.url, self.folder, self._command = bus, clock, url, folder, command
+    def __init__(self, bus: ZenohBus, clock: SystemClock, url: str, command: Sequence[str]) -> None:
+        self.bus, self.clock, self.url, self._command = bus, clock, url, command
         self._process: subprocess.Popen[bytes] | None = None
 
     @property
@@ -85,41 +82,26 @@ class LiveConference:
 
 
 @contextlib.asynccontextmanager
-async def live_conference(name: str, more: str = "", nodes: Sequence[str] = (), guests: int = 0) -> AsyncIterator[LiveConference]:
-    """While entered, it runs, and everybody moves. more: of its file; nodes: processes of that; guests: seats of it."""
+async def live_conference(name: str) -> AsyncIterator[LiveConference]:
+    """While entered, it runs, and everybody moves."""
     router, clock = Router.open(), SystemClock()
     bus = await ZenohBus.open(conference=name, site="hub", clock=clock, endpoints=[router.endpoint])
     serve_clock(bus, clock)
     with tempfile.TemporaryDirectory(prefix="vistel-") as text:
-        folder = Path(text)
-        port, file = _free_port(), folder / "conference.toml"
-        head = _HEAD.format(name=name, seats=len(PEOPLE) + guests, endpoint=router.endpoint, port=port)
+        port, file = _free_port(), Path(text) / "conference.toml"
+        head = _HEAD.format(name=name, seats=len(PEOPLE), endpoint=router.endpoint, port=port)
         sites = [_SITE.format(site=site, who=who, height=height) for site, (who, height) in PEOPLE.items()]
-        file.write_text(head + "".join(sites) + more)
-        python, places = [sys.executable, "-m"], ["--run", text, "--out", text]
-        hosts = {
-            node: [
-                *python,
-                "vistel_services.process.host",
-                str(file),
-                node,
-                "--hub",
-                router.endpoint,
-                *places,
-                "--log-level",
-                "ERROR",
-            ]
-            for node in ("hub/world", *(f"{site}/capture" for site in PEOPLE), *nodes, "hub/console")
-        }
-        console = hosts.pop("hub/console")
+        file.write_text(head + "".join(sites))
+        python = [sys.executable, "-m"]
+        rest = ["--hub", router.endpoint, "--run", text, "--out", text, "--log-level", "ERROR"]
+        nodes = ("hub/console", "hub/world", *(f"{site}/capture" for site in PEOPLE))
+        console, *hosts = [[*python, "vistel_services.process.host", str(file), node, *rest] for node in nodes]
         # As `vistel up` does: else every process would compile the same kernels.
         prepare = [*python, "vistel_cli.run.prepare", str(file)]
         await asyncio.to_thread(subprocess.run, prepare, stdout=subprocess.DEVNULL, check=True)
         devices = [*python, "vistel_sim.process", str(file), "--run", text, "--quiet"]
-        children = [started(command) for command in (devices, *hosts.values())]
-        live = LiveConference(bus, clock, f"http://127.0.0.1:{port}/", folder, console)
-        live.hosts = {node: child.pid for node, child in zip(hosts, children[1:], strict=True)}
-        live.endpoint = router.endpoint
+        children = [started(command) for command in (devices, *hosts)]
+        live = LiveConference(bus, clock, f"http://127.0.0.1:{port}/", console)
         try:
             await _until_all_move(bus, children)
             await live.open_gateway()

@@ -154,7 +154,7 @@ export class Room {
     this.renderer.shadowMap.autoUpdate = this.sharpness > COARSE || this.drawn % SELDOM === 0;
     this.renderer.render(this.scene, this.camera);
     const first = this.first();
-    if (this.newest && (first || now - this.seenAt > this.seenEveryMs)) {
+    if (this.newest && (first.length || now - this.seenAt > this.seenEveryMs)) {
       this.seenAt = now;
       this.lookAfter(this.newest.tMs - Math.max(0, this.newest.arrived + overMs - now), first);
     }
@@ -233,20 +233,19 @@ export class Room {
     }
   }
 
-  /** The name of the picture that has just been asked for, if it is the first of its kind: "room" with walls and everybody, if only
-   * as stand-ins; "figures" with everybody's own figure. */
-  private first(): string {
+  /** Of which kinds the picture that has just been asked for is the first: "room" with walls and everybody, if only as stand-ins;
+   * "figures" with everybody's own figure. */
+  private first(): string[] {
     const people = [...this.figures.values()];
-    if (this.firsts.has("figures") || !this.walls || !people.length || !people.every((f) => f.root.visible)) return "";
-    const name = people.every((f) => f.own) ? "figures" : "room";
-    if (this.firsts.has(name)) return "";
-    this.firsts.add("room").add(name);
-    return name;
+    if (this.firsts.has("figures") || !this.walls || !people.length || !people.every((f) => f.root.visible)) return [];
+    const now = (people.every((f) => f.own) ? ["room", "figures"] : ["room"]).filter((name) => !this.firsts.has(name));
+    for (const name of now) this.firsts.add(name);
+    return now;
   }
 
   /** Tell when the picture that has just been asked for is there: drawing goes on after this thread has said what to draw. first:
    * how it is marked in the browser's own list of times (User Timing). */
-  private lookAfter(tMs: number, first: string): void {
+  private lookAfter(tMs: number, first: string[]): void {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     if (!drawn) return; // the context is lost
@@ -255,7 +254,7 @@ export class Room {
       if (gl.isContextLost()) return;
       if (gl.getSyncParameter(drawn, gl.SYNC_STATUS) !== gl.SIGNALED) return void setTimeout(look, LOOK_MS);
       gl.deleteSync(drawn);
-      if (first) performance.mark(first);
+      for (const name of first) performance.mark(name);
       this.seen?.(tMs, performance.now());
     };
     setTimeout(look, LOOK_MS);
