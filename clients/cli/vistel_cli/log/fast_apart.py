@@ -9,7 +9,7 @@ import pickle
 import sys
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
-from typing import TypeVar
+from typing import Any, TypeVar
 
 T = TypeVar("T")
 
@@ -36,7 +36,7 @@ def computed_apart(items: Iterator[T]) -> Iterator[Iterator[T]]:
         process.join()
 
 
-def _received(here: Connection) -> Iterator[T]:
+def _received(here: Connection) -> Iterator[Any]:
     while True:
         try:
             said = here.recv()
@@ -49,7 +49,7 @@ def _received(here: Connection) -> Iterator[T]:
         yield said
 
 
-def _work(items: Iterator[T], here: Connection, there: Connection) -> None:
+def _work(items: Iterator[object], here: Connection, there: Connection) -> None:
     here.close()  # so that this process notices when the other one ends
     try:
         for item in items:
