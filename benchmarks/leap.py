@@ -1,6 +1,5 @@
-"""Recorded hands: Leap Motion recordings to finger angles (../shared/data/hand/leap, LZString's base64 of JSON)."""
+"""Recorded hands: Leap Motion recordings to finger angles (../shared/data/hand/leap)."""
 
-import json
 import math
 from functools import lru_cache
 from itertools import pairwise
@@ -11,71 +10,12 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.limits import FINGER_LIMITS
-
-_ALPHABET = {c: i for i, c in enumerate("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/=")}
-
-
-class _Bits:
-    """Six bits of a letter, the highest first; numbers come with their lowest bit first."""
-
-    def __init__(self, text: str) -> None:
-        self._values = [_ALPHABET[c] for c in text.strip()]
-        self._at = 0
-
-    def take(self, count: int) -> int:
-        out = 0
-        for k in range(count):
-            letter, bit = divmod(self._at, 6)
-            out |= (self._values[letter] >> (5 - bit) & 1) << k
-            self._at += 1
-        return out
-
-
-def decompress(text: str) -> str:
-    """LZString's `decompressFromBase64`."""
-    bits = _Bits(text)
-    words: dict[int, str] = {}
-    word = chr(bits.take(16 if bits.take(2) else 8))
-    words[3] = word
-    out, size, left, width = [word], 4, 4, 3
-    while True:
-        code = bits.take(width)
-        if code == 2:
-            return "".join(out)
-        if code < 2:
-            words[size] = chr(bits.take(16 if code else 8))
-            code, size, left = size, size + 1, left - 1
-            if left == 0:
-                left, width = 1 << width, width + 1
-        entry = words.get(code, word + word[0])
-        out.append(entry)
-        words[size] = word + entry[0]
-        size, left, word = size + 1, left - 1, entry
-        if left == 0:
-            left, width = 1 << width, width + 1
+from vistel.log.headsets.leap import frames_of
 
 
 @lru_cache(maxsize=8)
-def _frames(path: Path) -> list[Any]:
-    frames = json.loads(decompress(path.read_text("ascii")))["frames"]
-    if frames and isinstance(frames[0], list):  # packed: the first says which value stands where in the others
-        return [_unpacked(frames[0], frame) for frame in frames[1:]]
-    return frames
-
-
-def _unpacked(form: list[Any], values: list[Any]) -> dict[str, Any]:
-    """A record of a packed recording. form: names, or {name: [the form of each row]} for a list of records, or {name: names}."""
-    out: dict[str, Any] = {}
-    for entry, value in zip(form, values, strict=True):
-        if isinstance(entry, str):
-            out[entry] = value
-            continue
-        ((name, inner),) = entry.items()
-        if isinstance(inner[0], list):
-            out[name] = [_unpacked(inner[0], row) for row in value]
-        else:
-            out[name] = _unpacked(inner, value)
-    return out
+def _frames(path: Path) -> list[dict[str, Any]]:
+    return [frame for _, frame in frames_of(path)]
 
 
 def finger_angles(path: Path, rate_hz: float, left: bool = False) -> F64:
@@ -83,7 +23,7 @@ def finger_angles(path: Path, rate_hz: float, left: bool = False) -> F64:
     times: list[float] = []
     rows: list[F64] = []
     for frame in _frames(path):
-        angles = _angles(frame, left) if isinstance(frame, dict) else None
+        angles = _angles(frame, left)
         if angles is not None:
             times.append(frame["timestamp"] * 1e-6)
             rows.append(angles)
@@ -100,7 +40,7 @@ def thumb_offsets(path: Path, rate_hz: float, left: bool = False) -> tuple[F64, 
     times: list[float] = []
     rows: list[F64] = []
     for frame in _frames(path):
-        if not isinstance(frame, dict) or _angles(frame, left) is None:
+        if _angles(frame, left) is None:
             continue
         hand = _hand(frame, left)
         fingers = {p["type"]: p for p in frame["pointables"] if p.get("handId") == hand["id"] and "type" in p}
@@ -133,7 +73,7 @@ def _told(path: Path, rate_hz: float, left: bool, keys: tuple[str, ...]) -> F64:
     times: list[float] = []
     rows: list[list[float]] = []
     for frame in _frames(path):
-        if isinstance(frame, dict) and _angles(frame, left) is not None:
+        if _angles(frame, left) is not None:
             times.append(frame["timestamp"] * 1e-6)
             rows.append([_hand(frame, left).get(key, 1.0) for key in keys])
     seconds, table = np.array(times) - times[0], np.array(rows, np.float64)

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import sys
 import tempfile
-from collections.abc import Coroutine
+from collections.abc import Coroutine, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,8 @@ from scripts.replays import LOGS, accept, recomputed
 from vistel.conference.files import text_of
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
-from vistel.v1.command_pb2 import Command
+from vistel.messages.commands import message_of
+from vistel.space.commands import phrase
 from vistel.wire.bus import Bus
 from vistel.wire.log import LogWriter
 from vistel.wire.memory_bus import MemoryNetwork
@@ -64,11 +65,13 @@ OTHERS = {
     ],
 }
 """A LIBERTY and gloves of 5DT."""
-RECORDINGS = {"meeting": (MEETING, 5.0), "others": (OTHERS, 4.0)}
-"""Conferences, and how many seconds of each."""
+REFUSED = ("paint table blue", "paint unicorn blue")
+"""Lines that the world refuses: the table stands fast, and there is no unicorn."""
+RECORDINGS = {"meeting": (MEETING, 5.0, ("move the yellow ball left 10 cm", *REFUSED)), "others": (OTHERS, 4.0, REFUSED)}
+"""Conferences, how many seconds of each, and what the first participant types halfway."""
 
 
-async def _record(conference: Conference, seconds: float, file: Path) -> None:
+async def _record(conference: Conference, seconds: float, lines: Sequence[str], file: Path) -> None:
     clock, network = LoopClock(BEGIN_NS), MemoryNetwork()
     begin_ns = clock.now_ns()
     with tempfile.TemporaryDirectory(prefix="vistel-") as folder:
@@ -84,7 +87,7 @@ async def _record(conference: Conference, seconds: float, file: Path) -> None:
         tasks = [asyncio.create_task(w) for w in work]
         await clock.sleep_until_ns(begin_ns + round((STARTING_S + 0.5 * seconds) * 1e9))
         first = conference.sites[0]
-        _ask(network.bus(conference.name, first.name, clock, None), first.participants[0].name, clock.now_ns())
+        _ask(network.bus(conference.name, first.name, clock, None), first.participants[0].name, lines, clock.now_ns())
         await clock.sleep_until_ns(begin_ns + round((STARTING_S + seconds) * 1e9))
         for task in tasks:
             task.cancel()
@@ -96,23 +99,21 @@ async def _record(conference: Conference, seconds: float, file: Path) -> None:
             writer.write(s.topic, s.key, s.message, s.received_ns)
 
 
-def _ask(bus: Bus, who: str, t_ns: int) -> None:
-    """Two commands, both of which are refused: the table stands fast, and there is no unicorn."""
+def _ask(bus: Bus, who: str, lines: Sequence[str], t_ns: int) -> None:
+    """What somebody types, as `vistel ask` sends it."""
     commands = bus.publish(BY_NAME["command"], participant=who)
-    for number, thing in enumerate(("table", "unicorn")):
-        command = Command(id=f"{who}-{number}", participant=who)
+    for number, line in enumerate(lines):
+        command = message_of(phrase.read(line), f"{who}-{number}", who)
         command.header.t_ns = t_ns
-        command.paint.which.thing = thing
-        command.paint.colour = 0x3366CCFF
         commands.put(command)
 
 
 def main(names: list[str]) -> None:
     """Make the logs of these names, all if none is given."""
     for name in names or RECORDINGS:
-        data, seconds = RECORDINGS[name]
+        data, seconds, lines = RECORDINGS[name]
         raw = Path(tempfile.mkdtemp()) / "raw.mcap"
-        virtual_time.run(_record(Conference.model_validate(data), seconds, raw))
+        virtual_time.run(_record(Conference.model_validate(data), seconds, lines, raw))
         accept(recomputed(raw, raw.with_name("whole.mcap")), LOGS / f"{name}.mcap")
         print(name, (LOGS / f"{name}.mcap").stat().st_size)
 

@@ -14,10 +14,15 @@ from typer.testing import CliRunner
 
 import vistel.log
 from scripts.replays import LOGS, accept, checked, main, recomputed
+from vistel.conference.model import Conference
 from vistel.figure.posture.posture import ELBOW
 from vistel.figure.posture.solve import PostureSolver, Solved
 from vistel.log.compare import Limits
+from vistel.log.lanes import Lanes
+from vistel.log.numbers import tracks
+from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.log import LogReader, LogWriter
+from vistel_cli.log.fast import replay_fast
 from vistel_cli.main import app
 
 HERE = Path(__file__).parent
@@ -43,7 +48,7 @@ def test_this_version_makes_of_a_log_what_was_accepted(log: Path, tmp_path: Path
     found = checked(log, tmp_path / "computed.mcap")
     assert found.over(Limits()) == []
     assert all(p.compared > 300 for p in found.postures)
-    assert found.commands == 2
+    assert found.commands == {"meeting": 3, "others": 2}[log.stem]
     assert log.stat().st_size < 300_000
 
 
@@ -52,9 +57,31 @@ def test_the_meetings_handover_is_computed_from_the_bytes(tmp_path: Path) -> Non
     assert {g.what.split(" by ")[1] for g in found.grasps if g.second_s > 0.1} == {"aiko", "ben"}
 
 
+def test_in_the_meeting_a_thing_is_moved_by_word_one_is_let_go_and_people_touch() -> None:
+    with vistel.log.open(MEETING) as log:
+        last = list(Lanes(log).parts())[-1]
+        ball = tracks(log, ["thing.ball.x"])["thing.ball.x"].value
+        done = [r.message.outcome == CommandResult.OUTCOME_DONE for r in log.messages("command_result")]
+    assert done == [True, False, False]
+    assert ball[-1] - ball[0] == pytest.approx(0.1, abs=0.005), "to the left of aiko, who faces +z"
+    ((_, let_go, _),) = (g for g in last["grasps"] if g[2] == "baton by aiko")
+    assert let_go < last["end"] - 0.2, "aiko gives the baton away"
+    assert "aiko and ben" in [what for *_, what in last["touches"]]
+
+
 def test_two_runs_write_the_same_bytes_in_one_process_and_in_two(tmp_path: Path) -> None:
     runs = [recomputed(MEETING, tmp_path / f"{n}.mcap", apart).read_bytes() for n, apart in enumerate((False, True, True))]
     assert runs[0] == runs[1] == runs[2]
+
+
+def test_the_folder_in_which_a_live_room_is_kept_is_left_alone(tmp_path: Path) -> None:
+    reader, kept = LogReader(MEETING), tmp_path / "kept"
+    conference = Conference.model_validate(reader.conference)
+    conference = conference.model_copy(update={"world": conference.world.model_copy(update={"folder": kept, "on": "tokyo"})})
+    replay_fast(reader, conference, "devices", reader.begin_ns, reader.begin_ns + 1_000_000_000, tmp_path / "computed.mcap")
+    assert not kept.exists()
+    steps = list(vistel.log.open(tmp_path / "computed.mcap").messages("world_inputs"))
+    assert len(steps) > 50, "the world begins at once, wherever the live one was"
 
 
 def test_an_elbow_that_bends_by_a_degree_more_is_named_alone(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -14,7 +14,8 @@ import vistel.log
 from vistel.arrays import F64
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
-from vistel.log.headsets.hololens import HANDS, HEAD, read_recording, records
+from vistel.log.headsets.head_and_hands import records
+from vistel.log.headsets.hololens import HANDS, HEAD, read_recording
 from vistel.log.sensors import SensorError
 from vistel.protocol.pages.headset import headset_of
 from vistel_cli.main import app

@@ -58,7 +58,7 @@ def test_a_log_and_itself_differ_by_nothing(tmp_path: Path) -> None:
     found = json.loads(result.stdout)
     assert found["over"] == found["answers"] == []
     assert max(j["most_degrees"] for j in found["joints"]) == 0.0
-    assert found["commands"] == 2
+    assert found["commands"] == 3
 
 
 def test_who_holds_what_and_when_is_found_by_an_expression() -> None:

@@ -23,6 +23,7 @@ from mcap.records import Channel, ChunkIndex
 from mcap.records import Message as McapMessage
 from mcap.writer import CompressionType, Writer
 
+from vistel.v1.envelope_pb2 import Header
 from vistel.wire.limits import most_bytes, objection_to_texts, short_bytes
 from vistel.wire.log_index import BrokenLogError, ChunkPlace, LogIndex, open_chunk, read_index, walk_on
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION, TOPICS, Publisher, Topic
@@ -39,6 +40,8 @@ MOST_LENGTH_NS = 31 * 24 * 3600 * 1_000_000_000
 """Of a log: no meeting takes a month, and who plays one to its end should see it [ns]."""
 MOST_OPEN_BYTES = 256 << 20
 """Of messages of chunks that overlap in time, which are all in memory until their order is known."""
+_HEADER_TAG = b"\x0a"
+"""Field 1, with a length."""
 MESSAGE_BYTES = 300
 """What a message takes there beside its payload."""
 
@@ -83,10 +86,17 @@ class LogWriter:
 
     def write(self, topic: Topic, key: str, message: Message, log_ns: int) -> int:
         """Append a message of `topic` that arrived on `key` at `log_ns`. Returns the bytes of its payload."""
-        data = message.SerializeToString()
-        header = getattr(message, "header", None)
         if topic.name == "clock_offset":
             self._note_offset(message)
+        return self._add(topic, key, message.SerializeToString(), getattr(message, "header", None), log_ns)
+
+    def write_packed(self, topic: Topic, key: str, data: bytes, log_ns: int) -> int:
+        """As `write`, of a message's bytes as they were sent."""
+        if topic.name == "clock_offset":
+            self._note_offset(topic.message.FromString(data))
+        return self._add(topic, key, data, _header_of(data), log_ns)
+
+    def _add(self, topic: Topic, key: str, data: bytes, header: Header | None, log_ns: int) -> int:
         self._writer.add_message(
             self._channel(topic, key),
             log_time=log_ns,
@@ -368,6 +378,18 @@ class LogReader:
     def _tell(self, line: str) -> None:
         if len(self.damage) < MOST_TOLD and line not in self.damage:
             self.damage.append(line if len(self.damage) < MOST_TOLD - 1 else "and more, which is not told")
+
+
+def _header_of(data: bytes) -> Header:
+    """The header of a message that we have made: field 1 of every one, so it comes first. The rest is not decoded."""
+    if data[:1] != _HEADER_TAG:
+        return Header()
+    length, at = 0, 1
+    while data[at] & 0x80:
+        length |= (data[at] & 0x7F) << 7 * (at - 1)
+        at += 1
+    length |= data[at] << 7 * (at - 1)
+    return Header.FromString(data[at + 1 : at + 1 + length])
 
 
 def shown(text: str) -> str:

@@ -50,6 +50,7 @@ PLY = Kind("a PLY mesh")
 MHCLO = Kind("clothing of MakeHuman", "vistel avatar import MESH --clothes FILE")
 BVH = Kind("recorded motion (BVH)", "vistel up --motion FILE")
 C3D = Kind("motion that a laboratory captured (C3D)", "vistel log import FILE")
+LEAP = Kind("hands over a Leap Motion", "vistel log import FILE")
 VRPN = Kind("a capture of VRPN", "vistel log import FILE")
 PICTURE = Kind("a picture", "vistel show FILE")
 PDF = Kind("a PDF", "vistel show FILE")
@@ -85,6 +86,7 @@ _MAGIC: tuple[tuple[bytes, Kind], ...] = (
     (b"HIERARCHY", BVH),
     (b"vrpn: ver. ", VRPN),
     (b"\x02\x50", C3D),
+    (b"N4Ig", LEAP),  # a JSON object that LZString has compressed to base64
 )
 _TABLES: tuple[tuple[set[str], Kind], ...] = (
     ({"parts"}, PARTS),
@@ -142,6 +144,8 @@ def _text(path: Path, head: bytes) -> Kind:
         found = _toml(path)
         if found is not None:
             return found
+    if first == "{" and '"pointables"' in text:
+        return LEAP
     if first in ("{", "["):
         return _json(path)
     if re.search(r"^(?:v|f|vn|vt) +-?[\d.]", text, re.MULTILINE):

@@ -66,7 +66,7 @@ class Config:
     that were put into the room; room: what the conference file says of it, where files hold some of it; place: where
     this world is; waits: it leads only when it is asked to, or nobody else does;
     hosts: who alone may put the room back, empty: everybody; lease: what decides who leads; lease_file: of a lease "file", None:
-    shared with nobody; lease_tls: certificates for etcd on another machine."""
+    shared with nobody; lease_tls: certificates for etcd elsewhere; crowd: as in `Conference`; keeps: `folder` is written, too."""
 
     seats: int
     folder: Path | None = None
@@ -79,7 +79,7 @@ class Config:
     lease_file: Path | None = None
     lease_tls: TlsFiles | None = None
     crowd: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
-    """See `Conference.crowd`."""
+    keeps: bool = True
 
 
 @dataclass
@@ -150,7 +150,7 @@ async def run(config: Config, bus: Bus, clock: Clock) -> None:
         log.info("world ready kernels_ms=%.0f", (warm - began) * 1e3)
         while True:
             start = await _follow(authority, subscriptions, kept, begins, clock, starts)
-            await _lead(start, config.hosts, authority, subscriptions, kept, bus, clock, led)
+            await _lead(start, config.hosts, authority, subscriptions, kept if config.keeps else None, bus, clock, led)
             subscriptions.close()
             subscriptions, starts = RoomSubscriptions(bus, config.crowd), False
     finally:

@@ -23,7 +23,7 @@ def test_lanes_tell_who_moved_what_was_touched_and_held_and_what_was_asked() -> 
     assert [what for _, _, what in last["grasps"]] == ["baton by aiko", "baton by ben"]
     assert "aiko and baton" in [what for _, _, what in last["touches"]]
     assert not [what for _, _, what in last["touches"] if "chair" in what]
-    assert {e["text"] for e in last["events"]} == {"paint"}
+    assert {e["text"] for e in last["events"]} == {"move by", "paint"}
     assert last["gaps"] == [] and last["damage"] == []
 
 
@@ -68,4 +68,4 @@ def test_only_chunks_that_hold_what_is_asked_for_are_opened(monkeypatch: pytest.
     monkeypatch.setattr(logs, "open_chunk", open_chunk)
     reader = LogReader(MEETING)
     asked = list(reader.records(("command",)))
-    assert len(asked) == 2 and len(opened) < len(reader._index.chunks)
+    assert len(asked) == 3 and len(opened) < len(reader._index.chunks)

@@ -1,16 +1,17 @@
-"""Windows of a fast replay, computed in a process of their own."""
+"""A part of a fast replay in a process of its own."""
 
 from __future__ import annotations
 
+import contextlib
 import multiprocessing
 import os
 import pickle
 import sys
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
-from multiprocessing.process import BaseProcess
+from typing import Any, TypeVar
 
-from vistel_cli.log.fast_sites import Window
+T = TypeVar("T")
 
 
 def can_be_apart() -> bool:
@@ -18,37 +19,41 @@ def can_be_apart() -> bool:
     return sys.platform == "linux" and len(os.sched_getaffinity(0)) > 1 and not multiprocessing.current_process().daemon
 
 
-def computed_apart(windows: Iterator[Window]) -> Iterator[Window]:
-    """The same windows, computed ahead by another process. Raises what it raises, and RuntimeError where it ends without a word."""
+@contextlib.contextmanager
+def computed_apart(items: Iterator[T]) -> Iterator[Iterator[T]]:
+    """The same items, computed ahead by a copy of this process, for this one or for one more copy of it that is made within. They
+    raise what `items` raises, and RuntimeError where the process ends without a word."""
     forking = multiprocessing.get_context("fork")
     here, there = forking.Pipe(duplex=False)
-    process = forking.Process(target=_work, args=(windows, here, there), daemon=True)
+    process = forking.Process(target=_work, args=(items, here, there), daemon=True)
     process.start()
     there.close()
     try:
-        while (said := _received(here, process)) is not None:
-            if isinstance(said, BaseException):
-                raise said
-            yield said
+        yield _received(here)
     finally:
         here.close()
         process.terminate()
         process.join()
 
 
-def _received(here: Connection, process: BaseProcess) -> Window | BaseException | None:
-    try:
-        return here.recv()
-    except EOFError:
-        process.join()
-        raise RuntimeError(f"the process that computes postures ended with {process.exitcode}") from None
+def _received(here: Connection) -> Iterator[Any]:
+    while True:
+        try:
+            said = here.recv()
+        except EOFError:
+            raise RuntimeError("a process that computes a part of it ended without a word") from None
+        if said is None:
+            return
+        if isinstance(said, BaseException):
+            raise said
+        yield said
 
 
-def _work(windows: Iterator[Window], here: Connection, there: Connection) -> None:
+def _work(items: Iterator[object], here: Connection, there: Connection) -> None:
     here.close()  # so that this process notices when the other one ends
     try:
-        for window in windows:
-            there.send(window)
+        for item in items:
+            there.send(item)
         there.send(None)
     except (BrokenPipeError, KeyboardInterrupt):
         return  # nobody asks any more

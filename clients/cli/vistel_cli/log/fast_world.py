@@ -1,16 +1,17 @@
-"""The second half of a fast replay: the world takes what was said at the sites, and all of it is written down in order."""
+"""The second part of a fast replay: the world takes what was said at the sites, and all of it is put in order."""
 
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
-from vistel.conference.model import Conference
+from vistel.conference.model import HUB_PLACE, Conference
 from vistel.conference.paths import RunPaths
 from vistel.v1.world_pb2 import WorldInputs
 from vistel.wire import background
 from vistel.wire.log import LogReader, LogWriter
-from vistel.wire.memory_bus import MemoryNetwork
+from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.simulated_loop import LoopClock, SimulatedLoop
 from vistel.wire.topics import Delivery
 from vistel_cli.log.fast_sites import RECORDED, Heard, Said, Window, ended
@@ -20,17 +21,11 @@ from vistel_services.world.service import seed
 
 
 def computed_world(
-    reader: LogReader,
-    conference: Conference,
-    start_ns: int,
-    windows: Iterable[Window],
-    writer: LogWriter,
-    paths: RunPaths,
-    progress: Callable[[int], object],
-) -> Window:
-    """Let a world that begins at `start_ns` live through `windows`, and write them and what it says into `writer`. Where the log
-    has a state of the world, it goes on from there. Returns the last window."""
-    config = world.configure(conference, None, paths)
+    reader: LogReader, conference: Conference, start_ns: int, windows: Iterable[Window], paths: RunPaths
+) -> Iterator[Window]:
+    """Let a world that begins at `start_ns` live through `windows`, and give them with what it says, in order. Where the log has a
+    state of the world, it goes on from there. Nothing happens before the first window is asked for."""
+    config = replace(world.configure(with_world_alone(conference), None, paths), keeps=False)
     states = reader.records(topics=("world_inputs",), begin_ns=start_ns)
     state: WorldInputs | None = next((r.message for r in states if r.message.private_state), None)
     if state is not None:
@@ -39,30 +34,45 @@ def computed_world(
     first_ns = state.header.t_ns - STEP_NS if state is not None else start_ns
     window = Window(start_ns, [], 0, ())
     with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
-        led = _World()
+        led = WorldAlone()
         runner.run(led.begin(conference, config, start_ns, first_ns))
         for window in windows:
-            write_said(writer, sorted([*window.said, *runner.run(led.live(window))], key=lambda s: (s.at_ns, s.place)))
-            progress(window.until_ns)
-        write_said(writer, runner.run(led.end()))
-    return window
+            said = in_order([*window.said, *runner.run(led.live(window))])
+            yield window._replace(said=said, damage=_both(window.damage, reader.damage))
+        yield window._replace(said=runner.run(led.end()), damage=_both(window.damage, reader.damage))
+
+
+def with_world_alone(conference: Conference) -> Conference:
+    """The conference with the world at its hub. That world neither reads nor writes what a live one keeps, nor asks who leads."""
+    alone = conference.world.model_copy(update={"on": HUB_PLACE, "folder": None, "lease": "file"})
+    return conference.model_copy(update={"world": alone})
+
+
+def _both(some: Iterable[str], others: Iterable[str]) -> tuple[str, ...]:
+    """Lines, each once."""
+    return tuple(dict.fromkeys([*some, *others]))
 
 
 def write_said(writer: LogWriter, said: Iterable[Said]) -> None:
     """Write messages down, in the order in which they are given."""
     for at_ns, place, key, payload in said:
-        topic = RECORDED[place]
-        writer.write(topic, key, topic.message.FromString(payload), at_ns)
+        writer.write_packed(RECORDED[place], key, payload, at_ns)
 
 
-class _World:
-    """The world, alone on a bus."""
+class WorldAlone:
+    """The world, alone on a bus, which hears what sites have said. Its methods belong on one simulated loop."""
 
     async def begin(self, conference: Conference, config: world.Config, start_ns: int, first_ns: int) -> None:
+        """The first step is about `first_ns`."""
         self._clock, self._network = LoopClock(start_ns), MemoryNetwork()
         self._heard = Heard(self._network, self._clock)
-        self._bus = self._network.bus(conference.name, "hub", self._clock, None)
+        self._conference = conference.name
+        self._bus = self.bus("hub")
         self._running = [background.start(self._lead(config, first_ns), "world")]
+
+    def bus(self, site: str) -> MemoryBus:
+        """A door of a site: what is published through it is heard, and given by `live`."""
+        return self._network.bus(self._conference, site, self._clock, None)
 
     async def _lead(self, config: world.Config, first_ns: int) -> None:
         await self._clock.sleep_until_ns(first_ns)
@@ -87,3 +97,8 @@ class _World:
         """It ends, and may say so."""
         await ended(self._running)
         return self._heard.take()
+
+
+def in_order(said: Iterable[Said]) -> list[Said]:
+    """Messages by their times; those of one time by their topics, then as they were said."""
+    return sorted(said, key=lambda s: (s.at_ns, s.place))

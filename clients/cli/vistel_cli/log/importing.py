@@ -11,7 +11,7 @@ from vistel.conference.files import text_of
 from vistel.conference.model import Conference
 from vistel.wire.log import LogReader, LogWriter
 from vistel_cli.inputs import Takes
-from vistel_cli.kind_of_file import BVH, C3D, CSV, FOLDER, VRPN
+from vistel_cli.kind_of_file import BVH, C3D, CSV, FOLDER, LEAP, VRPN
 from vistel_cli.log.imported.recorded import NAME, SITE, Film, Recorded, Said
 from vistel_cli.overwriting import Force, keep_existing, out_file
 from vistel_cli.terminal import USAGE, fail, out
@@ -22,12 +22,15 @@ BEGIN_NS = 1_577_836_800_000_000_000
 MOST_PEOPLE = 24
 KINDS = (
     ".bvh (motion), .csv (6-DoF sensors), .c3d (clusters of marks), .vrpn (what a VRPN server logged),"
-    " a folder with a bag of ROS 2, with Hands/Left_sync.txt (a HoloLens), or with *_pose_saved.csv (a hand-over)"
+    " .json or .json.lz (hands over a Leap Motion), a folder with a bag of ROS 2, with Hands/Left_sync.txt (a HoloLens),"
+    " or with *_pose_saved.csv (a hand-over)"
 )
 
 
 def import_(
-    files: Annotated[list[Path], Takes(BVH, C3D, CSV, VRPN, FOLDER), typer.Argument(help="Files or folders, one for each person.")],
+    files: Annotated[
+        list[Path], Takes(BVH, C3D, CSV, VRPN, LEAP, FOLDER), typer.Argument(help="Files or folders, one for each person.")
+    ],
     output: Annotated[Path, out_file("The log to write.")],
     delay: Annotated[
         list[float] | None,
@@ -36,7 +39,10 @@ def import_(
     height: Annotated[float, typer.Option(min=0.5, max=2.5, help="Of the people, in metres, where a file does not say it.")] = 1.75,
     unit: Annotated[
         Literal["m", "cm", "mm", "inch", "foot"] | None,
-        typer.Option(help="CSV, C3D, bags: unit of positions. Default: m; of C3D what the file says.", show_default=False),
+        typer.Option(
+            help="CSV, C3D, bags, hands: unit of positions. Default: m; of C3D what the file says; of Leap Motion mm.",
+            show_default=False,
+        ),
     ] = None,
     up: Annotated[
         Literal["y", "z"] | None,
@@ -49,7 +55,7 @@ def import_(
     ] = None,
     force: Force = False,
 ) -> None:
-    """Make a log of what was recorded elsewhere: motion, tables of sensors, captures of VRPN, bags of ROS 2.
+    """Make a log of what was recorded elsewhere: motion, tables of sensors, captures of VRPN, bags of ROS 2, hands.
 
     Everybody gets a seat of one room. Sensors are solved as a tracker's; then everybody meets in the room, and what is touched and
     held is computed. The log is replayed, studied and exported as any other.
@@ -61,6 +67,8 @@ def import_(
       vistel log import sensors.csv --unit mm --up z -o sensors.mcap
 
       vistel log import marks.c3d -o marks.mcap
+
+      vistel log import grab.json.lz -o hands.mcap
 
       vistel log import rosbag2_2026_05_01 --frame head=hmd -o bag.mcap
 
@@ -134,6 +142,7 @@ def _frames(given: list[str]) -> dict[str, str]:
 def _read(path: Path, said: Said) -> Recorded:
     from vistel.log.c3d import read_c3d
     from vistel.log.headsets.hololens import is_recording
+    from vistel.log.headsets.leap import COMPRESSED
     from vistel.log.ros.bag import is_bag
     from vistel.log.sensors import SensorError, read_table
     from vistel_cli.log.imported import bag, hands, motion, sensors
@@ -155,6 +164,8 @@ def _read(path: Path, said: Said) -> Recorded:
             return sensors.sensors(path, said.height, read_c3d(path, said.unit, said.up or "z"))
         if kind == ".vrpn":
             return sensors.capture(path, said.height)
+        if kind in (".json", ".jsonl", COMPRESSED):
+            return hands.leap(path, said)
     except (SensorError, MotionError) as e:
         fail(str(e))
     fail(f"{path}: expected {KINDS}")

@@ -1,71 +1,79 @@
-"""A conference in simulated time, whole and in this process: devices, drivers, postures, world and log on one clock.
+"""A conference in simulated time: devices, drivers, postures, world and log on one clock.
 
-Bytes of simulated devices go through the drivers, and messages through the bus in memory. No socket, no port and no other process
-takes part, so the same conference with the same seed gives the same log, byte for byte, however busy the machine is. Nobody speaks
-in it and nothing is drawn.
+Bytes of simulated devices go through the drivers, and messages through buses in memory. No socket and no port takes part, so the
+same conference with the same seed gives the same log, byte for byte, however busy the machine is. Nobody speaks in it and nothing
+is drawn.
+
+What happens at the sites does not depend on the world. So it is computed a little ahead, in a process of its own where the machine
+has a second core; with one process or two the log is the same.
 """
 
 from __future__ import annotations
 
 import asyncio
 import tempfile
-from collections.abc import Callable, Coroutine, Iterable
-from contextlib import ExitStack
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack, closing
 from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Self
 
-from vistel.conference.device_list import Device, devices_of, devices_of_site
+from vistel.conference.device_list import Device, devices_of
 from vistel.conference.files import load, text_without_tokens
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.v1.command_pb2 import Command
-from vistel.wire import background
 from vistel.wire.log import LogWriter
-from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
-from vistel.wire.simulated_loop import LoopClock, SimulatedLoop
+from vistel.wire.memory_bus import MemoryBus
+from vistel.wire.simulated_loop import SimulatedLoop
 from vistel.wire.topics import BY_NAME
-from vistel_cli.log.fast_sites import WINDOW_NS, Heard, ended
-from vistel_cli.log.fast_world import write_said
-from vistel_services import glove, posture, tracker, world
-from vistel_services.devices.service import Config
-from vistel_sim.device import SimulatedDevice, run_devices
+from vistel_cli.log.fast_apart import can_be_apart, computed_apart
+from vistel_cli.log.fast_sites import WINDOW_NS, Said, Window
+from vistel_cli.log.fast_world import WorldAlone, in_order, with_world_alone, write_said
+from vistel_cli.testing.simulated_sites import simulated_sites
+from vistel_services import posture, world
 from vistel_sim.faults import Fault, fault_from_text
-from vistel_sim.limbs import own_limbs
-from vistel_sim.motion import open_motion
-from vistel_sim.ports.wire_port import Wires
-from vistel_sim.process import simulators
 
 BEGIN_NS = 1_700_000_000_000_000_000
 """Conference time at which every simulated conference begins [ns]."""
-SERVICES = tracker, glove
-"""Services of devices that take part."""
 
 
 class SimulatedConference:
     """Use it in a `with`, or call `end`. log: a log like any other, whole up to now after each `live`."""
 
-    def __init__(self, conference: Conference, log: Path, faults: Iterable[Fault] = ()) -> None:
-        """faults: of its devices, at times from its beginning. Raises ValueError, one line, for a device that is not simulated at a
+    def __init__(self, conference: Conference, log: Path, faults: Iterable[Fault] = (), apart: bool | None = None) -> None:
+        """faults: of its devices, at times from its beginning; apart: whether its sites have a process of their own, a copy of this
+        one; None: where the machine has a core for it. Raises ValueError, one line, for a device that is not simulated at a
         serial port, or a fault of an unknown one; OSError where `log` cannot be written."""
         self.log = log
-        room = conference.world.model_copy(update={"folder": None})  # begins anew, and is kept nowhere
-        self._conference = conference.model_copy(update={"record_raw": True, "world": room})
+        self._conference = with_world_alone(conference).model_copy(update={"record_raw": True})
         if out := [d.name for d in devices_of(conference) if not _on_a_wire(d)]:
             raise ValueError(f"simulated time: {', '.join(out)}: only simulated trackers and gloves at serial ports can take part")
         self._asked = 0
-        self._ends = ExitStack()
-        folder = Path(self._ends.enter_context(tempfile.TemporaryDirectory(prefix="vistel-")))
-        text = text_without_tokens(self._conference.model_dump(mode="json", exclude_none=True))
-        self._writer = self._ends.enter_context(LogWriter(log, text))
-        self._runner = self._ends.enter_context(asyncio.Runner(loop_factory=SimulatedLoop))
-        self._running: list[asyncio.Task[None]] = []
-        try:
-            self._runner.run(self._begin(RunPaths(folder, folder), tuple(faults)))
-        except BaseException:
-            self._ends.close()
-            raise
+        self._now_ns = self._computed_ns = BEGIN_NS
+        self._waiting: deque[Said] = deque()
+        with ExitStack() as ends:
+            folder = Path(ends.enter_context(tempfile.TemporaryDirectory(prefix="vistel-")))
+            paths = RunPaths(folder, folder)
+            text = text_without_tokens(self._conference.model_dump(mode="json", exclude_none=True))
+            self._writer = ends.enter_context(LogWriter(log, text))
+            sites = simulated_sites(self._conference, BEGIN_NS, paths, tuple(faults))
+            self._sites: Iterator[Window]
+            if can_be_apart() if apart is None else apart:
+                world.preload(self._conference)  # what both need is loaded once
+                posture.preload(self._conference)
+                self._sites = ends.enter_context(computed_apart(sites))
+            else:
+                self._sites = ends.enter_context(closing(sites))
+            self._compute(BEGIN_NS + WINDOW_NS)
+            self._runner = ends.enter_context(asyncio.Runner(loop_factory=SimulatedLoop))
+            self._world = WorldAlone()
+            config = replace(world.configure(self._conference, None, paths), folder=None)
+            self._buses: dict[str, MemoryBus] = self._runner.run(self._begin(config))
+            ends.callback(self._end_world)
+            self._ends = ends.pop_all()
 
     @classmethod
     def of_file(cls, file: Path, log: Path, faults: Iterable[str] = ()) -> Self:
@@ -88,8 +96,11 @@ class SimulatedConference:
         until_ns = self._now_ns + round(seconds * 1e9)
         while self._now_ns < until_ns:
             self._now_ns = min(self._now_ns + WINDOW_NS, until_ns)
-            self._runner.run(self._live(self._now_ns))
-            self._write()
+            self._compute(self._now_ns)
+            said: list[Said] = []
+            while self._waiting and self._waiting[0].at_ns <= self._now_ns:
+                said.append(self._waiting.popleft())
+            self._write([*said, *self._runner.run(self._world.live(Window(self._now_ns, said, 0, ())))])
         self._writer.flush()
 
     def live_until(self, condition: Callable[[], bool], what: str, *, within_s: float = 60.0) -> None:
@@ -112,49 +123,27 @@ class SimulatedConference:
 
     def end(self) -> None:
         """End it, and close its log."""
-        if self._running:
-            self._runner.run(ended(self._running))
-            self._running.clear()
-            self._write()
         self._ends.close()
 
-    async def _begin(self, paths: RunPaths, faults: tuple[Fault, ...]) -> None:
-        conference, self._now_ns = self._conference, BEGIN_NS
-        self._clock, self._network, wires = LoopClock(BEGIN_NS), MemoryNetwork(), Wires()
-        self._heard = Heard(self._network, self._clock)
-        self._buses: dict[str, MemoryBus] = {}
-        limbs = own_limbs(conference)
-        motion = open_motion(conference, limbs)
-        devices = simulators(conference, motion, paths, self._clock, BEGIN_NS, faults=faults, limbs=limbs, port=wires.port)
-        if other := [d.name for d in devices if not isinstance(d, SimulatedDevice)]:
-            raise ValueError(f"simulated time: {', '.join(other)}: not at a serial port; leave it out")
-        self._start("devices", run_devices(devices))
-        for site in conference.sites:
-            bus = self._buses[site.name] = self._network.bus(conference.name, site.name, self._clock)
-            bauds = {d.name: int(getattr(d.config, "baud", 115200)) for d in devices_of_site(site)}
-            for service in SERVICES:
-                config = service.configure(conference, site, paths)
-                wired = tuple(replace(c, opener=wires.opener(c.driver.name, bauds[c.driver.name])) for c in config.devices)
-                self._start(service.__name__, service.run(Config(wired, config.raw), bus, self._clock))
-            self._start("posture", posture.run(posture.configure(conference, site, paths), bus, self._clock))
-        hub = self._network.bus(conference.name, "hub", self._clock)
-        self._start("world", world.run(world.configure(conference, None, paths), hub, self._clock))
+    def _compute(self, until_ns: int) -> None:
+        """What the sites say is known up to `until_ns`."""
+        while self._computed_ns < until_ns:
+            window = next(self._sites)
+            self._waiting.extend(window.said)
+            self._computed_ns = window.until_ns
 
-    def _start(self, name: str, work: Coroutine[Any, Any, None]) -> None:
-        self._running.append(background.start(work, name))
-
-    async def _live(self, until_ns: int) -> None:
-        await self._clock.sleep_until_ns(until_ns)
-        for task in self._running:
-            if task.done():
-                task.result()
+    async def _begin(self, config: world.Config) -> dict[str, MemoryBus]:
+        await self._world.begin(self._conference, config, BEGIN_NS, BEGIN_NS)
+        return {site.name: self._world.bus(site.name) for site in self._conference.sites}
 
     async def _publish(self, site: str, participant: str, command: Command) -> None:
         self._buses[site].publish(BY_NAME["command"], participant=participant).put(command)
 
-    def _write(self) -> None:
-        # By their keys, too: tasks that are cancelled at the end speak in no certain order.
-        write_said(self._writer, sorted(self._heard.take(), key=lambda s: (s.at_ns, s.place, s.key)))
+    def _end_world(self) -> None:
+        self._write(self._runner.run(self._world.end()))
+
+    def _write(self, said: Iterable[Said]) -> None:
+        write_said(self._writer, in_order(said))
 
 
 def _on_a_wire(device: Device) -> bool:
