@@ -77,7 +77,7 @@ async def _run(
         supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
         with monitored(conference.monitoring.listen, paths.out / "metrics", [p.node for p in plans]):
             try:
-                with out.status("loading"):
+                with waiting("loading"):
                     await start(supervisor, stop)
                 background.start(keep_certificate(conference, plans[0].site, hub), "certificate")
                 out.print(

@@ -16,7 +16,8 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import GLTF, USD, WRINKLES
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.stop_asked import stop_asked
-from vistel_cli.terminal import FAILED, err, fail, out
+from vistel_cli.terminal import FAILED, fail, out
+from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
     from vistel_cli.wrinkle.studio.opened import Opened
@@ -60,7 +61,7 @@ def studio(
 
 
 def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
-    with err.status("loading the studio"):
+    with waiting("loading the studio"):
         from vistel.wrinkle.errors import WrinkleError  # - the mathematics take long to load
         from vistel.wrinkle.wrinkle_sets import load_sets
         from vistel_cli.wrinkle.studio.opened import Opened, worn_by
