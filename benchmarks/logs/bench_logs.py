@@ -42,9 +42,7 @@ THREE = Conference.model_validate(
         "room": {"seats": 3},
         "sites": [
             {"name": site, "participants": [{"name": who, "height": height, "avatar": f"builtin:person={who}", "seat": seat}]}
-            for seat, (site, who, height) in enumerate(
-                (("tokyo", "aiko", 1.64), ("columbus", "ben", 1.82), ("paris", "carla", 1.71))
-            )
+            for seat, (site, who, height) in enumerate(PEOPLE)
         ],
     }
 )

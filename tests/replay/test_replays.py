@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -124,6 +125,13 @@ def test_the_command_says_what_differs_and_fails(monkeypatch: pytest.MonkeyPatch
     assert any("aiko left_lower_arm: 1.0" in line for line in json.loads(result.stdout)["over"])
     wider = CliRunner().invoke(app, [*command, "--out", str(tmp_path / "wider"), "--most-degrees", "2", "--most-mm", "50"])
     assert wider.exit_code == 0, wider.output
+
+
+def test_a_replay_says_how_far_it_is_where_there_is_no_terminal(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setattr("vistel_cli.waiting.SILENT_S", 0.0)
+    result = CliRunner().invoke(app, ["replay", str(MEETING), "--fast", "--out", str(tmp_path)])
+    assert result.exit_code == 0, result.output
+    assert re.search(r"^\d+\.\d s of \d+\.\d s at \d+\.\dx … \d+ s$", result.stderr, re.MULTILINE), result.stderr
 
 
 @pytest.mark.parametrize(

@@ -103,7 +103,7 @@ def _others(file: Any) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (_unit("m"), r"which is no m above the floor; these look like mm: --unit mm$"),
+        (_unit("m"), r" m above the floor; these look like mm: --unit mm$"),
         (_unit("furlong"), r"POINT:UNITS is 'furlong'; say with --unit"),
         (_y_up, r"y looks like the height: --up y$"),
         (_in_one_line, r"head: its three points are in one line$"),

@@ -180,7 +180,7 @@ def _in_ticks(found: Rows) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (_in_millimetres, r"from wrist to knuckle, which is no hand in m; these look like mm: --unit mm$"),
+        (_in_millimetres, r" m from wrist to knuckle; these look like mm: --unit mm$"),
         (_cut, r"Left_sync\.txt: line \d+: expected 471 numbers, got 200; is the file cut off\?$"),
         (_no_rotation, r"Head_sync\.txt: row 4: its matrix is no rotation$"),
         (_not_finite, r"Head_sync\.txt: line 4: expected finite numbers$"),

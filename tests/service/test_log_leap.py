@@ -149,7 +149,7 @@ def _hands_of_text(found: list[Frame]) -> None:
         (_no_time, r"a\.json: frame 3: timestamp: expected a finite number, got 'None'$"),
         (_no_number, r"a\.json: frame 3: dipPosition: expected a finite number, got 'far'$"),
         (_two_numbers, r"a\.json: frame 3: dipPosition: expected three numbers$"),
-        (_in_metres, r"from wrist to knuckle, which is no hand in mm; these look like m: --unit m$"),
+        (_in_metres, r" mm from wrist to knuckle; these look like m: --unit m$"),
         (_nobody, r"a\.json: no hand with all its fingers is seen in it$"),
         (_once, r"a\.json: has 1 frames, expected at least 2$"),
         (_in_seconds, r"a\.json: times are .* s apart"),

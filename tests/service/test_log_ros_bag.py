@@ -164,7 +164,7 @@ def test_a_bag_that_cannot_be_used_gets_one_line(tmp_path: Path, change: Callabl
 
 @pytest.mark.parametrize(
     ("scale", "up", "told"),
-    [(1000.0, "z", "which is no m above the floor; these look like mm: --unit mm"), (1.0, "y", "z looks like the height: --up z")],
+    [(1000.0, "z", " m above the floor; these look like mm: --unit mm"), (1.0, "y", "z looks like the height: --up z")],
 )
 def test_a_wrong_unit_and_a_wrong_axis_are_told_with_a_guess(tmp_path: Path, scale: float, up: str, told: str) -> None:
     bag = read_bag(ben(scale=scale).write(tmp_path / "bag"))

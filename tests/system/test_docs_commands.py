@@ -57,6 +57,8 @@ INSTEAD = {"make demo": "vistel up --seconds 20"}
 """What `make demo` does after setting up, which `make first` tries in a fresh clone."""
 UNTIL_STOPPED = r"vistel sim (?!crowd)|replay .*--open|wrinkle studio|voice watch|vistel chat$|examples/activities"
 """They run until Ctrl-C: each must show a line, and then end well."""
+WAITING = re.compile(r"… \d+ s$")
+"""The end of a line that says what a command waits for (`vistel_cli/waiting.py`)."""
 BESIDE_A_CONFERENCE = r"vistel (ask|voice|chat|show|invite)|world (where|move)|--now|examples/activities"
 
 
@@ -110,7 +112,7 @@ class Reader:
         process = self.start(command)
 
         def shown() -> bool:
-            return any(line.strip() and not line.startswith("loading") for line in self.said()[before:].splitlines())
+            return any(line.strip() and not WAITING.search(line) for line in self.said()[before:].splitlines())
 
         wait_until(lambda: shown() or process.poll() is not None, every_s=0.2)
         process.send_signal(signal.SIGINT)

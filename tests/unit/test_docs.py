@@ -55,6 +55,18 @@ def _parse(command: Any, words: list[str]) -> None:
         _parse(child, rest)
 
 
+def test_no_two_how_tos_write_files_of_the_same_name() -> None:
+    """Somebody who tries one page after the other in one folder would be refused: the file exists."""
+    writers: dict[str, set[str]] = {}
+    for page, command in _commands():
+        for name in re.findall(r" (?:-o|--out|--heights|--bumps|--sheet|--picture) (\S*[a-z]\S*)", command):
+            if page.startswith("docs/how-to/"):
+                # An OBJ has a picture of its name beside it.
+                kept = Path(name).stem if name.endswith((".obj", ".png")) else name
+                writers.setdefault(kept, set()).add(page)
+    assert {name: pages for name, pages in writers.items() if len(pages) > 1} == {}
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda p: p.relative_to(ROOT).as_posix())
 def test_links_between_pages_lead_somewhere(page: Path) -> None:
     for target in re.findall(r"\]\(([^)#]+)", page.read_text("utf-8")):

@@ -147,7 +147,7 @@ def _check_clock(path: Path, tracks: Mapping[str, Track], clock: str) -> None:
     raw = apart / CLOCKS[clock]
     like = next((c for c, s in CLOCKS.items() if APART_S[0] <= raw * s <= APART_S[1]), "")
     guess = f"; these look like {like}: --clock {like}" if like and like != clock else ""
-    raise SensorError(f"{path}: t: {raw:g} from row to row, and {length:g} s in all, are no times in {clock}{guess}")
+    raise SensorError(f"{path}: t: rows would be {raw:g} {clock} apart, and all of them {length:g} s long{guess}")
 
 
 def check_height(path: Path, tracks: Mapping[str, Track], unit: str, up: str) -> str:
@@ -161,7 +161,7 @@ def check_height(path: Path, tracks: Mapping[str, Track], unit: str, up: str) ->
     likely = sorted((abs(raw * m - 1.5), name) for name, m in UNITS.items() if HEAD_M[0] <= raw * m <= HEAD_M[1])
     across = abs(z) / UNITS[unit]
     turned = sorted((abs(across * m - 1.5), name) for name, m in UNITS.items() if HEAD_M[0] <= across * m <= HEAD_M[1])
-    said = f"{path}: {highest} is at a height of {raw:g}, which is no {unit} above the floor"
+    said = f"{path}: {highest} would be {raw:g} {unit} above the floor"
     if likely and likely[0][1] != unit:
         raise SensorError(f"{said}; these look like {likely[0][1]}: --unit {likely[0][1]}")
     if turned:

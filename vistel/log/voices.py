@@ -26,7 +26,7 @@ def write_wav(log: Log, participant: str, path: Path, begin: float = 0.0, end: f
     frames = voice(log, participant, begin, end)
     first = next(frames, None)
     if first is None:
-        raise ValueError(f"{log.path}: no voice of {participant} in that time")
+        raise ValueError(f"{log.path}: no voice of {participant} in that time; sites with [sites.audio] record voices")
     with wave.open(str(path), "wb") as file:
         file.setnchannels(1)
         file.setsampwidth(2)

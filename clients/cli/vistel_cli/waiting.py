@@ -1,11 +1,11 @@
-"""Says what a command waits for, and how long, once that is noticed."""
+"""Says what a command waits for, and how long or how far it is, once that is noticed."""
 
 from __future__ import annotations
 
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 
 SILENT_S = 2.0
 """Nothing is said before so much time has passed [s]."""
@@ -26,6 +26,30 @@ def waiting(what: str | Callable[[], str], silent_s: float | None = None) -> Ite
     finally:
         ended.set()
         thread.join()
+
+
+@contextmanager
+def progress(what: str, show: bool = True) -> Iterator[Callable[[float], None]]:
+    """Within the block, how much of `what` is done is shown on standard error: the given function is told the share, 0 to 1. On a
+    terminal as a bar with the time that is left, elsewhere as lines, as `waiting` has them. show: False shows nothing."""
+    from vistel_cli.terminal import err
+
+    done = 0.0
+
+    def tell(share: float) -> None:
+        nonlocal done
+        done = share
+
+    if not (show and err.is_terminal):
+        with waiting(lambda: f"{what}: {done:.0%}") if show else nullcontext():
+            yield tell
+        return
+    from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=err, transient=True) as bar:
+        task = bar.add_task(what, total=1.0)
+        yield lambda share: bar.update(task, completed=share)
 
 
 def _tell(what: str | Callable[[], str], silent_s: float, ended: threading.Event) -> None:

@@ -12,6 +12,7 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing, out_file
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
+from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
     import numpy as np
@@ -37,8 +38,10 @@ def wall(
       vistel wall examples/conferences/v-wall.toml --site tokyo --show
     """
     from vistel.conference.seats import seat_place
-    from vistel.render.config import render_config
-    from vistel.render.view.wall_pattern import eyes_at, pattern
+
+    with waiting("loading"):
+        from vistel.render.config import render_config
+        from vistel.render.view.wall_pattern import eyes_at, pattern
 
     conference = load_conference(file)
     walls = [s for s in conference.sites if s.display.screens]

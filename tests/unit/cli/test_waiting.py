@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import re
 from collections.abc import Callable
 
 import pytest
+from rich.console import Console
 from waiting import wait_until
 
-from vistel_cli.waiting import waiting
+from vistel_cli.waiting import progress, waiting
 
 
 @pytest.mark.parametrize("what", ["reading [log]: 45%", lambda: "reading [log]: 45%"], ids=["a text", "what is true then"])
@@ -27,4 +29,36 @@ def test_what_takes_long_is_said_with_its_seconds(what: str | Callable[[], str],
 def test_what_is_soon_done_says_nothing_even_where_it_fails(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(ValueError, match="no"), waiting("waiting for the world"):
         raise ValueError("no")
+    assert capsys.readouterr() == ("", "")
+
+
+def test_how_far_it_is_is_said_in_lines_where_there_is_no_terminal(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("vistel_cli.waiting.SILENT_S", 0.0)
+    printed: list[str] = []
+
+    def said() -> bool:
+        printed.append(capsys.readouterr().err)
+        return any(printed)
+
+    with progress("tracing [den].toml") as tell:
+        tell(0.45)
+        wait_until(said)
+    lines = "".join(printed).splitlines()
+    assert re.fullmatch(r"tracing \[den\]\.toml: (0|45)% … \d+ s", lines[0])
+
+
+def test_how_far_it_is_is_a_bar_in_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    terminal = Console(file=io.StringIO(), force_terminal=True, width=100)
+    monkeypatch.setattr("vistel_cli.terminal.err", terminal)
+    with progress("tracing [den].toml") as tell:
+        tell(0.45)
+    assert re.search(r"tracing \[den\]\.toml.*━.* 45%", terminal.file.getvalue())  # type: ignore[attr-defined]
+
+
+def test_nothing_is_said_where_nothing_is_to_be_shown(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("vistel_cli.waiting.SILENT_S", 0.0)
+    with progress("tracing", show=False) as tell:
+        tell(0.45)
     assert capsys.readouterr() == ("", "")

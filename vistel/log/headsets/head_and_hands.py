@@ -82,7 +82,7 @@ def check_hand(path: Path, hand: F64, unit: str) -> None:
     raw = length / UNITS[unit]
     like = sorted((abs(raw * m - 0.09), name) for name, m in UNITS.items() if SMALLEST_M <= raw * m <= LARGEST_M / 2)
     guess = f"; these look like {like[0][1]}: --unit {like[0][1]}" if like else ""
-    raise SensorError(f"{path}: it is {raw:g} from wrist to knuckle, which is no hand in {unit}{guess}")
+    raise SensorError(f"{path}: a hand would be {raw:g} {unit} from wrist to knuckle{guess}")
 
 
 def _seen(joints: F64) -> Hand:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.terminal import FAILED, USAGE, fail, out
 from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
@@ -20,8 +20,8 @@ Json = Annotated[bool, typer.Option("--json", help="Report as one JSON object.")
 
 
 def busy(what: str | Callable[[], str], show: bool) -> AbstractContextManager[None]:
-    """Within the block, `what` runs now, or what it gives then: said as soon as it takes long, on a terminal only."""
-    return waiting(what) if show and err.is_terminal else nullcontext()
+    """Within the block, `what` runs now, or what it gives then: said as soon as it takes long."""
+    return waiting(what) if show else nullcontext()
 
 
 def load(file: Path) -> Avatar:

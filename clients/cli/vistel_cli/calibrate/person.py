@@ -15,6 +15,7 @@ from vistel_cli.kind_of_file import CONFERENCE, LOG
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.people import person_of
 from vistel_cli.terminal import FAILED, fail, load_conference, out
+from vistel_cli.waiting import waiting
 
 File = Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file, with the tracker's participant and port.")]
 Who = Annotated[str, typer.Argument(help="Participant.")]
@@ -150,8 +151,9 @@ def _calibrated(
     try:
         known = load_body(person.body).skeleton if own_body and person.body else None
         moves = from_log(log, conference, name, steps, begin) if log else live(conference, name, steps, speak)
-        found = calibrate(moves, height or person.height, known)
-        comfort = {side: fit_comfort(samples_of(moves[f"{side}_forearm"], side, found)) for side in ("left", "right") if forearm}
+        with waiting("computing"):
+            found = calibrate(moves, height or person.height, known)
+            comfort = {s: fit_comfort(samples_of(moves[f"{s}_forearm"], s, found)) for s in ("left", "right") if forearm}
     except (MoveError, CalibrationFileError) as e:
         fail(str(e))
     return found, comfort

@@ -8,13 +8,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.progress import track
 
 from vistel.arrays import U8
 from vistel.conference.devices import EyeConfig, FaceConfig
 from vistel.conference.model import Participant
 from vistel_cli.people import person_of
-from vistel_cli.terminal import err, fail, load_conference
+from vistel_cli.terminal import fail, load_conference
+from vistel_cli.waiting import progress
 
 if TYPE_CHECKING:
     from vistel.devices.transport.camera import CameraSource
@@ -35,8 +35,11 @@ def shown(
     """Time [s] and picture, from the clip if there is one, else from the camera for `seconds`. `simulated` draws the n-th
     picture of a simulated camera."""
     if clip is None and camera.simulated:
-        for k in track(range(round(seconds * SIMULATED_HZ)), "looking", console=err, transient=True):
-            yield k / SIMULATED_HZ, simulated(k)
+        count = round(seconds * SIMULATED_HZ)
+        with progress("looking") as tell:
+            for k in range(count):
+                yield k / SIMULATED_HZ, simulated(k)
+                tell((k + 1) / count)
         return
     from vistel.devices.transport.camera import CameraSource
 

@@ -9,7 +9,7 @@ from rich.table import Table
 
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import load_conference, out
+from vistel_cli.terminal import FAILED, load_conference, out
 
 _BAUDS = (115200, 38400, 19200, 9600)
 
@@ -43,7 +43,10 @@ def devices(
         asyncio.run(watch_devices(load_conference(watch), seconds, as_json=as_json))
         return
     if probe:
-        _show(asyncio.run(_probed(probe)), as_json)
+        answers = asyncio.run(_probed(probe))
+        _show(answers, as_json)
+        if any("firmware" not in answer for answer in answers):
+            raise typer.Exit(FAILED)
         return
     found = _serial() + _hid() + _video()
     if not found and not as_json:

@@ -17,6 +17,7 @@ from vistel.wire import background
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
+from vistel_cli.waiting import waiting
 from vistel_sim.limbs import own_limbs
 from vistel_sim.motion.open import CALIBRATION
 from vistel_sim.process import run_simulators
@@ -55,11 +56,12 @@ class DeviceSession:
 
     async def until(self, done: Callable[[], bool], at_most_s: float) -> bool:
         """Wait for `done`; False when it takes longer."""
-        for _ in range(round(at_most_s / _LOOK_S)):
-            if done():
-                return True
-            self.check()
-            await asyncio.sleep(_LOOK_S)
+        with waiting("waiting for the devices"):
+            for _ in range(round(at_most_s / _LOOK_S)):
+                if done():
+                    return True
+                self.check()
+                await asyncio.sleep(_LOOK_S)
         return done()
 
 
@@ -88,7 +90,8 @@ async def running(conference: Conference, services: Sequence[ModuleType]) -> Asy
     network = MemoryNetwork()
     with tempfile.TemporaryDirectory(prefix="vistel-") as folder, _quietly():
         paths = RunPaths(Path(folder), Path(folder))
-        limbs = own_limbs(conference)
+        with waiting("starting the devices"):
+            limbs = own_limbs(conference)
         begin_ns = clock.now_ns()
         session = DeviceSession(network.bus(conference.name, "here", clock, None), clock, begin_ns, [], {})
         session.listen("device_status", lambda status: session.details.update({status.device: status.detail}))

@@ -46,6 +46,15 @@ class Board:
             for name, s in sorted(self.status.items())
         ]
 
+    def tell_changes(self, told: dict[str, str]) -> dict[str, str]:
+        """Prints a line for each device that is otherwise than `told`, where a table cannot be kept up to date. Returns what is
+        told then."""
+        now = {row["device"]: f"{row['device']} {row['state']}: {row['about']}" for row in self.rows()}
+        for device, line in now.items():
+            if told.get(device) != line:
+                out.print(line, soft_wrap=True)
+        return now
+
     def table(self) -> Table:
         table = Table("device", "state", "Hz", "about")
         table.add_column("newest values: cm, degrees", no_wrap=True)
@@ -81,11 +90,14 @@ async def watch_devices(conference: Conference, seconds: float, *, as_json: bool
         session.listen("device_status", board.take_status)
         session.listen("tracker", board.take_frame)
         session.listen("glove", board.take_frame)
+        told: dict[str, str] = {}
         end = asyncio.get_running_loop().time() + (seconds or math.inf)
         with Live(board.table(), console=out, refresh_per_second=_SHOWN_HZ, transient=as_json) as live:
             while asyncio.get_running_loop().time() < end:
                 await asyncio.sleep(1.0 / _SHOWN_HZ)
                 session.check()
                 live.update(board.table())
+                if not (as_json or out.is_terminal):
+                    told = board.tell_changes(told)
     if as_json:
         out.print_json(data=board.rows())

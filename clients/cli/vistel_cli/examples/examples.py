@@ -12,7 +12,8 @@ import typer
 from rich.text import Text
 
 from vistel_cli.overwriting import Force, keep_existing
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_warning
+from vistel_cli.terminal import FAILED, USAGE, fail, out, print_warning
+from vistel_cli.waiting import waiting
 
 MEETING_S = 18
 """Length of the recorded meeting after all sites see each other; its log is some seconds longer [s]."""
@@ -38,7 +39,7 @@ def examples(
         folder.mkdir(parents=True, exist_ok=True)
         for example in EXAMPLES:
             try:
-                with err.status(Text(f"making {example.files[0]}")):
+                with waiting(f"making {example.files[0]}"):
                     example.make(folder)
             except CannotBeMadeError as e:
                 print_warning(f"{example.files[0]} is left out: {e}")

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import Progress
 
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import ENCRYPTED, LOG
 from vistel_cli.overwriting import Force, keep_existing, keep_source, out_file
-from vistel_cli.terminal import err, fail, out
+from vistel_cli.terminal import fail, out
+from vistel_cli.waiting import progress
 
 
 def new_key(output: Annotated[Path, out_file("File for the private key.")], force: Force = False) -> None:
@@ -74,9 +74,8 @@ def _write(source: Path, output: Path, write: Callable[[Callable[[float], None]]
 
     keep_source(source, output)
     try:
-        with Progress(console=err, transient=True) as bar:
-            task = bar.add_task("writing", total=1.0)
-            write(lambda share: bar.update(task, completed=share))
+        with progress(f"writing {output.name}") as tell:
+            write(tell)
     except EncryptionError as e:
         fail(str(e))
     except OSError as e:

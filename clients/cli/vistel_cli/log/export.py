@@ -98,7 +98,8 @@ def export(
 
 
 def _usd(log: Path, output: Path, begin: float, end: float | None, fps: float) -> None:
-    from vistel_cli.log.usd import export_usd  # loads the mathematics
+    with waiting("loading"):
+        from vistel_cli.log.usd import export_usd  # the mathematics
 
     try:
         reader = LogReader(log)

@@ -1,5 +1,6 @@
 """`vistel replay --fast`: what it prints, and how it ends."""
 
+import contextlib
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +14,7 @@ from vistel_cli.log.fast import replay_fast
 from vistel_cli.overwriting import keep_existing
 from vistel_cli.run.folders import run_folder
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_warning
+from vistel_cli.waiting import waiting
 from vistel_services import posture, world
 
 FILE = "replay.mcap"
@@ -66,30 +68,35 @@ class FastReplay:
     def _computed(self, path: Path) -> tuple[int, float]:
         """How many messages were used, and how long it took [s], without what is loaded once."""
         begin_ns, end_ns = (self.reader.begin_ns + round(t * 1e9) for t in (self.begin, self.end))
-        with out.status("loading"):
+        with waiting("loading"):
             world.preload(self.conference)
             posture.preload(self.conference)
         began_s = time.perf_counter()
-        status = out.status("")
+        reached_ns: list[int] = []
 
-        def tell(now_ns: int) -> None:
-            at = (now_ns - self.reader.begin_ns) * 1e-9
-            status.start()  # a thread; not before the second process, a copy of this one, is there
-            status.update(f"{at:6.1f} s of {self.end:.1f} s at {(at - self.begin) / (time.perf_counter() - began_s):.1f}x")
+        def reached() -> str:
+            at = (reached_ns[-1] - self.reader.begin_ns) * 1e-9
+            return f"{at:.1f} s of {self.end:.1f} s at {(at - self.begin) / (time.perf_counter() - began_s):.1f}x"
 
-        try:
-            # A log's end is the time of its last message, which counts.
-            used = replay_fast(self.reader, self.conference, self.source, begin_ns, end_ns + 1, path, tell)
-        except OSError as e:
-            fail(f"{path}: cannot be written: {e.strerror}")
-        finally:
-            status.stop()
+        with contextlib.ExitStack() as told:
+
+            def tell(now_ns: int) -> None:
+                first = not reached_ns
+                reached_ns[:] = [now_ns]
+                if first:  # a thread; not before the second process, a copy of this one, is there
+                    told.enter_context(waiting(reached))
+
+            try:
+                # A log's end is the time of its last message, which counts.
+                used = replay_fast(self.reader, self.conference, self.source, begin_ns, end_ns + 1, path, tell)
+            except OSError as e:
+                fail(f"{path}: cannot be written: {e.strerror}")
         return used, time.perf_counter() - began_s
 
     def _compared(self, before: vistel.log.Log, path: Path) -> Comparison:
         shift = (self.reader.begin_ns - before.begin_ns) * 1e-9
         try:
-            with out.status("comparing"):
+            with waiting("comparing"):
                 return compare(before, vistel.log.open(path), self.begin + shift, self.end + shift)
         except ValueError as e:
             fail(str(e))

@@ -78,7 +78,8 @@ def import_(
     if len(delay or []) > len(files):
         fail(f"--delay: is given {len(delay or [])} times, for {len(files)} files", USAGE)
     said = Said(height, unit, up, clock, _frames(frame or []))
-    found = [_read(path, said) for path in files]
+    with waiting(f"reading {', '.join(path.name for path in files)}"):
+        found = [_read(path, said) for path in files]
     films = _films(found, delays, output)
     keep_existing(*(path for *_, path in films), force=force)
     people = [p for f in found for p in f.people]
@@ -86,7 +87,7 @@ def import_(
         fail(f"{len(people)} people: expected at most {MOST_PEOPLE}")
     _name_apart(people)
     conference = _conference(people, [thing for f in found for thing in f.props])
-    with tempfile.TemporaryDirectory(prefix="vistel-") as folder:
+    with tempfile.TemporaryDirectory(prefix="vistel-") as folder, waiting("computing the room"):
         raw = Path(folder) / "raw.mcap"
         text = text_of(conference)
         with LogWriter(raw, text) as writer:
@@ -176,14 +177,13 @@ def _complete(raw: Path, conference: Conference, output: Path, source: str) -> N
     from vistel_services import posture, world
 
     reader = LogReader(raw)
-    with waiting("computing the room"):
-        world.preload(conference)
-        posture.preload(conference)
-        try:
-            # A log's end is the time of its last message, which counts.
-            replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns + 1, output, apart=False)
-        except OSError as e:
-            fail(f"--out {output}: cannot be written: {e.strerror}")
+    world.preload(conference)
+    posture.preload(conference)
+    try:
+        # A log's end is the time of its last message, which counts.
+        replay_fast(reader, conference, source, reader.begin_ns, reader.end_ns + 1, output, apart=False)
+    except OSError as e:
+        fail(f"--out {output}: cannot be written: {e.strerror}")
 
 
 def _conference(people: list[dict[str, Any]], props: list[str]) -> Conference:

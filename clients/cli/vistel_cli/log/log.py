@@ -4,7 +4,6 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.progress import track
 
 from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
@@ -16,7 +15,8 @@ from vistel_cli.log.piece import piece_of
 from vistel_cli.log.redact import redact
 from vistel_cli.log.study import diff, grep, reading, stats
 from vistel_cli.overwriting import Force, keep_source, out_file
-from vistel_cli.terminal import err, fail, out, print_warning
+from vistel_cli.terminal import fail, out, print_warning
+from vistel_cli.waiting import waiting
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -107,7 +107,8 @@ def _copy(reader: LogReader, log: Path, output: Path, begin_ns: int | None, end_
 
     records = reader.records(begin_ns=begin_ns, end_ns=end_ns)
     try:
-        count = write_records(reader, track(records, description="writing", console=err, transient=True), output)
+        with waiting(lambda: f"writing {output.name}: {reader.share_read:.0%} of {log.name} read"):
+            count = write_records(reader, records, output)
     except OSError as e:
         fail(f"--out {output}: cannot be written: {e.strerror}")
     out.print(f"{count} messages written to {output}", soft_wrap=True)

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
 from vistel.conference.model import Conference
 from vistel.wire.log import LogReader
 from vistel_cli.terminal import FAILED, USAGE, fail, out
+from vistel_cli.waiting import progress, waiting
 
 if TYPE_CHECKING:
     from vistel.render.film.film import FilmPicture
@@ -45,7 +44,8 @@ def render_log(
     reader: LogReader, conference: Conference, sites: list[str], begin_ns: int, end_ns: int, look: FilmSettings, folder: Path
 ) -> None:
     """Write SITE.mp4 (or SITE/00000.png ...) for each of `sites` into `folder`."""
-    from vistel.render import NoOpenGlError  # loads the mathematics
+    with waiting("loading"):  # the mathematics
+        from vistel.render import NoOpenGlError
 
     try:
         for name in sites:
@@ -73,10 +73,11 @@ def _shown(conference: Conference, name: str, look: FilmSettings) -> Conference:
 def _render_site(
     reader: LogReader, conference: Conference, name: str, begin_ns: int, end_ns: int, look: FilmSettings, folder: Path
 ) -> None:
-    from vistel.render.config import render_config
-    from vistel.render.film.film import count_of, film, records_of
-    from vistel.render.film.sound import FilmSound
-    from vistel.render.film.video import FILM, VideoWriter
+    with waiting("loading"):
+        from vistel.render.config import render_config
+        from vistel.render.film.film import count_of, film, records_of
+        from vistel.render.film.sound import FilmSound
+        from vistel.render.film.video import FILM, VideoWriter
 
     site = next(s for s in conference.sites if s.name == name)
     config = render_config(conference, site)
@@ -88,29 +89,23 @@ def _render_site(
         spatial = site.audio is None or site.audio.spatial != "off"
         voices = FilmSound(begin_ns, config.delay_s, config.view.eyes if seated else None, spatial)
     pictures = film(config, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, rate, look.finer, voices)
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(bar_width=30),
-        TextColumn("{task.completed:.0f} of {task.total:.0f}"),
-    )
-    with Progress(*columns, TimeRemainingColumn(), console=out, transient=True) as bar:
-        task = bar.add_task(name, total=count)
+    with progress(f"drawing {count} pictures of {name}") as tell:
         if look.png:
             target = folder / name
             target.mkdir(exist_ok=True)
             for n, picture in enumerate(pictures):
                 _write_png(target / f"{n:05d}.png", picture)
-                bar.advance(task)
+                tell((n + 1) / count)
         else:
             target = folder / f"{name}.mp4"
             writer = VideoWriter(target, config.view.width, config.view.height, look.rate, voices is not None, FILM, look.speed)
             try:
-                for picture in pictures:
+                for n, picture in enumerate(pictures):
                     for heard in picture.sounds:
                         writer.put_sound(*heard)
                     if not writer.put_waiting(picture.t_ns, picture.rgba):
                         fail(f"{target}: cannot be written; is the disk full?", FAILED)
-                    bar.advance(task)
+                    tell((n + 1) / count)
             finally:
                 writer.close()
     out.print(f"  {target}  {count} pictures at {look.rate:g}/s, {config.view.width}x{config.view.height}", soft_wrap=True)

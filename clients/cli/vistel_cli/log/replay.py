@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from pydantic import ValidationError
-from rich.progress import BarColumn, Progress, TextColumn
 
 from vistel.conference.connect import connect
 from vistel.conference.files import write_conference
@@ -173,7 +172,8 @@ def replay(
     conference = with_recorded_avatars(_conference(reader, log, site), reader)
     begin, end = piece_of(reader, begin, end)
     if fast:
-        from vistel_cli.log.fast_command import FastReplay  # loads the mathematics
+        with waiting("loading"):
+            from vistel_cli.log.fast_command import FastReplay  # the mathematics
 
         limits = (most_degrees, most_mm, most_apart)
         replayed = FastReplay(reader, conference, source.value, begin, end, damage)
@@ -245,7 +245,7 @@ async def _play(
             plans += site_processes(conference, s.name)
         plans = [p for p in plans if p.services[0] in services and p.services != ("world",)]
         servers = open_fork_servers(conference, plans, file, folder)
-        with out.status("loading"):
+        with waiting("loading"):
             await until_loaded(servers, stop)
             world = None
             if "world" in services:
@@ -267,15 +267,15 @@ async def _play(
                 await clock.sleep_until_ns(preroll_ns - int(WORLD_EARLY_S * speed * 1e9))
                 own_clock = StandingClock(clock, start_ns)
                 leading = background.start(_lead(world, conference, router.endpoint, own_clock), "world")
-            with _progress() as bar:
-                task = bar.add_task(f"starting {len(specs)} processes", total=end - begin)
+
+            def reached() -> str:
+                at = (clock.now_ns() - begin_ns) * 1e-9
+                return f"{begin + at:.1f} s of {end:.1f} s at {speed:g}x" if at > 0 else f"starting {len(specs)} processes"
+
+            with waiting(reached, silent_s=0.0):
                 feeding = background.start(feeder.feed(start_ns - PREROLL_NS, start_ns, end_ns, preroll_ns), "feed")
                 stopping = background.start(stop.wait(), "stop")
-                while not feeding.done() and not stop.is_set():
-                    at = (clock.now_ns() - begin_ns) * 1e-9
-                    if at > 0:
-                        bar.update(task, completed=at, description=f"{begin + at:6.1f} s of {end:.1f} s at {speed:g}x")
-                    await asyncio.wait({feeding, stopping}, timeout=0.1, return_when=asyncio.FIRST_COMPLETED)
+                await asyncio.wait({feeding, stopping}, return_when=asyncio.FIRST_COMPLETED)
                 if not feeding.done():
                     feeding.cancel()
                 await asyncio.gather(feeding, return_exceptions=True)
@@ -326,7 +326,3 @@ async def _lead(config: "WorldConfig", conference: Conference, endpoint: str, cl
         await world.run(config, bus, clock)
     finally:
         await bus.close()
-
-
-def _progress() -> Progress:
-    return Progress(TextColumn("{task.description}", markup=False), BarColumn(bar_width=30), console=out, transient=True)

@@ -1,10 +1,8 @@
 """`vistel log export`: a conference as USD with time samples."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-
-from rich.progress import track
 
 from vistel.conference.avatar_files import kept_parcel
 from vistel.conference.model import Conference
@@ -15,7 +13,8 @@ from vistel.render.film.usd import write_usd
 from vistel.wire.log import LogReader
 from vistel_cli.log.avatars import with_recorded_avatars
 from vistel_cli.log.piece import piece_of
-from vistel_cli.terminal import FAILED, err, fail, out
+from vistel_cli.terminal import FAILED, fail, out
+from vistel_cli.waiting import progress
 
 ENDINGS = (".usda", ".usdc", ".usd")
 
@@ -35,14 +34,15 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
     begin_ns = reader.begin_ns + round(begin_s * 1e9)
     end_ns = reader.begin_ns + round(end_s * 1e9)
     try:
-        count = write_usd(
-            output,
-            _shown(reader, conference, begin_ns, end_ns, rate),
-            rate,
-            interior_of(conference.room),
-            partial(load_avatar_of, files=files_of(conference), parcel=_parcel),
-            [(site.name, site.participants[0].name) for site in conference.sites],
-        )
+        with progress(f"writing {output.name}") as tell:
+            count = write_usd(
+                output,
+                _told(_shown(reader, conference, begin_ns, end_ns, rate), count_of(begin_ns, end_ns, rate), tell),
+                rate,
+                interior_of(conference.room),
+                partial(load_avatar_of, files=files_of(conference), parcel=_parcel),
+                [(site.name, site.participants[0].name) for site in conference.sites],
+            )
     except (ValueError, RoomFileError) as e:
         fail(str(e), FAILED)
     except OSError as e:
@@ -51,8 +51,13 @@ def export_usd(reader: LogReader, log: Path, output: Path, begin_s: float, end_s
 
 
 def _shown(reader: LogReader, conference: Conference, begin_ns: int, end_ns: int, rate: float) -> Iterator[Instant]:
-    shown = instants(conference.playout.recorded_s, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, rate)
-    return iter(track(shown, "reading the log", total=count_of(begin_ns, end_ns, rate), console=err, transient=True))
+    return instants(conference.playout.recorded_s, records_of(reader, begin_ns, end_ns), begin_ns, end_ns, rate)
+
+
+def _told(shown: Iterator[Instant], count: int, tell: Callable[[float], None]) -> Iterator[Instant]:
+    for number, instant in enumerate(shown):
+        tell(number / count)
+        yield instant
 
 
 def _parcel(digest: str) -> bytes:

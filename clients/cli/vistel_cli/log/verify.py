@@ -3,6 +3,7 @@
 from vistel.wire.log import LogReader
 from vistel_cli.log.study import reading
 from vistel_cli.terminal import FAILED, out, print_error
+from vistel_cli.waiting import waiting
 
 VERIFIED_TOPICS = (
     "participant",
@@ -19,7 +20,8 @@ VERIFIED_TOPICS = (
 
 def verify_log(reader: LogReader, as_json: bool) -> int:
     """Run the world again on the log. Returns the exit code."""
-    from vistel.messages.world.verify import verify  # its kernels take a second to load
+    with waiting("loading"):
+        from vistel.messages.world.verify import verify  # its kernels take a second
 
     with reading(reader):
         report = verify((r.topic.name, r.names, r.message, r.log_ns) for r in reader.records(topics=VERIFIED_TOPICS))

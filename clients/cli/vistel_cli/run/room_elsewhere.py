@@ -9,7 +9,6 @@ import time
 from pathlib import Path
 
 import numpy as np
-from rich.text import Text
 
 from vistel.conference.connect import connect
 from vistel.conference.files import ConferenceError, with_seats
@@ -18,7 +17,8 @@ from vistel.v1.world_pb2 import RoomPlan
 from vistel.wire.clock import SystemClock
 from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import BusError
-from vistel_cli.terminal import FAILED, err, fail, out
+from vistel_cli.terminal import FAILED, err, fail
+from vistel_cli.waiting import waiting
 
 WAIT_S = 60.0
 """Longest wait for a world that does not run yet [s]."""
@@ -35,7 +35,7 @@ def with_room(conference: Conference, site: str, hub: str, wait_s: float = WAIT_
     if room.file is None or room.file.is_file():
         return conference.model_copy(update={"room": room}) if missing else conference
     try:
-        with out.status(Text(f"asking the world for the room ({room.file.name} is not here)")):
+        with waiting(f"asking the world for the room ({room.file.name} is not here)"):
             plan = asyncio.run(_asked(conference, site, hub, wait_s))
     except BusError as e:
         fail(str(e), FAILED)

@@ -1,8 +1,8 @@
 """`vistel polygonise`: writes the surface of a scene's shapes as a mesh file."""
 
 import json
-import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,9 +11,8 @@ import typer
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_error
-
-PATIENCE_S = 2.0
+from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error
+from vistel_cli.waiting import progress
 
 
 def polygonise(
@@ -63,17 +62,15 @@ def polygonise(
     if read.shape is None:
         fail(f"{scene}: shapes: is empty, expected at least one shape to polygonise")
     begin = time.perf_counter()
-    bar = _Bar(show=not as_json)
     try:
-        mesh = _made(read, resolution, tolerance, keep_polygons, residual, bar)
+        with progress(f"polygonising {scene.name}", show=not as_json) as tell:
+            mesh = _made(read, resolution, tolerance, keep_polygons, residual, tell)
         took = time.perf_counter() - begin
         save(mesh, output)
     except (ShapeError, OSError) as error:
         fail(f"{scene}: {error}", FAILED)
     except MemoryError:
         fail(f"{scene}: polygonise: the memory ran out; use a larger tolerance or a lower resolution", FAILED)
-    finally:
-        bar.close()
     report: dict[str, Any] = {
         "output": str(output),
         "vertices": len(mesh.vertices),
@@ -98,7 +95,9 @@ def polygonise(
         out.print(f"{name.replace('_', ' '):18} {shown}")
 
 
-def _made(read: Any, resolution: int | None, tolerance: float | None, keep_polygons: bool, residual: float, bar: "_Bar") -> Any:
+def _made(
+    read: Any, resolution: int | None, tolerance: float | None, keep_polygons: bool, residual: float, tell: Callable[[float], None]
+) -> Any:
     from vistel.implicit.polygonise import polygonise as make
 
     return make(
@@ -108,29 +107,5 @@ def _made(read: Any, resolution: int | None, tolerance: float | None, keep_polyg
         keep_polygons=keep_polygons,
         threshold=read.threshold,
         residual=residual,
-        progress=bar,
+        progress=tell,
     )
-
-
-class _Bar:
-    """A progress bar on the terminal, shown for slow scenes only."""
-
-    def __init__(self, show: bool) -> None:
-        self.begin, self.show = time.perf_counter(), show and sys.stderr.isatty()
-        self.bar: Any = None
-        self.task: Any = None
-
-    def __call__(self, share: float) -> None:
-        if not self.show or time.perf_counter() - self.begin < PATIENCE_S:
-            return
-        if self.bar is None:
-            from rich.progress import Progress
-
-            self.bar = Progress(console=err, transient=True)
-            self.task = self.bar.add_task("polygonising", total=1.0)
-            self.bar.start()
-        self.bar.update(self.task, completed=share)
-
-    def close(self) -> None:
-        if self.bar is not None:
-            self.bar.stop()

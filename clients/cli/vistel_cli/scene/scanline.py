@@ -2,19 +2,18 @@
 
 import json
 import time
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import typer
-from rich.text import Text
 
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.scene.trace import opened, picture_size, scene_errors_printed
-from vistel_cli.terminal import err, out
+from vistel_cli.terminal import out
+from vistel_cli.waiting import waiting
 
 
 def scanline(
@@ -46,7 +45,7 @@ def scanline(
                 f"--supersample: {supersample} x {width}x{height} is more than 16384 pixels, expected a smaller picture"
             )
         began = time.perf_counter()
-        with err.status(Text(f"drawing {scene.name}")) if err.is_terminal and not as_json else nullcontext():
+        with waiting(f"drawing {scene.name}"):
             picture = render(read, (width * supersample, height * supersample))
         seconds = time.perf_counter() - began
         light = np.clip(picture.light, 0, 1).reshape(height, supersample, width, supersample, 3).mean(axis=(1, 3))

@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_error
+from vistel_cli.waiting import progress
 
 if TYPE_CHECKING:
     from vistel.implicit.scene import Scene
@@ -58,8 +58,7 @@ def trace(
         read = opened(scene, output)
         facts: dict[str, Any] = report(read) if stats or as_json else {}
         began, cpu = time.perf_counter(), time.process_time()
-        with _bar() as bar:
-            task = bar.add_task(f"tracing {scene.name}", total=1.0)
+        with progress(f"tracing {scene.name}") as tell:
             picture = render(
                 read,
                 size=pixels,
@@ -69,7 +68,7 @@ def trace(
                 method=method,
                 samples=samples,
                 threads=threads,
-                progress=lambda part: bar.update(task, completed=part),
+                progress=tell,
             )
         seconds, cpu = time.perf_counter() - began, time.process_time() - cpu
         write_png(output, picture.light)
@@ -130,9 +129,3 @@ def picture_size(text: str | None) -> tuple[int, int] | None:
     if not (1 <= width <= 16384 and 1 <= height <= 16384):
         fail(f"--size: is {text}, expected 1 to 16384 pixels each way", USAGE)
     return width, height
-
-
-def _bar() -> Progress:
-    """A progress bar on standard error, shown on a terminal only."""
-    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
-    return Progress(*columns, console=err, transient=True, disable=not err.is_terminal)

@@ -7,7 +7,6 @@ import re
 from typing import Annotated
 
 import typer
-from rich.text import Text
 
 from vistel.v1.world_pb2 import WorldMoveReply, WorldMoveRequest
 from vistel.wire.bus import Bus
@@ -16,6 +15,7 @@ from vistel.wire.world.presence import WorldAt, worlds_of
 from vistel.wire.zenoh.access import HUB_NAME
 from vistel_cli.conference_choice import Hub, RunningFile, chosen, joined, on_bus
 from vistel_cli.terminal import FAILED, USAGE, fail, out
+from vistel_cli.waiting import waiting
 
 LOOK_S = 0.5
 """Time to collect the presence of worlds [s]."""
@@ -76,7 +76,7 @@ def move(
     async def work(bus: Bus) -> str:
         return await moved(bus, place, force=anyway)
 
-    with out.status(Text(f"moving the room of {conference.name} to {place}")):
+    with waiting(f"moving the room of {conference.name} to {place}"):
         reason = on_bus(conference, conference.sites[0].name, endpoint, work)
     if reason:
         fail(reason, FAILED)

@@ -8,14 +8,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
-from rich.progress import track
 
 from vistel.conference.model import Conference
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.topics import BY_NAME
 from vistel_cli.conference_choice import on_bus
 from vistel_cli.log.piece import check_within
-from vistel_cli.terminal import FAILED, err, fail, print_warning
+from vistel_cli.log.study import reading
+from vistel_cli.terminal import FAILED, fail, print_warning
 
 if TYPE_CHECKING:
     from vistel.space.files import Interior
@@ -47,9 +47,10 @@ def of_log(log: Path, at: float | None) -> tuple[Interior, str]:
     end_ns = None if at is None else reader.begin_ns + round(at * 1e9)
     state, when_ns = b"", 0
     records = reader.records(("world_inputs",), end_ns=end_ns)
-    for r in track(records, description="reading", console=err, transient=True):
-        if r.message.private_state:
-            state, when_ns = r.message.private_state, r.log_ns
+    with reading(reader):
+        for r in records:
+            if r.message.private_state:
+                state, when_ns = r.message.private_state, r.log_ns
     if not state:
         fail(f"{log}: no state of the world by then; they are recorded once a second, as world_inputs", FAILED)
     conference = None

@@ -15,6 +15,7 @@ from vistel_cli.conference_choice import endpoint_of, on_bus
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error
+from vistel_cli.waiting import waiting
 from vistel_cli.world.move import check_place, gathered, moved
 
 
@@ -43,7 +44,7 @@ def spread(
     conferences = {c.name: c for c in map(load_conference, files)}
     if len(conferences) < len(files):
         fail("world spread: two of the files are of one conference; each needs a name of its own", USAGE)
-    with out.status("looking where the rooms are"):
+    with waiting("looking where the rooms are"):
         rooms = [_room(c, endpoint_of(c, hub)) for c in conferences.values()]
     places = loads(rooms)
     if unknown := [place for place in drained if place not in places]:

@@ -88,9 +88,10 @@ def edit(
 
       vistel world edit room.usda add mug file=mug.glb at=0.2,0.1 then remove cone -o other.usda
     """
-    from vistel.space.files.edit import USAGE as LINES
-    from vistel.space.files.edit import edited
-    from vistel.space.files.faults import RoomFileError
+    with busy("loading", True):
+        from vistel.space.files.edit import USAGE as LINES
+        from vistel.space.files.edit import edited
+        from vistel.space.files.faults import RoomFileError
 
     target = output or file
     _check_output(target, glb=False)
@@ -126,7 +127,8 @@ def export(
 
       vistel world export out/latest/conference.mcap --at 12.5 -o then.usdz
     """
-    from vistel_cli.world.now import of_log, running
+    with busy("loading", True):
+        from vistel_cli.world.now import of_log, running
 
     _check_output(output, glb=True)
     if at is not None and source.suffix != ".mcap":

@@ -16,7 +16,8 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import GLTF, USD, WRINKLES
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.stop_asked import stop_asked
-from vistel_cli.terminal import FAILED, err, fail, out
+from vistel_cli.terminal import FAILED, fail, out
+from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
     from vistel_cli.wrinkle.studio.opened import Opened
@@ -60,23 +61,23 @@ def studio(
 
 
 def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
-    with err.status("loading the studio"):
+    with waiting("loading the studio"):
         from vistel.wrinkle.errors import WrinkleError  # - the mathematics take long to load
         from vistel.wrinkle.wrinkle_sets import load_sets
         from vistel_cli.wrinkle.studio.opened import Opened, worn_by
 
-        made = spec.startswith("builtin")
-        path = output or Path("avatar.usda" if made else spec)
-        if path.suffix.lower() == ".npz" or not path.suffix:
-            fail(f"{path}: cannot be saved to; name a file with -o NAME.usda")
-        check_output(path)
-        if made and path.exists():
-            fail(f"{path}: exists already; open it, or name another with -o")
-        found = load_or_make(spec, path.stem)
-        try:
-            return Opened(found, path, spec, load_sets(sets) if sets else worn_by(found, spec))
-        except WrinkleError as fault:
-            fail(str(fault))
+    made = spec.startswith("builtin")
+    path = output or Path("avatar.usda" if made else spec)
+    if path.suffix.lower() == ".npz" or not path.suffix:
+        fail(f"{path}: cannot be saved to; name a file with -o NAME.usda")
+    check_output(path)
+    if made and path.exists():
+        fail(f"{path}: exists already; open it, or name another with -o")
+    found = load_or_make(spec, path.stem)
+    try:
+        return Opened(found, path, spec, load_sets(sets) if sets else worn_by(found, spec))
+    except WrinkleError as fault:
+        fail(str(fault))
 
 
 async def _serve(opened: Opened, host: str, port: int | None, show: bool) -> None:

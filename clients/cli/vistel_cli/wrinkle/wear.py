@@ -49,8 +49,7 @@ def wear(
         check_output(target)
     elif output is not None:
         fail("nothing to write: name sets to wear, or --off", USAGE)
-    with busy(f"reading {avatar.name}", not as_json):
-        who = load(avatar)
+    who = load(avatar)
     text, worn = _said(who, avatar, sets or [], off)
     facts: dict[str, Any] = {"avatar": str(avatar), "sets": len(worn)}
     if worn:
@@ -63,7 +62,7 @@ def wear(
     if changes:
         save(replace(who, wrinkles=text), target, not as_json)
         facts["output"] = str(target)
-    report(as_json, facts)
+    report(as_json, facts if as_json else {k: v for k, v in facts.items() if k != "without"})
 
 
 def _said(who: Avatar, path: Path, names: list[str], off: bool) -> tuple[str, list[WrinkleSet]]:

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import typer
-from rich.progress import track
 
 from vistel_cli.avatar.files import Json, busy, report
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import PICTURE, SHAPE, SHEET
 from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.overwriting import Force, out_file
-from vistel_cli.terminal import FAILED, USAGE, err, fail, out
+from vistel_cli.terminal import FAILED, USAGE, fail, out
+from vistel_cli.waiting import progress
 
 if TYPE_CHECKING:
     from vistel.wrinkle.shape import WrinkleShape
@@ -56,10 +56,11 @@ def show(
     except WrinkleError as fault:
         fail(str(fault))
     if output is not None:
-        pictures = [
-            np.hstack((drawing(s, size), relief(s, size, wrinkledness=wrinkledness, seed=seed)))
-            for s in track(found, "drawing", console=err, transient=True, disable=as_json or not err.is_terminal)
-        ]
+        pictures = []
+        with progress("drawing", show=not as_json) as tell:
+            for s in found:
+                pictures.append(np.hstack((drawing(s, size), relief(s, size, wrinkledness=wrinkledness, seed=seed))))
+                tell(len(pictures) / len(found))
         _write(output, sheet_of(pictures, 3 if len(pictures) > 4 else 1))
     if as_json:
         print(json.dumps({"shapes": [_facts(s) for s in found], "output": str(output) if output else None}))
@@ -102,9 +103,9 @@ def draw(
         of = blank(plan.size, texels, wraps=plan.wraps)
         if flat is None:
             flat = np.full((*of.height.shape, 3), CLOTH, np.uint8)
-        hidden = as_json or not err.is_terminal
-        for _ in track(laid(of, wrinkles), "laying wrinkles", len(wrinkles), console=err, transient=True, disable=hidden):
-            pass
+        with progress("laying wrinkles", show=not as_json) as tell:
+            for n, _ in enumerate(laid(of, wrinkles), 1):
+                tell(n / len(wrinkles))
         facts: dict[str, Any] = {"wrinkles": len(wrinkles), "width": of.height.shape[1], "height": of.height.shape[0]}
         facts |= {"highest_mm": round(1e3 * float(of.height.max()), 3), "deepest_mm": round(1e3 * float(of.height.min()), 3)}
         with ExitStack() as stack:
