@@ -15,6 +15,7 @@ import { Eyes } from "./eyes";
 import { GESTURES, Gestures } from "./gestures";
 import { Hand } from "./hand";
 import { Headset, HeadsetButton } from "./headset";
+import { Menu } from "./menu";
 import { CameraButton, drawMirror, Mirror } from "./mirror";
 import { record } from "./record";
 import { ShowButtons, Showing } from "./showing";
@@ -320,11 +321,13 @@ function showDoes(): void {
       <ShowButtons showing={showing} />
       {writing && <WriteButtons writing={writing} changed={showDoes} />}
       <SignalButtons signalling={signalling} />
-      {GESTURES.map(({ name, key }, n) => (
-        <button type="button" key={name} onClick={() => gestures.make(n + 1)}>
-          {text(name)} <kbd>{key}</kbd>
-        </button>
-      ))}
+      <Menu id="gestures" label={text("gestures")}>
+        {GESTURES.map(({ name, key }, n) => (
+          <button type="button" key={name} onClick={() => gestures.make(n + 1)}>
+            {text(name)} <kbd>{key}</kbd>
+          </button>
+        ))}
+      </Menu>
       <span>{text("hold")}</span>
     </>,
     element("does"),

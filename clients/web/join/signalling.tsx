@@ -1,5 +1,6 @@
 // What a guest says without words: a raised hand, and reactions; by button and by key.
 import { REACTIONS, type Reaction } from "../console/wire";
+import { Menu } from "./menu";
 import { text } from "./words";
 
 const AGAIN_MS = 1050; // from one reaction to the next: the world takes one a second
@@ -43,13 +44,13 @@ export function SignalButtons({ signalling }: { signalling: Signalling }) {
       <button type="button" id="raise" aria-pressed={up} onClick={() => signalling.raise()}>
         {text(up ? "hand_down" : "hand_up")} <kbd>{HAND_KEY}</kbd>
       </button>
-      <span role="group" aria-label={text("reactions")} class="signals">
+      <Menu id="reactions" label={text("reactions")}>
         {REACTIONS.map((name, n) => (
           <button type="button" key={name} id={`react-${name}`} onClick={() => signalling.react(name)}>
             {text(name === "clap" ? "applause" : name)} <kbd>{n + 1}</kbd>
           </button>
         ))}
-      </span>
+      </Menu>
     </>
   );
 }
