@@ -192,6 +192,10 @@ class GuestPage:
             task.cancel()
             await asyncio.gather(task, return_exceptions=True)
 
+    def in_the_world(self, participant: str) -> bool:
+        """Whether the world has them: their figure touches something. Before this, it refuses what they ask. While `listening`."""
+        return any(participant in pair for pair in self.newest.get("held", {}).get("touching", ()))
+
     async def told(self, kind: str) -> dict[str, Any]:
         """The next words of a kind."""
         async for said in self.socket:

@@ -30,10 +30,7 @@ def test_a_guest_puts_up_a_board_writes_and_takes_it_back(monkeypatch: pytest.Mo
                     words = page.newest.get("ink", {"strokes": [], "gone": []})
                     return {"strokes": [(s["by"], s["board"], s["colour"]) for s in words["strokes"]], "gone": words["gone"]}
 
-                def touched() -> set[str]:
-                    return {name for pair in page.newest.get("held", {}).get("touching", ()) for name in pair}
-
-                await until(lambda: "guest-1" in touched(), "the guest sits in the world's room", tasks=[leading, listens])
+                await until(lambda: page.in_the_world("guest-1"), "the guest sits in the world's room", tasks=[leading, listens])
                 await page.socket.send_json({"new_board": True})
                 await until(faces, "a board", tasks=[leading, listens])
                 (board,) = faces()

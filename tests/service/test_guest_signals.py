@@ -16,6 +16,7 @@ from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.topics import BY_NAME
 from vistel_services import world
 from vistel_services.console import guests
+from vistel_services.world.service import warm_up
 
 TOKYO: dict[str, Any] = {"name": "tokyo", "participants": [{"name": "aiko"}]}
 
@@ -83,6 +84,8 @@ def test_what_a_guest_cannot_write_privately_is_not_passed_on_and_ends_the_visit
 def test_hands_and_reactions_of_guests_are_told_in_their_order_and_captions_too(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    warm_up()  # the console lets go of a page that cannot listen for fifteen seconds, as while the same process compiles
+
     async def play(room: GuestRoom) -> None:
         bus = room.network.bus("c", "hub", room.clock)
         leading = asyncio.create_task(world.run(world.configure(room.conference, None, room.paths), bus, room.clock))
@@ -94,7 +97,7 @@ def test_hands_and_reactions_of_guests_are_told_in_their_order_and_captions_too(
                 def signals(of: GuestPage, kind: str) -> list[list[object]]:
                     return of.newest.get("signals", {"raised": [], "reactions": []})[kind]
 
-                await until(lambda: len(page.newest.get("table", {}).get("people", [])) == 2, "both guests", tasks=[leading])
+                await until(lambda: all(map(page.in_the_world, ("guest-1", "guest-2"))), "both sit in the room", tasks=[leading])
                 for who, number in ((other, 1), (page, 2)):
                     await who.socket.send_json({"hand_down": False})
                     await until(lambda n=number: len(signals(page, "raised")) == n, "a hand", tasks=[leading])

@@ -1,4 +1,4 @@
-"""Draws panel.png: slides of a PDF on a panel of a meeting, as Carla sees them from her seat. It runs the demo for half a minute
+"""Draws panel.png: slides of a PDF on a panel of a meeting, as the room is seen as a whole. It runs the demo for half a minute
 without windows, shows the slides of `vistel examples` in it, and draws a moment of its log.
 
 python -m docs.pictures.panel.panel
@@ -41,7 +41,7 @@ def main() -> None:
         log = folder / "out" / "conference.mcap"
         reader = LogReader(log)
         at_s = AFTER_S + 1e-9 * (next(r.log_ns for r in reader.records(topics=("picture_part",))) - reader.begin_ns)
-        look = ["--render", "--png", "--site", "zurich", "--view", "seat", "--size", "1280x720", "--supersample", "2"]
+        look = ["--render", "--png", "--site", "tokyo", "--view", "room", "--size", "1280x720", "--supersample", "2"]
         span = ["--from", f"{at_s:.2f}", "--to", f"{at_s + 0.5:.2f}", "--fps", "2", "--out", str(folder / "film")]
         subprocess.run([*COMMAND, "replay", str(log), *look, *span], check=True)
         shutil.copyfile(min((folder / "film").rglob("*.png")), Path(__file__).parent / "panel.png")
