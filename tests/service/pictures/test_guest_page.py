@@ -192,6 +192,7 @@ def test_a_guest_raises_a_hand_and_reacts_and_sees_those_of_others(monkeypatch: 
                 await tab.value("document.getElementById('react-heart').click()")
                 assert not await tab.value("document.querySelector('#reactions').open")
                 await until(lambda: told("reactions") == [["guest-1", "heart"]], "a heart", tasks=parts)
+                await until(lambda: not told("reactions"), "it is over", tasks=parts)
                 await tab.call("Input.dispatchKeyEvent", type="keyDown", key="5")
                 await until(lambda: told("reactions") == [["guest-1", "surprise"]], "surprise", tasks=parts)
                 await tab.click("#raise")
