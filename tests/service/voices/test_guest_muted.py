@@ -68,7 +68,7 @@ class Page:
 @contextlib.asynccontextmanager
 async def opened(folder: Path) -> AsyncIterator[Page]:
     network, clock = MemoryNetwork(), SystemClock()
-    config = Microphones("guests", {"guest-1": folder / "guest-1"}, folder / "muted.json", crowded=False, reports=True)
+    config = Microphones("guests", {"guest-1": folder / "guest-1"}, folder / "muted.json", crowded=False, reports=True, sites={})
     page = Page(folder, network, clock)
     task = background.start(run_microphones(config, network.bus("c", "guests", clock), clock), "microphones")
     await until((folder / "guest-1").exists, "the port")
