@@ -106,11 +106,11 @@ class Supervisor:
 
     async def _spawn(self, child: Child, *, afresh: bool = False) -> None:
         """afresh: from nothing, even if it could be forked."""
-        starting = asyncio.create_task(self._started(child.spec, afresh=afresh))
+        starting = asyncio.gather(self._started(child.spec, afresh=afresh))
         try:
             await asyncio.shield(starting)
         finally:  # where everything stops meanwhile, it is asked to end as the others are
-            child.process = await starting
+            (child.process,) = await starting
 
     async def _started(self, spec: ProcessSpec, *, afresh: bool) -> Process:
         log_file, server = self.log_file(spec.name), self.fork_servers.get(spec.server)
