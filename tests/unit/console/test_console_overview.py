@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 import math
-import shutil
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from page_module import in_node
 
 from vistel.arrays import F64
 from vistel.conference.files import load
@@ -22,15 +20,13 @@ from vistel.space.room import meeting_room
 from vistel.space.things.things import Pages, Thing
 
 ROOT = Path(__file__).resolve().parents[3]
-WEB = ROOT / "clients/web"
 DESK, PHONE = 1.6, 0.8
 """Width of the picture by its height."""
 HEAD_M = 1.45
 """Over the floor, of who sits: the top of their head."""
 _RUN = """
-import { readFileSync } from "node:fs";
-import { overview } from "./overview.mjs";
-const { people, fronts, aspects } = JSON.parse(readFileSync(0, "utf-8"));
+import { overview } from "./module.mjs";
+const { people, fronts, aspects } = given;
 console.log(JSON.stringify(aspects.map((aspect) => overview(people, fronts, aspect))));
 """
 Seen = list[dict[str, list[float]]]
@@ -40,24 +36,12 @@ Choose = Callable[[list[Thing]], Seen]
 @pytest.fixture
 def choose(tmp_path: Path) -> Choose:
     """The page's views, on a desk and on a phone, of three people at the table and of things."""
-    node = shutil.which("node")
-    if node is None or not (WEB / "node_modules/esbuild").is_dir():
-        pytest.skip("node or clients/web/node_modules is not there (make web)")
-    build = (
-        "import { build } from 'esbuild';"
-        "await build({ entryPoints: ['console/overview.ts'], format: 'esm', outfile: process.argv[1] });"
-    )
-    command = [node, "--input-type=module", "-e", build, str(tmp_path / "overview.mjs")]
-    subprocess.run(command, cwd=WEB, check=True, capture_output=True)
-    (tmp_path / "run.mjs").write_text(_RUN)
+    run = in_node(tmp_path, "console/overview.ts", _RUN)
 
     def chosen(things: list[Thing]) -> Seen:
         fronts = [{"corners": corners(t).tolist(), "normal": normal(t).tolist()} for t in things]
         people = [{"at": head.tolist(), "looks": (-head / math.hypot(head[0], head[2])).tolist()} for head in heads()]
-        given = json.dumps({"people": people, "fronts": fronts, "aspects": [DESK, PHONE]})
-        ran = subprocess.run([node, "run.mjs"], cwd=tmp_path, input=given, capture_output=True, text=True, check=False)
-        assert ran.returncode == 0, ran.stderr
-        return json.loads(ran.stdout)
+        return run({"people": people, "fronts": fronts, "aspects": [DESK, PHONE]})
 
     return chosen
 

@@ -5,13 +5,12 @@ from __future__ import annotations
 import base64
 import json
 import math
-import shutil
-import subprocess
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from page_module import in_node
 
 from vistel.arrays import F64
 from vistel.figure.face.arkit import SHAPES
@@ -34,7 +33,6 @@ from vistel.render.frames import (
 )
 from vistel_services.console.feed import joints_told
 
-WEB = Path(__file__).resolve().parents[3] / "clients/web"
 FRAMES_PER_S = 30
 
 
@@ -106,9 +104,8 @@ def test_a_person_takes_less_than_120_kilobits_a_second() -> None:
 
 
 _DECODE = """
-import { readFileSync } from "node:fs";
-import { decode } from "./wire.mjs";
-const { told, frames } = JSON.parse(readFileSync(0, "utf-8"));
+import { decode } from "./module.mjs";
+const { told, frames } = given;
 const bytes = (text) => new Uint8Array(Buffer.from(text, "base64")).buffer;
 const listed = (p) => ({ ...p, rotations: [...p.rotations], shifts: [...p.shifts], face: [...p.face] });
 const plain = (f) => f && { ...f, people: f.people.map(listed) };
@@ -119,22 +116,10 @@ console.log(JSON.stringify(frames.map((f) => plain(decode(bytes(f), told)))));
 @pytest.fixture
 def page_decodes(tmp_path: Path) -> Any:
     """What the page's own decoder makes of frames; None of those that it refuses."""
-    node = shutil.which("node")
-    if node is None or not (WEB / "node_modules/esbuild").is_dir():
-        pytest.skip("node or clients/web/node_modules is not there (make web)")
-    build = (
-        "import { build } from 'esbuild';"
-        "await build({ entryPoints: ['console/wire.ts'], format: 'esm', outfile: process.argv[1] });"
-    )
-    command = [node, "--input-type=module", "-e", build, str(tmp_path / "wire.mjs")]
-    subprocess.run(command, cwd=WEB, check=True, capture_output=True)
-    (tmp_path / "decode.mjs").write_text(_DECODE)
+    run = in_node(tmp_path, "console/wire.ts", _DECODE)
 
     def decoded(frames: list[bytes]) -> list[Any]:
-        given = json.dumps({"told": json.loads(joints_told()), "frames": [base64.b64encode(f).decode() for f in frames]})
-        ran = subprocess.run([node, "decode.mjs"], cwd=tmp_path, input=given, capture_output=True, text=True, check=False)
-        assert ran.returncode == 0, ran.stderr
-        return json.loads(ran.stdout)
+        return run({"told": json.loads(joints_told()), "frames": [base64.b64encode(f).decode() for f in frames]})
 
     return decoded
 
