@@ -24,7 +24,7 @@ _sym_db = _symbol_database.Default()
 
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x18vistel/v1/envelope.proto\x12\tvistel.v1\"R\n\x06Header\x12\x0f\n\x07version\x18\x01 \x01(\r\x12\x0b\n\x03seq\x18\x02 \x01(\x04\x12\x0c\n\x04t_ns\x18\x03 \x01(\x06\x12\x0e\n\x06source\x18\x04 \x01(\t\x12\x0c\n\x04term\x18\x05 \x01(\rb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x18vistel/v1/envelope.proto\x12\tvistel.v1\"R\n\x06Header\x12\x0f\n\x07version\x18\x01 \x01(\r\x12\x0b\n\x03seq\x18\x02 \x01(\x04\x12\x0c\n\x04t_ns\x18\x03 \x01(\x06\x12\x0e\n\x06source\x18\x04 \x01(\t\x12\x0c\n\x04term\x18\x05 \x01(\r\"+\n\x06Headed\x12!\n\x06header\x18\x01 \x01(\x0b\x32\x11.vistel.v1.Headerb\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -33,4 +33,6 @@ if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
   _globals['_HEADER']._serialized_start=39
   _globals['_HEADER']._serialized_end=121
+  _globals['_HEADED']._serialized_start=123
+  _globals['_HEADED']._serialized_end=166
 # @@protoc_insertion_point(module_scope)

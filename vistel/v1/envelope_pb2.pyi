@@ -1,6 +1,7 @@
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
-from typing import ClassVar as _ClassVar, Optional as _Optional
+from collections.abc import Mapping as _Mapping
+from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
@@ -17,3 +18,9 @@ class Header(_message.Message):
     source: str
     term: int
     def __init__(self, version: _Optional[int] = ..., seq: _Optional[int] = ..., t_ns: _Optional[int] = ..., source: _Optional[str] = ..., term: _Optional[int] = ...) -> None: ...
+
+class Headed(_message.Message):
+    __slots__ = ("header",)
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    header: Header
+    def __init__(self, header: _Optional[_Union[Header, _Mapping]] = ...) -> None: ...

@@ -23,7 +23,7 @@ from mcap.records import Channel, ChunkIndex
 from mcap.records import Message as McapMessage
 from mcap.writer import CompressionType, Writer
 
-from vistel.v1.envelope_pb2 import Header
+from vistel.v1.envelope_pb2 import Headed, Header
 from vistel.wire.limits import most_bytes, objection_to_texts, short_bytes
 from vistel.wire.log_index import BrokenLogError, ChunkPlace, LogIndex, open_chunk, read_index, walk_on
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION, TOPICS, Publisher, Topic
@@ -40,8 +40,6 @@ MOST_LENGTH_NS = 31 * 24 * 3600 * 1_000_000_000
 """Of a log: no meeting takes a month, and who plays one to its end should see it [ns]."""
 MOST_OPEN_BYTES = 256 << 20
 """Of messages of chunks that overlap in time, which are all in memory until their order is known."""
-_HEADER_TAG = b"\x0a"
-"""Field 1, with a length."""
 MESSAGE_BYTES = 300
 """What a message takes there beside its payload."""
 
@@ -94,7 +92,7 @@ class LogWriter:
         """As `write`, of a message's bytes as they were sent."""
         if topic.name == "clock_offset":
             self._note_offset(topic.message.FromString(data))
-        return self._add(topic, key, data, _header_of(data), log_ns)
+        return self._add(topic, key, data, Headed.FromString(data).header, log_ns)
 
     def _add(self, topic: Topic, key: str, data: bytes, header: Header | None, log_ns: int) -> int:
         self._writer.add_message(
@@ -378,18 +376,6 @@ class LogReader:
     def _tell(self, line: str) -> None:
         if len(self.damage) < MOST_TOLD and line not in self.damage:
             self.damage.append(line if len(self.damage) < MOST_TOLD - 1 else "and more, which is not told")
-
-
-def _header_of(data: bytes) -> Header:
-    """The header of a message that we have made: field 1 of every one, so it comes first. The rest is not decoded."""
-    if data[:1] != _HEADER_TAG:
-        return Header()
-    length, at = 0, 1
-    while data[at] & 0x80:
-        length |= (data[at] & 0x7F) << 7 * (at - 1)
-        at += 1
-    length |= data[at] << 7 * (at - 1)
-    return Header.FromString(data[at + 1 : at + 1 + length])
 
 
 def shown(text: str) -> str:
