@@ -18,7 +18,8 @@ from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.geometry.rotation import rotation_y
-from vistel.space.actions import Move, Which
+from vistel.space.actions import Move
+from vistel.space.arguments import Which
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import Extra, Room, meeting_room, seat_pose, table_radius
 from vistel.space.things.things import Thing

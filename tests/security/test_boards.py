@@ -8,7 +8,8 @@ import math
 import pytest
 
 from vistel.session.page_writing import written_by
-from vistel.space.actions import Draw, PutUpBoard, Rub, Undo, Which, Wipe
+from vistel.space.actions import Draw, PutUpBoard, Rub, Undo, Wipe
+from vistel.space.arguments import Which
 from vistel.space.boards.stroke import MOST_POINTS, unpacked
 from vistel.v1.command_pb2 import Command
 from vistel.wire.limits import most_bytes

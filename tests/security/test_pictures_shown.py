@@ -27,7 +27,8 @@ from vistel.protocol.pages.pointer import MOST_ASKED_BYTES, asked_of, asked_reco
 from vistel.session import guest_pages
 from vistel.session.pictures import Pictures
 from vistel.session.showing import page_of, page_of_upload
-from vistel.space.actions import Delete, Present, Which
+from vistel.space.actions import Delete, Present
+from vistel.space.arguments import Which
 from vistel.space.pages.read import pages_of
 from vistel.space.pages.sheet import MOST_BYTES, PageError, unpacked_page
 from vistel.v1.motion_pb2 import AvatarPart

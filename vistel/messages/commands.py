@@ -5,7 +5,8 @@ from typing import Any, cast
 
 from google.protobuf.message import Message
 
-from vistel.space.actions import Action, Which
+from vistel.space.actions import Action
+from vistel.space.arguments import Which
 from vistel.space.command_description import COMMANDS
 from vistel.v1 import command_pb2 as pb
 

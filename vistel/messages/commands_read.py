@@ -8,7 +8,8 @@ import numpy as np
 from google.protobuf.descriptor import FieldDescriptor
 
 from vistel.arrays import F64
-from vistel.space.actions import Action, Along, Reaction, Shown, Size, Towards, Where, Which
+from vistel.space.actions import Action
+from vistel.space.arguments import Along, Reaction, Shown, Size, Towards, Where, Which
 from vistel.space.command_description import COMMANDS
 from vistel.v1.geometry_pb2 import Pose, Quaternion, Vec3
 

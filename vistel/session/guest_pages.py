@@ -14,7 +14,8 @@ from vistel.protocol.pages.pointer import asked_record, picture_record
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
 from vistel.session.page_writing import written_by
 from vistel.session.showing import Page, page_of_upload, sent_until_served
-from vistel.space.actions import Action, Draw, Present, PutAway, RaiseHand, React, Rub, TurnPage, Which
+from vistel.space.actions import Action, Draw, Present, PutAway, RaiseHand, React, Rub, TurnPage
+from vistel.space.arguments import Which
 from vistel.space.commands.panel import MOST_PAGES
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.bus import Bus

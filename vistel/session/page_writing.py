@@ -4,7 +4,8 @@ colours; to raise a hand; to react."""
 import re
 from typing import Any, cast
 
-from vistel.space.actions import Action, Draw, PutUpBoard, RaiseHand, React, Reaction, Rub, Undo, Which, Wipe
+from vistel.space.actions import Action, Draw, PutUpBoard, RaiseHand, React, Rub, Undo, Wipe
+from vistel.space.arguments import Reaction, Which
 from vistel.space.boards.stroke import ACROSS, MOST_NAME, MOST_POINTS
 
 _REACTIONS = {r.value: r for r in Reaction}

@@ -10,7 +10,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-from vistel.space.actions import Reaction
+from vistel.space.arguments import Reaction
 from vistel.space.people import SIDES, Posed, flexion_of
 from vistel.space.signals import RaisedHand, ShownReaction
 from vistel.space.state import Gesture, State

@@ -3,7 +3,7 @@
 from collections.abc import Collection
 from dataclasses import dataclass
 
-from vistel.space.actions import Reaction
+from vistel.space.arguments import Reaction
 
 SHOWN_STEPS = 180
 """A reaction is shown for so many steps: three seconds."""

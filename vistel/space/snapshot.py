@@ -15,7 +15,7 @@ from vistel.arrays import F64
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.geometry.pose import Pose
-from vistel.space.actions import Reaction
+from vistel.space.arguments import Reaction
 from vistel.space.boards.json_values import from_stroke, to_stroke
 from vistel.space.dynamics.dynamics import Motions
 from vistel.space.hands.approach import Approach

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from vistel.space import actions as ask
-from vistel.space.actions import Action, Which
+from vistel.space.actions import Action
+from vistel.space.arguments import Which
 from vistel.speech.grammar import Language, Said
 from vistel.speech.meaning import Correction, MeaningError, Remark, asked_for
 

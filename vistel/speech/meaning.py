@@ -5,7 +5,8 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
-from vistel.space.actions import Action, Along, Shown, Size, Towards, Where, Which
+from vistel.space.actions import Action
+from vistel.space.arguments import Along, Shown, Size, Towards, Where, Which
 from vistel.space.command_description import COMMANDS, AxisName, ColourName, Command, Length, Parameter, Quantity, ShapeName, Spoken
 from vistel.space.commands.names import COLOURS, SHAPES
 from vistel.speech.grammar import Meaning

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vistel.space.actions import Action, Draw, PutUpBoard, Rub, Which, Wipe
+from vistel.space.actions import Action, Draw, PutUpBoard, Rub, Wipe
+from vistel.space.arguments import Which
 from vistel.space.commands.names import COLOURS
 from vistel.wire.bus import Bus
 from vistel.wire.clock import SystemClock, sleep

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vistel.space.actions import Action, PutAway, TurnPage, Which
+from vistel.space.actions import Action, PutAway, TurnPage
+from vistel.space.arguments import Which
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel_cli.ask import answered

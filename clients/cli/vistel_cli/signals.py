@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from vistel.space.actions import RaiseHand, React, Reaction
+from vistel.space.actions import RaiseHand, React
+from vistel.space.arguments import Reaction
 from vistel_cli.ask import answered
 from vistel_cli.conference_choice import Hub, participants
 from vistel_cli.inputs import Takes

@@ -17,7 +17,8 @@ from vistel.render.stage.world_view import PlayoutWorld, thing_of, view_of
 from vistel.render.things.outlines import HUES, colours_of
 from vistel.render.view.camera import look_at
 from vistel.space import actions as ask
-from vistel.space.actions import Action, Which
+from vistel.space.actions import Action
+from vistel.space.arguments import Which
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.world import World

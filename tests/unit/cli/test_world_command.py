@@ -13,7 +13,7 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from vistel.space import actions as ask
-from vistel.space.actions import Which
+from vistel.space.arguments import Which
 from vistel.space.files import Interior, load_room, save_usd
 from vistel.space.inputs import CommandInput, ParticipantBody, StepInputs
 from vistel.space.room import Room, meeting_room

@@ -16,7 +16,8 @@ from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.messages.world.encoder import WorldEncoder
 from vistel.render.stage.signs import sign_of
 from vistel.session.room_words import signal_words
-from vistel.space.actions import RaiseHand, React, Reaction
+from vistel.space.actions import RaiseHand, React
+from vistel.space.arguments import Reaction
 from vistel.space.gestures import EVERY, STEPS, UP, fists_with_thumbs, hands_above, thumbs_up
 from vistel.space.signals import AGAIN_STEPS, SHOWN_STEPS, RaisedHand, ShownReaction, Signals
 from vistel.space.world import World

@@ -17,7 +17,8 @@ from test_world_steps import START, Play, reaching
 
 from vistel.messages.world.encode import world_state
 from vistel.messages.world.encoder import KEY_STEPS, EncodedStep, WorldEncoder
-from vistel.space.actions import Create, Delete, Paint, Which
+from vistel.space.actions import Create, Delete, Paint
+from vistel.space.arguments import Which
 from vistel.space.inputs import CommandInput
 from vistel.space.view import WorldView
 from vistel.v1.world_pb2 import WorldState

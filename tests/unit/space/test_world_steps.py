@@ -15,7 +15,8 @@ from vistel.figure.posture.hands import OPEN, hand_rotation
 from vistel.figure.posture.posture import WRIST, Posture, Stance, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.geometry.rotation import matrix_from_quaternion, rotvec_from_matrix
-from vistel.space.actions import Delete, Move, Release, Reset, Which
+from vistel.space.actions import Delete, Move, Release, Reset
+from vistel.space.arguments import Which
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
 from vistel.space.snapshot import VERSION, decode, digest

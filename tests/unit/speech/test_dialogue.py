@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from vistel.space import actions as ask
+from vistel.space.arguments import THIS, Shown, Towards, Which
 from vistel.speech.dialogue import AWAKE_NS, CORRECTED_NS, PATIENCE_NS, Dialogue, KnownThing, Reading, ResponseKind, exists
 from vistel.speech.grammar_file import load_grammar
 
@@ -22,7 +23,7 @@ def reading(text: str, confidence: float = 0.9) -> Reading:
 def test_what_is_sure_is_done_at_once() -> None:
     turn = Dialogue("en").respond([reading("move the blue box left")], ROOM, 0)
     assert turn.outcome is ResponseKind.ACT
-    assert turn.action == ask.MoveBy(ask.Which(shape="box", colour="blue"), ask.Towards.LEFT, 0.1)
+    assert turn.action == ask.MoveBy(Which(shape="box", colour="blue"), Towards.LEFT, 0.1)
 
 
 @pytest.mark.parametrize(("text", "confidence"), [("move the blue box left", 0.3), ("start over", 0.9), ("delete everything", 0.9)])
@@ -54,8 +55,8 @@ def test_what_is_hardly_believed_is_rejected() -> None:
 def test_of_readings_that_sound_alike_the_one_about_things_that_are_there_is_taken() -> None:
     alike = [reading("delete the red ball", 0.8), reading("delete the blue box", 0.7)]
     dialogue = Dialogue("en", accept=0.5)
-    assert dialogue.respond(alike, ROOM, 0).action == ask.Delete(ask.Which(shape="box", colour="blue"))
-    assert dialogue.respond(alike, (), 0).action == ask.Delete(ask.Which(shape="ball", colour="red"))
+    assert dialogue.respond(alike, ROOM, 0).action == ask.Delete(Which(shape="box", colour="blue"))
+    assert dialogue.respond(alike, (), 0).action == ask.Delete(Which(shape="ball", colour="red"))
 
 
 def test_again_does_the_last_thing_once_more_and_not_a_taking_back() -> None:
@@ -79,17 +80,17 @@ def test_with_a_wake_word_nothing_else_is_heard() -> None:
 @pytest.mark.parametrize(
     ("taken_back", "said", "meant"),
     [
-        (True, "no the yellow one", ask.Which(shape="box", colour="yellow")),
-        (True, "i mean the yellow ball", ask.Which(shape="ball", colour="yellow")),
-        (False, "no i mean that", ask.Which(shown=ask.Shown.POINTED)),
+        (True, "no the yellow one", Which(shape="box", colour="yellow")),
+        (True, "i mean the yellow ball", Which(shape="ball", colour="yellow")),
+        (False, "no i mean that", Which(shown=Shown.POINTED)),
     ],
 )
-def test_a_correction_does_the_same_with_what_was_meant(taken_back: bool, said: str, meant: ask.Which) -> None:
+def test_a_correction_does_the_same_with_what_was_meant(taken_back: bool, said: str, meant: Which) -> None:
     dialogue = Dialogue("en")
     dialogue.respond([reading("move the blue box left")], (), 0)
     dialogue.answered(taken_back)  # where the world refused, there is nothing to take back
     turn = dialogue.respond([reading(said)], (), CORRECTED_NS)
-    assert turn.action == ask.MoveBy(meant, ask.Towards.LEFT, 0.1)
+    assert turn.action == ask.MoveBy(meant, Towards.LEFT, 0.1)
     assert turn.first == (ask.Undo() if taken_back else None)
 
 
@@ -97,7 +98,7 @@ def test_a_correction_in_japanese_and_of_a_question() -> None:
     dialogue = Dialogue("ja")
     dialogue.respond([reading("あおいはこをけして", 0.3)], (), 0)
     turn = dialogue.respond([reading("いやあかいの")], (), 1)
-    assert (turn.action, turn.first) == (ask.Delete(ask.Which(shape="box", colour="red")), None)
+    assert (turn.action, turn.first) == (ask.Delete(Which(shape="box", colour="red")), None)
 
 
 def test_a_correction_of_nothing_or_too_late_does_nothing() -> None:
@@ -131,6 +132,6 @@ def test_what_is_not_understood_is_asked_back_once() -> None:
 
 
 def test_what_is_there_is_known_by_shape_colour_and_name() -> None:
-    assert exists(ask.THIS, ROOM)
-    assert exists(ask.Which(name="blue box"), ROOM)
-    assert not exists(ask.Which(shape="ball", colour="blue"), ROOM)
+    assert exists(THIS, ROOM)
+    assert exists(Which(name="blue box"), ROOM)
+    assert not exists(Which(shape="ball", colour="blue"), ROOM)

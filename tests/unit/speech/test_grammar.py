@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from vistel.messages.commands import message_of
 from vistel.messages.commands_read import action_of
 from vistel.space import actions as ask
+from vistel.space.arguments import THIS, Along, Shown, Size, Towards, Which
 from vistel.speech.grammar import LANGUAGES, Grammar, Language, Said, Word
 from vistel.speech.grammar_file import ROOM, load_grammar
 from vistel.speech.kana import from_romaji, reading
@@ -79,36 +80,36 @@ def test_every_verb_that_is_known_can_be_said(language: Language) -> None:
 def test_one_command_however_it_is_written(text: str) -> None:
     said = GRAMMAR.read(text)
     assert said is not None
-    assert asked_for(said.means) == ask.MoveBy(ask.Which(shape="box", colour="red"), ask.Towards.RIGHT, 0.1)
+    assert asked_for(said.means) == ask.MoveBy(Which(shape="box", colour="red"), Towards.RIGHT, 0.1)
     assert (said.text, said.spoken) == ("赤い箱を右に動かして", "あかいはこをみぎにうごかして")
 
 
 @pytest.mark.parametrize(
     ("text", "wanted"),
     [
-        ("Move the red box to the right.", ask.MoveBy(ask.Which(shape="box", colour="red"), ask.Towards.RIGHT, 0.1)),
-        ("make this a little larger", ask.Scale(ask.THIS, 1.2)),
-        ("これをもっとほそくして", ask.Scale(ask.THIS, 0.5, ask.Along.GIRTH)),
-        ("それをけして", ask.Delete(ask.Which(shown=ask.Shown.POINTED))),
-        ("ぜんぶのあおいたまをけして", ask.Delete(ask.Which(shape="ball", colour="blue", every=True))),
-        ("delete the small ring", ask.Delete(ask.Which(shape="ring", size=ask.Size.SMALLEST))),
-        ("attach this to the red box", ask.Attach(ask.THIS, ask.Which(shape="box", colour="red"))),
-        ("はこをたまにくっつけて", ask.Attach(ask.Which(shape="box"), ask.Which(shape="ball"))),
-        ("けして", ask.Delete(ask.THIS)),
-        ("えんすいをもっととがらせて", ask.Sharpen(ask.Which(shape="cone"), 1.0)),
-        ("make the box a little round", ask.Sharpen(ask.Which(shape="box"), -0.3)),
-        ("これをへこませて", ask.Dent(ask.THIS)),
-        ("ぜんぶそろえて", ask.Align(ask.Which(every=True))),
-        ("line up all the balls", ask.Align(ask.Which(shape="ball", every=True))),
-        ("はこをかくして", ask.Hide(ask.Which(shape="box"))),
+        ("Move the red box to the right.", ask.MoveBy(Which(shape="box", colour="red"), Towards.RIGHT, 0.1)),
+        ("make this a little larger", ask.Scale(THIS, 1.2)),
+        ("これをもっとほそくして", ask.Scale(THIS, 0.5, Along.GIRTH)),
+        ("それをけして", ask.Delete(Which(shown=Shown.POINTED))),
+        ("ぜんぶのあおいたまをけして", ask.Delete(Which(shape="ball", colour="blue", every=True))),
+        ("delete the small ring", ask.Delete(Which(shape="ring", size=Size.SMALLEST))),
+        ("attach this to the red box", ask.Attach(THIS, Which(shape="box", colour="red"))),
+        ("はこをたまにくっつけて", ask.Attach(Which(shape="box"), Which(shape="ball"))),
+        ("けして", ask.Delete(THIS)),
+        ("えんすいをもっととがらせて", ask.Sharpen(Which(shape="cone"), 1.0)),
+        ("make the box a little round", ask.Sharpen(Which(shape="box"), -0.3)),
+        ("これをへこませて", ask.Dent(THIS)),
+        ("ぜんぶそろえて", ask.Align(Which(every=True))),
+        ("line up all the balls", ask.Align(Which(shape="ball", every=True))),
+        ("はこをかくして", ask.Hide(Which(shape="box"))),
         ("みせて", ask.Show()),
-        ("はこをあけて", ask.Open(ask.Which(shape="box"))),
-        ("引き出しを閉めて", ask.Open(ask.Which(shape="drawer"), 0.0)),
-        ("とびらをすこしあけて", ask.Open(ask.Which(shape="door"), 0.3)),
-        ("スイッチを押して", ask.MoveBy(ask.Which(shape="button"), ask.Towards.AHEAD)),
-        ("open the drawer", ask.Open(ask.Which(shape="drawer"))),
-        ("close the lid", ask.Open(ask.Which(shape="lid"), 0.0)),
-        ("press the button", ask.MoveBy(ask.Which(shape="button"), ask.Towards.AHEAD)),
+        ("はこをあけて", ask.Open(Which(shape="box"))),
+        ("引き出しを閉めて", ask.Open(Which(shape="drawer"), 0.0)),
+        ("とびらをすこしあけて", ask.Open(Which(shape="door"), 0.3)),
+        ("スイッチを押して", ask.MoveBy(Which(shape="button"), Towards.AHEAD)),
+        ("open the drawer", ask.Open(Which(shape="drawer"))),
+        ("close the lid", ask.Open(Which(shape="lid"), 0.0)),
+        ("press the button", ask.MoveBy(Which(shape="button"), Towards.AHEAD)),
         ("はい", Remark.YES),
     ],
 )
@@ -152,8 +153,8 @@ def test_a_conference_adds_words_and_sentences_of_its_own(tmp_path: Path) -> Non
     )
     grammar, faults = load_grammar(own)
     assert faults == []
-    assert asked_for((grammar.read("らんぷを消して") or pytest.fail()).means) == ask.Delete(ask.Which(name="lamp"))
-    assert asked_for((grammar.read("enlarge the lamp") or pytest.fail()).means) == ask.Scale(ask.Which(name="lamp"), 3.0)
+    assert asked_for((grammar.read("らんぷを消して") or pytest.fail()).means) == ask.Delete(Which(name="lamp"))
+    assert asked_for((grammar.read("enlarge the lamp") or pytest.fail()).means) == ask.Scale(Which(name="lamp"), 3.0)
     assert grammar.read("delete the red box") is not None
 
 

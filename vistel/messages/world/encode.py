@@ -6,7 +6,7 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.messages.boards import stroke_message
-from vistel.space.actions import Reaction
+from vistel.space.arguments import Reaction
 from vistel.space.hands.claims import ClaimChange, ClaimEvent
 from vistel.space.inputs import ParticipantBody
 from vistel.space.joints.buttons import ButtonEvent

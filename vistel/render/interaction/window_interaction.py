@@ -30,7 +30,8 @@ from vistel.render.view.camera import Camera, overview
 from vistel.render.view.screens import Box, Sight, fitted
 from vistel.render.view.view import Choices, Mode
 from vistel.space import actions as ask
-from vistel.space.actions import Action, Which
+from vistel.space.actions import Action
+from vistel.space.arguments import Which
 from vistel.space.files.model import Polymesh
 from vistel.space.files.surfaces import pieces_of
 from vistel.space.things.things import Thing

@@ -9,7 +9,8 @@ import numpy as np
 from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.render.interaction.picking import Ray
-from vistel.space.actions import Draw, Rub, Which
+from vistel.space.actions import Draw, Rub
+from vistel.space.arguments import Which
 from vistel.space.boards.board import Face, face_of
 from vistel.space.boards.stroke import ACROSS, FURTHEST, MOST_POINTS, UPWARDS
 from vistel.space.things.things import Thing

@@ -9,6 +9,7 @@ from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
+from vistel.space.arguments import Shown
 from vistel.space.commands.context import Answer, Context, changed, exchanged, on_its_foot, performs
 from vistel.space.dynamics.dynamics import ASLEEP, FIXED
 from vistel.space.hands import grasp as hands
@@ -82,7 +83,7 @@ def grip(context: Context, action: ask.Grip) -> Answer:
 @performs(ask.Release)
 def release(context: Context, action: ask.Release) -> Answer:
     """Take things out of the speaker's hands."""
-    which = replace(action.which, shown=ask.Shown.HELD, every=True) if action.which.is_this else action.which
+    which = replace(action.which, shown=Shown.HELD, every=True) if action.which.is_this else action.which
     ids = [context.state.things[n].id for n in context.rows(which)]
     for thing in ids:
         if context.who not in holding.holders(context.state, thing):

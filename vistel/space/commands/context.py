@@ -9,7 +9,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
-from vistel.space.actions import Action, Refused, Which
+from vistel.space.actions import Action, Refused
+from vistel.space.arguments import Which
 from vistel.space.commands.reference import Speaker, meant
 from vistel.space.dynamics.dynamics import FREE, HELD, Motions
 from vistel.space.dynamics.solids import Solids, outline

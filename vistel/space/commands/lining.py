@@ -9,6 +9,7 @@ from vistel.arrays import F64
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
+from vistel.space.arguments import Which
 from vistel.space.commands.context import Answer, Context, performs
 from vistel.space.commands.placing import GAP, glide, is_free, table_edge
 from vistel.space.dynamics.solids import outline
@@ -56,7 +57,7 @@ def _sent(context: Context, rows: Sequence[int], shifts: F64) -> Answer:
     return glide(context, rows, lambda n: (way[n], np.zeros(3)))
 
 
-def _at_rest(context: Context, which: ask.Which) -> list[int]:
+def _at_rest(context: Context, which: Which) -> list[int]:
     """Of all that are meant those that nothing leads: what is in somebody's hand or on a joint is left there."""
     led = {g.thing for g in context.state.grasps} | holding.tracked_things(context.state)
     led |= context.solids.joined.of_thing.keys()

@@ -10,7 +10,8 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
-from vistel.space.actions import THIS, Action, Along, Reaction, Shown, Towards, Where, Which
+from vistel.space.actions import Action
+from vistel.space.arguments import THIS, Along, Reaction, Shown, Towards, Where, Which
 from vistel.space.command_description import COMMANDS, AxisName, ColourName, Command, Length, Parameter, Quantity, ShapeName, Typed
 from vistel.space.commands.names import COLOURS, SHAPES
 

@@ -12,6 +12,7 @@ from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
+from vistel.space.arguments import Along, Where
 from vistel.space.commands import moving_on_joint, reshape
 from vistel.space.commands.context import Answer, Context, changed, lowest, performs
 from vistel.space.dynamics.solids import outline
@@ -131,7 +132,7 @@ def turn(context: Context, action: ask.Turn) -> Answer:
     rows = context.loose(action.which)
     if not 0.0 < abs(action.angle) <= 4.0 * math.pi:
         raise Refused("a thing can be turned by up to two turns, not by that much")
-    if action.about is ask.Along.GIRTH:
+    if action.about is Along.GIRTH:
         raise Refused("a thing is turned about one axis")
 
     def way(n: int) -> tuple[F64, F64]:
@@ -146,18 +147,18 @@ def turn(context: Context, action: ask.Turn) -> Answer:
     return glide(context, rows, way)
 
 
-def axis_in_room(context: Context, n: int, along: ask.Along) -> F64:
+def axis_in_room(context: Context, n: int, along: Along) -> F64:
     """(3,) unit vector in the room: an axis of the speaker, or the longest one of thing n."""
-    if along is ask.Along.LONGEST:
+    if along is Along.LONGEST:
         r = matrix_from_quaternion(context.state.motions.rotation[n])
         return r[:, reshape.longest_axis(context.state.things[n])].copy()
     return context.speaker.axis(along)
 
 
-def place_meant(context: Context, where: ask.Where) -> F64:
+def place_meant(context: Context, where: Where) -> F64:
     """(3,) on the table's top or on the floor. Here is on the table, if that is within reach."""
     edge = table_edge(context)
-    pointed = where is ask.Where.POINTED
+    pointed = where is Where.POINTED
     spots = [context.speaker.pointed_place()] if pointed else [context.speaker.before(d) for d in REACH]
     spot = next((x for x in spots if math.hypot(x[0], x[2]) < edge), None)
     height = 0.0 if spot is None else TABLE_HEIGHT

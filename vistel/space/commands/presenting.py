@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from vistel.space import actions as ask
-from vistel.space.actions import Refused, Which
+from vistel.space.actions import Refused
+from vistel.space.arguments import Which
 from vistel.space.commands import create
 from vistel.space.commands.context import Answer, Context, changed, performs
 from vistel.space.commands.panel import ASPECTS, MOST_PAGES, SHAPE, panel

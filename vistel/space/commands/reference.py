@@ -10,7 +10,8 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.skeleton import FINGERS, JOINT_INDEX
-from vistel.space.actions import Along, Refused, Shown, Size, Towards, Which, unseen
+from vistel.space.actions import Refused, unseen
+from vistel.space.arguments import Along, Shown, Size, Towards, Which
 from vistel.space.commands.names import COLOURS
 from vistel.space.people import Posed
 from vistel.space.room import ROOM_RADIUS, TABLE_HEIGHT

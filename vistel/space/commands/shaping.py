@@ -9,7 +9,8 @@ from vistel.geometry.pose import Pose
 from vistel.geometry.rotation import matrix_from_quaternion, quaternion_from_matrix
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.space import actions as ask
-from vistel.space.actions import Refused, Which
+from vistel.space.actions import Refused
+from vistel.space.arguments import Along, Which
 from vistel.space.commands import create as makes
 from vistel.space.commands import reshape
 from vistel.space.commands.context import Answer, Context, changed, exchanged, lowest, on_its_foot, performs
@@ -42,7 +43,7 @@ def scale(context: Context, action: ask.Scale) -> Answer:
     along = action.along
 
     def longer(n: int) -> Thing:
-        if along is ask.Along.GIRTH:
+        if along is Along.GIRTH:
             thing = context.state.things[n]
             for k in {0, 1, 2} - {reshape.longest_axis(thing)}:
                 thing = reshape.stretched(thing, action.factor, np.eye(3)[k])

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.space import actions as ask
-from vistel.space.actions import Refused, Which
+from vistel.space.actions import Refused
+from vistel.space.arguments import Which
 from vistel.space.boards.board import SHAPE, board, face_of
 from vistel.space.boards.stroke import ACROSS, MOST_NAME, MOST_POINTS, UPWARDS, WIDTH, WIDTHS, Stroke, touches
 from vistel.space.commands import create

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from test_world_steps import START, STEP_NS, Play, at, reaching, take_baton
 
-from vistel.space.actions import Attach, Grip, Move, Which
+from vistel.space.actions import Attach, Grip, Move
+from vistel.space.arguments import Which
 from vistel.space.hands.claims import ClaimChange, ClaimEvent
 from vistel.space.holding.ownership import LEASE_NS
 from vistel.space.inputs import CommandInput

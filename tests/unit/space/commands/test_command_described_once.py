@@ -16,7 +16,8 @@ from talking import Talk, done, refused
 
 from vistel.messages.commands import write_action
 from vistel.messages.commands_read import action_of
-from vistel.space.actions import THIS, Refused, Which
+from vistel.space.actions import Refused
+from vistel.space.arguments import THIS, Which
 from vistel.space.command_description import COMMANDS, Action, Quantity, command, phrase, spoken, typed
 from vistel.space.commands.context import PERFORMERS, Answer, Context, performs
 from vistel.space.commands.phrase import PhraseError, read, usage

@@ -9,7 +9,8 @@ from talking import Talk
 from test_world_steps import BATON, STEP_NS
 
 from vistel.space import actions as ask
-from vistel.space.actions import Action, Along, Shown, Towards, Where, Which
+from vistel.space.actions import Action
+from vistel.space.arguments import THIS, Along, Shown, Towards, Where, Which
 from vistel.space.commands.names import SHAPES
 from vistel.space.inputs import StepInputs
 from vistel.space.world import World
@@ -27,7 +28,7 @@ def test_a_world_restored_between_commands_goes_on_the_same() -> None:
         ask.Attach(Which("box"), Which("can")),
         ask.Undo(),
         ask.Redo(),
-        ask.Paint(ask.THIS, 0x123456FF),
+        ask.Paint(THIS, 0x123456FF),
         ask.Undo(),
         ask.Copy(Which("ball")),
         ask.Undo(),

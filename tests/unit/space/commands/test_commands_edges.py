@@ -8,7 +8,7 @@ from talking import ROOM, Talk, done, refused
 from test_world_steps import BATON
 
 from vistel.space import actions as ask
-from vistel.space.actions import Which
+from vistel.space.arguments import Which
 from vistel.space.commands.denting import SOFT
 from vistel.space.commands.reshape import extent
 from vistel.space.dynamics.solids import solids

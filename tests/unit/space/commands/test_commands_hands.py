@@ -6,7 +6,7 @@ from talking import ROOM, Talk, done, refused
 from test_world_steps import BATON, reaching, take_baton
 
 from vistel.space import actions as ask
-from vistel.space.actions import Towards, Which
+from vistel.space.arguments import Towards, Which
 
 
 def test_a_hand_takes_hold_when_it_is_asked_to_and_only_where_it_is() -> None:

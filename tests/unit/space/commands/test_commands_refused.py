@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from vistel.figure.posture.posture import standing
-from vistel.space.actions import Action, Delete, Move, Scale, Which
+from vistel.space.actions import Action, Delete, Move, Scale
+from vistel.space.arguments import Which
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.view import Outcome

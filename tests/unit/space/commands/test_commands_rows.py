@@ -9,7 +9,7 @@ from test_world_steps import BATON
 
 from vistel.messages.world.encoder import WorldEncoder
 from vistel.space import actions as ask
-from vistel.space.actions import Shown, Which
+from vistel.space.arguments import THIS, Shown, Which
 from vistel.space.room import TABLE_HEIGHT
 from vistel.space.world import World
 from vistel.wire.world.decoder import SnapshotBuilder, WorldDecoder
@@ -47,7 +47,7 @@ def test_those_that_are_selected_are_lined_up_in_their_order_and_others_stay() -
     done(talk.say(ask.Move(Which(balls[0]), np.array([0.0, TABLE_HEIGHT + 0.021, 0.3]), np.array([0, 0, 0, 1.0]))))
     done(talk.say(ask.Select(Which(shape="ball", every=True))))
     others = row(talk, SOME)
-    assert set(done(talk.say(ask.Align(ask.THIS)))) == {*balls, "ball"}
+    assert set(done(talk.say(ask.Align(THIS)))) == {*balls, "ball"}
     talk.wait(120)
     assert np.ptp(row(talk, (*balls, "ball")), axis=0).min() < 0.02
     assert row(talk, SOME) == pytest.approx(others, abs=0.01)

@@ -12,7 +12,7 @@ from talking import ROOM, Talk, done, refused
 from test_world_steps import BATON
 
 from vistel.space import actions as ask
-from vistel.space.actions import Along, Towards, Which
+from vistel.space.arguments import Along, Size, Towards, Which
 from vistel.space.commands.names import COLOURS, SHAPES
 from vistel.space.commands.reshape import curved, extent, joined, scaled, stretched
 from vistel.space.dynamics.solids import solids
@@ -54,8 +54,8 @@ def test_the_largest_and_the_smallest_of_several_are_meant() -> None:
     talk = Talk()
     large = done(talk.say(ask.Create("ball", 0.07)))
     small = done(talk.say(ask.Create("ball", 0.02)))
-    assert done(talk.say(ask.Select(Which(shape="ball", size=ask.Size.LARGEST)))) == large
-    assert done(talk.say(ask.Select(Which(shape="ball", size=ask.Size.SMALLEST)))) == small
+    assert done(talk.say(ask.Select(Which(shape="ball", size=Size.LARGEST)))) == large
+    assert done(talk.say(ask.Select(Which(shape="ball", size=Size.SMALLEST)))) == small
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, 1e9, 1000.0, 0.001, math.nan, math.inf])

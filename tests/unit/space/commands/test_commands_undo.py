@@ -6,7 +6,7 @@ import pytest
 from talking import ROOM, Talk, done, refused
 
 from vistel.space import actions as ask
-from vistel.space.actions import Towards, Which
+from vistel.space.arguments import Towards, Which
 from vistel.space.commands.names import COLOURS
 from vistel.space.history import MOST
 

@@ -8,7 +8,7 @@ from talking import Talk, done, refused
 from test_world_steps import take_baton
 
 from vistel.space import actions as ask
-from vistel.space.actions import Which
+from vistel.space.arguments import Which
 from vistel.space.commands.phrase import read, usage
 from vistel.space.inputs import CommandInput
 from vistel.space.ledger import BURST

@@ -9,7 +9,7 @@ import pytest
 from talking import ROOM, Talk, done, refused
 
 from vistel.space import actions as ask
-from vistel.space.actions import Along, Towards, Where, Which
+from vistel.space.arguments import Along, Towards, Where, Which
 from vistel.space.room import TABLE_HEIGHT
 
 

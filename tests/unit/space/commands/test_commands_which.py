@@ -10,7 +10,7 @@ from test_world_steps import BATON, reaching, take_baton
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.space import actions as ask
-from vistel.space.actions import Shown, Towards, Which
+from vistel.space.arguments import THIS, Shown, Towards, Which
 from vistel.space.commands.names import COLOURS
 from vistel.space.commands.reference import name_of_colour
 
@@ -49,10 +49,10 @@ def test_what_is_not_there_and_what_may_be_several_is_reported() -> None:
 def test_this_is_what_was_selected_then_what_is_held() -> None:
     talk = Talk()
     done(talk.say(ask.Select(Which("can"))))
-    assert done(talk.say(ask.Paint(ask.THIS, COLOURS["red"]))) == ("can",)
+    assert done(talk.say(ask.Paint(THIS, COLOURS["red"]))) == ("can",)
     done(talk.say(ask.Select(nothing=True)))
     take_baton(talk.play)
-    assert done(talk.say(ask.Paint(ask.THIS, COLOURS["green"]))) == (BATON,)
+    assert done(talk.say(ask.Paint(THIS, COLOURS["green"]))) == (BATON,)
     assert done(talk.say(ask.Paint(Which(shown=Shown.HELD), COLOURS["blue"]))) == (BATON,)
 
 
@@ -91,5 +91,5 @@ def test_the_eyes_show_what_they_look_at() -> None:
 
 def test_nobody_can_show_anything_before_it_is_known_where_they_are() -> None:
     talk = Talk("ann", "bob")
-    assert "nothing is meant by this" in refused(talk.say(ask.Paint(ask.THIS, 255), "bob"))
+    assert "nothing is meant by this" in refused(talk.say(ask.Paint(THIS, 255), "bob"))
     assert "nobody knows yet where bob is" in refused(talk.say(ask.MoveBy(Which("ball"), Towards.LEFT), "bob"))

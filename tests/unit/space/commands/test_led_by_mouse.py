@@ -10,7 +10,7 @@ from talking import ROOM, done, refused, stands
 from test_world_steps import STEP_NS, Play
 
 from vistel.space import actions as ask
-from vistel.space.actions import Towards, Which
+from vistel.space.arguments import Towards, Which
 from vistel.space.inputs import CommandInput, PropInput, StepInputs
 from vistel.space.things.props import SILENT_NS
 from vistel.space.view import Outcome, WorldView

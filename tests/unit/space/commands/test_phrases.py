@@ -14,7 +14,8 @@ from test_commands import ANYTHING
 from vistel.messages.commands import message_of
 from vistel.messages.commands_read import action_of
 from vistel.space import actions as ask
-from vistel.space.actions import Action, Along, Shown, Towards, Where, Which
+from vistel.space.actions import Action
+from vistel.space.arguments import THIS, Along, Shown, Towards, Where, Which
 from vistel.space.command_description import COMMANDS
 from vistel.space.commands.names import COLOURS
 from vistel.space.commands.phrase import PhraseError, read, usage
@@ -24,7 +25,7 @@ from vistel.v1.command_pb2 import TOWARDS_UP, Command, CreateThing, DentThing, M
 @pytest.mark.parametrize(
     ("line", "action"),
     [
-        ("move this left 10 cm", ask.MoveBy(ask.THIS, Towards.LEFT, 0.1)),
+        ("move this left 10 cm", ask.MoveBy(THIS, Towards.LEFT, 0.1)),
         ("move the yellow ball up", ask.MoveBy(Which(name="yellow ball"), Towards.UP, 0.1)),
         ("move box-2 ahead 0.25", ask.MoveBy(Which(name="box-2"), Towards.AHEAD, 0.25)),
         ("put that there", ask.Place(Which(shown=Shown.POINTED), Where.POINTED)),
@@ -32,7 +33,7 @@ from vistel.v1.command_pb2 import TOWARDS_UP, Command, CreateThing, DentThing, M
         ("scale ball 2", ask.Scale(Which(name="ball"), 2.0)),
         ("taller box", ask.Scale(Which(name="box"), 1.5, Along.UP)),
         ("bend red baton 40", ask.Bend(Which(name="red baton"), math.radians(40))),
-        ("straighten it", ask.Bend(ask.THIS, 0.0)),
+        ("straighten it", ask.Bend(THIS, 0.0)),
         ("paint all red things blue", ask.Paint(Which(name="red", every=True), COLOURS["blue"])),
         ("create green ring 8 cm here", ask.Create("ring", 0.04, COLOURS["green"])),
         ("create a ball there", ask.Create("ball", 0.04, None, Where.POINTED)),
@@ -43,7 +44,7 @@ from vistel.v1.command_pb2 import TOWARDS_UP, Command, CreateThing, DentThing, M
         ("undo", ask.Undo()),
         ("sharpen the cone", ask.Sharpen(Which(name="cone"), 0.6)),
         ("round box", ask.Sharpen(Which(name="box"), -0.6)),
-        ("dent it", ask.Dent(ask.THIS)),
+        ("dent it", ask.Dent(THIS)),
         ("align all balls", ask.Align(Which(name="balls", every=True))),
         ("hide that", ask.Hide(Which(shown=Shown.POINTED))),
         ("show", ask.Show()),
@@ -102,9 +103,9 @@ def test_what_is_asked_comes_through_its_message_unchanged(action: Action) -> No
 
 def test_a_number_that_is_absent_takes_the_default_and_zero_is_zero() -> None:
     """Logs of older versions leave out what is usual."""
-    assert action_of(Command(move_by=MoveThingBy(towards=TOWARDS_UP))) == ask.MoveBy(ask.THIS, Towards.UP, 0.1)
-    assert action_of(Command(move_by=MoveThingBy(towards=TOWARDS_UP, distance=0.0))) == ask.MoveBy(ask.THIS, Towards.UP, 0.0)
+    assert action_of(Command(move_by=MoveThingBy(towards=TOWARDS_UP))) == ask.MoveBy(THIS, Towards.UP, 0.1)
+    assert action_of(Command(move_by=MoveThingBy(towards=TOWARDS_UP, distance=0.0))) == ask.MoveBy(THIS, Towards.UP, 0.0)
     assert action_of(Command(create=CreateThing(shape="ball"))) == ask.Create("ball", 0.04, None)
     assert action_of(Command(create=CreateThing(shape="ball", size=0.0, colour=0))) == ask.Create("ball", 0.0, 0)
-    assert action_of(Command(dent=DentThing())) == ask.Dent(ask.THIS, 0.3)
-    assert action_of(Command(dent=DentThing(depth=0.0))) == ask.Dent(ask.THIS, 0.0)
+    assert action_of(Command(dent=DentThing())) == ask.Dent(THIS, 0.3)
+    assert action_of(Command(dent=DentThing(depth=0.0))) == ask.Dent(THIS, 0.0)

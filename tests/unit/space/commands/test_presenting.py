@@ -13,7 +13,8 @@ from vistel.messages.commands import message_of
 from vistel.messages.commands_read import action_of
 from vistel.messages.world.encode import thing_message
 from vistel.render.stage.world_view import thing_of
-from vistel.space.actions import THIS, Delete, MoveBy, Present, PutAway, Scale, Towards, TurnPage, Undo, Which
+from vistel.space.actions import Delete, MoveBy, Present, PutAway, Scale, TurnPage, Undo
+from vistel.space.arguments import THIS, Towards, Which
 from vistel.space.commands.create import MOST_ID
 from vistel.space.commands.panel import MOST_PAGES
 from vistel.space.commands.phrase import read

@@ -12,7 +12,8 @@ from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.messages.commands import message_of
 from vistel.messages.commands_read import action_of
 from vistel.messages.world.encoder import WorldEncoder
-from vistel.space.actions import Bend, Delete, Draw, PutUpBoard, Redo, Reset, Rub, Scale, Undo, Which, Wipe
+from vistel.space.actions import Bend, Delete, Draw, PutUpBoard, Redo, Reset, Rub, Scale, Undo, Wipe
+from vistel.space.arguments import Which
 from vistel.space.boards.board import face_of
 from vistel.space.boards.stroke import ACROSS, MOST_POINTS, UPWARDS, Stroke, packed, unpacked
 from vistel.space.commands.phrase import read

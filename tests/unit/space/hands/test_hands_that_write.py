@@ -8,7 +8,8 @@ from test_world_steps import START, Play, reaching
 
 from vistel.figure.body import pose_body
 from vistel.figure.posture.posture import Posture, pose_joints
-from vistel.space.actions import Draw, Paint, Undo, Which
+from vistel.space.actions import Draw, Paint, Undo
+from vistel.space.arguments import Which
 from vistel.space.boards.board import face_of
 from vistel.space.boards.stroke import ACROSS, UPWARDS, Stroke
 from vistel.space.commands.names import COLOURS

@@ -9,7 +9,8 @@ import pytest
 from test_world_steps import START, STEP_NS, Play, at, reaching
 
 from vistel.figure.posture.posture import Posture
-from vistel.space.actions import Delete, Move, Reset, Which
+from vistel.space.actions import Delete, Move, Reset
+from vistel.space.arguments import Which
 from vistel.space.inputs import CommandInput, MotionInput, PropInput, StepInputs
 from vistel.space.room import BATON, TABLE_HEIGHT, meeting_room
 from vistel.space.view import WorldView

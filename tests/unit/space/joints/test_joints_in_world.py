@@ -13,7 +13,8 @@ from vistel.conference.files import load
 from vistel.conference.rooms import interior_of
 from vistel.figure.posture.posture import Posture, Stance, standing
 from vistel.geometry.rotation import quaternion_from_matrix, rotation_y
-from vistel.space.actions import Copy, Delete, Move, Open, Paint, Reset, Turn, Undo, Which
+from vistel.space.actions import Copy, Delete, Move, Open, Paint, Reset, Turn, Undo
+from vistel.space.arguments import Which
 from vistel.space.commands.phrase import read
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, PropInput, StepInputs
 from vistel.space.joints.joined import MOST_WAY, joined

@@ -11,7 +11,8 @@ from test_world_steps import START, Play, reaching
 
 from vistel.figure.posture.posture import Posture
 from vistel.messages.world.encode import hand_force, world_state
-from vistel.space.actions import Move, Which
+from vistel.space.actions import Move
+from vistel.space.arguments import Which
 from vistel.space.inputs import CommandInput, MotionInput, ParticipantBody, StepInputs
 from vistel.space.room import TABLE_HEIGHT, Extra, meeting_room
 from vistel.space.things.things import PhysicsMaterial

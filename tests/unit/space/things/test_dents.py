@@ -13,7 +13,8 @@ from test_world_steps import Play, reaching
 from vistel.figure.posture.posture import Posture
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.messages.world.encoder import WorldEncoder
-from vistel.space.actions import Move, Reset, Which
+from vistel.space.actions import Move, Reset
+from vistel.space.arguments import Which
 from vistel.space.inputs import CommandInput
 from vistel.space.memory.bonds import Bond
 from vistel.space.memory.dents import LEAST, MOST, DentRecord, Press, remember
