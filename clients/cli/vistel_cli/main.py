@@ -4,6 +4,7 @@ import gc
 import io
 import logging
 import os
+import signal
 import sys
 from typing import Annotated
 
@@ -82,9 +83,14 @@ def vistel(
     """Virtual Space Teleconferencing: people in different places meet as figures that move, touch and grasp."""
 
 
+def _end(signum: int, _: object) -> None:
+    sys.exit(128 + signum)
+
+
 def main() -> None:
-    """Entry point. Exit code 0: success, 1: failure, 2: wrong usage."""
+    """Entry point. Exit code 0: success, 1: failure, 2: wrong usage, 143: ended by SIGTERM."""
     gc.set_threshold(COLLECT_AFTER)
+    signal.signal(signal.SIGTERM, _end)  # else what the command started goes on without it
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a terminal that is not UTF-8 shows ? for what it lacks
