@@ -112,4 +112,4 @@ def test_commands_find_the_conference_that_runs_and_each_run_has_its_own_folder(
     assert ups.end("second") == ups.end("first") == 0
     lost = ups.run("ask", "undo")
     assert lost.returncode == 1
-    assert "no conference of `vistel up` runs on this machine" in lost.stderr
+    assert "this machine takes part in no conference" in lost.stderr

@@ -1,4 +1,5 @@
-"""Which conferences run on this machine: a small file for each in the user's own folder, locked while its process lives."""
+"""Which conferences run on this machine, or have a site on it: a small file for each in the user's own folder, locked while its
+process lives."""
 
 from __future__ import annotations
 
@@ -7,7 +8,7 @@ import os
 import sys
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,7 +25,8 @@ if TYPE_CHECKING:  # slow to load
 class Running:
     """A conference that runs, called `name`. hub: its router, such as "tcp/127.0.0.1:7447"; file: its conference file; folder:
     where its films, log and report go; started_ns: since the epoch; people: participants, with their sites; pages: addresses
-    for browsers by site; run: the folder of its ports and sockets; console: address of its console, empty for none."""
+    for browsers by site; run: the folder of its ports and sockets; console: address of its console, empty for none; site: the one
+    of this machine, of a conference whose world runs elsewhere: then only its people are named."""
 
     name: str
     hub: str
@@ -35,6 +37,7 @@ class Running:
     pages: dict[str, str] = field(default_factory=dict[str, str])
     run: str = ""
     console: str = ""
+    site: str = ""
 
 
 def running_folder() -> Path:
@@ -68,7 +71,25 @@ def announced(running: Running) -> Generator[None]:
 
 
 def running_conferences(name: str | None = None) -> list[Running]:
-    """Those that run now, of that name or all, the newest first. Removes the files of processes that have ended."""
+    """Those that run on this machine now, of that name or all, the newest first."""
+    return [r for r in _announced() if not r.site and name in (None, r.name)]
+
+
+def conferences_here() -> list[Running]:
+    """Those that run on this machine now and those that a site of it has joined, the newest first. One that several sites have
+    joined is told once, as that of the newest, with the people of all."""
+    found: dict[tuple[str, str], Running] = {}
+    for running in _announced():
+        key = (running.name, running.hub)
+        other = found.get(key, running)
+        if other.site and not running.site:
+            other = running
+        found[key] = replace(other, people=running.people | other.people)
+    return list(found.values())
+
+
+def _announced() -> list[Running]:
+    """All that is announced, the newest first. Removes the files of processes that have ended."""
     found: list[Running] = []
     for path in running_folder().glob("*.json"):
         with suppress(OSError, ValueError, TypeError):  # removed meanwhile, or of another program
@@ -76,7 +97,7 @@ def running_conferences(name: str | None = None) -> list[Running]:
                 path.unlink()
                 continue
             found.append(Running(**json.loads(path.read_bytes())))
-    return sorted((r for r in found if name in (None, r.name)), key=lambda r: r.started_ns, reverse=True)
+    return sorted(found, key=lambda r: r.started_ns, reverse=True)
 
 
 def router_of(conference: Conference) -> str | None:

@@ -10,7 +10,7 @@ from typing import Any, Self, TypeVar, cast
 
 from vistel.conference.files import ConferenceError, load
 from vistel.conference.model import Conference
-from vistel.conference.running import router_of, running_conferences
+from vistel.conference.running import conferences_here, router_of
 from vistel.figure.posture.posture import Posture
 from vistel.session.asking import Answer
 from vistel.session.publisher import ParticipantPublisher
@@ -40,12 +40,16 @@ def join(
 def place_of(file: Path | None, site: str | None, participant: str | None, hub: str | None) -> tuple[Conference, str, str, str]:
     """The conference of a file (None: the newest that runs on this machine), and the site, participant and router that a program
     joins it with. Raises ConferenceError."""
+    elsewhere = False
     if file is None:
-        here = running_conferences()
+        here = conferences_here()
         if not here:
-            raise ConferenceError("no conference runs on this machine; start one with `vistel up`, or name the file of another")
-        file, hub = Path(here[0].file), hub or here[0].hub
-    conference = load(file)
+            raise ConferenceError(
+                "this machine takes part in no conference; start one with `vistel up`, or name the file of one that runs elsewhere"
+            )
+        file, hub, elsewhere = Path(here[0].file), hub or here[0].hub, bool(here[0].site)
+        participant = participant or (None if site else next(iter(here[0].people), None))
+    conference = load(file, room_elsewhere=elsewhere)
     sites = {s.name: s for s in conference.sites}
     if site is not None and site not in sites:
         raise ConferenceError(f"{file}: no site is called {site!r}; there are {', '.join(sites)}")

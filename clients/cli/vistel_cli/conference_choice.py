@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
-from vistel.conference.running import Running, router_of, running_conferences
+from vistel.conference.running import Running, conferences_here, router_of, running_conferences
 from vistel.wire.clock import SystemClock
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
@@ -35,12 +35,13 @@ Hub = Annotated[
 
 
 def chosen(file: Path | None, hub: str | None) -> tuple[Conference, str]:
-    """The conference of `file`, or the newest that runs on this machine, and its router. Ends the command where there is none."""
+    """The conference of `file`, or the newest that this machine takes part in, and its router. Ends the command where there is
+    none."""
     if file is not None:
         conference = load_conference(file)
         return conference, endpoint_of(conference, hub)
     running = newest()
-    return load_conference(Path(running.file)), hub or running.hub
+    return load_conference(Path(running.file), room_elsewhere=bool(running.site)), hub or running.hub
 
 
 def joined(file: Path | None, hub: str | None) -> tuple[Conference | Running, str, str]:
@@ -73,10 +74,10 @@ def as_participant(people: dict[str, str], who: str | None) -> tuple[str, str]:
 
 
 def newest() -> Running:
-    """The newest conference that runs on this machine. Ends the command where there is none."""
-    here = running_conferences()
+    """The newest conference that this machine takes part in. Ends the command where there is none."""
+    here = conferences_here()
     if not here:
-        fail("no conference of `vistel up` runs on this machine; start one, or name the file of a conference that runs elsewhere")
+        fail("this machine takes part in no conference; start one with `vistel up`, or name the file of one that runs elsewhere")
     _name_others(here[1:], here[0])
     return here[0]
 
@@ -126,12 +127,14 @@ def on_bus(
 
 
 async def _connected(conference: Conference | Running, site: str, hub: str) -> ZenohBus:
-    if isinstance(conference, Running):
+    if isinstance(conference, Running) and not conference.site:
         from vistel.conference.connect_running import connect_running
 
         return await connect_running(conference, site, SystemClock(), hub)
     from vistel.conference.connect import connect  # loads pydantic
 
+    if isinstance(conference, Running):  # elsewhere: its file names the certificates
+        conference = load_conference(Path(conference.file), room_elsewhere=True)
     return await connect(conference, site, SystemClock(), hub)
 
 

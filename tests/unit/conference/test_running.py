@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from vistel.conference.running import Running, announced, running_conferences, running_folder
+from vistel.conference.running import Running, announced, conferences_here, running_conferences, running_folder
 
 DEMO = Running("demo", "tcp/127.0.0.1:7447", "demo.toml", "out/demo", 1, {"aiko": "tokyo"}, {"tokyo": "http://127.0.0.1:8090/"})
 OTHER = Running("den", "tcp/127.0.0.1:9", "den.toml", "out/den", 2)
@@ -55,6 +56,27 @@ def test_what_a_dead_process_left_is_removed() -> None:
     assert len(list(running_folder().iterdir())) == 1
     assert running_conferences() == []
     assert list(running_folder().iterdir()) == []
+
+
+def test_a_site_that_joins_from_here_is_found_but_its_conference_runs_elsewhere() -> None:
+    tokyo = Running("office", "tls/192.0.2.7:7447", "office/conference.toml", "out/a", 3, {"aiko": "tokyo"}, site="tokyo")
+    columbus = replace(tokyo, people={"ben": "columbus"}, site="columbus", started_ns=4)
+    other = announce_elsewhere(columbus, "sys.stdin.read()")
+    with announced(tokyo):
+        assert running_conferences() == []
+        (office,) = conferences_here()
+        other.communicate()
+        assert conferences_here() == [tokyo]
+    assert office.site == "columbus" and office.people == {"aiko": "tokyo", "ben": "columbus"}
+
+
+def test_of_a_conference_that_runs_here_the_whole_is_meant_though_a_site_joins_it_too() -> None:
+    joined = replace(DEMO, site="tokyo", started_ns=5, run="")
+    other = announce_elsewhere(joined, "sys.stdin.read()")
+    with announced(DEMO):
+        (demo,) = conferences_here()
+    other.communicate()
+    assert demo.site == "" and demo.run == DEMO.run and demo.people == DEMO.people
 
 
 def test_a_file_that_holds_something_else_is_passed_over(own_folder: Path) -> None:

@@ -51,7 +51,8 @@ def examples(
         fail(f"{e.filename or folder}: cannot be written: {e.strerror}", USAGE)
     if recording:
         _record(folder)
-    out.print(f"The commands work in this folder; go there first: cd {shlex.quote(str(folder))}", soft_wrap=True)
+    if folder.resolve() != Path.cwd():
+        out.print(f"The commands work in this folder; go there first: cd {shlex.quote(str(folder))}", soft_wrap=True)
 
 
 def _record(folder: Path) -> None:

@@ -6,12 +6,14 @@ import asyncio
 import contextlib
 import signal
 import tempfile
+import time
 from datetime import UTC, datetime
 from pathlib import Path
 
 from vistel.conference.files import write_conference
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.conference.running import Running, announced
 from vistel.wire import background
 from vistel_cli.renewing import keep_certificate
 from vistel_cli.run.conference_run import at_the_end, ended
@@ -40,12 +42,16 @@ def run_processes(
     seconds: float,
     simulate: str | None = None,
     earlier: Path | None = None,
+    source: Path | None = None,
 ) -> int:
-    """Supervise `plans`, and the simulated devices of site `simulate`. earlier: a room to begin with. Returns the exit code.
+    """Supervise `plans`, and the simulated devices of site `simulate`. earlier: a room to begin with; source: the conference file
+    of a site, which other commands find then. Returns the exit code.
 
     Ends on Ctrl-C, on SIGTERM, or when `seconds` have passed (0: never).
     """
-    return asyncio.run(background.as_service("supervisor", _run(conference, plans, hub, output, seconds, simulate, earlier)))
+    return asyncio.run(
+        background.as_service("supervisor", _run(conference, plans, hub, output, seconds, simulate, earlier, source))
+    )
 
 
 async def _run(
@@ -56,6 +62,7 @@ async def _run(
     seconds: float,
     simulate: str | None = None,
     earlier: Path | None = None,
+    source: Path | None = None,
 ) -> int:
     stopping = Stopping()
     stop = stopping.asked
@@ -79,7 +86,8 @@ async def _run(
         servers = open_fork_servers(conference, plans, file, folder, simulators=bool(simulate))
         supervisor = Supervisor(specs, folder, servers)
         supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
-        with monitored(conference.monitoring.listen, paths.out / "metrics", [p.node for p in plans]):
+        here = announced(_joined(conference, plans[0].site, hub, source, paths)) if source else contextlib.nullcontext()
+        with here, monitored(conference.monitoring.listen, paths.out / "metrics", [p.node for p in plans]):
             try:
                 with waiting("loading"):
                     await start(supervisor, stop)
@@ -102,3 +110,10 @@ async def _run(
     for name, code in bad.items():
         print_error(f"{at_the_end(name, code)}; see {output / 'logs'}")
     return FAILED if bad else 0
+
+
+def _joined(conference: Conference, site: str, hub: str, source: Path, paths: RunPaths) -> Running:
+    """What other commands on this machine are told of the site that runs."""
+    people = {p.name: site for s in conference.sites if s.name == site for p in s.participants}
+    folder, file = str(paths.out), str(source.resolve())
+    return Running(conference.name, hub, file, folder, time.time_ns(), people, run=str(paths.run), site=site)

@@ -85,7 +85,8 @@ def join(
     check_link(conference, site, endpoint)
     conference = with_room(conference, site, endpoint)
     simulate = site if simulated_names(conference, site) else None
-    code = run_processes(conference, plans, endpoint, run_folder(output, site, latest=False), seconds, simulate)
+    folder = run_folder(output, site, latest=False)
+    code = run_processes(conference, plans, endpoint, folder, seconds, simulate, source=file)
     raise typer.Exit(code)
 
 
