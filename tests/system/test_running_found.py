@@ -14,7 +14,8 @@ import pytest
 from waiting import wait_until
 
 import vistel
-from vistel.conference.running import Running, running_conferences
+from vistel.conference.running import Running, conferences_here, running_conferences
+from vistel.wire.zenoh.endpoints import free_port
 
 pytestmark = pytest.mark.slow
 
@@ -42,10 +43,14 @@ class Ups:
     def start(self, name: str) -> Running:
         """Run the conference until its world answers."""
         (self.folder / f"{name}.toml").write_text(CONFERENCE.format(name=name))
-        output = (self.folder / f"{name}.log").open("ab")
-        self._processes[name] = subprocess.Popen([*VISTEL, "up", f"{name}.toml"], cwd=self.folder, stdout=output, stderr=output)
+        self.begin(name, "up", f"{name}.toml")
         wait_until(lambda: running_conferences(name) and self.run("world", "where", f"{name}.toml").returncode == 0, every_s=0.2)
         return running_conferences(name)[0]
+
+    def begin(self, name: str, *words: str) -> None:
+        """Run a command that goes on, called `name`."""
+        output = (self.folder / f"{name}.log").open("ab")
+        self._processes[name] = subprocess.Popen([*VISTEL, *words], cwd=self.folder, stdout=output, stderr=output)
 
     def end(self, name: str) -> int:
         self.still_runs(name)
@@ -113,3 +118,16 @@ def test_commands_find_the_conference_that_runs_and_each_run_has_its_own_folder(
     lost = ups.run("ask", "undo")
     assert lost.returncode == 1
     assert "this machine takes part in no conference" in lost.stderr
+
+
+@pytest.mark.timeout(600)
+def test_commands_find_the_conference_that_a_site_of_this_machine_has_joined(ups: Ups) -> None:
+    router = f'[bus]\nmode = "routed"\nendpoints = ["tcp/127.0.0.1:{free_port()}"]\n\n[[sites]]'
+    (ups.folder / "office.toml").write_text(CONFERENCE.format(name="office").replace("[[sites]]", router, 1))
+    ups.begin("router", "site", "router", "office.toml")
+    ups.begin("lab", "site", "join", "office.toml", "lab")
+    wait_until(lambda: ups.still_runs("lab") or conferences_here(), every_s=0.2)
+    assert ups.run("chat", "can you hear us?", "--as", "ada").stdout == "written to all, as ada\n"
+    assert ups.run("chat", "here I am", "--as", "ben").returncode == 2
+    assert ups.end("lab") == ups.end("router") == 0
+    assert conferences_here() == []
