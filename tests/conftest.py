@@ -39,8 +39,8 @@ def _no_words_while_commands_wait() -> Iterator[None]:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
-    """One more than there are cores: whole conferences wait for most of their time."""
-    return (os.cpu_count() or 1) + 1
+    """Two more than there are cores: whole conferences, which come first, wait for most of their time."""
+    return (os.cpu_count() or 1) + 2
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:

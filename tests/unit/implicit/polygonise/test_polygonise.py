@@ -15,7 +15,7 @@ import vistel.implicit as vi
 from vistel.implicit.polygonise import Lattice, SurfaceMesh, polygonise
 from vistel.implicit.polygonise.tables import CORNERS, EDGE_ENDS, FACES, case_table, face_runs
 
-EXAMPLES = min(int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "30")), 1_000)
+EXAMPLES = min(int(os.environ.get("VISTEL_FUZZ_EXAMPLES", "10")), 1_000)
 JUMPS = {"polyblob", "polyblob in an L", "point-setblob", "point-setblob, printed", "pointblob of an L"}
 
 
