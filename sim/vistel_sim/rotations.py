@@ -34,6 +34,11 @@ def turned(q: F64, v: F64) -> F64:
     return out
 
 
+def warm_up() -> None:
+    """Compile what a tracker measures with, so that it answers the first request as fast as every other."""
+    turned(np.array((0.0, 0.0, 0.0, 1.0)), np.zeros(3))
+
+
 def quaternion(m: F64) -> F64:
     """Unit quaternion (x, y, z, w), w >= 0, from a rotation (3, 3): the longest column of q q^T (Bar-Itzhack)."""
     (a, b, c), (d, e, f), (g, h, i) = m.tolist()

@@ -14,7 +14,7 @@ from vistel.wire.clock_sync import set_clock
 from vistel_cli.conference_choice import Hub, as_participant, on_bus, participants
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import FAILED, USAGE, fail
+from vistel_cli.terminal import USAGE, fail, refuse
 
 if TYPE_CHECKING:
     from vistel.session.asking import Answer, Asker
@@ -75,5 +75,5 @@ def answered(file: Path | None, hub: str | None, who: str | None, work: Callable
 
     answer = on_bus(conference, site, router, asked, f"the world of {conference.name} at {router}")
     if not answer.done:
-        fail(f"refused: {answer.reason}", FAILED)
+        refuse(answer.reason)
     return answer

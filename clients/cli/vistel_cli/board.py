@@ -128,7 +128,7 @@ def _save(file: Path, which: str, room: RoomView) -> None:
         fail(str(fault))
     except OSError as fault:
         fail(f"{file} cannot be written: {fault.strerror}; name another file after --save")
-    typer.echo(f"{file}: {chosen.name}, {len(strokes)} strokes")
+    typer.echo(f"{file}: {chosen.name}, {len(strokes)} {'stroke' if len(strokes) == 1 else 'strokes'}")
 
 
 def _now(conference_file: Path | None, hub: str | None) -> RoomView:

@@ -39,7 +39,8 @@ def raise_hand(
       vistel raise --lower --as aiko
     """
     answered(conference_file, hub, who, lambda _, __, asker: asker.ask(RaiseHand(lower)))
-    typer.echo("your hand is down" if lower else "your hand is up; vistel raise --lower takes it down")
+    down = "vistel raise --lower" + (f" --as {who}" if who else "")
+    typer.echo("your hand is down" if lower else f"your hand is up; {down} takes it down")
 
 
 def react(

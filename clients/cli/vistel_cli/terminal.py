@@ -76,6 +76,14 @@ def fail(text: str, code: int = FAILED) -> NoReturn:
     raise typer.Exit(code)
 
 
+def refuse(reason: str) -> NoReturn:
+    """Print why what was asked for is not done, and end the command."""
+    from rich.text import Text
+
+    _console("err").print(Text.assemble(("refused:", "red"), f" {reason}"), soft_wrap=True)
+    raise typer.Exit(FAILED)
+
+
 def load_conference(path: Path, *, room_elsewhere: bool = False) -> Conference:
     """The conference of a file. Ends the command with one line per fault. room_elsewhere: see `load`."""
     from vistel.conference.files import ConferenceError, load

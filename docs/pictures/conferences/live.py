@@ -26,6 +26,8 @@ from x_server import Hands, x_server
 
 HERE = Path(__file__).parent
 WIDTH, HEIGHT, PORT = 1280, 720, 8099
+TRY_S = 20.0
+"""Longest wait for a stream that is fast."""
 SETTLED_S = 6.0
 """The first pictures come while everything else is still starting."""
 
@@ -72,7 +74,8 @@ async def _watch(folder: Path, process: subprocess.Popen[bytes]) -> None:
         await tab.until("Number(document.getElementById('state').dataset.rate) > 1")
         await asyncio.sleep(SETTLED_S)
         with contextlib.suppress(TimeoutError):  # a slow machine shows what it can
-            await tab.until("Number(document.getElementById('state').dataset.rate) > 12")
+            async with asyncio.timeout(TRY_S):
+                await tab.until("Number(document.getElementById('state').dataset.rate) > 12")
         _write("watch.png", await tab.picture())
 
 

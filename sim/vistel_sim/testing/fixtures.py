@@ -1,7 +1,7 @@
 """The pytest plugin (entry point `pytest11`): simulated devices at real ports, links and whole conferences, for one test each."""
 
 from collections.abc import Callable, Generator, Iterable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, nullcontext
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -258,6 +258,7 @@ def _person(folder: Path, request: pytest.FixtureRequest, **worn: Any) -> "Gener
     folder of the fixture's: a test may use several fixtures."""
     from vistel_sim.testing.person import Person
 
+    _tell_of_compiling(request)
     own = folder / str(request.fixturename)
     person = Person(own, **worn)
     keep(request, own, lambda into: _logs(into, person.units))
@@ -265,6 +266,21 @@ def _person(folder: Path, request: pytest.FixtureRequest, **worn: Any) -> "Gener
         yield person
     finally:
         person.end()
+
+
+def _tell_of_compiling(request: pytest.FixtureRequest) -> None:
+    """One line where the first simulated device on this machine takes a minute."""
+    from vistel.jit.kernel_jit import is_cold
+    from vistel_sim import rotations
+
+    plugins = request.config.pluginmanager
+    terminal: Any = plugins.get_plugin("terminalreporter")
+    capture: Any = plugins.get_plugin("capturemanager")
+    if terminal is not None and is_cold(rotations.turned):
+        with capture.global_and_fixture_disabled() if capture else nullcontext():
+            terminal.ensure_newline()
+            terminal.write_line("VISTEL compiles its simulated devices: about a minute, and only once")
+            terminal.flush()
 
 
 def _logs(folder: Path, units: "list[Unit[Any, Any]]") -> list[Path]:

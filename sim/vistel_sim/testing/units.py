@@ -9,6 +9,7 @@ from typing import Generic, Protocol, TypeVar
 
 from vistel.arrays import F64
 from vistel.wire.clock import Clock
+from vistel_sim import rotations
 from vistel_sim.device import SimulatedDevice, Simulator
 from vistel_sim.faults import Fault, Kind
 from vistel_sim.phone import SimulatedSender
@@ -44,7 +45,9 @@ class Unit(ABC, Generic[D, T]):
         self._clock, self._start_ns = clock, start_ns
         self._faults: tuple[Fault, ...] = ()
         self._events: list[tuple[float, str]] = []
-        truth(self.now_s())  # compiles what measuring takes, so that the device answers as soon as it can be reached
+        # Compiles what measuring takes, so that the device answers as soon as it can be reached.
+        truth(self.now_s())
+        rotations.warm_up()
         self._thread = DeviceThread(device.name, device.run())
 
     @property

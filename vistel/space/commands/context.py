@@ -40,20 +40,18 @@ class Context:
         held = tuple(g.thing for g in self.state.grasps if g.participant == self.who)
         return Speaker(self.who, pose_figure(figure, self.state.t_ns), selected, held)
 
-    def rows(self, which: Which, *, hidden: bool = False) -> list[int]:
-        """hidden: include hidden things."""
+    def rows(self, which: Which, *, hidden: bool = False, among: Sequence[int] = ()) -> list[int]:
+        """hidden: of the hidden things. among: rows of those one of which is meant; none given: of all."""
         all_of = self.state.things
-        rows = [n for n, thing in enumerate(all_of) if thing.hidden] if hidden else range(len(all_of))
+        rows = [n for n in among or range(len(all_of)) if all_of[n].hidden or not hidden]
         # As if they were visible: hidden things are meant.
-        things = [replace(all_of[n], hidden=False) for n in rows] if hidden else all_of
-        position, radius = self.state.motions.position, self.solids.radius
-        if hidden:
-            position, radius = position[rows], radius[rows]
+        things = [replace(all_of[n], hidden=False) for n in rows] if hidden else [all_of[n] for n in rows]
+        position, radius = self.state.motions.position[rows], self.solids.radius[rows]
         return [rows[k] for k in meant(which, self.speaker, things, position, radius)]
 
-    def one(self, which: Which) -> int:
-        """The row of the one thing that is meant. Raises Refused where none is, or several are."""
-        rows = self.rows(which)
+    def one(self, which: Which, among: Sequence[int] = ()) -> int:
+        """The row of the one thing that is meant; among: see `rows`. Raises Refused where none is, or several are."""
+        rows = self.rows(which, among=among)
         if len(rows) > 1:
             raise Refused("this can be done with one thing at a time")
         return rows[0]

@@ -9,6 +9,7 @@ from vistel.space.commands import create
 from vistel.space.commands.context import Answer, Context, changed, performs
 from vistel.space.commands.panel import ASPECTS, MOST_PAGES, SHAPE, panel
 from vistel.space.commands.panel_place import panel_place
+from vistel.space.commands.reference import fits
 from vistel.space.history import PlacedThing
 from vistel.space.things.things import Pages, Thing
 
@@ -77,7 +78,7 @@ def _panel_meant(context: Context, which: Which) -> int:
     things = context.state.things
     panels = [n for n, t in enumerate(things) if t.pages is not None]
     if not which.is_this:
-        n = context.one(which)
+        n = context.one(which, [n for n in panels if fits(which, things[n])])
         if n not in panels:
             raise Refused(f"the {things[n].name} shows no pages")
     elif panels:

@@ -136,7 +136,9 @@ def meant(which: Which, speaker: Speaker, things: Sequence[Thing], positions: F6
     asked for."""
     if which.is_this:
         return _this(speaker, things, positions, radii)
-    rows = [n for n, t in enumerate(things) if _fits(which, t)]
+    rows = [n for n, t in enumerate(things) if fits(which, t)]
+    # A panel is called after its file: one that shows "ball.pdf" is the ball only where there is no ball.
+    rows = [n for n in rows if fits(which, things[n], by_title=False)] or rows
     if which.shown is not None:
         chosen = set(_shown(which.shown, speaker, things, positions, radii))
         only = len(rows) == 1 and which.shown is Shown.POINTED and bool(which.name or which.shape or which.colour)
@@ -164,11 +166,13 @@ def meant(which: Which, speaker: Speaker, things: Sequence[Thing], positions: F6
     return rows
 
 
-def _fits(which: Which, thing: Thing) -> bool:
+def fits(which: Which, thing: Thing, *, by_title: bool = True) -> bool:
+    """Whether what is said of it is true of a thing, wherever it is. by_title: also by the words in the title of a panel."""
     if which.thing and thing.id != which.thing:
         return False
     words = which.name.lower().split()
-    known = f"{thing.id} {thing.name} {thing.shape} {name_of_colour(thing.colour)}".lower().split()
+    called = f"{thing.id} {thing.name}" if by_title or thing.pages is None else ""
+    known = f"{called} {thing.shape} {name_of_colour(thing.colour)}".lower().split()
     return (
         all(word in known or (which.every and any(one in known for one in _singular(word))) for word in words)
         and (not which.shape or thing.shape == which.shape)

@@ -15,7 +15,7 @@ from vistel.wire.topics import BY_NAME
 from vistel_cli.conference_choice import Hub, endpoint_of, newest, on_bus
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
-from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
+from vistel_cli.terminal import USAGE, fail, load_conference, out, refuse
 from vistel_sim.chaos.kinds import KINDS
 
 ANSWER_S = 3.0
@@ -71,7 +71,7 @@ def fault(
     if reply is None:
         fail(f"no `vistel up` answers at {router}; only a conference of `vistel up` can be broken")
     if reply.refused:
-        fail(f"refused: {reply.refused}", FAILED)
+        refuse(reply.refused)
     out.print(reply.struck)
 
 

@@ -31,7 +31,8 @@ def print_comparison(found: Comparison, limits: Limits) -> None:
     worst = max(found.joints, key=lambda j: j.degrees, default=None)
     far = max(found.joints, key=lambda j: j.mm, default=None)
     most = f"joints differ by up to {worst.degrees:.2f}°, {far.mm:.1f} mm; " if worst and far else ""
-    spans = f"{len(found.contacts)} contacts, {len(found.grasps)} grasps, {found.commands} commands"
+    counts = {"contact": len(found.contacts), "grasp": len(found.grasps), "command": found.commands}
+    spans = ", ".join(f"{count} {what}{'' if count == 1 else 's'}" for what, count in counts.items())
     over = len(found.over(limits))
     verdict = (f"{over} beyond the limits", "red") if over else ("all within the limits", "green")
     out.print(Text.assemble(f"{found.seconds:.1f} s compared: {most}{spans}: ", verdict), soft_wrap=True)

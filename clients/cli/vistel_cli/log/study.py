@@ -11,7 +11,7 @@ from vistel.wire.log import LogError, LogReader
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import LOG
 from vistel_cli.log.compare_options import APART_S, DEGREES, MM, MostApart, MostDegrees, MostMm
-from vistel_cli.terminal import FAILED, USAGE, fail, out, print_warning
+from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_warning
 from vistel_cli.waiting import waiting
 
 if TYPE_CHECKING:
@@ -115,6 +115,8 @@ def grep(
     else:
         for a, b in so:
             out.print(f"{a:9.3f} s to {b:9.3f} s   {b - a:7.3f} s")
+        if not so:
+            err.print("never true")
     raise typer.Exit(0 if so else FAILED)
 
 

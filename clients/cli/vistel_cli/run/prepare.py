@@ -87,7 +87,7 @@ def _compile_posture(conference: Conference) -> None:
             motion.receivers(p.name, 0.0)
             motion.hand_angles(p.name, 0.0)
     capture.warm_up()
-    rotations.turned(np.array((0.0, 0.0, 0.0, 1.0)), np.zeros(3))
+    rotations.warm_up()
 
 
 def _compile_world(conference: Conference) -> None:

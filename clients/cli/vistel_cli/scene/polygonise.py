@@ -11,6 +11,7 @@ import typer
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
+from vistel_cli.stop_asked import STOPPED, stopped_at_once
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error
 from vistel_cli.waiting import progress
 
@@ -63,7 +64,7 @@ def polygonise(
         fail(f"{scene}: shapes: is empty, expected at least one shape to polygonise")
     begin = time.perf_counter()
     try:
-        with progress(f"polygonising {scene.name}", show=not as_json) as tell:
+        with stopped_at_once(STOPPED), progress(f"polygonising {scene.name}", show=not as_json) as tell:
             mesh = _made(read, resolution, tolerance, keep_polygons, residual, tell)
         took = time.perf_counter() - begin
         save(mesh, output)

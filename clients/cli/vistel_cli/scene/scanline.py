@@ -12,6 +12,7 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
 from vistel_cli.scene.trace import opened, picture_size, scene_errors_printed
+from vistel_cli.stop_asked import STOPPED, stopped_at_once
 from vistel_cli.terminal import out
 from vistel_cli.waiting import waiting
 
@@ -45,7 +46,7 @@ def scanline(
                 f"--supersample: {supersample} x {width}x{height} is more than 16384 pixels, expected a smaller picture"
             )
         began = time.perf_counter()
-        with waiting(f"drawing {scene.name}"):
+        with stopped_at_once(STOPPED), waiting(f"drawing {scene.name}"):
             picture = render(read, (width * supersample, height * supersample))
         seconds = time.perf_counter() - began
         light = np.clip(picture.light, 0, 1).reshape(height, supersample, width, supersample, 3).mean(axis=(1, 3))

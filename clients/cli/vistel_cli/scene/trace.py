@@ -16,6 +16,7 @@ from rich.text import Text
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import SCENE
 from vistel_cli.overwriting import Force, out_file
+from vistel_cli.stop_asked import STOPPED, stopped_at_once
 from vistel_cli.terminal import FAILED, USAGE, err, fail, out, print_error
 from vistel_cli.waiting import progress
 
@@ -58,7 +59,7 @@ def trace(
         read = opened(scene, output)
         facts: dict[str, Any] = report(read) if stats or as_json else {}
         began, cpu = time.perf_counter(), time.process_time()
-        with progress(f"tracing {scene.name}") as tell:
+        with stopped_at_once(STOPPED), progress(f"tracing {scene.name}") as tell:
             picture = render(
                 read,
                 size=pixels,

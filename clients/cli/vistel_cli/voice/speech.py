@@ -23,6 +23,8 @@ from vistel_cli.kind_of_file import ARRAYS, FILM, FOLDER, GRAMMAR, SOUND
 from vistel_cli.terminal import FAILED, USAGE, fail, out, print_error
 
 if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --help` need not
+    import random
+
     from vistel.arrays import F32
     from vistel.speech.grammar import Grammar, Language
     from vistel.speech.recognition import Hypothesis, Recogniser
@@ -33,6 +35,8 @@ app = typer.Typer(no_args_is_help=True)
 _LOADING_S = 60.0
 """Longest time of a new recogniser for its first sentence. Sound that arrives meanwhile is kept."""
 
+_DRAWS = 100
+"""So many sentences are drawn for one that is good English: a third are, but a grammar of somebody's own may have none."""
 SOUNDS = (".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a")
 
 Extra = Annotated[
@@ -81,7 +85,7 @@ def grammar(
         rng = random.Random(1)
         for tongue in tongues:
             for _ in range(examples):
-                out.print(known.pick(tongue, rng).text)
+                out.print(_example(known, tongue, rng))
     else:
         for tongue in tongues:
             count = len(known.by_language[tongue])
@@ -90,6 +94,15 @@ def grammar(
                 out.print(f"  {name:10} {' · '.join(w.written for w in words)}", soft_wrap=True)
     if faults:
         raise typer.Exit(FAILED)
+
+
+def _example(known: Grammar, tongue: Language, rng: random.Random) -> str:
+    """A sentence at random, as people would write it where there is one."""
+    from vistel_cli.voice.good_english import is_good_english
+
+    drawn = (known.pick(tongue, rng) for _ in range(_DRAWS))
+    first = next(drawn)
+    return first.text if tongue != "en" or is_good_english(first) else next(filter(is_good_english, drawn), first).text
 
 
 def _show_meaning(known: Grammar, text: str) -> None:

@@ -159,8 +159,9 @@ def watch(
 
 def _site_lines(status: SoundStatus) -> list[Text]:
     known = "" if status.acoustic_known else "  acoustic delay unknown"
-    speaker = status.loudspeaker_detail or status.loudspeaker
-    lines = [Text.assemble((status.site, "bold"), f"  delay {status.policy}, loudspeaker {speaker}", (known, "yellow"))]
+    fault = status.loudspeaker_detail
+    speaker = f"no loudspeaker: {fault}" if fault else f"loudspeaker {status.loudspeaker}"
+    lines = [Text.assemble((status.site, "bold"), f"  delay {status.policy}, {speaker}", (known, "yellow"))]
     for m in status.microphones:
         level = Text("muted", "yellow") if m.muted else Text.assemble(_bar(m.level_db), (" too loud" if m.clipped else "", "red"))
         lines.append(Text.assemble(f"  mic {m.participant:12} ", level if m.open else (m.detail, "red")))

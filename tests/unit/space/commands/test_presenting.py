@@ -69,6 +69,16 @@ def test_a_title_without_latin_letters_is_a_name_and_a_long_one_makes_a_short_id
     assert [talk.thing(panel).name for panel in ("panel", "panel-2")] == ["結果", "概要"]
 
 
+def test_a_panel_with_the_name_of_a_thing_is_meant_only_where_a_panel_is_asked_for() -> None:
+    talk = Talk()
+    panel = put_up(talk, Present(PAGES, 1.5, "ball"))
+    assert done(talk.say(Scale(Which(name="ball"), 1.2))) == ("ball",)
+    assert done(talk.say(TurnPage(Which(name="ball"), by=1.0))) == (panel,)
+    assert done(talk.say(Scale(Which(name="panel"), 1.2))) == (panel,)
+    done(talk.say(Delete(Which(thing="ball"))))
+    assert done(talk.say(Scale(Which(name="ball"), 1.2))) == (panel,), "there is no other ball now"
+
+
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_it_stands_where_those_who_are_there_see_it(count: int) -> None:
     names = ("ann", "ben", "cas")[:count]

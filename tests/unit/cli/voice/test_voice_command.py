@@ -19,7 +19,7 @@ def test_a_conference_without_sound_is_reported_before_anything_is_asked(command
 
 
 def test_equipment_that_is_not_in_the_file_is_answered_with_what_is() -> None:
-    voices = Path(__file__).parents[3] / "examples/conferences/voices.toml"
+    voices = Path(__file__).parents[4] / "examples/conferences/voices.toml"
     done = CliRunner().invoke(app, ["voice", "equipment", str(voices), "tokyo", "amplifier", "volume=55"])
     assert done.exit_code == 2
     assert f"tokyo amplifier: no such device in {voices}; it has " in done.output and "delay-unit" in done.output

@@ -35,7 +35,7 @@ def test_a_sentences_meaning_is_shown() -> None:
 
 
 def test_the_example_of_amounts_is_a_good_grammar_and_faults_are_named(tmp_path: Path) -> None:
-    example = Path(__file__).parents[3] / "examples/speech/amounts.toml"
+    example = Path(__file__).parents[4] / "examples/speech/amounts.toml"
     assert RUN.invoke(app, ["speech", "grammar", str(example), "--examples", "3"]).exit_code == 0
     bad = tmp_path / "bad.toml"
     bad.write_text('[classes.c]\na = { kana = ["x"] }\n')
