@@ -14,6 +14,7 @@ import aiohttp
 import numpy as np
 import pytest
 from browser import page
+from waiting import until
 
 import vistel.log
 from vistel.conference.model import Conference
@@ -22,7 +23,7 @@ from vistel.log.numbers import skeleton_of
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogReader, LogWriter
-from vistel_services.console import bundle
+from vistel_services.console import bundle, player
 from vistel_services.console.replays import MOST_REPLAYS, Replays
 from vistel_services.console.service import POLICY, SERVED
 from vistel_services.serving.address import PageAddress
@@ -169,5 +170,50 @@ def test_a_browser_shows_a_moment_as_it_was_captured_and_its_keys_move_the_playh
             await tab.until("window.vistelTravel.t() > 3.5")
             await key("k")
             assert not [m for m in tab.messages if "Error" in m], tab.messages
+
+    run(watch())
+
+
+def test_a_page_whose_log_stands_still_draws_nothing_until_somebody_moves_the_playhead_or_the_view(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    if bundle.bundle_missing():
+        pytest.skip("the console's page has not been made (make web)")
+    sent, real = [0], player.Player.show
+
+    async def show(*given: Any) -> Any:
+        sent[0] += 1
+        return await real(*given)
+
+    monkeypatch.setattr(player.Player, "show", show)
+
+    async def watch() -> None:
+        async with served(MEETING) as url, page(tmp_path, *SOFTWARE_GL) as tab:
+            await tab.open(f"{url}#t=4.5", 480, 400)
+            await tab.until("document.documentElement.dataset.begun")
+            if not await tab.value("window.vistel !== undefined"):
+                pytest.skip("this Chromium has no WebGL")
+            await tab.until("window.vistel.ready() === 2")
+
+            async def drawn_while(frames: int) -> int:
+                """How many pictures are drawn while the server sends so many frames."""
+                before, last = await tab.value("window.vistel.drawn()"), sent[0] + frames
+                await until(lambda: sent[0] >= last, "frames of a log that stands still")
+                return await tab.value("window.vistel.drawn()") - before
+
+            async def rests() -> int:
+                """Pictures that are drawn for six frames, once drawing has ended."""
+                for _ in range(60):
+                    if await drawn_while(1) == 0:
+                        break
+                return await drawn_while(6)
+
+            assert await rests() == 0
+            for moves in ("window.vistelTravel.goTo(1.0)", "document.querySelector('#views button:nth-child(2)').click()"):
+                drawn, joints = await tab.value("[window.vistel.drawn(), JSON.stringify(window.vistel.joints('aiko'))]")
+                await tab.value(moves)
+                await tab.until(f"window.vistel.drawn() > {drawn}")
+                assert await rests() == 0
+                assert (await tab.value("JSON.stringify(window.vistel.joints('aiko'))") != joints) is ("goTo" in moves)
 
     run(watch())
