@@ -7,9 +7,6 @@ export class Files {
   private readonly reading = new GLTFLoader();
   private turn: Promise<unknown> = Promise.resolve();
 
-  /** picture: resolves once a picture that is drawn from now on is there. */
-  constructor(private readonly picture: () => Promise<void>) {}
-
   /** Ask with the token of a guest's link. */
   show(token: string): void {
     this.fetching.setRequestHeader({ Authorization: `Bearer ${token}` });
@@ -20,17 +17,13 @@ export class Files {
     return this.read(this.fetch(digest));
   }
 
-  /** As `take`, but one file after the other, each once the picture with the one before is there: where the processor draws, such a
-   * picture takes seconds. wanted: whether it still is; put: shows it. */
-  async takeInTurn(digest: string, wanted: () => boolean, put: (scene: Group) => void): Promise<void> {
+  /** As `take`, but what they hold is put in its place one file after the other. ready: asked when it is a file's turn; whether it is
+   * still wanted. */
+  async takeInTurn(digest: string, ready: () => Promise<boolean>, put: (scene: Group) => void): Promise<void> {
     const data = this.fetch(digest);
-    const turn = this.turn.then(async () => {
-      if (!wanted()) return;
-      put(await this.read(data));
-      await this.picture();
-    });
+    const turn = this.turn.then(async () => (await ready()) && put(await this.read(data)));
     this.turn = Promise.allSettled([data, turn]);
-    return turn;
+    await turn;
   }
 
   private async fetch(digest: string): Promise<ArrayBuffer> {

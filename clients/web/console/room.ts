@@ -63,7 +63,7 @@ export class Room {
   seenEveryMs = SEEN_MS;
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
-  private readonly files = new Files(() => this.nextPicture());
+  private readonly files = new Files();
   private readonly waiting: (() => void)[] = []; // for the next picture to be there
   private readonly key: DirectionalLight;
   private joints: Joints | null = null;
@@ -297,14 +297,19 @@ export class Room {
     }
   }
 
-  /** Have somebody put on their own figure, once the room has been seen with stand-ins. */
+  /** Have somebody put on their own figure. Where the processor draws, the first picture of one takes seconds: the room as it is without
+   * it is seen before. */
   private async dress(figure: Figure, about: PersonRow, digest: string): Promise<void> {
-    const wanted = () => figure.root.parent !== null && figure.about.file === digest;
+    const ready = async () => {
+      await this.nextPicture();
+      return figure.root.parent !== null && figure.about.file === digest;
+    };
     try {
-      await this.files.takeInTurn(digest, wanted, (scene) => figure.wear(scene));
+      await this.files.takeInTurn(digest, ready, (scene) => figure.wear(scene));
     } catch {
       figure.about = { ...about, file: null };
     }
+    this.change();
   }
 
   private nextPicture(): Promise<void> {
@@ -377,7 +382,7 @@ export class Room {
   }
 
   private showShell(digest: string): Promise<void> {
-    return this.files.takeInTurn(digest, () => this.shell === digest, (scene) => this.putShell(scene));
+    return this.files.takeInTurn(digest, async () => this.shell === digest, (scene) => this.putShell(scene));
   }
 
   private putShell(scene: Group): void {
@@ -395,6 +400,7 @@ export class Room {
     }
     this.scene.add(scene);
     this.walls = true;
+    this.change();
   }
 
   private resize(): void {

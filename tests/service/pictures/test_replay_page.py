@@ -19,7 +19,11 @@ from waiting import until
 import vistel.log
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import pose_joints
+from vistel.figure.skeleton import standard_skeleton
 from vistel.log.numbers import skeleton_of
+from vistel.log.playhead import Playhead
+from vistel.render.film.film import instants, records_of
+from vistel.render.stage.stage import Instant
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogReader, LogWriter
@@ -92,6 +96,44 @@ def test_a_viewer_goes_to_any_moment_and_misbehaving_changes_nothing() -> None:
                 await each.close()
 
     run(watch())
+
+
+def test_a_moment_that_is_gone_to_is_seen_as_by_who_played_to_it_and_as_films_have_it() -> None:
+    reader = LogReader(MEETING)
+    conference = Conference.model_validate(reader.conference)
+    delay_ns = round(conference.playout.recorded_s * 1e9)
+    moments = np.arange(75, 165) / 30.0  # people take the baton, and hand it over
+
+    def places(instant: Instant) -> np.ndarray:
+        return np.array([pose_joints(standard_skeleton(p.about.height), p.posture).position for p in instant.people])
+
+    async def seen(going: list[Playhead]) -> list[np.ndarray]:
+        playing, out = player.Player(conference, reader, lambda kind, words: None), list[np.ndarray]()
+        real = playing.feed.step
+
+        def step(now_ns: int) -> Any:
+            stepped = real(now_ns)
+            out.append(places(stepped[0]))
+            return stepped
+
+        playing.feed.step = step
+        for head in going:
+            await playing.show(head)
+        playing.close()
+        return out
+
+    async def compare() -> None:
+        end = (reader.end_ns - reader.begin_ns) * 1e-9
+        played = await seen([Playhead(end, t, playing=True) for t in moments])
+        scrubbed = await seen([Playhead(end, t) for t in moments[::4]])
+        for n in range(20, len(moments), 4):
+            (leapt,) = await seen([Playhead(end, moments[n])])
+            now_ns = reader.begin_ns + round(moments[n] * 1e9) + delay_ns
+            (filmed,) = instants(delay_ns * 1e-9, records_of(reader, now_ns, now_ns), now_ns, now_ns + 10**9, 1.0)
+            for other in (leapt, scrubbed[n // 4], places(filmed)):
+                assert np.abs(other - played[n]).max() < 1e-3, moments[n]
+
+    run(compare())
 
 
 def test_what_is_no_log_or_of_another_version_is_said_and_a_log_that_grows_is_followed(tmp_path: Path) -> None:
