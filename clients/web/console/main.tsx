@@ -225,7 +225,7 @@ canvas.addEventListener("pointerup", (event) => {
 if (room) {
   const drawn = room;
   showViews(view);
-  const pictures = new Pictures(canvas, (now) => draw(drawn, now));
+  const pictures = new Pictures(canvas, () => drawn.ready, (now) => draw(drawn, now));
   drawn.changed = () => pictures.ask();
   window.vistel = {
     joints: (name) => drawn.figures.get(name)?.places() ?? [],

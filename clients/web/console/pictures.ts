@@ -6,10 +6,11 @@ export class Pictures {
   private visible = true; // some of the canvas is within the window
   private askedAt = 0;
 
-  /** draw: draws at a time of `performance` [ms], and says whether something goes on moving. restMs: for how long nothing is drawn
+  /** ready: whether a picture can be drawn now; draw: draws at a time of `performance` [ms], and says whether something goes on moving. restMs: for how long nothing is drawn
    * after a picture that was there so long after it had been asked for [ms]. */
   constructor(
     canvas: HTMLCanvasElement,
+    private readonly ready: () => boolean,
     private readonly draw: (now: number) => boolean,
     private readonly restMs: (took: number) => number = () => 0,
   ) {
@@ -32,6 +33,7 @@ export class Pictures {
   }
 
   private show(now: number): void {
+    if (!this.ready()) return void requestAnimationFrame((later) => this.show(later));
     this.waits = false;
     if (!this.visible) return;
     if (this.draw(now)) this.waits = true;

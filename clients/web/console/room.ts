@@ -27,6 +27,7 @@ const SHADOW = 0.5; // share of the light on floor and table that the key light 
 const NEAR_M = 0.14; // from a ray to a joint: the person is meant
 const SLOW_MS = 45; // pictures that take longer get coarser
 const COARSEST = 0.5;
+const AHEAD = 2; // pictures that are asked for while the one before is not there yet, at most
 const COARSE = 0.7; // sharpness below which shadows are coarse, and drawn anew only
 const SELDOM = 3; // at every third picture
 const QUICK_MS = 14; // and finer again below
@@ -76,6 +77,7 @@ export class Room {
   private movedAt = -Infinity; // when a frame came that was another than the one before
   private fresh = false; // nothing has changed since the last picture
   private went = false; // something still moved in the last picture
+  private unfinished = 0; // pictures that have been asked for and are not there
   private readonly from = new Matrix4(); // camera of the last picture
   private readonly through = new Matrix4(); // and its projection
   private heldNow: Held = { kind: "held", grasps: [], touching: [] };
@@ -190,12 +192,16 @@ export class Room {
     this.renderer.shadowMap.autoUpdate = !moves || this.sharpness > COARSE || this.drawn % SELDOM === 0;
     this.renderer.render(this.scene, this.camera);
     const first = this.first();
-    if (this.newest && (first.length || this.waiting.length || now - this.seenAt > this.seenEveryMs)) {
-      this.seenAt = now;
-      this.lookAfter(this.newest.tMs - Math.max(0, this.newest.arrived + this.overMs - now), first);
-    }
+    const told = this.newest && (first.length > 0 || this.waiting.length > 0 || now - this.seenAt > this.seenEveryMs);
+    if (told) this.seenAt = now;
+    this.lookAfter(told ? this.newest!.tMs - Math.max(0, this.newest!.arrived + this.overMs - now) : null, first);
     this.adapt(now);
     return (this.went = moves);
+  }
+
+  /** Whether a picture can be asked for: where they are slow, one that waited behind others would show what is old when it is there. */
+  get ready(): boolean {
+    return this.unfinished < (this.took > SLOW_MS ? 1 : AHEAD);
   }
 
   /** Draw for a headset from now on, whose space is laid into the room by `view`: `step` is called for each of its pictures, and is to
@@ -329,21 +335,26 @@ export class Room {
     return now;
   }
 
-  /** Tell when the picture that has just been asked for is there: drawing goes on after this thread has said what to draw. first:
-   * how it is marked in the browser's own list of times (User Timing). */
-  private lookAfter(tMs: number, first: string[]): void {
+  /** Find out when the picture that has just been asked for is there: drawing goes on after this thread has said what to draw. tMs: of
+   * what conference time it is, where that is to be told; first: how it is marked in the browser's own list of times (User Timing). */
+  private lookAfter(tMs: number | null, first: string[]): void {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     if (!drawn) return; // the context is lost
     gl.flush();
-    const waiting = this.waiting.splice(0);
+    this.unfinished++;
+    const waiting = tMs === null ? [] : this.waiting.splice(0);
     const look = () => {
-      if (gl.isContextLost()) return void this.waiting.push(...waiting);
+      if (gl.isContextLost()) {
+        this.unfinished = 0;
+        return void this.waiting.push(...waiting);
+      }
       if (gl.getSyncParameter(drawn, gl.SYNC_STATUS) !== gl.SIGNALED) return void setTimeout(look, LOOK_MS);
       gl.deleteSync(drawn);
+      this.unfinished = Math.max(0, this.unfinished - 1);
       for (const name of first) performance.mark(name);
       for (const go of waiting) go();
-      this.seen?.(tMs, performance.now());
+      if (tMs !== null) this.seen?.(tMs, performance.now());
     };
     setTimeout(look, LOOK_MS);
   }

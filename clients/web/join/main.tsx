@@ -62,7 +62,7 @@ const trouble = element("trouble");
 const token = location.hash.slice(1);
 const room = opened();
 const restMs = (took: number) => (took > SLOW_MS ? Math.min(took, MOST_REST_MS) : 0);
-const pictures = room && new Pictures(canvas, (now) => draw(room, now), restMs);
+const pictures = room && new Pictures(canvas, () => room.ready, (now) => draw(room, now), restMs);
 if (room) room.changed = () => pictures?.ask();
 const labels = room && new Labels(room, element("labels"));
 const gestures = new Gestures();

@@ -39,6 +39,7 @@ GONE_NS = 20_000_000_000
 
 
 _LOOK_NS, _LOOKS = 33_333_333, 12
+"""From one look to the next, and how many there are: in so long, hands have come to what they hold."""
 
 
 def looks_before(now_ns: int, since_ns: int | None = None) -> list[int]:
