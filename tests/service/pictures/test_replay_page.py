@@ -111,8 +111,8 @@ def test_a_moment_that_is_gone_to_is_seen_as_by_who_played_to_it_and_as_films_ha
         playing, out = player.Player(conference, reader, lambda kind, words: None), list[np.ndarray]()
         real = playing.feed.step
 
-        def step(now_ns: int) -> Any:
-            stepped = real(now_ns)
+        def step(now_ns: int, *, heard: bool = False) -> Any:
+            stepped = real(now_ns, heard=heard)
             out.append(places(stepped[0]))
             return stepped
 

@@ -43,8 +43,8 @@ _LOOK_NS, _LOOKS = 33_333_333, 12
 
 
 def looks_before(now_ns: int, since_ns: int | None = None) -> list[int]:
-    """Moments at which a stage is asked first by who begins to look at `now_ns`, or looked last at `since_ns`: hands on their way to
-    what they hold, and what they hold, are then where who has looked all along sees them (`HeldThings`)."""
+    """Moments at which a stage is asked first by who begins to look at `now_ns`, or looked last at `since_ns`. Hands on their way
+    to what they hold, and those things, are then where who has looked all along sees them (`HeldThings`)."""
     looks = range(now_ns - _LOOKS * _LOOK_NS, now_ns, _LOOK_NS)
     return [t_ns for t_ns in looks if since_ns is None or t_ns > since_ns]
 
