@@ -38,8 +38,10 @@ GONE_NS = 20_000_000_000
 """A participant from whom nothing is received for so long is no longer drawn."""
 
 
-_LOOK_NS, _LOOKS = 33_333_333, 12
-"""From one look to the next, and how many there are: in so long, hands have come to what they hold."""
+_LOOK_NS = 33_333_333
+"""From one look of `looks_before` to the next."""
+_LOOKS = 12
+"""So many: in that time, hands have come to what they hold."""
 
 
 def looks_before(now_ns: int, since_ns: int | None = None) -> list[int]:
