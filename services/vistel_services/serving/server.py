@@ -26,7 +26,7 @@ _MOST_FORM_BYTES = 4096
 _SEND_BUFFER = 1 << 18
 """Of the system, for each reader: what is on its way and has not been answered."""
 _UNSENT = 1 << 14
-"""Bytes that wait here and in the system for a reader who is slow, each: what waits there is late, and nothing newer replaces it."""
+"""Bytes that wait here, and in the system, for a reader who is slow: what waits there is late, and nothing newer replaces it."""
 _SILENT_S = 15.0
 """A reader that has not answered for so long is gone."""
 
