@@ -21,8 +21,9 @@ SELDOM = ("device_status", "heartbeat", "clock_offset", "image_delay", "sound_st
 ROOM = ("motion", "motion_thin", "world_state")
 """Where everything is."""
 TOPICS = ("participant", "picture_part", *SELDOM, *ROOM, "world_key", "voice", "voice_level")
-BEFORE_NS = 600_000_000
-"""Motion and room are read from so long before a moment: a full frame of motion comes every 0.4 s."""
+BEFORE_NS = 1_000_000_000
+"""Motion and room are read from so long before a moment: who looks at it looks at the moments before it first (`looks_before`), and
+a full frame of motion comes every 0.4 s."""
 SELDOM_BEFORE_NS = 3_000_000_000
 """What is said every second is read from so long before a moment."""
 KEY_BEFORE_NS = 12_000_000_000

@@ -10,7 +10,6 @@ import {
   SphereGeometry,
   Vector3,
 } from "three";
-import type { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { dispose } from "./dispose";
 import type { Joints, PersonFrame, PersonRow } from "./wire";
 
@@ -48,7 +47,7 @@ export class Figure {
   private readonly from: Pose;
   private readonly to: Pose;
   private arrived = 0;
-  private moved = false;
+  private newest: PersonFrame | null = null;
   private shown: Group;
 
   constructor(
@@ -66,9 +65,8 @@ export class Figure {
     this.standIn();
   }
 
-  /** Take the figure's own file in place of the stand-in. */
-  async load(loader: GLTFLoader): Promise<void> {
-    const { scene } = await loader.loadAsync(`asset/${this.about.file}.glb`);
+  /** Take what the figure's own file holds in place of the stand-in; nothing, where that has other joints. */
+  wear(scene: Group): void {
     const meshes: SkinnedMesh[] = [];
     scene.traverse((node) => node instanceof SkinnedMesh && meshes.push(node));
     const bones = meshes[0]?.skeleton.bones;
@@ -86,11 +84,14 @@ export class Figure {
     this.bones = bones;
     this.own = true;
     this.root.add(scene);
-    if (this.moved) this.beThere();
+    if (!this.newest) return;
+    this.express(this.newest.face);
+    this.beThere();
   }
 
-  /** A frame that has just come; from where the figure is now it moves there. */
-  receive(frame: PersonFrame, now: number): void {
+  /** A frame that has just come; from where the figure is now it moves there. False where it is as the one before. */
+  receive(frame: PersonFrame, now: number): boolean {
+    if (this.newest && alike(this.newest, frame)) return false;
     for (let j = 0; j < this.bones.length; j++) {
       this.from.rotation[j]!.copy(this.bones[j]!.quaternion);
       this.to.rotation[j]!.fromArray(frame.rotations, 4 * j);
@@ -103,10 +104,15 @@ export class Figure {
     this.to.hips.set(...frame.hips);
     this.arrived = now;
     this.talks = frame.talks;
+    this.express(frame.face);
+    if (!this.newest) this.beThere();
+    this.newest = frame;
+    return (this.root.visible = true);
+  }
+
+  private express(face: Uint8Array): void {
     for (const { influences, at } of this.faces)
-      at.forEach((target, n) => target >= 0 && (influences[target] = frame.face[n]! / 255));
-    if (!this.moved) this.beThere();
-    this.moved = this.root.visible = true;
+      at.forEach((target, n) => target >= 0 && (influences[target] = face[n]! / 255));
   }
 
   /** Be where the newest frame says at once: whoever asks for a joint before the next picture must not find the file's own pose. */
@@ -117,7 +123,7 @@ export class Figure {
 
   /** Where it is between two frames; overMs: from one to the next, 0 to be there at once. */
   step(now: number, overMs: number): void {
-    if (!this.moved) return;
+    if (!this.newest) return;
     this.pose(overMs > 0 ? Math.min(1, Math.max(0, (now - this.arrived) / overMs)) : 1);
   }
 
@@ -199,4 +205,14 @@ export class Figure {
     head.position.y = HEAD_M;
     this.joint("head").add(head);
   }
+}
+
+/** Whether two frames show somebody in the same pose, with the same face. */
+function alike(a: PersonFrame, b: PersonFrame): boolean {
+  return a.talks === b.talks && same(a.hips, b.hips) && same(a.shifts, b.shifts) && same(a.rotations, b.rotations) && same(a.face, b.face);
+}
+
+function same(a: ArrayLike<number>, b: ArrayLike<number>): boolean {
+  for (let n = 0; n < a.length; n++) if (a[n] !== b[n]) return false;
+  return a.length === b.length;
 }

@@ -32,6 +32,7 @@ export class Looking {
     controls.maxDistance = 6;
     controls.maxPolarAngle = Math.PI * 0.55;
     controls.addEventListener("start", () => (this.chosen = true));
+    controls.addEventListener("change", () => room.changed?.());
     room.canvas.addEventListener("wheel", () => (this.chosen = true), { passive: true });
     room.canvas.addEventListener("keydown", (event) => this.key(event));
     this.show("round");
@@ -56,6 +57,7 @@ export class Looking {
       if (view === "table") this.room.camera.position.sub(target).multiplyScalar(farther).add(target);
     }
     this.room.camera.updateProjectionMatrix();
+    this.room.changed?.();
     this.changed(view);
   }
 
@@ -123,6 +125,7 @@ export class Looking {
     place.phi = Math.min(this.controls.maxPolarAngle, Math.max(0.05, place.phi + turn[1]));
     place.radius = Math.min(this.controls.maxDistance, Math.max(this.controls.minDistance, place.radius * turn[2]));
     camera.position.setFromSpherical(place).add(this.controls.target);
+    this.room.changed?.();
   }
 }
 

@@ -9,6 +9,7 @@ import { Labels } from "./labels";
 import { switchLanguage } from "./language";
 import { Looking } from "./looking";
 import { panelText } from "./panel_words";
+import { Pictures } from "./pictures";
 import { Room } from "./room";
 import { Travel } from "./travel";
 import { text } from "./words";
@@ -33,12 +34,13 @@ import { type Chosen, Who } from "./who";
 declare global {
   interface Window {
     /** For programs that drive the page. joints: places of somebody's joints in the room [m]; ghost: those in the log beside; rate: pictures a second; ready: how many
-     * have their own figures; sharp: see Room; pictures: whom to tell of every picture from now on, as Room.seen. */
+     * have their own figures; drawn: pictures so far; sharp: see Room; pictures: whom to tell of every picture from now on, as Room.seen. */
     vistel?: {
       joints(name: string): [number, number, number][];
       ghost(name: string): [number, number, number][];
       rate(): number;
       ready(): number;
+      drawn(): number;
       sharp(): void;
       pictures(tell: (tMs: number, atMs: number) => void): void;
       voices: Voices;
@@ -202,12 +204,13 @@ function say(text: string | null): void {
   trouble.textContent = translated(text);
 }
 
-function draw(now: number): void {
+function draw(room: Room, now: number): boolean {
+  room.step(now);
   looking?.step();
   voices.step();
-  room?.draw(now);
+  const moves = room.draw(now);
   labels?.draw(view);
-  requestAnimationFrame(draw);
+  return moves;
 }
 
 let pressed: PointerEvent | null = null;
@@ -218,16 +221,17 @@ canvas.addEventListener("pointerup", (event) => {
   page.chosen = room?.pick(((event.clientX - box.x) / box.width) * 2 - 1, 1 - ((event.clientY - box.y) / box.height) * 2) ?? null;
   showPanel();
 });
-canvas.addEventListener("webglcontextlost", (event) => event.preventDefault()); // three.js takes it up again when it is back
 
 if (room) {
   const drawn = room;
   showViews(view);
-  requestAnimationFrame(draw);
+  const pictures = new Pictures(canvas, () => drawn.ready, (now) => draw(drawn, now));
+  drawn.changed = () => pictures.ask();
   window.vistel = {
     joints: (name) => drawn.figures.get(name)?.places() ?? [],
     ghost: (name) => drawn.ghosts.get(name)?.places() ?? [],
     rate: () => drawn.picturesPerS,
+    drawn: () => drawn.drawn,
     sharp: () => drawn.sharp(),
     ready: () => [...drawn.figures.values()].filter((f) => f.own).length,
     pictures: (tell) => {

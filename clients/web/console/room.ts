@@ -3,6 +3,7 @@ import {
   Color,
   DoubleSide,
   Group,
+  Matrix4,
   Mesh,
   MeshBasicMaterial,
   PerspectiveCamera,
@@ -14,11 +15,11 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
-import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { dispose } from "./dispose";
 import { Figure } from "./figure";
+import { Files } from "./files";
 import { lit } from "./light";
-import type { Frame, Held, Ink, Joints, Signals, Table, ThingRow } from "./wire";
+import type { Frame, Held, Ink, Joints, PersonRow, Signals, Table, ThingRow } from "./wire";
 import { INK, Written } from "./written";
 
 const FRAME_MS = 1000 / 30;
@@ -26,6 +27,7 @@ const SHADOW = 0.5; // share of the light on floor and table that the key light 
 const NEAR_M = 0.14; // from a ray to a joint: the person is meant
 const SLOW_MS = 45; // pictures that take longer get coarser
 const COARSEST = 0.5;
+const AHEAD = 2; // pictures that are asked for while the one before is not there yet, at most
 const COARSE = 0.7; // sharpness below which shadows are coarse, and drawn anew only
 const SELDOM = 3; // at every third picture
 const QUICK_MS = 14; // and finer again below
@@ -35,6 +37,7 @@ const SEEN_MS = 200; // from one picture that is looked after to the next
 const WORN_NEAR_M = 0.05; // to a headset's eye
 const PAGE = 0.8; // how bright a page of a panel is: 0.9 as it is seen
 const SKIN_M = 0.05; // over a joint
+const STILL = 2e-5; // the camera rests where no number of its matrices changes by more from one picture to the next
 
 export interface Picked {
   person?: string;
@@ -48,9 +51,12 @@ export class Room {
   /** Of the log beside the one that is seen. */
   readonly ghosts = new Map<string, Figure>();
   readonly things = new Map<string, { about: ThingRow; node: Group }>();
-  held: Held = { kind: "held", grasps: [], touching: [] };
-  signals: Signals = { kind: "signals", raised: [], reactions: [] };
-  readonly written = new Written();
+  readonly written = new Written(() => this.change());
+  /** Told of whatever changes what is seen: the room is to be drawn again (pictures.ts). */
+  changed: (() => void) | null = null;
+  /** Pictures that have been drawn. */
+  drawn = 0;
+  /** As fast as pictures come while something moves. */
   picturesPerS = 0;
   /** Told now and then: of which conference time a picture was, and when it was there (of `performance`) [ms]. */
   seen: ((tMs: number, atMs: number) => void) | null = null;
@@ -58,7 +64,8 @@ export class Room {
   seenEveryMs = SEEN_MS;
   private readonly renderer: WebGLRenderer;
   private readonly scene = new Scene();
-  private readonly loader = new GLTFLoader();
+  private readonly files = new Files();
+  private readonly waiting: (() => void)[] = []; // for the next picture to be there
   private readonly key: DirectionalLight;
   private joints: Joints | null = null;
   private table: Table | null = null;
@@ -67,10 +74,17 @@ export class Room {
   private walls = false; // they are in the picture
   private readonly firsts = new Set<string>(); // pictures that have been marked
   private newest: { tMs: number; arrived: number } | null = null;
+  private movedAt = -Infinity; // when a frame came that was another than the one before
+  private fresh = false; // nothing has changed since the last picture
+  private went = false; // something still moved in the last picture
+  private unfinished = 0; // pictures that have been asked for and are not there
+  private readonly from = new Matrix4(); // camera of the last picture
+  private readonly through = new Matrix4(); // and its projection
+  private heldNow: Held = { kind: "held", grasps: [], touching: [] };
+  private signalsNow: Signals = { kind: "signals", raised: [], reactions: [] };
   private seenAt = 0;
   private took = FRAME_MS;
   private last = 0;
-  private drawn = 0;
   private fixed = false;
   private sharpness = 1;
   private worn: Group | null = null; // the headset's space
@@ -84,12 +98,30 @@ export class Room {
     this.key = lit(this.scene, this.renderer);
     if (software) this.sharpen(COARSEST);
     new ResizeObserver(() => this.resize()).observe(canvas);
+    canvas.addEventListener("webglcontextlost", (event) => event.preventDefault()); // three.js takes it up again when it is back
+    canvas.addEventListener("webglcontextrestored", () => this.change());
     this.resize();
   }
 
   /** Files are asked for with the token of a guest's link. */
   show(token: string): void {
-    this.loader.setRequestHeader({ Authorization: `Bearer ${token}` });
+    this.files.show(token);
+  }
+
+  get held(): Held {
+    return this.heldNow;
+  }
+  set held(held: Held) {
+    this.heldNow = held;
+    this.change();
+  }
+
+  get signals(): Signals {
+    return this.signalsNow;
+  }
+  set signals(signals: Signals) {
+    this.signalsNow = signals;
+    this.change();
   }
 
   begin(joints: Joints): void {
@@ -100,65 +132,76 @@ export class Room {
     if (!this.joints) return;
     this.table = table;
     const joints = this.joints;
+    if (table.room && table.room !== this.shell) void this.showShell((this.shell = table.room));
     this.showPeople(this.figures, table, joints, false);
     this.keepOnly(this.things, new Set(table.things.map((t) => t.id)), (t) => this.drop(t.node));
     for (const about of table.things) void this.showThing(about);
     this.written.show(this.things);
-    if (table.room && table.room !== this.shell) void this.showShell((this.shell = table.room));
+    this.change();
   }
 
   receiveInk(ink: Ink): void {
     this.written.receive(ink);
     this.written.show(this.things);
+    this.change();
   }
 
   /** People of another log, who are seen as ghosts; null: there is none. */
   receiveBeside(table: Table | null): void {
     this.besideTable = table;
     if (this.joints) this.showPeople(this.ghosts, table ?? { people: [] }, this.joints, true);
+    this.change();
   }
 
   receiveBesideFrame(frame: Frame): void {
     if (frame.table !== this.besideTable?.table) return;
-    for (const person of frame.people) {
-      const about = this.besideTable.people[person.who];
-      if (about) this.ghosts.get(about.name)?.receive(person, performance.now());
-    }
+    this.pose(this.ghosts, frame, this.besideTable, performance.now());
   }
 
   receiveFrame(frame: Frame): void {
     if (!this.table || frame.table !== this.table.table) return;
     const now = performance.now();
     this.newest = { tMs: frame.tMs, arrived: now };
-    for (const person of frame.people) {
-      const about = this.table.people[person.who];
-      if (about) this.figures.get(about.name)?.receive(person, now);
-    }
+    this.pose(this.figures, frame, this.table, now);
     for (const thing of frame.things) {
       const about = this.table.things[thing.what];
-      const shown = about && this.things.get(about.id);
-      if (!shown) continue;
-      shown.node.position.set(...thing.position);
-      shown.node.quaternion.set(...thing.rotation);
-      shown.node.visible = true;
+      const node = about && this.things.get(about.id)?.node;
+      if (!node || (node.visible && alike(node, thing))) continue;
+      node.position.set(...thing.position);
+      node.quaternion.set(...thing.rotation);
+      node.visible = true;
+      this.change();
+    }
+    if (this.fresh && now - this.seenAt > this.seenEveryMs) {
+      this.seenAt = now;
+      this.seen?.(frame.tMs, now); // the picture that is there shows this moment, too
     }
   }
 
-  /** Draw; now: of `performance` [ms]. */
-  draw(now: number): void {
-    // Where pictures are slower than frames, the newest frame is shown as it is.
-    const overMs = this.took < FRAME_MS ? FRAME_MS : 0;
-    for (const figure of [...this.figures.values(), ...this.ghosts.values()]) figure.step(now, overMs);
+  /** Take figures to where they are at a time of `performance` [ms]; what looks from or at them is placed after it, before `draw`. */
+  step(now: number): void {
+    for (const figure of [...this.figures.values(), ...this.ghosts.values()]) figure.step(now, this.overMs);
     if (this.worn) this.figures.get(this.looksOutOf)?.behead(true);
+  }
+
+  /** Draw; now: as of `step`. Whether something moves, so that the next picture will be another. */
+  draw(now: number): boolean {
+    const moves = now - this.movedAt < FRAME_MS || this.cameraMoved();
+    this.fresh = true;
     this.drawn++;
-    this.renderer.shadowMap.autoUpdate = this.sharpness > COARSE || this.drawn % SELDOM === 0;
+    this.renderer.shadowMap.autoUpdate = !moves || this.sharpness > COARSE || this.drawn % SELDOM === 0;
     this.renderer.render(this.scene, this.camera);
     const first = this.first();
-    if (this.newest && (first.length || now - this.seenAt > this.seenEveryMs)) {
-      this.seenAt = now;
-      this.lookAfter(this.newest.tMs - Math.max(0, this.newest.arrived + overMs - now), first);
-    }
+    const told = this.newest && (first.length > 0 || this.waiting.length > 0 || now - this.seenAt > this.seenEveryMs);
+    if (told) this.seenAt = now;
+    this.lookAfter(told ? this.newest!.tMs - Math.max(0, this.newest!.arrived + this.overMs - now) : null, first);
     this.adapt(now);
+    return (this.went = moves);
+  }
+
+  /** Whether a picture can be asked for: where they are slow, one that waited behind others would show what is old when it is there. */
+  get ready(): boolean {
+    return this.unfinished < (this.took > SLOW_MS ? 1 : AHEAD);
   }
 
   /** Draw for a headset from now on, whose space is laid into the room by `view`: `step` is called for each of its pictures, and is to
@@ -217,6 +260,33 @@ export class Room {
     return found;
   }
 
+  private change(): void {
+    this.fresh = false;
+    this.changed?.();
+  }
+
+  /** For how long somebody moves from one frame to the next [ms]: where pictures are slower than frames, the newest one is shown as it is. */
+  private get overMs(): number {
+    return this.took < FRAME_MS ? FRAME_MS : 0;
+  }
+
+  private pose(shown: Map<string, Figure>, frame: Frame, table: Pick<Table, "people">, now: number): void {
+    for (const person of frame.people) {
+      const about = table.people[person.who];
+      if (!about || !shown.get(about.name)?.receive(person, now)) continue;
+      this.movedAt = now;
+      this.change();
+    }
+  }
+
+  private cameraMoved(): boolean {
+    this.camera.updateMatrixWorld();
+    const moved = apart(this.camera.matrixWorld, this.from) || apart(this.camera.projectionMatrix, this.through);
+    this.from.copy(this.camera.matrixWorld);
+    this.through.copy(this.camera.projectionMatrix);
+    return moved;
+  }
+
   private showPeople(shown: Map<string, Figure>, table: Pick<Table, "people">, joints: Joints, ghosts: boolean): void {
     this.keepOnly(shown, new Set(table.people.map((p) => p.name)), (f) => f.remove());
     for (const about of table.people) {
@@ -229,8 +299,30 @@ export class Room {
       figure.about = about;
       shown.set(about.name, figure);
       this.scene.add(figure.root);
-      if (about.file) void figure.load(this.loader).catch(() => (figure.about = { ...about, file: null }));
+      if (about.file) void this.dress(figure, about, about.file);
     }
+  }
+
+  /** Have somebody put on their own figure. Where the processor draws, the first picture of one takes seconds: the room as it is without
+   * it is seen before. */
+  private async dress(figure: Figure, about: PersonRow, digest: string): Promise<void> {
+    const ready = async () => {
+      await this.nextPicture();
+      return figure.root.parent !== null && figure.about.file === digest;
+    };
+    try {
+      await this.files.takeInTurn(digest, ready, (scene) => figure.wear(scene));
+    } catch {
+      figure.about = { ...about, file: null };
+    }
+    this.change();
+  }
+
+  private nextPicture(): Promise<void> {
+    return new Promise((done) => {
+      this.waiting.push(done);
+      this.change();
+    });
   }
 
   /** Of which kinds the picture that has just been asked for is the first: "room" with walls and everybody, if only as stand-ins;
@@ -243,19 +335,26 @@ export class Room {
     return now;
   }
 
-  /** Tell when the picture that has just been asked for is there: drawing goes on after this thread has said what to draw. first:
-   * how it is marked in the browser's own list of times (User Timing). */
-  private lookAfter(tMs: number, first: string[]): void {
+  /** Find out when the picture that has just been asked for is there: drawing goes on after this thread has said what to draw. tMs: of
+   * what conference time it is, where that is to be told; first: how it is marked in the browser's own list of times (User Timing). */
+  private lookAfter(tMs: number | null, first: string[]): void {
     const gl = this.renderer.getContext() as WebGL2RenderingContext;
     const drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
     if (!drawn) return; // the context is lost
     gl.flush();
+    this.unfinished++;
+    const waiting = tMs === null ? [] : this.waiting.splice(0);
     const look = () => {
-      if (gl.isContextLost()) return;
+      if (gl.isContextLost()) {
+        this.unfinished = 0;
+        return void this.waiting.push(...waiting);
+      }
       if (gl.getSyncParameter(drawn, gl.SYNC_STATUS) !== gl.SIGNALED) return void setTimeout(look, LOOK_MS);
       gl.deleteSync(drawn);
+      this.unfinished = Math.max(0, this.unfinished - 1);
       for (const name of first) performance.mark(name);
-      this.seen?.(tMs, performance.now());
+      for (const go of waiting) go();
+      if (tMs !== null) this.seen?.(tMs, performance.now());
     };
     setTimeout(look, LOOK_MS);
   }
@@ -270,7 +369,7 @@ export class Room {
       this.scene.add(node);
     }
     if (!about.file) return;
-    const { scene } = await this.loader.loadAsync(`asset/${about.file}.glb`);
+    const scene = await this.files.take(about.file);
     if (this.things.get(about.id)?.about.file !== about.file) return dispose(scene);
     for (const child of [...node.children]) if (child.name !== INK) this.drop(child as Group);
     for (const child of scene.children) {
@@ -283,6 +382,7 @@ export class Room {
       if (part.material instanceof MeshBasicMaterial) this.shine(part.material);
     });
     node.add(scene);
+    this.change();
   }
 
   /** A page of a panel: as a screen is seen, its letters sharp from the side, too. */
@@ -292,8 +392,11 @@ export class Room {
     if (page.map) page.map.anisotropy = this.renderer.capabilities.getMaxAnisotropy();
   }
 
-  private async showShell(digest: string): Promise<void> {
-    const { scene } = await this.loader.loadAsync(`asset/${digest}.glb`);
+  private showShell(digest: string): Promise<void> {
+    return this.files.takeInTurn(digest, async () => this.shell === digest, (scene) => this.putShell(scene));
+  }
+
+  private putShell(scene: Group): void {
     const meshes: Mesh[] = [];
     scene.traverse((part) => part instanceof Mesh && meshes.push(part));
     for (const mesh of meshes) {
@@ -308,6 +411,7 @@ export class Room {
     }
     this.scene.add(scene);
     this.walls = true;
+    this.change();
   }
 
   private resize(): void {
@@ -317,12 +421,14 @@ export class Room {
     this.renderer.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    this.change();
   }
 
   /** Coarser where pictures take too long, at last without shadows that move. */
   private adapt(now: number): void {
     const took = Math.min(500, now - this.last);
     this.last = now;
+    if (!this.went && !this.worn) return; // nothing was drawn meanwhile, because nothing moved
     this.took += (took - this.took) / 12;
     this.picturesPerS = 1000 / this.took;
     if (this.fixed || this.worn) return;
@@ -363,4 +469,13 @@ function drawnBySoftware(): boolean {
   const name = String(context?.getParameter(told?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER) ?? "");
   context?.getExtension("WEBGL_lose_context")?.loseContext();
   return /swiftshader|llvmpipe|software/i.test(name);
+}
+
+function alike(node: Group, { position, rotation }: Frame["things"][number]): boolean {
+  const now = [...node.position.toArray(), ...node.quaternion.toArray()];
+  return [...position, ...rotation].every((value, n) => value === now[n]);
+}
+
+function apart(a: Matrix4, b: Matrix4): boolean {
+  return a.elements.some((value, n) => Math.abs(value - b.elements[n]!) > STILL);
 }

@@ -54,6 +54,9 @@ export class Written {
   /** Whose strokes those are. */
   writer = "";
 
+  /** changed: called where something else is to be seen. */
+  constructor(private readonly changed: () => void) {}
+
   receive(words: Ink): void {
     if (words.whole) this.strokes.clear();
     for (const number of words.gone) this.strokes.delete(number);
@@ -72,6 +75,7 @@ export class Written {
     const mesh = meshOf([{ ...shape, layer: OWN_LAYER }], face);
     this.own.set(id, { board, shape, mesh });
     about.node.add(mesh);
+    this.changed();
   }
 
   /** Something that this page asked for was refused: what has not come back is not shown as if it were on the board. What is only on
@@ -86,6 +90,7 @@ export class Written {
     if (!own) return;
     dropped(own.mesh);
     this.own.delete(id);
+    this.changed();
   }
 
   /** Put what is new before the boards' faces. */

@@ -6,6 +6,7 @@ import { translated } from "../connection/trouble_words";
 import { Lines } from "../console/chat";
 import { Labels } from "../console/labels";
 import { switchLanguage } from "../console/language";
+import { Pictures } from "../console/pictures";
 import { Room } from "../console/room";
 import { type Caption, decode, type Frame, type Invited, type Joints, type Line, type Table, type Words } from "../console/wire";
 import { Microphone } from "../sound/microphone";
@@ -60,6 +61,9 @@ const canvas = element<HTMLCanvasElement>("room");
 const trouble = element("trouble");
 const token = location.hash.slice(1);
 const room = opened();
+const restMs = (took: number) => (took > SLOW_MS ? Math.min(took, MOST_REST_MS) : 0);
+const pictures = room && new Pictures(canvas, () => room.ready, (now) => draw(room, now), restMs);
+if (room) room.changed = () => pictures?.ask();
 const labels = room && new Labels(room, element("labels"));
 const gestures = new Gestures();
 let joints: Joints | null = null;
@@ -72,8 +76,6 @@ let person = ""; // as whom the guest has entered
 let muted = false; // by the host
 let sent = 0;
 let movedAt = 0;
-let askedAt = 0;
-let asked = 0;
 const pointer = { x: 0, y: 0, turning: false }; // where it is in the picture (-1 to 1, up)
 let speaker = "";
 let lines: Line[] = [];
@@ -85,7 +87,7 @@ let chatOpen = false;
 const voices = new Voices(room, () => link, (hear) => person && link.send(JSON.stringify({ hear })));
 const microphone = new Microphone(() => link, () => Boolean(person), () => showWords());
 const camera = new Camera(() => link, () => Boolean(person), () => showMirror());
-const headset = new Headset(room, () => link, () => eyes, () => lines, () => captions, drawRoom, () => person && showDoes(), () => (eyes?.open(), ask()));
+const headset = new Headset(room, () => link, () => eyes, () => lines, () => captions, drawWorn, () => person && showDoes(), () => (eyes?.open(), pictures?.ask()));
 const signalling = new Signalling(
   () => Boolean(room?.signals.raised.some(([who]) => who === invited?.participant)),
   (said) => link.send(JSON.stringify(said)),
@@ -136,6 +138,7 @@ function hear(words: Words): void {
       eyes = new Eyes(room, words.participant, words.seat);
       hand = new Hand(room, eyes, words.participant);
       writing = new Writing(room, words.participant, (said) => link.send(JSON.stringify(said)));
+      pictures?.ask();
     }
     if (person) {
       link.send(JSON.stringify({ person })); // after a break of the connection
@@ -339,6 +342,7 @@ function showMirror(): void {
   if (!person) return;
   showDoes();
   const on = camera.state === "on" || camera.state === "loading";
+  if (on) pictures?.ask();
   element("mirror").hidden = !on;
   render(on ? <Mirror camera={camera} /> : null, element("mirror"));
 }
@@ -377,7 +381,9 @@ canvas.addEventListener("pointermove", (event) => {
   }
   place(event);
   writing?.move(pointer.x, pointer.y);
-  if (pointer.turning && event.buttons) eyes?.drag(event.movementX / canvas.clientHeight, event.movementY / canvas.clientHeight);
+  if (!pointer.turning || !event.buttons) return;
+  eyes?.drag(event.movementX / canvas.clientHeight, event.movementY / canvas.clientHeight);
+  pictures?.ask();
 });
 for (const kind of ["pointerup", "pointercancel"])
   canvas.addEventListener(kind, () => {
@@ -390,35 +396,30 @@ canvas.addEventListener("wheel", (event) => {
   hand?.wheel(Math.sign(event.deltaY));
 }, { passive: false });
 canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-canvas.addEventListener("webglcontextlost", (event) => event.preventDefault());
 addEventListener("blur", () => (hand?.release(), writing?.release()));
 document.addEventListener("keydown", (event) => {
   if (!person || event.repeat && (gestures.has(event.key) || event.key.toUpperCase() === "R") || event.ctrlKey || event.metaKey || event.altKey) return;
   if (signalling.press(event.key) || gestures.press(event.key) || eyes?.key(event.key)) event.preventDefault();
+  pictures?.ask();
 });
 
-/** Draw, and again; where pictures take long, a browser without a graphics card is left half of its time for what is to be sent. */
-function draw(now: number): void {
-  if (headset.on) return; // that asks for its own pictures
+/** Draw the page's picture. Whether it will soon be another. */
+function draw(room: Room, now: number): boolean {
+  if (headset.on) return false; // that asks for its own pictures
+  room.step(now);
   eyes?.step();
-  drawRoom(now);
-  if (camera.state === "on") drawMirror(camera);
-  labels?.draw(invited?.participant ?? "");
-  const took = performance.now() - askedAt;
-  if (took > SLOW_MS) setTimeout(ask, Math.min(took, MOST_REST_MS));
-  else ask();
-}
-
-function drawRoom(now: number): void {
   voices.step();
-  meter.value = Math.min(1, 4 * microphone.level);
-  room?.draw(now);
+  const moves = room.draw(now);
+  labels?.draw(invited?.participant ?? "");
+  if (camera.state === "on") drawMirror(camera);
+  return moves || camera.state === "on";
 }
 
-function ask(): void {
-  askedAt = performance.now();
-  cancelAnimationFrame(asked); // one that waited while a headset was on
-  asked = requestAnimationFrame(draw);
+/** Draw a headset's picture. */
+function drawWorn(now: number): void {
+  room?.step(now);
+  voices.step();
+  room?.draw(now);
 }
 
 const link = new Link(
@@ -429,7 +430,10 @@ const link = new Link(
     trouble: say,
     talker: (name, port) => voices.talker(name, port),
     silent: (name) => voices.silent(name),
-    spoken: (level, bytes) => Object.assign(microphone, { level, sent: bytes }),
+    spoken: (level, bytes) => {
+      Object.assign(microphone, { level, sent: bytes });
+      meter.value = Math.min(1, 4 * level);
+    },
     speechless: () => microphone.lose("cannot"),
   },
   JSON.stringify({ token }),
@@ -437,7 +441,6 @@ const link = new Link(
 if (!token) say(text("noInvitation"), true);
 if (!room) say(text("noPicture"), true);
 else {
-  ask();
   setInterval(tell, SEND_MS);
   setInterval(() => camera.state === "on" && showMirror(), MIRROR_MS);
   window.guest = {

@@ -88,12 +88,14 @@ class _Made(Generic[T]):
     def get(self, key: Hashable, make: Callable[[], T]) -> T | None:
         if key not in self._made:
             self._made[key] = None
-            background.start(self._make(key, make), "asset")
+            # Handed over at once: the maker may be closed before the task begins.
+            making = asyncio.get_running_loop().run_in_executor(self._maker, make)
+            background.start(self._keep(key, making), "asset")
         return self._made[key]
 
-    async def _make(self, key: Hashable, make: Callable[[], T]) -> None:
+    async def _keep(self, key: Hashable, making: asyncio.Future[T]) -> None:
         try:
-            made = await asyncio.get_running_loop().run_in_executor(self._maker, make)
+            made = await making
         except (ValueError, OSError) as fault:
             log.error("event=asset_not_made what=%s reason=%r", getattr(key, "id", key), str(fault))
             return

@@ -96,6 +96,11 @@ class Feed:
         told = list(self._told(instant))
         return instant, self._frame(instant), told
 
+    def look(self, now_ns: int) -> None:
+        """Be where who sees `now_ns` is, and tell nothing."""
+        self._take()
+        self._stage.instant(now_ns)
+
     def tell_all(self) -> None:
         """Tell everything again with the next frame: somebody has come."""
         self._stale, self._newcomers, self._words, self._lines, self._whole_ns = True, True, {}, (), 0

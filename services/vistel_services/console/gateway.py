@@ -61,9 +61,9 @@ class Gateway:
 
     async def run(self) -> None:
         """Make frames while somebody watches, until cancelled."""
+        await asyncio.to_thread(_load)
         while True:
             await self._somebody.wait()
-            await asyncio.to_thread(_load)
             await self._watched()
 
     async def _watched(self) -> None:
@@ -174,7 +174,7 @@ def glb(data: bytes | None) -> web.Response:
 
 
 def _load() -> None:
-    """What is slow to load, so that who is connected waits and nobody else."""
+    """What is slow to load, beside the rest of a start: who comes first waits for it no more."""
     import_module("vistel_services.console.feed")
     import_module("vistel.session.numbers")
     motion.warm_up()

@@ -10,13 +10,14 @@ from vistel.conference.model import Conference
 from vistel.log.feeding import BEFORE_NS, LogFeed
 from vistel.log.playhead import Playhead
 from vistel.log.questions import Tell
+from vistel.render.stage.stage import looks_before
 from vistel.session.chat import Chat
 from vistel.session.numbers import Numbers
 from vistel.wire.log import LogReader
 from vistel_services.console.feed import Feed
 
-LEAP_S = 1.0
-"""Farther than this at once is gone to anew, not played through [s]."""
+_LEAP_NS = 1_000_000_000
+"""Farther than this at once is gone to anew, not played through."""
 _TURNS = 4
 """Of the event loop, until the room has been asked for and has come."""
 _NUMBERS_NS = 500_000_000
@@ -35,18 +36,22 @@ class Player:
         self.feed = Feed(conference.model_copy(update={"playout": playout}), self._log.bus, self._log.clock, self._chat)
         self._numbers = Numbers(conference, self._log.bus) if numbers else None
         self._conference = conference
-        self._shown: float | None = None
+        self._shown_ns: int | None = None
         self._told_ns = 0
 
     async def show(self, head: Playhead) -> tuple[bytes, list[tuple[str, bytes]]]:
         """What the room was at the playhead, as a frame, and what was said since the last one. It is of what was captured then, so
         a little more of the log has been read."""
         now_ns = self._reader.begin_ns + round(head.t * 1e9) + self._delay_ns
-        leapt = self._shown is None or not 0.0 <= head.t - self._shown <= LEAP_S
+        leapt = self._shown_ns is None or not 0 <= now_ns - self._shown_ns <= _LEAP_NS
         if leapt:
             await self._leap(now_ns)
+        if leapt or not head.playing:
+            for t_ns in looks_before(now_ns, None if leapt else self._shown_ns):
+                self._log.until(t_ns)
+                self.feed.look(t_ns)
         self._log.until(now_ns)
-        self._shown = head.t
+        self._shown_ns = now_ns
         instant, frame, told = self.feed.step(now_ns)
         spoken = self.feed.voices(instant)
         if self._numbers is not None:

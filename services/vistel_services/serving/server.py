@@ -24,7 +24,9 @@ CLOSING_S = 0.3
 """For what is under way when the server ends."""
 _MOST_FORM_BYTES = 4096
 _SEND_BUFFER = 1 << 18
-"""Of the system, for each reader: what waits there is late."""
+"""Of the system, for each reader: what is on its way and has not been answered."""
+_UNSENT = 1 << 14
+"""Bytes that wait here, and in the system, for a reader who is slow: what waits there is late, and nothing newer replaces it."""
 _SILENT_S = 15.0
 """A reader that has not answered for so long is gone."""
 
@@ -91,6 +93,10 @@ async def prepared_socket(request: web.Request, most: int) -> web.WebSocketRespo
     socket_of = request.transport.get_extra_info("socket") if request.transport else None
     if socket_of is not None:
         socket_of.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
-    connection = web.WebSocketResponse(heartbeat=_SILENT_S, compress=False, max_msg_size=most)
+        if hasattr(socket, "TCP_NOTSENT_LOWAT"):
+            socket_of.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, _UNSENT)
+    connection = web.WebSocketResponse(heartbeat=_SILENT_S, compress=False, max_msg_size=most, writer_limit=1)
     await connection.prepare(request)
+    if request.transport:
+        request.transport.set_write_buffer_limits(_UNSENT)
     return connection

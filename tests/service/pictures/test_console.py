@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -185,9 +186,41 @@ def test_a_viewer_that_never_reads_costs_the_others_nothing(monkeypatch: pytest.
     asyncio.run(watch())
 
 
-def _swollen(put: Any) -> Any:
+def test_little_that_is_old_waits_for_a_viewer_who_is_slow(monkeypatch: pytest.MonkeyPatch) -> None:
+    handed, real = [0], gateways.Viewer.next
+
+    async def following(viewer: Any) -> str | bytes:
+        message = await real(viewer)
+        handed[0] += len(message)
+        return message
+
+    def narrow(info: Any) -> socket.socket:
+        made = socket.socket(info[0], info[1], info[2])
+        made.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        return made
+
+    async def watch() -> None:
+        room = local()
+        monkeypatch.setattr(gateways.Viewer, "put", _swollen(gateways.Viewer.put, 10_000))
+        monkeypatch.setattr(gateways.Viewer, "next", following)
+        async with (
+            room.watched(monkeypatch),
+            aiohttp.ClientSession(connector=aiohttp.TCPConnector(socket_factory=narrow)) as session,
+        ):
+            deaf = await session.ws_connect(f"http://{room.address}/live", max_msg_size=0)
+            stalled = next(iter(room.gateway._viewers)) if room.gateway else None
+            assert stalled is not None and deaf._conn is not None and deaf._conn.transport is not None
+            deaf._conn.transport.pause_reading()  # type: ignore[attr-defined]
+            await until(lambda: stalled.left_out >= 20, "frames that are left out")
+            assert handed[0] < 150_000
+            await deaf.close()
+
+    asyncio.run(watch())
+
+
+def _swollen(put: Any, more: int = 200_000) -> Any:
     def swollen(viewer: Any, kind: str, message: str | bytes) -> None:
-        put(viewer, kind, message + bytes(200_000) if isinstance(message, bytes) else message)
+        put(viewer, kind, message + bytes(more) if isinstance(message, bytes) else message)
 
     return swollen
 

@@ -14,15 +14,20 @@ import aiohttp
 import numpy as np
 import pytest
 from browser import page
+from waiting import until
 
 import vistel.log
 from vistel.conference.model import Conference
 from vistel.figure.posture.posture import pose_joints
+from vistel.figure.skeleton import standard_skeleton
 from vistel.log.numbers import skeleton_of
+from vistel.log.playhead import Playhead
+from vistel.render.film.film import instants, records_of
+from vistel.render.stage.stage import Instant
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogReader, LogWriter
-from vistel_services.console import bundle
+from vistel_services.console import bundle, player
 from vistel_services.console.replays import MOST_REPLAYS, Replays
 from vistel_services.console.service import POLICY, SERVED
 from vistel_services.serving.address import PageAddress
@@ -91,6 +96,44 @@ def test_a_viewer_goes_to_any_moment_and_misbehaving_changes_nothing() -> None:
                 await each.close()
 
     run(watch())
+
+
+def test_a_moment_that_is_gone_to_is_seen_as_by_who_played_to_it_and_as_films_have_it() -> None:
+    reader = LogReader(MEETING)
+    conference = Conference.model_validate(reader.conference)
+    delay_ns = round(conference.playout.recorded_s * 1e9)
+    moments = np.arange(75, 165) / 30.0  # people take the baton, and hand it over
+
+    def places(instant: Instant) -> np.ndarray:
+        return np.array([pose_joints(standard_skeleton(p.about.height), p.posture).position for p in instant.people])
+
+    async def seen(going: list[Playhead]) -> list[np.ndarray]:
+        playing, out = player.Player(conference, reader, lambda kind, words: None), list[np.ndarray]()
+        real = playing.feed.step
+
+        def step(now_ns: int, *, heard: bool = False) -> Any:
+            stepped = real(now_ns, heard=heard)
+            out.append(places(stepped[0]))
+            return stepped
+
+        playing.feed.step = step
+        for head in going:
+            await playing.show(head)
+        playing.close()
+        return out
+
+    async def compare() -> None:
+        end = (reader.end_ns - reader.begin_ns) * 1e-9
+        played = await seen([Playhead(end, t, playing=True) for t in moments])
+        scrubbed = await seen([Playhead(end, t) for t in moments[::4]])
+        for n in range(20, len(moments), 4):
+            (leapt,) = await seen([Playhead(end, moments[n])])
+            now_ns = reader.begin_ns + round(moments[n] * 1e9) + delay_ns
+            (filmed,) = instants(delay_ns * 1e-9, records_of(reader, now_ns, now_ns), now_ns, now_ns + 10**9, 1.0)
+            for other in (leapt, scrubbed[n // 4], places(filmed)):
+                assert np.abs(other - played[n]).max() < 1e-3, moments[n]
+
+    run(compare())
 
 
 def test_what_is_no_log_or_of_another_version_is_said_and_a_log_that_grows_is_followed(tmp_path: Path) -> None:
@@ -169,5 +212,50 @@ def test_a_browser_shows_a_moment_as_it_was_captured_and_its_keys_move_the_playh
             await tab.until("window.vistelTravel.t() > 3.5")
             await key("k")
             assert not [m for m in tab.messages if "Error" in m], tab.messages
+
+    run(watch())
+
+
+def test_a_page_whose_log_stands_still_draws_nothing_until_somebody_moves_the_playhead_or_the_view(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    if bundle.bundle_missing():
+        pytest.skip("the console's page has not been made (make web)")
+    sent, real = [0], player.Player.show
+
+    async def show(*given: Any) -> Any:
+        sent[0] += 1
+        return await real(*given)
+
+    monkeypatch.setattr(player.Player, "show", show)
+
+    async def watch() -> None:
+        async with served(MEETING) as url, page(tmp_path, *SOFTWARE_GL) as tab:
+            await tab.open(f"{url}#t=4.5", 480, 400)
+            await tab.until("document.documentElement.dataset.begun")
+            if not await tab.value("window.vistel !== undefined"):
+                pytest.skip("this Chromium has no WebGL")
+            await tab.until("window.vistel.ready() === 2")
+
+            async def drawn_while(frames: int) -> int:
+                """How many pictures are drawn while the server sends so many frames."""
+                before, last = await tab.value("window.vistel.drawn()"), sent[0] + frames
+                await until(lambda: sent[0] >= last, "frames of a log that stands still")
+                return await tab.value("window.vistel.drawn()") - before
+
+            async def rests() -> int:
+                """Pictures that are drawn for six frames, once drawing has ended."""
+                for _ in range(60):
+                    if await drawn_while(1) == 0:
+                        break
+                return await drawn_while(6)
+
+            assert await rests() == 0
+            for moves in ("window.vistelTravel.goTo(1.0)", "document.querySelector('#views button:nth-child(2)').click()"):
+                drawn, joints = await tab.value("[window.vistel.drawn(), JSON.stringify(window.vistel.joints('aiko'))]")
+                await tab.value(moves)
+                await tab.until(f"window.vistel.drawn() > {drawn}")
+                assert await rests() == 0
+                assert (await tab.value("JSON.stringify(window.vistel.joints('aiko'))") != joints) is ("goTo" in moves)
 
     run(watch())

@@ -20,7 +20,7 @@ from vistel.render.film.pages import RecordedPages
 from vistel.render.film.sound import FilmSound
 from vistel.render.preparation import decor_of
 from vistel.render.scene_renderer import SceneRenderer
-from vistel.render.stage.stage import Instant, Stage
+from vistel.render.stage.stage import Instant, Stage, looks_before
 from vistel.space.files.interior import Interior
 from vistel.wire.log import LogReader, LogRecord
 from vistel.wire.world.recorded import TOPICS as WORLD_TOPICS
@@ -105,6 +105,9 @@ def instants(
     sound, `pages` what panels show."""
     stage = Stage(round(delay_s * 1e9))
     playback = _LogPlayback(stage, iter(records), voices, pages)
+    for now_ns in looks_before(begin_ns):
+        playback.until(now_ns)
+        stage.instant(now_ns)
     for n in range(count_of(begin_ns, end_ns, rate)):
         now_ns = begin_ns + round(n * 1e9 / rate)
         playback.until(now_ns)

@@ -38,6 +38,19 @@ GONE_NS = 20_000_000_000
 """A participant from whom nothing is received for so long is no longer drawn."""
 
 
+_LOOK_NS = 33_333_333
+"""From one look of `looks_before` to the next."""
+_LOOKS = 12
+"""So many: in that time, hands have come to what they hold."""
+
+
+def looks_before(now_ns: int, since_ns: int | None = None) -> list[int]:
+    """Moments at which a stage is asked first by who begins to look at `now_ns`, or looked last at `since_ns`. Hands on their way
+    to what they hold, and those things, are then where who has looked all along sees them (`HeldThings`)."""
+    looks = range(now_ns - _LOOKS * _LOOK_NS, now_ns, _LOOK_NS)
+    return [t_ns for t_ns in looks if since_ns is None or t_ns > since_ns]
+
+
 @dataclass(frozen=True)
 class ParticipantInfo:
     """Who a participant is. parcel: digest of an avatar of their own; proportions: what its limbs are like; here: it need

@@ -1,0 +1,36 @@
+// Files of the room: all are fetched at once; what is slow to show is shown in turn, so that the room is seen meanwhile.
+import { FileLoader, type Group } from "three";
+import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+
+export class Files {
+  private readonly fetching = new FileLoader().setResponseType("arraybuffer");
+  private readonly reading = new GLTFLoader();
+  private turn: Promise<unknown> = Promise.resolve();
+
+  /** Ask with the token of a guest's link. */
+  show(token: string): void {
+    this.fetching.setRequestHeader({ Authorization: `Bearer ${token}` });
+  }
+
+  /** What a file holds. Rejects where it does not come, or is none. */
+  async take(digest: string): Promise<Group> {
+    return this.read(this.fetch(digest));
+  }
+
+  /** As `take`, but what they hold is put in its place one file after the other. ready: asked when it is a file's turn; whether it is
+   * still wanted. */
+  async takeInTurn(digest: string, ready: () => Promise<boolean>, put: (scene: Group) => void): Promise<void> {
+    const data = this.fetch(digest);
+    const turn = this.turn.then(async () => (await ready()) && put(await this.read(data)));
+    this.turn = Promise.allSettled([data, turn]);
+    await turn;
+  }
+
+  private async fetch(digest: string): Promise<ArrayBuffer> {
+    return (await this.fetching.loadAsync(`asset/${digest}.glb`)) as ArrayBuffer;
+  }
+
+  private async read(data: Promise<ArrayBuffer>): Promise<Group> {
+    return (await this.reading.parseAsync(await data, "")).scene;
+  }
+}
