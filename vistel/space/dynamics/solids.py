@@ -16,6 +16,7 @@ from vistel.space.contact.near import PlacedPrimitives, placed
 from vistel.space.dynamics.motion_kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.joints.joined import Joined, joined
 from vistel.space.joints.joint import Joint
+from vistel.space.notes.note import SHAPE as NOTE
 from vistel.space.things.things import Thing, ThingPrimitive
 
 YIELD = 0.2
@@ -52,6 +53,20 @@ class Solids:
     def part(self, n: int) -> PrimitiveSet:
         """The primitives of thing n, posed in its frame."""
         return _rows(self.primitives, np.arange(int(self.first[n]), int(self.first[n + 1])))
+
+    def first_part(self, n: int) -> PrimitiveSet:
+        """The first primitive of thing n, posed in its frame."""
+        return _rows(self.primitives, np.array([int(self.first[n])]))
+
+    @cached_property
+    def notes(self) -> NDArray[np.bool_]:
+        """(N,) whether each thing is a sticky note."""
+        return np.array([t.shape == NOTE for t in self.things], np.bool_)
+
+    @cached_property
+    def holds_notes(self) -> NDArray[np.bool_]:
+        """(N,) whether notes stick to each thing and go along with it: to boards, panels and notes."""
+        return self.boards | self.notes | np.array([t.pages is not None for t in self.things], np.bool_)
 
     @cached_property
     def boards(self) -> NDArray[np.bool_]:
