@@ -80,14 +80,14 @@ def _go_along(m: Motions, was: Motions, n: int, k: int) -> None:
     _put(m, n, place, quaternion_from_matrix(np.ascontiguousarray(turn @ matrix_from_quaternion(was.rotation[n]))))
 
 
-def _nearest(m: Motions, s: Solids, n: int, walls: bool) -> tuple[F64, F64, int] | None:
-    """A point (3,) of what note n would stick to, the unit normal (3,) there, out of it, and its row, -1 for a wall; None: nothing
-    is near."""
+def _nearest(m: Motions, s: Solids, n: int, walls: bool) -> tuple[F64 | None, F64, int] | None:
+    """What note n would stick to: a point (3,) of it, None where it is not flat; the unit normal (3,) out of it; its row, -1 for a
+    wall. None: nothing is near."""
     found = sorted(_surfaces(m, s, n, walls), key=lambda f: -f[0])
     return found[0][1:] if found else None
 
 
-def _surfaces(m: Motions, s: Solids, n: int, walls: bool) -> Iterator[tuple[float, F64, F64, int]]:
+def _surfaces(m: Motions, s: Solids, n: int, walls: bool) -> Iterator[tuple[float, F64 | None, F64, int]]:
     """What is near note n: how deep it is in that [m], and as `_nearest` has it."""
     for k in np.flatnonzero(s.holds_notes | (s.inverse_mass == 0.0)).tolist():
         if k != n and not s.things[k].hidden and (found := _contact(m, s, n, k, NEAR)) is not None:
@@ -102,9 +102,9 @@ def _surfaces(m: Motions, s: Solids, n: int, walls: bool) -> Iterator[tuple[floa
             yield depth, m.position[n] + depth * normal, normal, -1
 
 
-def _contact(m: Motions, s: Solids, n: int, k: int, margin: float) -> tuple[float, F64, F64] | None:
-    """How deep note n is in thing k where it is deepest [m], a point (3,) there, and the unit normal (3,) out of the thing; None:
-    the thing is further away than `margin` [m]."""
+def _contact(m: Motions, s: Solids, n: int, k: int, margin: float) -> tuple[float, F64 | None, F64] | None:
+    """How deep note n is in thing k where it is deepest [m]; a point (3,) of the thing's surface, None where that is not flat; the
+    unit normal (3,) out of the thing. None: the thing is further away than `margin` [m]."""
     off = m.position[n] - m.position[k]
     if math.sqrt(float(off @ off)) > float(s.radius[n] + s.radius[k]) + margin:
         return None
@@ -115,21 +115,23 @@ def _contact(m: Motions, s: Solids, n: int, k: int, margin: float) -> tuple[floa
     if len(found) == 0:
         return None
     deepest = int(found.depth.argmax())
-    normal = -found.normal[deepest]
-    if front is not None:  # the side of it on which the note's middle is, also where that side's edge is deeper in it
-        face = front.posed(m.position[k], m.rotation[k])
-        before = float((m.position[n] - face.corner) @ face.normal) > -s.things[k].primitives[0].params[0]
-        normal = face.normal if before else -face.normal
-    return float(found.depth[deepest]), found.point[deepest].copy(), normal
+    depth, normal = float(found.depth[deepest]), -found.normal[deepest]
+    if front is None:
+        return depth, None, normal
+    # The side on which the note's middle is, also where its edge is deep in the thing.
+    face, thick = front.posed(m.position[k], m.rotation[k]), s.things[k].primitives[0].params[0]
+    if float((m.position[n] - face.corner) @ face.normal) > -thick:
+        return depth, face.corner, face.normal
+    return depth, face.corner - 2.0 * thick * face.normal, -face.normal
 
 
-def _stick(m: Motions, s: Solids, n: int, point: F64, normal: F64, k: int) -> None:
+def _stick(m: Motions, s: Solids, n: int, point: F64 | None, normal: F64, k: int) -> None:
     """Note n lies against a surface. `m` is changed."""
     turn = quaternion_from_matrix(np.ascontiguousarray(_upright(normal, matrix_from_quaternion(m.rotation[n]))))
-    out_of = float((point - m.position[n]) @ normal) + THICK + SLACK
+    out_of = 0.0 if point is None else float((point - m.position[n]) @ normal) + THICK + SLACK
     _put(m, n, m.position[n] + out_of * normal, turn)
-    for _ in range(_ROUNDS if k >= 0 else 0):
-        if (now := _contact(m, s, n, k, NEAR)) is not None:
+    for _ in range(_ROUNDS if point is None else 0):
+        if (now := _contact(m, s, n, k, 2.0 * NEAR)) is not None:
             _put(m, n, m.position[n] + (now[0] + SLACK) * normal, turn)
 
 

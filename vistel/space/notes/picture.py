@@ -26,10 +26,9 @@ def picture_of(text: str, paper: tuple[int, int, int]) -> U8:
     image = Image.new("RGB", (SIDE, SIDE), paper)
     draw = ImageDraw.Draw(image)
     room = SIDE - 2 * _EDGE
-    for size in _SIZES:
-        lines = lines_of(text, size, room)
-        if _LINE * size * len(lines) <= room:
-            break
+    fits = (size for size in _SIZES if _LINE * size * len(lines_of(text, size, room)) <= room)
+    size = next(fits, _SIZES[-1])
+    lines = lines_of(text, size, room)
     top = 0.5 * (SIDE - _LINE * size * len(lines))
     for n, line in enumerate(lines):
         x = 0.5 * (SIDE - length(line, size))

@@ -42,6 +42,18 @@ def turn(talk: Talk, note: str) -> np.ndarray:
     return matrix_from_quaternion(talk.play.thing(note).rotation)
 
 
+@pytest.mark.parametrize("turned", [(0.1, 0.6, 0.1, 0.79), (0.7, 0.0, 0.0, 0.7), (0.0, 1.0, 0.0, 0.0)])
+def test_however_it_was_turned_it_sticks_to_the_side_on_which_it_was_let_go_of(turned: tuple[float, ...]) -> None:
+    talk = Talk()
+    (board,) = done(talk.say(PutUpBoard()))
+    talk.wait(90)
+    for off, lies in ((0.03, THICK), (-0.06, -0.024 - THICK)):
+        (note,) = done(talk.say(WriteNote(f"{off}")))
+        done(talk.say(Move(Which(note), face(talk, board).place(MIDDLE, np.array([off]))[0], np.array(turned))))
+        talk.wait(3)
+        assert face(talk, board).on_grid(talk.place(note))[2] == pytest.approx(lies, abs=1.5e-3)
+
+
 def stuck_on_board(talk: Talk) -> tuple[str, str]:
     """A board, and a note that was let go of 4 cm before its middle, askew."""
     (board,) = done(talk.say(PutUpBoard()))
@@ -86,7 +98,9 @@ def test_it_is_said_in_both_languages_and_then_written_on() -> None:
 def test_let_go_of_near_a_board_it_sticks_to_its_front_upright() -> None:
     talk = Talk()
     board, note = stuck_on_board(talk)
+    stood = talk.place(board).copy()
     talk.wait(120)
+    assert talk.place(board) == pytest.approx(stood, abs=1e-4), "paper pushes no board away"
     x, y, off = face(talk, board).on_grid(talk.place(note))
     assert (x, y) == pytest.approx((1800.0, 1200.0), abs=30.0)
     assert off == pytest.approx(THICK, abs=1.5e-3)
