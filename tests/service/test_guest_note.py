@@ -51,7 +51,7 @@ def test_a_guest_writes_a_note_and_reads_it(monkeypatch: pytest.MonkeyPatch, tmp
 
                 await until(lambda: list(notes().values()) == [TEXT], "the other guest has it", tasks=parts)
                 (note,) = notes()
-                await tab.until(f"window.guest.thing({note!r})")
+                await tab.until(f"window.guest.thing({note!r})?.[1] > 0.1")
                 place = np.array(await tab.value(f"window.guest.thing({note!r})"))
                 assert place[1] == pytest.approx(0.7225, abs=2e-3), "it lies on the table"
                 await tab.value("window.guest.sharp()")
