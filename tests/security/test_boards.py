@@ -8,9 +8,10 @@ import math
 import pytest
 
 from vistel.session.page_writing import written_by
-from vistel.space.actions import Draw, PutUpBoard, Rub, Undo, Wipe
+from vistel.space.actions import Draw, PutUpBoard, Rub, Undo, Wipe, WriteNote
 from vistel.space.arguments import Which
 from vistel.space.boards.stroke import MOST_POINTS, unpacked
+from vistel.space.notes.note import MOST_TEXT
 from vistel.v1.command_pb2 import Command
 from vistel.wire.limits import most_bytes
 from vistel.wire.topics import BY_NAME
@@ -24,6 +25,7 @@ def test_what_a_page_asks_for_is_what_is_done() -> None:
     assert written_by({"wipe": "board"}) == Wipe(Which("board"))
     assert written_by({"undo": True}) == Undo()
     assert written_by({"new_board": True}) == PutUpBoard()
+    assert written_by({"note": "buy milk"}) == WriteNote("buy milk")
 
 
 @pytest.mark.parametrize(
@@ -57,6 +59,11 @@ def test_what_a_page_asks_for_is_what_is_done() -> None:
 def test_words_of_a_page_that_cannot_be_are_no_command(wrong: dict[str, object]) -> None:
     said = json.loads(json.dumps(DRAWN | wrong))  # as they come, NaN included
     assert written_by(said) is None
+
+
+@pytest.mark.parametrize("note", ["x" * (MOST_TEXT + 1), 7, None, True, ["a"], {"a": 1}])
+def test_a_note_that_cannot_be_is_no_command(note: object) -> None:
+    assert written_by({"note": note}) is None
 
 
 def test_a_stroke_of_a_million_points_is_larger_than_any_message_of_a_site() -> None:

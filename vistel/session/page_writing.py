@@ -1,13 +1,18 @@
 """What a guest's page asks of the world in words, checked: to write on a board, whole numbers on the face, short names, known
-colours; to raise a hand; to react."""
+colours; to write on a note; to raise a hand; to react."""
 
 import re
 from typing import Any, cast
 
-from vistel.space.actions import Action, Draw, PutUpBoard, RaiseHand, React, Rub, Undo, Wipe
+from vistel.space.actions import Action, Draw, PutUpBoard, RaiseHand, React, Rub, Undo, Wipe, WriteNote
 from vistel.space.arguments import Reaction, Which
 from vistel.space.boards.stroke import ACROSS, MOST_NAME, MOST_POINTS
+from vistel.space.notes.note import MOST_TEXT
 
+GUEST_COMMANDS = frozenset(
+    ("present", "turn_page", "put_away", "put_up_board", "draw", "rub", "wipe", "write_note", "undo", "raise_hand", "react")
+)
+"""What guests may ask of the world besides what their hands do, by its field in the message `Command`."""
 _REACTIONS = {r.value: r for r in Reaction}
 _COLOUR = re.compile(r"#[0-9a-f]{6}")
 
@@ -21,6 +26,8 @@ def written_by(said: dict[str, object]) -> Action | None:
         return React(_REACTIONS[react]) if react in _REACTIONS else None
     if said.get("new_board") is True:
         return PutUpBoard()
+    if isinstance(text := said.get("note"), str):
+        return WriteNote(text) if len(text) <= MOST_TEXT else None
     if said.get("undo") is True:
         return Undo()
     if _short(said.get("wipe")):

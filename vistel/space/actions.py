@@ -412,6 +412,17 @@ class PutUpBoard(Action):
     title: str = ""
 
 
+@command(
+    typed("note [TEXT]"), spoken("new_note", phrase("alone.new_note", "あたらしいふせん", "new note/sticky note", "新しい付箋"))
+)
+@dataclass(frozen=True)
+class WriteNote(Action):
+    """Write on a blank note of the speaker's, or else on a new one before them. text: at most 120 letters; without any, the new
+    note is blank."""
+
+    text: str = ""
+
+
 @command()
 @dataclass(frozen=True)
 class Draw(Action):

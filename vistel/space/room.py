@@ -32,6 +32,8 @@ ROW_GAP = 0.8
 """From one row of seats to the next [m]."""
 ROOM_RADIUS = 4.0
 """Things are kept within this distance of the table's centre [m]."""
+HALF_WIDTH = 4.05
+"""From the middle of the built-in room to each of its walls [m]."""
 
 BATON = "baton"
 """Id of the thing that is handed over; it starts on a rest high enough for fingers to close round it."""

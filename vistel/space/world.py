@@ -37,6 +37,7 @@ from vistel.space.people import PersonState, Posed, pose_figure
 from vistel.space.reach import reaching
 from vistel.space.room import ROOM_RADIUS, Extra, Room
 from vistel.space.state import State
+from vistel.space.sticking_notes import stuck
 from vistel.space.thing_views import ThingViews
 from vistel.space.things.things import Thing
 from vistel.space.touch import Touches
@@ -186,7 +187,7 @@ class World:
         contacts, ghosts = self._touches.step(posed, skin, rest, on_loose, solids_, MAX_CONTACTS)
         if drawn:
             self._state = self._state.but(motions=bond_forces.with_bond_impulses(self._state.motions, solids_, drawn, DT))
-        self._advance(posed, near)
+        self._advance(before, posed, near)
         self._bring_back()
         self._state = written_by_hand(self._state, self._solids, posed)
         self._state, torn = remembered(self._state, self._solids, posed, DT)
@@ -259,7 +260,7 @@ class World:
         self._state = self._state.but(felt=tuple(sorted(felt | waiting)))
         return tuple(sorted([*hands_now, *ended], key=lambda h: (h.participant, h.right)))
 
-    def _advance(self, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
+    def _advance(self, begin: State, posed: dict[str, Posed], near: dict[str, ContactArray]) -> None:
         free = (self._state.motions.mode == FREE) | (self._state.motions.mode == ASLEEP)
         ignored = {(e.participant, e.right, self._index(e.thing)) for e in self._state.let_go}
         parts: list[tuple[NDArray[np.int64], F64, F64, F64, F64]] = []
@@ -279,7 +280,8 @@ class World:
         before = self._state.motions
         moved, _ = advance(self._solids, before, pushes, DT)
         moved = _as_before(moved, before, self._solids.boards & (before.mode == ASLEEP))
-        self._state = self._state.but(motions=_settled(moved, self._solids))
+        moved = stuck(begin, self._state, _settled(moved, self._solids), self._solids, self._room.shell)
+        self._state = self._state.but(motions=moved)
 
     def _bring_back(self) -> None:
         """Things outside of the room, or with invalid numbers, return to their first pose."""

@@ -74,7 +74,7 @@ def _tip(state: State, s: Solids, p: Posed, right: bool, n: int, face: Face, rea
     held = next((g.thing for g in state.grasps if (g.participant, g.right) == (p.name, right)), None)
     if held is not None:
         m = state.rows[held]
-        if m == n:
+        if m == n or s.notes[m]:
             return None
         rows = slice(int(s.contact_point_first[m]), int(s.contact_point_first[m + 1]))
         own = matrix_from_quaternion(state.motions.rotation[m])

@@ -18,6 +18,7 @@ import { Hand } from "./hand";
 import { Headset, HeadsetButton } from "./headset";
 import { Menu } from "./menu";
 import { CameraButton, drawMirror, Mirror } from "./mirror";
+import { NoteButton, Noting } from "./noting";
 import { record } from "./record";
 import { ShowButtons, Showing } from "./showing";
 import { SignalButtons, Signalling } from "./signalling";
@@ -92,6 +93,7 @@ const signalling = new Signalling(
   () => Boolean(room?.signals.raised.some(([who]) => who === invited?.participant)),
   (said) => link.send(JSON.stringify(said)),
 );
+const noting = new Noting((said) => link.send(JSON.stringify(said)), () => (showDoes(), noting.open || canvas.focus()));
 const showing = new Showing(token, (said) => link.send(JSON.stringify(said)), () => person && showDoes());
 const meter = document.createElement("meter");
 
@@ -323,6 +325,7 @@ function showDoes(): void {
       </button>
       <ShowButtons showing={showing} />
       {writing && <WriteButtons writing={writing} changed={showDoes} />}
+      <NoteButton noting={noting} />
       <SignalButtons signalling={signalling} />
       <Menu id="gestures" label={text("gestures")}>
         {GESTURES.map(({ name, key }, n) => (
@@ -399,7 +402,7 @@ canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 addEventListener("blur", () => (hand?.release(), writing?.release()));
 document.addEventListener("keydown", (event) => {
   if (!person || event.repeat && (gestures.has(event.key) || event.key.toUpperCase() === "R") || event.ctrlKey || event.metaKey || event.altKey) return;
-  if (signalling.press(event.key) || gestures.press(event.key) || eyes?.key(event.key)) event.preventDefault();
+  if (noting.press(event.key) || signalling.press(event.key) || gestures.press(event.key) || eyes?.key(event.key)) event.preventDefault();
   pictures?.ask();
 });
 

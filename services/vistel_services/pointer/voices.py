@@ -19,6 +19,7 @@ from vistel.devices.transport.udp import UdpTransport
 from vistel.messages.chat import ChatError, line_message
 from vistel.protocol.pages.pointer import asked_of, line_of, picture_of
 from vistel.session.chat import lines_of
+from vistel.session.page_writing import GUEST_COMMANDS
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
@@ -27,8 +28,6 @@ from vistel.wire.topics import BY_NAME
 
 log = logging.getLogger("vistel.pointer")
 
-GUEST_COMMANDS = ("present", "turn_page", "put_away", "put_up_board", "draw", "rub", "wipe", "undo", "raise_hand", "react")
-"""What guests may ask of the world besides what their hands do."""
 _LEVEL_NS = 240_000_000
 """How often a crowd is told how loud a voice is."""
 _CONTROL_NS = 100_000_000

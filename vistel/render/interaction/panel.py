@@ -14,10 +14,10 @@ from typing import Any
 import moderngl
 from PIL import ImageFont
 
+from vistel.fonts import JAPANESE
 from vistel.render.interaction.events import Button, Event, Key, Pointer, Text, Wheel
 from vistel.render.interaction.imgui_painter import ImguiPainter
 from vistel.render.interaction.status import ConferenceStatus
-from vistel.render.overlays.captions import FONTS
 from vistel.render.stage.stage import PersonNow
 from vistel.render.view.view import Choices, Mode
 
@@ -340,7 +340,7 @@ class Panel:
 def _fonts(imgui: Any) -> None:
     """DejaVu Sans, and a Japanese font behind it, where the system has them."""
     atlas = imgui.get_io().fonts
-    found = [path for names in (("DejaVuSans.ttf",), FONTS) if (path := _path(names))]
+    found = [path for names in (("DejaVuSans.ttf",), JAPANESE) if (path := _path(names))]
     for n, path in enumerate(found):
         config = imgui.ImFontConfig()
         config.merge_mode = n > 0

@@ -1,43 +1,14 @@
 """Pictures of captions: what people said to the room and what it answered."""
 
-import logging
-from functools import lru_cache
-
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from vistel.arrays import U8
-from vistel.render.overlays.labels import latin_font
+from vistel.fonts import japanese_font, length, runs
 from vistel.render.stage.captions import Caption
 from vistel.speech.kana import to_romaji
 
-log = logging.getLogger("vistel.renderer")
-
 _LONGEST = 64
-FONTS = (
-    "NotoSansCJK-Regular.ttc",
-    "NotoSansCJKjp-Regular.otf",
-    "ipagp.ttf",
-    "ipag.ttf",
-    "ipaexg.ttf",
-    "TakaoPGothic.ttf",
-    "VL-PGothic-Regular.ttf",
-    "DroidSansFallbackFull.ttf",
-    "Hiragino Sans GB.ttc",
-    "YuGothM.ttc",
-    "msgothic.ttc",
-)
-
-
-@lru_cache
-def _japanese_font(size: int) -> ImageFont.FreeTypeFont | None:
-    for name in FONTS:
-        try:
-            return ImageFont.truetype(name, size)
-        except OSError:
-            continue
-    log.warning("event=no_japanese_font shown=romaji reason='install one, such as fonts-ipafont-gothic'")
-    return None
 
 
 def paint_caption(caption: Caption, line_height: int) -> U8:
@@ -49,7 +20,7 @@ def paint_caption(caption: Caption, line_height: int) -> U8:
     rows = [list(said)]
     if caption.reply:
         rows.append([(_short(caption.reply, caption.reply, size), caption.colour)])
-    widths = [sum(_length(text, size) for text, _ in row) for row in rows]
+    widths = [sum(length(text, size) for text, _ in row) for row in rows]
     pad = round(0.5 * line_height)
     image = Image.new("RGBA", (round(max(widths)) + 2 * pad, line_height * len(rows) + 4), (12, 16, 20, 0))
     draw = ImageDraw.Draw(image)
@@ -57,7 +28,7 @@ def paint_caption(caption: Caption, line_height: int) -> U8:
     for n, (row, width) in enumerate(zip(rows, widths, strict=True)):
         x = 0.5 * (image.width - width)
         for text, colour in row:
-            for part, font in _runs(text, size):
+            for part, font in runs(text, size):
                 draw.text((x, 2 + (n + 0.5) * line_height), part, font=font, fill=(*colour, 255), anchor="lm")
                 x += font.getlength(part)
     return np.asarray(image, np.uint8)
@@ -65,24 +36,7 @@ def paint_caption(caption: Caption, line_height: int) -> U8:
 
 def _short(text: str, spoken: str, size: int) -> str:
     """What can be drawn here of a text, in one line."""
-    if not text.isascii() and any("\u3040" <= c <= "\u9fff" for c in text) and _japanese_font(size) is None:
+    if not text.isascii() and any("\u3040" <= c <= "\u9fff" for c in text) and japanese_font(size) is None:
         text = to_romaji(spoken)
     text = " ".join(text.split())
     return text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"
-
-
-def _runs(text: str, size: int) -> list[tuple[str, ImageFont.FreeTypeFont | ImageFont.ImageFont]]:
-    """Pieces of a text, each with a font that has its letters."""
-    japanese = _japanese_font(size) if any("\u3000" <= c <= "\uffef" for c in text) else None
-    out: list[tuple[str, ImageFont.FreeTypeFont | ImageFont.ImageFont]] = []
-    for c in text:
-        font = japanese if japanese is not None and "\u3000" <= c <= "\uffef" else latin_font(size)
-        if out and out[-1][1] is font:
-            out[-1] = out[-1][0] + c, font
-        else:
-            out.append((c, font))
-    return out
-
-
-def _length(text: str, size: int) -> float:
-    return sum(font.getlength(part) for part, font in _runs(text, size))

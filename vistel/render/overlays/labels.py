@@ -1,15 +1,14 @@
 """Names over heads: small pictures of text."""
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
-from PIL import Image, ImageDraw, ImageFont
+from PIL import Image, ImageDraw
 
 from vistel.arrays import U8
+from vistel.fonts import Font, latin_font
 
 _MAX_CHARACTERS = 28
-_Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
 _Ink = tuple[int, int, int, int]
 _TALKING = (140, 245, 165, 255)
 _SIGN = (255, 214, 92, 255)
@@ -30,15 +29,6 @@ class Label:
     """Of the colour of somebody who has selected a thing: then smaller, over the thing."""
 
 
-@lru_cache(maxsize=8)
-def latin_font(size: int) -> _Font:
-    """DejaVu Sans where the system has it (it knows more scripts), else the font that comes with Pillow."""
-    try:
-        return ImageFont.truetype("DejaVuSans.ttf", size)
-    except OSError:
-        return ImageFont.load_default(size)
-
-
 def _short(text: str) -> str:
     text = " ".join(text.split())
     return text if len(text) <= _MAX_CHARACTERS else text[: _MAX_CHARACTERS - 1] + "…"
@@ -50,7 +40,7 @@ def paint_label(label: Label, line_height: int) -> U8:
     frame: _Ink | None = (*label.frame, 255) if label.frame else _TALKING if label.talking else None
     ink = _TALKING if label.talking else (255, 255, 255, 255)
     large = latin_font(max(8, round(0.66 * line_height)))
-    lines: list[tuple[str, _Font, _Ink, int]] = [(label.sign, large, _SIGN, line_height)] if label.sign else []
+    lines: list[tuple[str, Font, _Ink, int]] = [(label.sign, large, _SIGN, line_height)] if label.sign else []
     lines.append((_short(label.name), large, ink, line_height))
     if label.remark:
         colour = (255, 196, 120, 255) if label.warning else (178, 220, 255, 255)

@@ -6,10 +6,11 @@ All amounts are relative: 1 is the floor in the open under the roof light.
 import numpy as np
 
 from vistel.arrays import F64
+from vistel.space.room import HALF_WIDTH
 
-HALF_X = 4.05
+HALF_X = HALF_WIDTH
 """From the meeting room's middle to its walls at -X and +X [m]; things are kept within 4 m of the middle."""
-HALF_Z = 4.05
+HALF_Z = HALF_WIDTH
 """The same to the walls at -Z and +Z [m]."""
 HEIGHT = 2.9
 """Of the ceiling over the floor [m]."""

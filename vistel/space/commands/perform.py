@@ -13,6 +13,7 @@ from vistel.space.commands import (
     edges,
     lining,
     moving_on_joint,
+    noting,
     placing,
     presenting,
     shaping,
@@ -27,7 +28,7 @@ from vistel.space.room import Room
 from vistel.space.state import State
 from vistel.space.view import Outcome
 
-PERFORMING = (choosing, denting, edges, lining, moving_on_joint, placing, presenting, shaping, signalling, writing)
+PERFORMING = (choosing, denting, edges, lining, moving_on_joint, noting, placing, presenting, shaping, signalling, writing)
 """The modules whose functions are under `context.performs`."""
 
 

@@ -28,14 +28,17 @@ class PhraseError(ValueError):
 
 def read(line: str) -> Action:
     """The action a line asks for. Raises PhraseError."""
-    words = line.lower().split()
+    as_typed = line.split()
+    words = [word.lower() for word in as_typed]
     if not words:
         raise PhraseError("expected a command, such as: move this left 10 cm")
     known = {typed.verb: (command, typed) for command, typed in _lines()}
     for verb, rest in ((" ".join(words[:2]), words[2:]), (words[0], words[1:])):
         if verb in known:
             command, typed = known[verb]
-            return command.action(**_fields(command, typed, typed.rest, rest), **typed.fixed)
+            written = any(p.kind is str for p, _ in _parameters(command, typed.rest))
+            given = as_typed[len(words) - len(rest) :] if written else rest
+            return command.action(**_fields(command, typed, typed.rest, given), **typed.fixed)
     raise PhraseError(f"there is no command {words[0]!r}; there are {', '.join(known)}")
 
 
@@ -65,6 +68,10 @@ def _parameter(command: Command, token: str) -> Parameter | None:
     return None if token.islower() else command.parameters[token.strip("[]").lower()]
 
 
+def _parameters(command: Command, tokens: Sequence[str]) -> list[tuple[Parameter, str]]:
+    return [(p, token) for token in tokens if (p := _parameter(command, token)) is not None]
+
+
 def _placeholder(command: Command, token: str) -> str:
     parameter = _parameter(command, token)
     if parameter is None:
@@ -82,8 +89,8 @@ def _fields(command: Command, typed: Typed, tokens: Sequence[str], words: list[s
                 raise PhraseError(f"{typed.verb} it {token} what? expected: {typed.verb} {expected}")
             k = words.index(token)
             return _fields(command, typed, tokens[:n], words[:k]) | _fields(command, typed, tokens[n + 1 :], words[k + 1 :])
-    parameters = [(p, token) for token in tokens if (p := _parameter(command, token)) is not None]
-    things = any(p.kind is Which for p, _ in parameters)
+    parameters = _parameters(command, tokens)
+    things = any(p.kind in (Which, str) for p, _ in parameters)
     if not things:
         words = [w for w in words if w not in _ARTICLES]
     out: dict[str, Any] = {}
@@ -154,6 +161,11 @@ def _reaction(words: list[str], _: Parameter) -> _Found:
     return ([], _REACTIONS[name]) if name in _REACTIONS else None
 
 
+def _text(words: list[str], _: Parameter) -> _Found:
+    """All that is left, as it was typed."""
+    return [], " ".join(words)
+
+
 _REACTIONS = {r.value: r for r in Reaction}
 _ALONG = {a.value: a for a in Along}
 _TOWARDS = {t.value: t for t in Towards}
@@ -168,6 +180,7 @@ _READ: dict[type[Any], Callable[[list[str], Parameter], _Found]] = {
     ColourName: _choice(dict(COLOURS)),
     ShapeName: _choice({shape: shape for shape in SHAPES}),
     Reaction: _reaction,
+    str: _text,
 }
 _PLACEHOLDERS: dict[type[Any], str] = {
     Which: "WHICH",
@@ -177,6 +190,7 @@ _PLACEHOLDERS: dict[type[Any], str] = {
     ColourName: "COLOUR",
     ShapeName: "SHAPE",
     Reaction: "|".join(name.replace("_", "-") for name in _REACTIONS),
+    str: "TEXT",
 }
 _QUESTIONS: dict[type[Any], tuple[str, Iterable[str]]] = {
     Towards: ("which way? expected", _TOWARDS),

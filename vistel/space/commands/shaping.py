@@ -14,11 +14,13 @@ from vistel.space.arguments import Along, Which
 from vistel.space.commands import create as makes
 from vistel.space.commands import reshape
 from vistel.space.commands.context import Answer, Context, changed, exchanged, lowest, on_its_foot, performs
+from vistel.space.commands.noting import id_of_new
 from vistel.space.commands.placing import axis_in_room, free_spot, place_meant
 from vistel.space.dynamics.dynamics import HELD
 from vistel.space.hands import grasp as hands
 from vistel.space.history import Change, PlacedThing
 from vistel.space.holding import holding
+from vistel.space.notes.note import SHAPE as NOTE
 from vistel.space.things.things import Thing
 
 MOST_THINGS = 600
@@ -110,8 +112,11 @@ def copy(context: Context, action: ask.Copy) -> Answer:
     x = context.placed(n)
     if x.thing.fixed:
         raise Refused(f"the {x.thing.name} is fixed to the room")
-    number = makes.unused(x.thing.id.rstrip("0123456789-") or x.thing.id, context.ids())
-    name = f"{x.thing.name.rstrip('0123456789 ')} {number.rpartition('-')[2]}"
+    if x.thing.shape == NOTE:
+        number, name = id_of_new(context), x.thing.name
+    else:
+        number = makes.unused(x.thing.id.rstrip("0123456789-") or x.thing.id, context.ids())
+        name = f"{x.thing.name.rstrip('0123456789 ')} {number.rpartition('-')[2]}"
     thing = replace(x.thing, id=number, name=name, parts=())
     foot = x.position + 2.0 * float(context.solids.radius[n]) * context.speaker.right
     foot[1] = lowest(x.thing, x.position, x.rotation)

@@ -16,6 +16,7 @@ from vistel.space.contact.near import PlacedPrimitives, placed
 from vistel.space.dynamics.motion_kernels import inertia, matrices, pose  # pyright: ignore[reportUnknownVariableType]
 from vistel.space.joints.joined import Joined, joined
 from vistel.space.joints.joint import Joint
+from vistel.space.notes.note import SHAPE as NOTE
 from vistel.space.things.things import Thing, ThingPrimitive
 
 YIELD = 0.2
@@ -52,6 +53,20 @@ class Solids:
     def part(self, n: int) -> PrimitiveSet:
         """The primitives of thing n, posed in its frame."""
         return _rows(self.primitives, np.arange(int(self.first[n]), int(self.first[n + 1])))
+
+    def first_part(self, n: int) -> PrimitiveSet:
+        """The first primitive of thing n, posed in its frame."""
+        return _rows(self.primitives, np.array([int(self.first[n])]))
+
+    @cached_property
+    def notes(self) -> NDArray[np.bool_]:
+        """(N,) whether each thing is a sticky note."""
+        return np.array([t.shape == NOTE for t in self.things], np.bool_)
+
+    @cached_property
+    def holds_notes(self) -> NDArray[np.bool_]:
+        """(N,) whether notes stick to each thing and go along with it: to boards, panels and notes."""
+        return self.boards | self.notes | np.array([t.pages is not None for t in self.things], np.bool_)
 
     @cached_property
     def boards(self) -> NDArray[np.bool_]:
@@ -133,7 +148,7 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None, joints: tupl
         radius=np.array([reach[owner == n].max(initial=0.0) for n in range(len(things))], np.float64),
         inverse_mass=np.array([0.0 if t.fixed else 1.0 / t.mass for t in things], np.float64),
         inverse_inertia=np.zeros((len(things), 3, 3)),
-        joined=joined(joints, things),
+        joined=_without_notes(joined(joints, things), things),
     )
     known = {} if before is None else {id(t): n for n, t in enumerate(before.things)}
     for n, thing in enumerate(things):
@@ -147,6 +162,16 @@ def solids(things: tuple[Thing, ...], before: Solids | None = None, joints: tupl
             )
             out.inverse_inertia[n] = np.linalg.inv(thing.mass * np.asarray(unit, np.float64))
     return out
+
+
+def _without_notes(j: Joined, things: tuple[Thing, ...]) -> Joined:
+    """The same, with notes apart from every other thing: they stick to it, and paper pushes nothing away."""
+    count, notes = len(things), np.array([n for n, t in enumerate(things) if t.shape == NOTE], np.int64)
+    if len(notes) == 0:
+        return j
+    others = np.arange(count)
+    pairs = (notes[:, None] * count + others).ravel(), (others[:, None] * count + notes).ravel()
+    return replace(j, apart=np.unique(np.concatenate((j.apart, *pairs))))
 
 
 def outline(thing: Thing) -> Solids:

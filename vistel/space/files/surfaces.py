@@ -10,13 +10,20 @@ import numpy as np
 from vistel.arrays import F32, F64, U8
 from vistel.figure.making.source import Finish
 from vistel.geometry.rotation import matrix_from_quaternion
+from vistel.space.boards.board import Face, front_of
+from vistel.space.boards.stroke import ACROSS, UPWARDS
 from vistel.space.files.model import Polymesh
+from vistel.space.notes.note import SHAPE as NOTE
+from vistel.space.notes.note import text_of
+from vistel.space.notes.picture import picture_of
 from vistel.space.things.tessellate import Surface3, tessellate_thing
 from vistel.space.things.things import Look, Thing
 
 CREASE = math.cos(math.radians(42.0))
 """Faces that meet at more than this angle have an edge between them."""
 GREY = (180, 180, 180)
+_BEFORE = 0.0004
+"""From the front of a note to its text [m]."""
 PLAIN = Finish(0.6, 0.0)
 """Values for properties that a file omits."""
 
@@ -51,6 +58,8 @@ def pieces_of(thing: Thing, models: Mapping[str, Polymesh], detail: float = 0.7)
     for look in thing.looks:
         shines = thing.pages is not None
         out += [_bent(replace(p, glows=shines and p.picture is not None), thing) for p in _look_pieces(look, models[look.model])]
+    if thing.shape == NOTE and thing.curve is None and (text := text_of(thing)) and (front := front_of(thing)) is not None:
+        out.append(_written(front, text, rgb(thing.colour)))
     return out
 
 
@@ -86,6 +95,15 @@ def _over(corner: F64, x: float, z: float, below: float) -> float:
     share = np.stack([wa, wb, wc], axis=1)[inside] / total[inside, None]
     height = (share * corner[inside][:, :, 1]).sum(axis=1)
     return float(height[height < below].max(initial=0.0))
+
+
+def _written(front: Face, text: str, paper: tuple[int, int, int]) -> SurfacePiece:
+    """A text just before the front of a note."""
+    places = front.place(np.array([(0, 0), (ACROSS, 0), (ACROSS, UPWARDS), (0, UPWARDS)], np.float64), np.full(4, _BEFORE))
+    normals = np.tile(front.normal, (4, 1))
+    surface = Surface3(places.astype(np.float32), normals.astype(np.float32), np.array([[0, 1, 2], [0, 2, 3]], np.int32))
+    uv = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
+    return SurfacePiece(surface, paper, uv, picture_of(text, paper), True)
 
 
 def _look_pieces(look: Look, model: Polymesh) -> list[SurfacePiece]:

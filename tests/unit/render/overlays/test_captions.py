@@ -46,6 +46,6 @@ def test_a_caption_is_as_high_as_its_lines(reply: str) -> None:
 
 def test_without_a_japanese_font_japanese_is_drawn_in_romaji(monkeypatch: pytest.MonkeyPatch) -> None:
     japanese = Caption("A", "赤い箱", "あかいはこ", "", (), "✓", (1, 2, 3))
-    monkeypatch.setattr(shown, "_japanese_font", lambda size: None)
+    monkeypatch.setattr(shown, "japanese_font", lambda size: None)
     romaji = paint_caption(Caption("A", "akaihako", "akaihako", "", (), "✓", (1, 2, 3)), 24)
     np.testing.assert_array_equal(paint_caption(japanese, 24), romaji)

@@ -24,7 +24,7 @@ LINES = (
     "paint all boxes blue",
     "paint selected white", "select the red baton", "copy this", "reset", "sharpen the cone",
     "round the box", "press the can", "dent the ball", "hide the tile", "show", "align everything",
-    "new board", "wipe the board", "reset",
+    "new board", "wipe the board", "note buy milk", "reset",
     "hand up", "hand down", "react thumb-up",
 )  # fmt: skip
 

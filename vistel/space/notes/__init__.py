@@ -1,0 +1,1 @@
+"""Sticky notes: small things with text on them, which stick where they are let go of."""
