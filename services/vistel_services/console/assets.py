@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Callable, Container, Hashable, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Generic, TypeVar
 
 from vistel.conference.model import Conference
@@ -89,13 +89,12 @@ class _Made(Generic[T]):
         if key not in self._made:
             self._made[key] = None
             # Handed over at once: the maker may be closed before the task begins.
-            making = asyncio.get_running_loop().run_in_executor(self._maker, make)
-            background.start(self._keep(key, making), "asset")
+            background.start(self._keep(key, self._maker.submit(make)), "asset")
         return self._made[key]
 
-    async def _keep(self, key: Hashable, making: asyncio.Future[T]) -> None:
+    async def _keep(self, key: Hashable, making: Future[T]) -> None:
         try:
-            made = await making
+            made = await asyncio.wrap_future(making)
         except (ValueError, OSError) as fault:
             log.error("event=asset_not_made what=%s reason=%r", getattr(key, "id", key), str(fault))
             return

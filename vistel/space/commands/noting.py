@@ -20,6 +20,8 @@ MOST_OF_ONE = 12
 """Notes that one participant may have in the room."""
 MOST_NOTES = 48
 """In the room."""
+FARTHER_M = 0.35
+"""Than other new things [m]: what lies as near as these is below what one sees who looks straight ahead."""
 PAPER = 0xF2D95CFF
 """Colour of a new note."""
 
@@ -39,7 +41,7 @@ def write_note(context: Context, action: ask.WriteNote) -> Answer:
     ahead = context.speaker.direction(Towards.AHEAD)
     up = np.array([0.0, 1.0, 0.0])
     rotation = quaternion_from_matrix(np.stack([np.cross(ahead, up), ahead, up], axis=1))
-    spot = free_spot(context, new, place_meant(context, Where.HERE), rotation)
+    spot = free_spot(context, new, place_meant(context, Where.HERE) + FARTHER_M * ahead, rotation)
     return changed(context, (), [PlacedThing(replace(new, position=spot, rotation=rotation), spot, rotation)]), (new.id,)
 
 
