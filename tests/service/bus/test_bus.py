@@ -178,10 +178,13 @@ def test_late_motion_is_left_out_and_counted(kind: str) -> None:
 def test_a_late_joiner_gets_the_last_value_of_every_key_and_then_everything(kind: str) -> None:
     async def run() -> None:
         async with joined(kind) as w:
+            in_time = w.b.subscribe(PEOPLE)
             for name in ("ann", "ben", "cleo"):
                 publication = w.a.publish(PEOPLE, participant=name)
                 for n in range(3):
                     publication.put(Participant(display_name=f"{name} {n}"))
+            while (await receive(in_time, 1))[0].message.display_name != "cleo 2":
+                pass  # until then, who joins is not late
             subscription = w.b.subscribe(PEOPLE)
             first = await receive(subscription, 3)
             assert sorted(s.message.display_name for s in first) == ["ann 2", "ben 2", "cleo 2"]
