@@ -95,6 +95,7 @@ async def prepared_socket(request: web.Request, most: int) -> web.WebSocketRespo
         socket_of.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _SEND_BUFFER)
         if hasattr(socket, "TCP_NOTSENT_LOWAT"):
             socket_of.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, _UNSENT)
+    # writer_limit: else many messages are handed to the transport before anybody waits for it.
     connection = web.WebSocketResponse(heartbeat=_SILENT_S, compress=False, max_msg_size=most, writer_limit=1)
     await connection.prepare(request)
     if request.transport:
