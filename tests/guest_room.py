@@ -20,7 +20,7 @@ from vistel.conference.paths import RunPaths
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
-from vistel_services import pointer, posture
+from vistel_services import pointer, posture, world
 from vistel_services.console import guests, service
 
 HOUR_NS = 3_600_000_000_000
@@ -109,6 +109,17 @@ class GuestRoom:
                 for task in tasks:
                     task.cancel()
                 await asyncio.gather(*tasks, return_exceptions=True)
+
+    @contextlib.asynccontextmanager
+    async def led(self) -> AsyncIterator[asyncio.Task[None]]:
+        """A world leads the room; its task, which ends early where it fails."""
+        config, bus = world.configure(self.conference, None, self.paths), self.network.bus("c", "hub", self.clock)
+        leading = asyncio.create_task(world.run(config, bus, self.clock))
+        try:
+            yield leading
+        finally:
+            leading.cancel()
+            await asyncio.gather(leading, return_exceptions=True)
 
     @contextlib.asynccontextmanager
     async def opened(self, token: str) -> AsyncIterator[GuestPage]:

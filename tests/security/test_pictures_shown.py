@@ -37,7 +37,6 @@ from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.owners import MOST_NAMES
 from vistel.wire.parcels import digest_of, parts_of
 from vistel.wire.topics import BY_NAME
-from vistel_services import world
 
 NOW_NS = 1_000_000_000_000
 
@@ -160,14 +159,8 @@ def test_records_of_the_gateway_are_whole_or_none() -> None:
 async def guests(folder: Path, patch: pytest.MonkeyPatch) -> AsyncIterator[GuestRoom]:
     """A conference with guests and a world."""
     patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
-    async with GuestRoom(folder).serving(patch) as room:
-        bus = room.network.bus("c", "hub", room.clock)
-        leading = asyncio.create_task(world.run(world.configure(room.conference, None, room.paths), bus, room.clock))
-        try:
-            yield room
-        finally:
-            leading.cancel()
-            await asyncio.gather(leading, return_exceptions=True)
+    async with GuestRoom(folder).serving(patch) as room, room.led():
+        yield room
 
 
 async def post(room: GuestRoom, data: bytes | AsyncIterator[bytes], token: str) -> int:

@@ -9,7 +9,6 @@ import pytest
 from guest_room import GuestRoom
 from waiting import until
 
-from vistel_services import world
 from vistel_services.world.service import warm_up
 
 
@@ -17,9 +16,7 @@ def test_a_guest_puts_up_a_board_writes_and_takes_it_back(monkeypatch: pytest.Mo
     warm_up()  # the console lets go of a page that cannot listen for fifteen seconds, as while the same process compiles
 
     async def visit() -> None:
-        async with GuestRoom(tmp_path).serving(monkeypatch) as room, room.opened(room.invited()) as page:
-            bus = room.network.bus("c", "hub", room.clock)
-            leading = asyncio.create_task(world.run(world.configure(room.conference, None, room.paths), bus, room.clock))
+        async with GuestRoom(tmp_path).serving(monkeypatch) as room, room.opened(room.invited()) as page, room.led() as leading:
             await page.enter("carla")
             async with page.listening() as listens:
 
@@ -38,7 +35,5 @@ def test_a_guest_puts_up_a_board_writes_and_takes_it_back(monkeypatch: pytest.Mo
                 await until(lambda: ink()["strokes"] == [("guest-1", board, "#c23b32")], "the stroke", tasks=[leading, listens])
                 await page.socket.send_json({"undo": True})
                 await until(lambda: ink()["gone"], "it is gone", tasks=[leading, listens])
-            leading.cancel()
-            await asyncio.gather(leading, return_exceptions=True)
 
     asyncio.run(visit())

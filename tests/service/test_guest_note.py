@@ -12,7 +12,6 @@ from guest_room import GuestRoom, at_the_door
 from waiting import until
 
 from vistel.space.notes.note import SIDE
-from vistel_services import world
 from vistel_services.console import bundle
 from vistel_services.world.service import warm_up
 
@@ -30,9 +29,8 @@ def test_a_guest_writes_a_note_and_reads_it(monkeypatch: pytest.MonkeyPatch, tmp
             page(tmp_path, *SOFTWARE_GL) as tab,
             GuestRoom(tmp_path).serving(monkeypatch) as room,
             room.opened(room.invited("guest-2", "Bob")) as other,
+            room.led() as leading,
         ):
-            bus = room.network.bus("c", "hub", room.clock)
-            leading = asyncio.create_task(world.run(world.configure(room.conference, None, room.paths), bus, room.clock))
             await other.enter("ben")
             async with other.listening() as listens:
                 parts = [leading, listens]
@@ -72,7 +70,5 @@ def test_a_guest_writes_a_note_and_reads_it(monkeypatch: pytest.MonkeyPatch, tmp
                 ink = now.max(axis=2) < 0.6 * now[paper].max(axis=1).mean()
                 assert 0.02 < ink.mean() < 0.4, "letters are dark on it"
                 assert not [m for m in tab.messages if "Error" in m], tab.messages
-            leading.cancel()
-            await asyncio.gather(leading, return_exceptions=True)
 
     asyncio.run(visit())

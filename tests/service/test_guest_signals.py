@@ -14,7 +14,6 @@ from waiting import until
 from vistel.session.chat import Chat
 from vistel.v1.speech_pb2 import Utterance
 from vistel.wire.topics import BY_NAME
-from vistel_services import world
 from vistel_services.console import guests
 from vistel_services.world.service import warm_up
 
@@ -87,9 +86,7 @@ def test_hands_and_reactions_of_guests_are_told_in_their_order_and_captions_too(
     warm_up()  # the console lets go of a page that cannot listen for fifteen seconds, as while the same process compiles
 
     async def play(room: GuestRoom) -> None:
-        bus = room.network.bus("c", "hub", room.clock)
-        leading = asyncio.create_task(world.run(world.configure(room.conference, None, room.paths), bus, room.clock))
-        async with room.opened(room.invited()) as page, room.opened(room.invited("guest-2", "Bob")) as other:
+        async with room.led() as leading, room.opened(room.invited()) as page, room.opened(room.invited("guest-2", "Bob")) as other:
             await page.enter()
             await other.enter("ben")
             async with page.listening(), other.listening():
@@ -117,7 +114,5 @@ def test_hands_and_reactions_of_guests_are_told_in_their_order_and_captions_too(
                     await page.socket.send_json({"react": react})
                 await until(lambda: page.socket.closed, "the visit has ended", tasks=[leading])
                 assert page.socket.close_code == guests.MISBEHAVED
-        leading.cancel()
-        await asyncio.gather(leading, return_exceptions=True)
 
     in_room(tmp_path, monkeypatch, play)

@@ -14,7 +14,6 @@ from guest_room import GuestRoom, at_the_door
 from waiting import until
 
 from vistel.v1.device_pb2 import PointerFrame
-from vistel_services import world
 from vistel_services.console import bundle
 from vistel_services.world.service import warm_up
 
@@ -167,9 +166,8 @@ def test_a_guest_raises_a_hand_and_reacts_and_sees_those_of_others(monkeypatch: 
             page(tmp_path, *SOFTWARE_GL) as tab,
             GuestRoom(tmp_path).serving(monkeypatch) as room,
             room.opened(room.invited("guest-2", "Bob")) as other,
+            room.led() as leading,
         ):
-            bus = room.network.bus("c", "hub", room.clock)
-            leading = asyncio.create_task(world.run(world.configure(room.conference, None, room.paths), bus, room.clock))
             await other.enter("ben")
             async with other.listening() as listens:
                 parts = [leading, listens]
@@ -198,7 +196,5 @@ def test_a_guest_raises_a_hand_and_reacts_and_sees_those_of_others(monkeypatch: 
                 await tab.click("#raise")
                 await until(lambda: told("raised") == [["guest-2", False]], "it is down", tasks=parts)
                 assert not [m for m in tab.messages if "Error" in m], tab.messages
-            leading.cancel()
-            await asyncio.gather(leading, return_exceptions=True)
 
     asyncio.run(visit())

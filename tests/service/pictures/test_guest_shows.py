@@ -15,7 +15,6 @@ from vistel.v1.world_pb2 import Thing
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel_cli.examples.slides import SLIDES, pdf
-from vistel_services import world
 from vistel_services.console import bundle
 
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
@@ -38,9 +37,7 @@ def test_a_guest_shows_a_picture_and_the_pages_of_a_pdf(monkeypatch: pytest.Monk
     (tmp_path / "no.png").write_text("no picture")
 
     async def visit() -> None:
-        async with page(tmp_path, *SOFTWARE_GL) as tab, GuestRoom(tmp_path).serving(monkeypatch) as room:
-            bus = room.network.bus("c", "hub", room.clock)
-            leading = asyncio.create_task(world.run(world.configure(room.conference, None, room.paths), bus, room.clock))
+        async with page(tmp_path, *SOFTWARE_GL) as tab, GuestRoom(tmp_path).serving(monkeypatch) as room, room.led() as leading:
             listener = WorldListener(room.network.bus("c", "guests", room.clock), room.clock)
             things: dict[str, Thing] = {}
 
@@ -50,7 +47,7 @@ def test_a_guest_shows_a_picture_and_the_pages_of_a_pdf(monkeypatch: pytest.Monk
                     things.update(now.things)
                 return [t for t in things.values() if t.HasField("pages")]
 
-            sent = bus.subscribe(BY_NAME["picture_part"], queue_all=True, polled=True)
+            sent = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["picture_part"], queue_all=True, polled=True)
             await at_the_door(tab, room, room.invited(), 800, 520)
             await tab.click(".people button[aria-current=true]")
             await tab.until("window.guest.me() === 'guest-1'")
@@ -79,7 +76,5 @@ def test_a_guest_shows_a_picture_and_the_pages_of_a_pdf(monkeypatch: pytest.Monk
             await tab.until(f"window.guest.thing({panels()[0].id!r}) !== null")  # it is in the picture of the guest, too
             sizes = {(s.names["picture"], s.message.size) for s in sent.take()}
             assert len(sizes) == 1 + len(SLIDES) and all(size < 400_000 for _, size in sizes)
-            leading.cancel()
-            await asyncio.gather(leading, return_exceptions=True)
 
     asyncio.run(visit())
