@@ -175,6 +175,12 @@ def _port_faults(conference: Conference, sites: Sites, *, whole: bool) -> Iterat
                 yield Fault(place, f"{'UDP ' if kind == socket.SOCK_DGRAM else ''}port {port} {fault}")
 
 
+def ports_of(conference: Conference) -> set[int]:
+    """The TCP ports that a file names for what runs here."""
+    ports = [*_hub_ports(conference), *_ports(list(enumerate(conference.sites)))]
+    return {port for _, kind, _, port in ports if kind == socket.SOCK_STREAM}
+
+
 def _hub_ports(conference: Conference) -> Iterator[Port]:
     """Those of the router and of the console."""
     if conference.bus.mode == "embedded" and conference.bus.endpoints:

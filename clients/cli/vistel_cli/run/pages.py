@@ -21,10 +21,14 @@ CONSOLE_PORT = 8440
 
 
 def with_console(conference: Conference) -> Conference:
-    """The conference with a console on this machine alone, where its file does not say where."""
+    """The conference with a console on this machine alone, where its file does not say where: at a port that is free and that the
+    file names for nothing else."""
     if conference.console.at:
         return conference
-    return conference.model_copy(update={"console": ConsoleConfig(at=f"127.0.0.1:{_free_port(CONSOLE_PORT)}")})
+    from vistel_cli.run.checks import ports_of  # loads slowly
+
+    port = _free_port(0 if CONSOLE_PORT in ports_of(conference) else CONSOLE_PORT)
+    return conference.model_copy(update={"console": ConsoleConfig(at=f"127.0.0.1:{port}")})
 
 
 def console_line(console: ConsoleConfig) -> dict[str, str]:

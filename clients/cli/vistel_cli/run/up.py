@@ -66,8 +66,11 @@ def up(
     steps.begin(f"{source.stem}: checking the conference")
     with waiting("checking the conference") if err.is_terminal or not (as_json or plan) else contextlib.nullcontext():
         conference = load_conference(source)
-        conference = with_console(conference) if console else conference.model_copy(update={"console": ConsoleConfig()})
+        if not console:
+            conference = conference.model_copy(update={"console": ConsoleConfig()})
         faults = faults_of(conference, source)
+    if console:  # after the checks: meanwhile another conference may take the port that is free now, and no file is wrong then
+        conference = with_console(conference)
     if motion is not None:
         conference = with_motion(conference, motion)
     if links and conference.bus.mode != "embedded":

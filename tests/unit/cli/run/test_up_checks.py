@@ -12,6 +12,7 @@ from typer.testing import CliRunner
 from vistel.conference.files import DEMO_FILE, load
 from vistel_cli.main import app
 from vistel_cli.run.checks import faults_of
+from vistel_cli.run.pages import CONSOLE_PORT, with_console
 
 FAULTY = """[bus]
 endpoints = ["tcp/127.0.0.1:{tcp}"]
@@ -100,3 +101,24 @@ def test_a_site_that_joins_is_checked_alone_before_it_starts(tmp_path: Path, mon
     assert done.stderr == (
         'error: c.toml:10: sites[1].participants[0].avatar: "oslo.usda": no such file; put it beside the conference file\n'
     )
+
+
+def test_a_console_that_the_file_does_not_place_takes_no_port_of_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "watched.toml"
+    file.write_text(f'[[sites]]\nname = "lab"\n[sites.display]\nstream = "{CONSOLE_PORT}"\n[[sites.participants]]\nname = "ada"\n')
+    console = with_console(load(file)).console.at
+    assert console.startswith("127.0.0.1:") and int(console.rpartition(":")[2]) not in (0, CONSOLE_PORT)
+
+
+def test_a_port_that_another_console_has_is_no_fault_of_a_file_that_does_not_name_it(tmp_path: Path) -> None:
+    file = tmp_path / "quiet.toml"
+    file.write_text('[[sites]]\nname = "lab"\n[[sites.participants]]\nname = "ada"\n')
+    with socket.socket() as other:
+        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            other.bind(("127.0.0.1", CONSOLE_PORT))
+            other.listen()
+        except OSError:
+            pass  # another conference has it
+        said = CliRunner().invoke(app, ["up", str(file), "--plan"])
+    assert said.exit_code == 0, said.output
