@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from vistel.conference.files import DEMO_FILE, load
+from vistel.conference.model import Conference
 from vistel_cli.main import app
 from vistel_cli.run.checks import faults_of
 from vistel_cli.run.pages import CONSOLE_PORT, with_console
@@ -110,15 +111,16 @@ def test_a_console_that_the_file_does_not_place_takes_no_port_of_the_file(tmp_pa
     assert console.startswith("127.0.0.1:") and int(console.rpartition(":")[2]) not in (0, CONSOLE_PORT)
 
 
-def test_a_port_that_another_console_has_is_no_fault_of_a_file_that_does_not_name_it(tmp_path: Path) -> None:
+def test_a_console_that_the_file_does_not_place_is_placed_after_the_checks(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "quiet.toml"
     file.write_text('[[sites]]\nname = "lab"\n[[sites.participants]]\nname = "ada"\n')
-    with socket.socket() as other:
-        other.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            other.bind(("127.0.0.1", CONSOLE_PORT))
-            other.listen()
-        except OSError:
-            pass  # another conference has it
-        said = CliRunner().invoke(app, ["up", str(file), "--plan"])
+    checked: list[str] = []
+
+    def checks(conference: Conference, source: Path) -> list[str]:
+        checked.append(conference.console.at)
+        return faults_of(conference, source)
+
+    monkeypatch.setattr("vistel_cli.run.up.faults_of", checks)
+    said = CliRunner().invoke(app, ["up", str(file), "--plan"])
     assert said.exit_code == 0, said.output
+    assert checked == [""], "else a port that another conference takes meanwhile is called a fault of the file"
