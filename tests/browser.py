@@ -40,12 +40,13 @@ def chromium() -> str:
 
 
 class Page:
-    """One tab. messages: what its console said, errors included."""
+    """One tab. messages: what its console said, errors included; events: whom to tell of what else it says of itself, by method."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self._socket, self._ids = socket, itertools.count(1)
         self._answers: dict[int, asyncio.Future[dict[str, Any]]] = {}
         self.messages: list[str] = []
+        self.events: dict[str, Callable[[dict[str, Any]], None]] = {}
 
     async def listen(self) -> None:
         """Take answers until the browser goes."""
@@ -59,6 +60,8 @@ class Page:
                 self.messages.append(message["params"]["exceptionDetails"].get("exception", {}).get("description", "error"))
             elif message.get("method") == "Log.entryAdded":
                 self.messages.append(message["params"]["entry"]["text"])
+            elif message.get("method") in self.events:
+                self.events[message["method"]](message["params"])
 
     async def call(self, method: str, **params: Any) -> dict[str, Any]:
         """A method of the protocol. Raises RuntimeError with what the browser says against it."""

@@ -20,6 +20,7 @@ from vistel.wire.zenoh.config import TlsFiles
 from vistel.wire.zenoh.endpoints import free_port
 from vistel_sim.network import Conditions, DatagramProxy, StreamProxy
 
+NAME = "apart"
 BUS = """
 name = "{name}"
 standby = false
@@ -49,12 +50,13 @@ async def linked_sites(
     protocol: str = "quic",
     *,
     adapts: bool = True,
+    devices: str = "vistel_sim.process",
 ) -> AsyncIterator[LinkedSites]:
     """Runs the devices of `sites` and the processes `nodes` ("site/label") of a conference. sections: of its file, beside the bus.
 
-    conditions: of every link at first. adapts: sites measure their uplinks.
+    conditions: of every link at first. adapts: sites measure their uplinks. devices: the module that simulates them.
     """
-    name = "apart"
+    name = NAME
     async with AsyncExitStack() as stack:
         folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
         authority, now = Authority.create(folder / "certificates", datetime.now(UTC)), datetime.now(UTC)
@@ -77,7 +79,7 @@ async def linked_sites(
         module = [sys.executable, "-m"]
         places = ["--run", str(folder), "--out", str(folder)]
         for site in sites:
-            children.append(subprocess.Popen([*module, "vistel_sim.process", str(file), *places[:2], "--site", site]))
+            children.append(subprocess.Popen([*module, devices, str(file), *places[:2], "--site", site]))
         for node in nodes:
             site = node.split("/")[0]
             hub = f"{protocol}/127.0.0.1:{links[site].port}" if site in links else endpoint
