@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import aiohttp
+import numpy as np
 import pytest
 from browser import Page
 from waiting import until
@@ -17,6 +18,10 @@ from vistel.conference.console import ConsoleConfig
 from vistel.conference.invitations import Invitation, digest_of_token, invite
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.conference.seats import seat_place
+from vistel.figure.skeleton import JOINT_INDEX
+from vistel.geometry.rotation import rotation_y
+from vistel.protocol.pages.headset import UNIT_M
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
@@ -177,6 +182,19 @@ async def at_the_door(tab: Page, room: GuestRoom, token: str, width: int, height
     if not await tab.value("Boolean(window.guest)"):
         pytest.skip("this Chromium has no WebGL")
     await tab.until("!document.getElementById('door').hidden")
+
+
+def place(numbers: object) -> np.ndarray:
+    """Of a pose, or of a wrist, in the seat's frame [m]."""
+    return np.array(list(numbers)[:3]) * UNIT_M  # type: ignore[call-overload]
+
+
+async def figure_near(tab: Page, room: GuestRoom, joint: str, in_seat: np.ndarray, most_m: float) -> None:
+    """Wait until a joint of the guest's figure, as the page shows what is on the bus, is so near a place."""
+    position, heading = seat_place(room.conference.room, room.conference.seat_of("guest-1"))
+    x, y, z = (position + rotation_y(heading) @ in_seat).tolist()
+    at = f"window.guest.joints('guest-1')[{JOINT_INDEX[joint]}]"
+    await tab.until(f"(p => p && Math.hypot(p[0] - {x}, p[1] - {y}, p[2] - {z}) < {most_m})({at})")
 
 
 class GuestPage:

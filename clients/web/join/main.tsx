@@ -22,6 +22,7 @@ import { NoteButton, Noting } from "./noting";
 import { record } from "./record";
 import { ShowButtons, Showing } from "./showing";
 import { SignalButtons, Signalling } from "./signalling";
+import { Wand, WandButton } from "./wand";
 import { text } from "./words";
 import { WriteButtons, Writing } from "./writing";
 
@@ -44,6 +45,7 @@ declare global {
       microphone: Microphone;
       camera: Camera;
       headset: Headset;
+      wand: Wand;
     };
   }
 }
@@ -89,6 +91,7 @@ const voices = new Voices(room, () => link, (hear) => person && link.send(JSON.s
 const microphone = new Microphone(() => link, () => Boolean(person), () => showWords());
 const camera = new Camera(() => link, () => Boolean(person), () => showMirror());
 const headset = new Headset(room, () => link, () => eyes, () => lines, () => captions, drawWorn, () => person && showDoes(), () => (eyes?.open(), pictures?.ask()));
+const wand = new Wand(() => link, () => eyes, () => person && showDoes(), (yaw, pitch) => eyes && ([eyes.yaw, eyes.pitch] = [yaw, pitch], pictures?.ask()));
 const signalling = new Signalling(
   () => Boolean(room?.signals.raised.some(([who]) => who === invited?.participant)),
   (said) => link.send(JSON.stringify(said)),
@@ -179,6 +182,7 @@ function say(what: string | null, over = false): void {
   element("door").hidden = element("does").hidden = element("mirror").hidden = true;
   camera.close();
   headset.close();
+  wand.close();
 }
 
 /** All that is written on the page now. */
@@ -313,6 +317,7 @@ function showDoes(): void {
       <MicrophoneButton />
       <CameraButton camera={camera} />
       <HeadsetButton headset={headset} />
+      <WandButton wand={wand} />
       <button type="button" id="sound" aria-pressed={voices.on} disabled={!canHear} onClick={turn}>
         {text(canHear ? (voices.on ? "soundOn" : "soundOff") : "cannotHear")}
       </button>
@@ -334,7 +339,7 @@ function showDoes(): void {
           </button>
         ))}
       </Menu>
-      <span>{text("hold")}</span>
+      <span>{text(wand.on ? "wand_hold" : "hold")}</span>
     </>,
     element("does"),
   );
@@ -374,6 +379,7 @@ canvas.addEventListener("pointerdown", (event) => {
   if (!person || !eyes || !hand) return;
   canvas.setPointerCapture(event.pointerId);
   place(event);
+  if (wand.on) return wand.press(pointer.y / 2);
   if (event.button === 0 && writing?.press(pointer.x, pointer.y)) return;
   pointer.turning = event.button !== 0 || !hand.press(pointer.x, pointer.y);
 });
@@ -383,6 +389,7 @@ canvas.addEventListener("pointermove", (event) => {
     writing?.move(pointer.x, pointer.y);
   }
   place(event);
+  wand.slide(pointer.y / 2);
   writing?.move(pointer.x, pointer.y);
   if (!pointer.turning || !event.buttons) return;
   eyes?.drag(event.movementX / canvas.clientHeight, event.movementY / canvas.clientHeight);
@@ -391,6 +398,7 @@ canvas.addEventListener("pointermove", (event) => {
 for (const kind of ["pointerup", "pointercancel"])
   canvas.addEventListener(kind, () => {
     hand?.release();
+    wand.release();
     writing?.release();
     pointer.turning = false;
   });
@@ -458,12 +466,13 @@ else {
     held: () => room.held.grasps,
     own: () => Boolean(invited && room.figures.get(invited.participant)?.own),
     ready: () => [...room.figures.values()].filter((f) => f.own).length,
-    sent: () => sent + microphone.sent + camera.sent + headset.sent,
+    sent: () => sent + microphone.sent + camera.sent + headset.sent + wand.sent,
     sharp: () => room.sharp(),
     voices,
     microphone,
     camera,
     headset,
+    wand,
   };
 }
 meter.setAttribute("aria-label", text("level"));

@@ -9,11 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Page, page
-from guest_room import GuestRoom, at_the_door
+from guest_room import GuestRoom, at_the_door, figure_near, place
 
-from vistel.conference.seats import seat_place
 from vistel.figure.skeleton import JOINT_INDEX
-from vistel.geometry.rotation import matrix_from_quaternion, rotation_y
+from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.messages.world.decode import person
 from vistel.protocol.pages.headset import JOINTS, TURN, UNIT_M
 from vistel.v1.speech_pb2 import Utterance
@@ -44,11 +43,6 @@ async def with_a_headset(tab: Page, room: GuestRoom) -> None:
     await tab.click(".people button[aria-current=true]")
 
 
-def place(numbers: object) -> np.ndarray:
-    """Of a pose, or of a wrist, in the seat's frame [m]."""
-    return np.array(list(numbers)[:3]) * UNIT_M  # type: ignore[call-overload]
-
-
 def yaw(head: object) -> float:
     """Where a head looks, from where the seat faces [degrees]."""
     way = -matrix_from_quaternion(np.array(list(head)[3:]) / TURN)[:, 2]  # type: ignore[call-overload]
@@ -67,14 +61,6 @@ def eyes_from_head(room: GuestRoom) -> np.ndarray:
     assert own is not None
     rest = own.skeleton.rest
     return np.mean([rest[JOINT_INDEX[f"{s}_eye"]] for s in ("left", "right")], axis=0) - rest[JOINT_INDEX["head"]]
-
-
-async def figure_near(tab: Page, room: GuestRoom, joint: str, in_seat: np.ndarray, most_m: float) -> None:
-    """Wait until a joint of the guest's figure, as the page shows what is on the bus, is so near a place."""
-    position, heading = seat_place(room.conference.room, room.conference.seat_of("guest-1"))
-    x, y, z = (position + rotation_y(heading) @ in_seat).tolist()
-    at = f"window.guest.joints('guest-1')[{JOINT_INDEX[joint]}]"
-    await tab.until(f"(p => p && Math.hypot(p[0] - {x}, p[1] - {y}, p[2] - {z}) < {most_m})({at})")
 
 
 def test_a_guest_enters_with_a_headset_moves_pinches_turns_takes_it_off_and_leaves(
