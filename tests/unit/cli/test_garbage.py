@@ -175,6 +175,12 @@ def test_a_misspelt_option_is_answered_with_the_one_that_is_nearest(capsys: Any)
     assert "no such option: --second; did you mean --seconds?;" in said
 
 
+@pytest.mark.parametrize(("word", "meant"), [("mut", "mute or unmute"), ("watsh", "watch")])
+def test_a_misspelt_command_is_answered_with_those_that_are_like_it(word: str, meant: str, capsys: Any) -> None:
+    said = answer("vistel voice", [word], capsys, 2)
+    assert f"no such command '{word}'; did you mean {meant}?;" in said
+
+
 def test_what_nobody_foresaw_ends_in_one_line_with_a_report(capsys: Any) -> None:
     try:
         raise ExceptionGroup("tasks", [ZeroDivisionError("a [strange] thing")])
