@@ -20,6 +20,7 @@ from vistel_cli.terminal import FAILED, USAGE, print_error
 _MADE_BY = {
     kinds.CONFERENCE: "; `vistel examples FOLDER` makes one to begin with",
     kinds.LOG: "; `vistel up` records one below the folder where you type it",
+    kinds.BVH: "; `vistel examples FOLDER` makes one, recordings/walk.bvh",
 }
 """How somebody gets a file of this kind."""
 

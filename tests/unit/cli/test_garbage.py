@@ -154,6 +154,7 @@ KINDS = [
     ),
     ("up", "confrence.toml", None, "confrence.toml: no such file; did you mean conference.toml?"),
     ("up", "tea.toml", None, "tea.toml: no such file; `vistel examples FOLDER` makes one to begin with"),
+    ("log import -o tea.mcap", "tea.bvh", None, "tea.bvh: no such file; `vistel examples FOLDER` makes one, recordings/walk.bvh"),
     ("log info", "tea.mcap", None, "tea.mcap: no such file; `vistel up` records one below the folder where you type it"),
 ]
 
