@@ -27,7 +27,7 @@ def main() -> None:
         folder = Path(name)
         data = load(DEMO_FILE).model_dump(mode="json", exclude_none=True)
         for site in data["sites"]:
-            site["display"] = {"width": 320, "height": 180, "video": False}
+            site["processes"] = [["tracker", "glove", "posture"]]  # drawn later
         (folder / "demo.toml").write_text(tomli_w.dumps(data))
         (folder / "slides.pdf").write_bytes(pdf(SLIDES))
         run = [*COMMAND, "up", "demo.toml", "--no-console", "--out", "out"]
