@@ -58,10 +58,10 @@ def recorded(folder: Path) -> Path:
 
 
 def handed_over(log: Path) -> float:
-    """When the baton is in two people's hands, the last time that somebody takes it from somebody [s of the log]."""
+    """When the baton is taken for the last time, from somebody's hand where it was given at all [s of the log]."""
     held = tracks(vistel.log.open(log), [HELD])[HELD]
-    both = np.flatnonzero((held.value[1:] > 1.0) & (held.value[:-1] <= 1.0)) + 1
-    return float(held.t[both[-1]]) + 0.1
+    begun = [np.flatnonzero((held.value[1:] > hands) & (held.value[:-1] <= hands)) for hands in (1.0, 0.0)]
+    return float(held.t[next(n for n in begun if n.size)[-1] + 1]) + 0.1
 
 
 @contextmanager
