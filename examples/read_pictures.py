@@ -11,7 +11,10 @@ from PIL import Image
 from vistel.wire.shared_pictures import PictureReader, shared_path
 
 conference, site, output = sys.argv[1:]
-reader = PictureReader(shared_path(conference, site))
+try:
+    reader = PictureReader(shared_path(conference, site))
+except FileNotFoundError as e:
+    sys.exit(f"{e.filename}: is not there; is {conference} running, with shared_memory = true in the display of {site}?")
 until = time.monotonic() + 10.0
 while (picture := reader.newest()) is None:
     if reader.gone or time.monotonic() > until:

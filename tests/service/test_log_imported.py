@@ -204,6 +204,7 @@ def elbow(log: vistel.log.Log, who: str, when: F64) -> F64:
         ("x.txt", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n", "expected .bvh"),
         ("no/such.csv", None, "no such file"),
         ("such.mp3", None, "no such file"),
+        ("", None, "or with *_pose_saved.csv (a hand-over)"),
     ],
 )
 def test_what_cannot_be_imported_gets_one_line(tmp_path: Path, name: str, text: str | None, said: str) -> None:

@@ -49,6 +49,7 @@ NOT_RUN = {
     r"make replays": "make test runs tests/replay",
     r"log (grep|diff) |--against ": "its exit code says what it found",
     r"(take|snatch) the baton": "needs a hand that is at the baton at this moment",
+    r"import rosbag2_walk": "needs a recording of somebody else",
     r"--wav ": "needs somebody who speaks",
     r"dist/vistel": "make wheel makes and installs it",
 }
@@ -59,7 +60,7 @@ UNTIL_STOPPED = r"vistel sim (?!crowd)|replay .*--open|wrinkle studio|voice watc
 """They run until Ctrl-C: each must show a line, and then end well."""
 WAITING = re.compile(r"… \d+ s$")
 """The end of a line that says what a command waits for (`vistel_cli/waiting.py`)."""
-BESIDE_A_CONFERENCE = r"vistel (ask|voice|chat|show|invite)|world (where|move)|--now|examples/activities"
+BESIDE_A_CONFERENCE = r"vistel (ask|record|voice|chat|show|invite)|world (where|move)|--now|examples/activities"
 
 
 def commands_of(page: Path) -> list[str]:

@@ -29,11 +29,20 @@ def tls_files(conference: Conference, site: str) -> TlsFiles | None:
     tls = conference.bus.tls
     if tls is None or tls.folder is None:
         return TlsFiles(tls.ca, tls.certificate, tls.key) if tls and tls.ca and tls.certificate and tls.key else None
-    found = sorted(k.stem for k in tls.folder.glob("*.key") if k.stem != AUTHORITY)
-    if site not in found and len(found) != 1:
-        raise BusError(f"{tls.folder}: no certificate of {site} is here; the host's invitation brings it (vistel site invite)")
-    name = site if site in found else found[0]
+    name = name_shown(conference, site)
     return TlsFiles(*(tls.folder / f for f in (f"{AUTHORITY}.pem", f"{name}.pem", f"{name}.key")))
+
+
+def name_shown(conference: Conference, site: str) -> str:
+    """Whose certificate processes of `site` show on this machine: its own, or that of the folder's only name; `site` itself where
+    no folder has them. Raises BusError where the folder has none that could be meant."""
+    folder = conference.bus.tls.folder if conference.bus.mode == "routed" and conference.bus.tls else None
+    if folder is None:
+        return site
+    found = sorted(k.stem for k in folder.glob("*.key") if k.stem != AUTHORITY)
+    if site not in found and len(found) != 1:
+        raise BusError(f"{folder}: no certificate of {site} is here; the host's invitation brings it (vistel site invite)")
+    return site if site in found else found[0]
 
 
 async def connect(conference: Conference, site: str, clock: Clock, *routers: str) -> ZenohBus:

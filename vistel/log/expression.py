@@ -62,7 +62,12 @@ class Expression:
         except ExpressionError:
             raise
         except (SyntaxError, ValueError, RecursionError, MemoryError) as e:
-            raise ExpressionError(f"expression {text!r}: cannot be understood: {getattr(e, 'msg', e)}") from e
+            plain = plain.strip()
+            at = max(0, min(getattr(e, "offset", None) or 1, len(plain)) - 1)
+            rest = re.sub(r"_\d+", lambda m: self._by_place.get(m[0], m[0]), plain[at:])
+            where = f" from {rest!r} on" if rest else ""
+            expected = "numbers, names, + - * /, comparisons, and, or, not, parentheses"
+            raise ExpressionError(f"expression {text!r}: cannot be understood{where}; expected {expected}") from e
         if not self.names:
             raise ExpressionError(f"expression {text!r}: names no number of a log, such as {EXAMPLE}")
 

@@ -142,7 +142,7 @@ class Lanes:
     def _device(self, message: DeviceStatus, t: float) -> None:
         before = self._states.get(message.device)
         self._states[message.device] = message.state
-        bad = message.state not in (DeviceStatus.STATE_STREAMING, DeviceStatus.STATE_STARTING)
+        bad = message.state not in (DeviceStatus.STATE_STREAMING, DeviceStatus.STATE_STARTING, DeviceStatus.STATE_ABSENT)
         if bad and before != message.state and len(self._faults) < MOST_EVENTS:
             said = message.detail or DeviceStatus.State.Name(message.state).removeprefix("STATE_").lower()
             self._faults.append((t, f"{message.device}: {said}"))

@@ -123,7 +123,7 @@ def joint_named(word: str) -> str:
     side, _, rest = word.partition("_")
     joint = f"{side}_{WORDS[rest]}" if rest in WORDS else word
     if joint not in JOINT_INDEX:
-        raise ValueError(_no("joint", word, JOINTS))
+        raise ValueError(_no("joint", word, [*JOINTS, *(f"{side}_{word}" for side in ("left", "right") for word in WORDS)]))
     return joint
 
 
@@ -167,7 +167,9 @@ def _room_tracks(log: Log, names: list[str], begin: float, end: float | None) ->
     for name in names if times else ():
         for body in name.split(".")[1 : 3 if name.startswith("touch.") else 2]:
             if body not in seen:
-                raise UnknownNumberError(f"{name}: {_no('body', body, sorted(seen))}")
+                raise UnknownNumberError(
+                    f"{name}: {_no('thing' if name.startswith('thing') else 'person or thing', body, sorted(seen))}"
+                )
     t, out = np.array(times), dict[str, Track]()
     for name in names:
         values = np.array(at[name]).reshape(-1, 4)

@@ -80,9 +80,10 @@ class Numbers:
         }
         sounds: dict[str, SoundStatus] = {s.message.site: s.message for s in self._newest["sound_status"].values()}
         streaming = {d["name"] for d in self._devices() if d["state"] == "streaming"}
+        absent = {d["name"] for d in self._devices() if d["state"] == "absent"}
         rows: list[dict[str, Any]] = []
         for site in self._conference.sites:
-            devices = [d.name for d in devices_of_site(site)]
+            devices = [d.name for d in devices_of_site(site) if d.name not in absent]
             row: dict[str, Any] = {"name": site.name, "devices": len(devices), "sending": len(streaming & set(devices))}
             row |= {
                 "draws": site.draws,

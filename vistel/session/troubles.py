@@ -26,7 +26,7 @@ def troubles(rows: dict[str, list[dict[str, Any]]], devices: list[dict[str, Any]
             out.append(f"{site['name']} draws {site['pictures_per_s']:.1f} pictures a second; its machine is busy")
     down: dict[str, list[str]] = {}
     for device in devices:
-        if device["state"] != "streaming":
+        if device["state"] not in ("streaming", "absent"):
             down.setdefault(device["detail"] or device["state"], []).append(device["name"])
     out += [f"{', '.join(names)}: {why}; vistel doctor looks at devices" for why, names in down.items()]
     for person in rows["people"]:

@@ -237,12 +237,14 @@ class DeviceStatus(_message.Message):
         STATE_STREAMING: _ClassVar[DeviceStatus.State]
         STATE_STALLED: _ClassVar[DeviceStatus.State]
         STATE_FAULT: _ClassVar[DeviceStatus.State]
+        STATE_ABSENT: _ClassVar[DeviceStatus.State]
     STATE_UNSPECIFIED: DeviceStatus.State
     STATE_SEARCHING: DeviceStatus.State
     STATE_STARTING: DeviceStatus.State
     STATE_STREAMING: DeviceStatus.State
     STATE_STALLED: DeviceStatus.State
     STATE_FAULT: DeviceStatus.State
+    STATE_ABSENT: DeviceStatus.State
     HEADER_FIELD_NUMBER: _ClassVar[int]
     DEVICE_FIELD_NUMBER: _ClassVar[int]
     STATE_FIELD_NUMBER: _ClassVar[int]

@@ -44,6 +44,21 @@ def chosen(file: Path | None, hub: str | None) -> tuple[Conference, str]:
     return load_conference(Path(running.file), room_elsewhere=bool(running.site)), hub or running.hub
 
 
+def chosen_here(file: Path | None, hub: str | None) -> tuple[Conference, str, str]:
+    """As `chosen`, and as whom this machine takes part: a site that has joined from here, or whose certificate alone is here; else
+    the hub. Ends the command where a certificate is missing."""
+    from vistel.conference.connect import name_shown
+    from vistel.conference.model import HUB_PLACE
+    from vistel.wire.zenoh.bus import BusError
+
+    conference, endpoint = chosen(file, hub)
+    joined_as = next((r.site for r in conferences_here() if (r.name, r.hub) == (conference.name, endpoint)), "")
+    try:
+        return conference, endpoint, joined_as or name_shown(conference, HUB_PLACE)
+    except BusError as e:
+        fail(str(e))
+
+
 def joined(file: Path | None, hub: str | None) -> tuple[Conference | Running, str, str]:
     """As `chosen`, and a site to join as; of one that runs here the file, which takes long to load, is read only where nobody takes
     part."""

@@ -17,9 +17,10 @@ from vistel_cli import kind_of_file as kinds
 from vistel_cli.kind_of_file import Kind, kind_of_file
 from vistel_cli.terminal import FAILED, USAGE, print_error
 
-_MADE_BY = {
+_MADE_BY: dict[Kind, str] = {
     kinds.CONFERENCE: "; `vistel examples FOLDER` makes one to begin with",
     kinds.LOG: "; `vistel up` records one below the folder where you type it",
+    kinds.BVH: "; `vistel examples FOLDER` makes one, recordings/walk.bvh",
 }
 """How somebody gets a file of this kind."""
 
@@ -48,7 +49,8 @@ class Takes:
         if found in kinds.UNSURE and any(k in kinds.TOMLS for k in self.kinds):
             return None
         if found is kinds.MISSING:
-            return f"{path}: no such file{_close(path) or _MADE_BY.get(self.kinds[0], '')}"
+            another = self.kinds[0] is kinds.BVH and path.suffix.lower() != ".bvh"  # of the many that are imported
+            return f"{path}: no such file{_close(path) or ('' if another else _MADE_BY.get(self.kinds[0], ''))}"
         expected = " or ".join(dict.fromkeys(k.name for k in self.kinds))
         return f"{path}: expected {expected}; {found.told(path)}"
 

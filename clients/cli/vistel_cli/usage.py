@@ -40,5 +40,7 @@ def _of_a_value(error: Any) -> str:
 
 def _in_our_words(text: str) -> str:
     text = re.sub(r" \(Possible options?: (.*)\)", r"; did you mean \1?", " ".join(text.split()).rstrip("."))
-    text = re.sub(r"\.? Did you mean '?(.*?)'?\?$", r"; did you mean \1?", text)
+    if meant := re.search(r"\.? Did you mean (?:one of:? )?(.*)\?$", text):
+        words = meant[1].replace("'", "").replace(", ", " or ")
+        text = f"{text[: meant.start()]}; did you mean {words}?"
     return text[:1].lower() + text[1:]

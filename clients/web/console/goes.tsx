@@ -14,7 +14,9 @@ const WIDE = 56;
 const HIGH = 18;
 
 export function Goes({ numbers, history }: { numbers: Numbers; history: History }) {
-  const down = numbers.devices.filter((d) => d.state !== "streaming");
+  const sending = numbers.devices.filter((d) => d.state === "streaming");
+  const absent = numbers.devices.filter((d) => d.state === "absent");
+  const down = numbers.devices.filter((d) => d.state !== "streaming" && d.state !== "absent");
   return (
     <>
       <Rows title={panelText("sites")} heads={[panelText("site"), panelText("perS"), "", panelText("delay"), panelText("devicesHead")]}>
@@ -40,8 +42,8 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
           </tr>
         ))}
       </Rows>
-      {numbers.devices.length > 0 && <Rows title={panelText("devices", numbers.devices.length - down.length, numbers.devices.length)} heads={[panelText("device"), panelText("framesPerS"), panelText("state")]}>
-        {[...down, ...numbers.devices.filter((d) => d.state === "streaming")].map((d) => (
+      {numbers.devices.length > 0 && <Rows title={panelText("devices", sending.length, sending.length + down.length)} heads={[panelText("device"), panelText("framesPerS"), panelText("state")]}>
+        {[...down, ...sending, ...absent].map((d) => (
           <DeviceRow key={d.name} device={d} />
         ))}
       </Rows>}
@@ -63,7 +65,7 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
 
 /** How many of a site's devices send; known: whether any device has told how it does, which a log may lack. */
 function Sending({ site: { sending, devices }, known }: { site: Site; known: boolean }) {
-  if (!known) return <td class="number">–</td>;
+  if (!known || devices === 0) return <td class="number">–</td>;
   return <td class={`number ${sending < devices ? "bad" : ""}`}>{panelText("ofAll", sending, devices)}</td>;
 }
 
@@ -107,13 +109,13 @@ function Figure({ value, unit, digits, bad }: { value: number | undefined; unit?
 }
 
 function DeviceRow({ device }: { device: Device }) {
-  const well = device.state === "streaming";
+  const words = device.state === "streaming" ? panelText("sends") : device.state === "absent" ? panelText("absent") : "";
   return (
     <tr>
       <th scope="row">{device.name}</th>
       <Figure value={device.frames_per_s} />
-      <td class={well ? "number" : "number bad"} title={device.detail}>
-        {well ? panelText("sends") : device.state}
+      <td class={words ? "number" : "number bad"} title={device.detail}>
+        {words || device.state}
       </td>
     </tr>
   );

@@ -13,6 +13,11 @@ from pathlib import Path
 
 import cv2
 import numpy as np
+import tomli_w
+
+import vistel.log
+from vistel.conference.files import DEMO_FILE, load
+from vistel.log.numbers import tracks
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests"))
@@ -23,7 +28,8 @@ COMMAND = [sys.executable, "-m", "vistel_cli.main"]
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 SIZE, TALL = (980, 880), (980, 1150)
 """TALL: for a large picture of the room above the lanes."""
-MOMENT_S = 24.6
+SECONDS = "30"
+HELD = "thing.baton.held"
 PLOTS = ("participant.ben.motion.left_hand.speed", "participant.aiko.motion.right_hand.speed", "thing.baton.y")
 NOTE = "Look at the two hands: the baton is taken"
 LATER_S = 1.5
@@ -37,12 +43,25 @@ def main() -> None:
         log = shutil.copy(sys.argv[1] if len(sys.argv) > 1 else recorded(folder), folder / "meeting.mcap")
         other = shutil.copy(log, folder / "other.mcap")
         with served(log, other) as url:
-            asyncio.run(visit(folder, url))
+            asyncio.run(visit(folder, url, handed_over(Path(log))))
 
 
 def recorded(folder: Path) -> Path:
-    subprocess.run([*COMMAND, "up", "--seconds", "20", "--out", str(folder / "out")], check=True)
+    """A meeting of the demo's people whose sites draw nothing, so that no machine is too slow for it."""
+    data = load(DEMO_FILE).model_dump(mode="json", exclude_none=True)
+    for site in data["sites"]:
+        site["processes"] = [["tracker", "glove", "posture"]]
+    (folder / "demo.toml").write_text(tomli_w.dumps(data))
+    run = [*COMMAND, "up", str(folder / "demo.toml"), "--no-console", "--seconds", SECONDS, "--out", str(folder / "out")]
+    subprocess.run(run, check=True)
     return folder / "out/conference.mcap"
+
+
+def handed_over(log: Path) -> float:
+    """When the baton is taken for the last time, from somebody's hand where it was given at all [s of the log]."""
+    held = tracks(vistel.log.open(log), [HELD])[HELD]
+    begun = [np.flatnonzero((held.value[1:] > hands) & (held.value[:-1] <= hands)) for hands in (1.0, 0.0)]
+    return float(held.t[next(n for n in begun if n.size)[-1] + 1]) + 0.1
 
 
 @contextmanager
@@ -56,9 +75,9 @@ def served(log: Path, other: Path) -> Iterator[str]:
             process.send_signal(signal.SIGINT)
 
 
-async def visit(folder: Path, url: str) -> None:
+async def visit(folder: Path, url: str, moment_s: float) -> None:
     async with page(folder, *SOFTWARE_GL) as tab:
-        await tab.open(f"{url}#t={MOMENT_S:g}" + "".join(f"&plot={name}" for name in PLOTS), *SIZE)
+        await tab.open(f"{url}#t={moment_s:.2f}" + "".join(f"&plot={name}" for name in PLOTS), *SIZE)
         await tab.until("window.vistel && window.vistel.ready() === 3")
         await tab.until(f"window.vistelTravel.curves().length === {len(PLOTS)}")
         await tab.value("document.querySelector('[name=note]').focus()")

@@ -27,7 +27,7 @@ def main() -> None:
         folder = Path(name)
         data = load(DEMO_FILE).model_dump(mode="json", exclude_none=True)
         for site in data["sites"]:
-            site["display"] = {"width": 320, "height": 180, "video": False}
+            site["processes"] = [["tracker", "glove", "posture"]]  # drawn later
         (folder / "demo.toml").write_text(tomli_w.dumps(data))
         (folder / "slides.pdf").write_bytes(pdf(SLIDES))
         run = [*COMMAND, "up", "demo.toml", "--no-console", "--out", "out"]
@@ -41,7 +41,7 @@ def main() -> None:
         log = folder / "out" / "conference.mcap"
         reader = LogReader(log)
         at_s = AFTER_S + 1e-9 * (next(r.log_ns for r in reader.records(topics=("picture_part",))) - reader.begin_ns)
-        look = ["--render", "--png", "--site", "tokyo", "--view", "room", "--size", "1280x720", "--supersample", "2"]
+        look = ["--render", "--png", "--site", "tokyo", "--view", "room", "--size", "1280x720", "--supersample", "2", "--no-names"]
         span = ["--from", f"{at_s:.2f}", "--to", f"{at_s + 0.5:.2f}", "--fps", "2", "--out", str(folder / "film")]
         subprocess.run([*COMMAND, "replay", str(log), *look, *span], check=True)
         shutil.copyfile(min((folder / "film").rglob("*.png")), Path(__file__).parent / "panel.png")

@@ -23,8 +23,9 @@ T = TypeVar("T")
 
 SILENCE_S = 0.5
 """A streaming device that is silent for this time is started again [s]."""
+ABSENT_S = 5.0
+"""A device that may be absent is, when it has been silent for this time [s]: pages in the background send seldom."""
 _NEVER_S = 86_400.0
-"""The silence of one that may be silent [s]."""
 _REOPEN_S = 0.25
 """Wait before a port is opened again [s]."""
 _FAULT_S = 2.0
@@ -193,7 +194,7 @@ class _Reporter:
     def set(self, state: DeviceStatus.State, detail: str) -> None:
         if (state, detail) == (self._state, self._detail):
             return
-        expected = (DeviceStatus.STATE_STARTING, DeviceStatus.STATE_STREAMING)
+        expected = (DeviceStatus.STATE_STARTING, DeviceStatus.STATE_STREAMING, DeviceStatus.STATE_ABSENT)
         bad = state not in expected and (state != DeviceStatus.STATE_SEARCHING or self._link.frames > 0)
         name = DeviceStatus.State.Name(state).removeprefix("STATE_").lower()
         self._log.log(logging.WARNING if bad else logging.INFO, "device=%s state=%s detail=%r", self._driver.name, name, detail)
@@ -228,16 +229,10 @@ class _Reporter:
 
 
 async def keep_running(
-    driver: Driver,
-    open_transport: OpenTransport,
-    bus: Bus,
-    clock: Clock,
-    log: logging.Logger,
-    *,
-    raw: bool,
-    may_be_silent: bool = False,
+    driver: Driver, open_transport: OpenTransport, bus: Bus, clock: Clock, log: logging.Logger, *, raw: bool, absent: str = ""
 ) -> None:
-    """Run a device until cancelled. raw: publish its bytes in both directions too; may_be_silent: silence is no fault of it."""
+    """Run a device until cancelled. raw: publish its bytes in both directions too; absent: what its silence means, in a line, where
+    that is no fault of it."""
     link = Link(clock)
     reporter = _Reporter(driver, link, bus, clock, log)
     frames = bus.publish(driver.topic, device=driver.name)
@@ -276,7 +271,7 @@ async def keep_running(
             lost = False
             link.attach(transport)
             try:
-                await _run_open(driver, link, reporter, _NEVER_S if may_be_silent else SILENCE_S)
+                await (_run_visited(driver, link, reporter, absent) if absent else _run_open(driver, link, reporter))
             except TransportError as e:
                 lost = True
                 reporter.set(DeviceStatus.STATE_SEARCHING, str(e))
@@ -293,7 +288,7 @@ async def keep_running(
             gathered.flush()
 
 
-async def _run_open(driver: Driver, link: Link, reporter: _Reporter, silence_s: float) -> None:
+async def _run_open(driver: Driver, link: Link, reporter: _Reporter) -> None:
     while True:
         reporter.set(DeviceStatus.STATE_STARTING, "starting")
         try:
@@ -304,11 +299,22 @@ async def _run_open(driver: Driver, link: Link, reporter: _Reporter, silence_s: 
         reporter.set(DeviceStatus.STATE_STREAMING, about)
         beating = background.start(_send_again(link, *driver.beat), f"beat {driver.name}") if driver.beat is not None else None
         try:
-            await link.until_silent(silence_s)
+            await link.until_silent(SILENCE_S)
         finally:
             if beating is not None:
                 beating.cancel()
-        reporter.set(DeviceStatus.STATE_STALLED, f"silent for {silence_s} s")
+        reporter.set(DeviceStatus.STATE_STALLED, f"silent for {SILENCE_S} s")
+
+
+async def _run_visited(driver: Driver, link: Link, reporter: _Reporter, absent: str) -> None:
+    """One that sends when somebody comes; absent: what is said of it else."""
+    about = await driver.start(link)
+    while True:
+        reporter.set(DeviceStatus.STATE_ABSENT, absent)
+        seen = link.frames
+        if await link.wait_for(lambda seen=seen: link.frames > seen or None, _NEVER_S):
+            reporter.set(DeviceStatus.STATE_STREAMING, about)
+            await link.until_silent(ABSENT_S)
 
 
 async def _send_again(link: Link, period_s: float, data: bytes) -> None:

@@ -21,13 +21,13 @@ from vistel_services.devices.device import Driver, keep_running
 
 @dataclass(frozen=True)
 class Connected:
-    """A device's driver, and how its port is opened. keeps_raw: its bytes may be recorded; may_be_silent: it sends when somebody
-    comes, and is not started again for its silence."""
+    """A device's driver, and how its port is opened. keeps_raw: its bytes may be recorded; absent: what its silence means, in a
+    line, where it sends when somebody comes; empty: it is started again for that."""
 
     driver: Driver
     opener: Callable[[Clock], OpenTransport]
     keeps_raw: bool = True
-    may_be_silent: bool = False
+    absent: str = ""
 
 
 @dataclass(frozen=True)
@@ -74,6 +74,6 @@ class DeviceService:
         async with asyncio.TaskGroup() as group:
             for d in config.devices:
                 raw = config.raw and d.keeps_raw
-                running = keep_running(d.driver, d.opener(clock), bus, clock, self._log, raw=raw, may_be_silent=d.may_be_silent)
+                running = keep_running(d.driver, d.opener(clock), bus, clock, self._log, raw=raw, absent=d.absent)
                 group.create_task(running, name=d.driver.name)
             await asyncio.Event().wait()

@@ -23,19 +23,19 @@ class PageDriver(SenderDriver):
 
 def page(device: Device, link: Path | None) -> Connected:
     """A page of the console. link: the file in which the gateway finds the port."""
-    return _connected(device, link, PointerDecoder(device.name), "a page for a guest")
+    return _connected(device, link, PointerDecoder(device.name), "the page of a guest", "nobody has entered here")
 
 
 def camera(device: Device, link: Path | None) -> Connected:
     """The camera of such a page."""
-    return _connected(device, link, CameraBodyDecoder(device.name), "the camera of a guest's page")
+    return _connected(device, link, CameraBodyDecoder(device.name), "the camera of a guest's page", "no guest uses it")
 
 
 def headset(device: Device, link: Path | None) -> Connected:
     """The headset with which a guest has entered by such a page."""
-    return _connected(device, link, HeadsetDecoder(device.name), "the headset of a guest's page")
+    return _connected(device, link, HeadsetDecoder(device.name), "the headset of a guest's page", "no guest uses it")
 
 
-def _connected(device: Device, link: Path | None, decoder: Decoder, about: str) -> Connected:
+def _connected(device: Device, link: Path | None, decoder: Decoder, about: str, absent: str) -> Connected:
     driver = PageDriver(device.name, BY_NAME[device.kind.topic], decoder, about, "", lambda: about)
-    return Connected(driver, udp_opener(device, link), may_be_silent=True)
+    return Connected(driver, udp_opener(device, link), absent=absent)

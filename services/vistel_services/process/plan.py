@@ -26,6 +26,11 @@ class ProcessPlan:
         return f"{self.site}/{self.label}"
 
 
+def further_recorder(site: str) -> ProcessPlan:
+    """That of `vistel record`, on the machine of a site or of the hub: beside the conference's own, under a name of its own."""
+    return ProcessPlan(site, "record", ("recorder",))
+
+
 def process_token(label: str) -> str:
     """The presence token of a process."""
     return f"process-{label}"
@@ -74,7 +79,8 @@ def find(conference: Conference, node: str) -> ProcessPlan:
     plans = hub_processes(conference)
     for site in conference.sites:
         plans += site_processes(conference, site.name)
-    for plan in plans:
+    further = [further_recorder(site) for site in (HUB, *(s.name for s in conference.sites))]
+    for plan in (*plans, *further):
         if plan.node == node:
             return plan
     raise ValueError(f"node: no process {node!r} in this conference; there are {', '.join(p.node for p in plans)}")

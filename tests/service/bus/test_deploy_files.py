@@ -196,6 +196,8 @@ def test_the_secret_that_a_command_prints_is_the_one_which_the_pods_mount_and_ha
     (folder := tmp_path / "certificates").mkdir(mode=0o700)
     assert CliRunner().invoke(app, ["site", "certs", "secret", str(file)]).exit_code == 1, "nothing is there yet"
     assert CliRunner().invoke(app, ["site", "certs", "init", str(file)]).exit_code == 0
+    again = CliRunner().invoke(app, ["site", "certs", "init", str(file)])
+    assert again.exit_code == 1 and "ca.key: an authority has been made here; `vistel site certs renew" in again.stderr
     printed = CliRunner().invoke(app, ["site", "certs", "secret", str(file)])
     document = json.loads(printed.stdout)
     kubernetes_validate.validate(document, "1.32", strict=True)

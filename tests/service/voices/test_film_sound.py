@@ -9,6 +9,7 @@ from pathlib import Path
 import av
 import numpy as np
 import pytest
+from PIL import Image
 
 from vistel.audio.opus import FRAME, FRAME_NS, Encoder
 from vistel.conference.model import Conference
@@ -138,6 +139,18 @@ def test_the_clap_is_heard_at_the_picture_in_which_the_hands_meet(
     assert picture_s - apart_s - 0.02 < at_s < picture_s + 0.02, (at_s, picture_s)
     assert at_s == pytest.approx(CLAP_S + 0.1 - begin_s, abs=0.02)
     assert len(sound) / 48_000 == pytest.approx(math.floor((2.0 - begin_s) * rate) / rate, abs=0.03)
+
+
+def test_a_film_has_names_over_heads_unless_it_is_to_have_none(log: Path, tmp_path: Path) -> None:
+    reader = LogReader(log)
+    conference = Conference.model_validate(reader.conference)
+    for names in (True, False):
+        look = FilmSettings((320, 180), 10.0, 1, True, "room", "fast", names=names)
+        (folder := tmp_path / str(names)).mkdir()
+        render_log(reader, conference, ["tokyo"], BEGIN + S, BEGIN + S + S // 10, look, folder)
+    named, plain = (np.asarray(Image.open(tmp_path / str(n) / "tokyo/00000.png"), np.int16) for n in (True, False))
+    differs = np.abs(named - plain).max(axis=2) > 30
+    assert 50 < differs.sum() < 0.1 * differs.size
 
 
 def test_a_film_at_half_speed_has_twice_the_pictures_at_its_own_rate_and_no_sound(log: Path, tmp_path: Path) -> None:

@@ -154,6 +154,7 @@ KINDS = [
     ),
     ("up", "confrence.toml", None, "confrence.toml: no such file; did you mean conference.toml?"),
     ("up", "tea.toml", None, "tea.toml: no such file; `vistel examples FOLDER` makes one to begin with"),
+    ("log import -o tea.mcap", "tea.bvh", None, "tea.bvh: no such file; `vistel examples FOLDER` makes one, recordings/walk.bvh"),
     ("log info", "tea.mcap", None, "tea.mcap: no such file; `vistel up` records one below the folder where you type it"),
 ]
 
@@ -173,6 +174,12 @@ def test_another_kind_of_file_is_named_with_what_one_can_do_with_it(
 def test_a_misspelt_option_is_answered_with_the_one_that_is_nearest(capsys: Any) -> None:
     said = answer("vistel up", ["--second", "3"], capsys, 2)
     assert "no such option: --second; did you mean --seconds?;" in said
+
+
+@pytest.mark.parametrize(("word", "meant"), [("mut", "mute or unmute"), ("watsh", "watch")])
+def test_a_misspelt_command_is_answered_with_those_that_are_like_it(word: str, meant: str, capsys: Any) -> None:
+    said = answer("vistel voice", [word], capsys, 2)
+    assert f"no such command '{word}'; did you mean {meant}?;" in said
 
 
 def test_what_nobody_foresaw_ends_in_one_line_with_a_report(capsys: Any) -> None:

@@ -10,7 +10,8 @@ WELL = {
 
 
 def test_where_all_is_well_nothing_is_said() -> None:
-    assert troubles(WELL, [{"name": "glove", "state": "streaming", "detail": ""}]) == []
+    devices = [{"name": "glove", "state": "streaming", "detail": ""}, {"name": "page", "state": "absent", "detail": "nobody"}]
+    assert troubles(WELL, devices) == []
 
 
 def test_what_is_silent_slow_or_still_is_named() -> None:

@@ -65,9 +65,12 @@ class StatusCollector:
 
     def device(self, site: str, message: device_pb2.DeviceStatus) -> None:
         """How a device is doing."""
-        fine = message.state in (device_pb2.DeviceStatus.STATE_STREAMING, device_pb2.DeviceStatus.STATE_STARTING)
-        known = self._devices.setdefault(site, {})
-        known[message.device] = "" if fine else f"{message.device}: {message.detail or 'silent'}"
+        states, known = device_pb2.DeviceStatus, self._devices.setdefault(site, {})
+        if message.state == states.STATE_ABSENT:
+            known.pop(message.device, None)
+        else:
+            fine = message.state in (states.STATE_STREAMING, states.STATE_STARTING)
+            known[message.device] = "" if fine else f"{message.device}: {message.detail or 'silent'}"
         self._change(site, devices=len(known), faults=tuple(fault for _, fault in sorted(known.items()) if fault))
 
     def person(self, site: str, name: str) -> None:

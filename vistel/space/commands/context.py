@@ -102,10 +102,11 @@ class Context:
         """The dents of a thing."""
         return tuple(d for d in self.state.dents if d.thing == self.state.things[n].id)
 
-    def ids(self) -> set[str]:
-        """All ids in use, those of parts and of what can be brought back as well."""
+    def ids(self, *, put_away: bool = True) -> set[str]:
+        """All ids in use, those of parts and of what can be brought back as well; put_away: also those of panels that can be."""
         past = [s.thing for c in (*self.state.history.done, *self.state.history.undone) for s in (*c.before, *c.after)]
-        return {t.id for t in _with_parts([*self.state.things, *past])}
+        kept = [t for t in past if put_away or t.pages is None]
+        return {t.id for t in _with_parts([*self.state.things, *kept])}
 
 
 Answer = tuple[State, tuple[str, ...]]

@@ -23,10 +23,11 @@ MOST_TITLE = 60
 
 @performs(ask.Present)
 def present(context: Context, action: ask.Present) -> Answer:
-    """Put up a panel where people see it best, turned to them."""
+    """Put up a panel where people see it best, turned to them. One that was put away can be shown again under its name; to take
+    putting away back, what has its name must go first."""
     _check(context, action)
     names = (t.name for t in context.state.things)
-    number, name = create.called(name_from(action.title), SHAPE, context.ids(), names)
+    number, name = create.called(name_from(action.title), SHAPE, context.ids(put_away=False), names)
     new = panel(number, name, action.aspect, Pages(action.pages, 0, context.who))
     spot, rotation = panel_place(context, new)
     new = replace(new, position=spot, rotation=rotation)

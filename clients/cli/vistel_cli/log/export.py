@@ -112,8 +112,16 @@ def _usd(log: Path, output: Path, begin: float, end: float | None, fps: float) -
 
 def _writing(log: "Log", output: Path, write: Callable[[], str]) -> None:
     """Write, and tell what was written; what cannot be gets one line."""
+    before = 0.0
+
+    def doing() -> str:
+        """How much is read, while that grows; what comes after reading may take longer."""
+        nonlocal before
+        reads, before = log.share_read > before, log.share_read
+        return f"writing {output.name}" + (f": {before:.0%} of {log.path.name} read" if reads else "")
+
     try:
-        with waiting(lambda: f"writing {output.name}: {log.share_read:.0%} of {log.path.name} read"):
+        with waiting(doing):
             written = write()
     except ValueError as e:
         fail(str(e), USAGE)

@@ -68,7 +68,7 @@ class FastReplay:
     def _computed(self, path: Path) -> tuple[int, float]:
         """How many messages were used, and how long it took [s], without what is loaded once."""
         begin_ns, end_ns = (self.reader.begin_ns + round(t * 1e9) for t in (self.begin, self.end))
-        with waiting("loading"):
+        with waiting("preparing the room and its people"):
             world.preload(self.conference)
             posture.preload(self.conference)
         began_s = time.perf_counter()

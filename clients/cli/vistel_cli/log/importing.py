@@ -147,6 +147,7 @@ def _read(path: Path, said: Said) -> Recorded:
     from vistel.log.ros.bag import is_bag
     from vistel.log.sensors import SensorError, read_table
     from vistel_cli.log.imported import bag, hands, motion, sensors
+    from vistel_sim.motion.six_dof import is_hand_over
     from vistel_sim.motion.source import MotionError
 
     kind = path.suffix.lower()
@@ -155,7 +156,7 @@ def _read(path: Path, said: Said) -> Recorded:
             return bag.bag(path, said)
         if is_recording(path):
             return hands.hololens(path, said)
-        if path.is_dir():
+        if is_hand_over(path):
             return motion.hand_over(path)
         if kind == ".bvh":
             return motion.bvh(path)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class FilmSettings:
     """size: pixels, None: the site's; rate: pictures per second; finer: samples per pixel in each direction; png: one file
-    for each picture instead of a film; view: "seat" or "room", None: the site's; light: "fast" or "fine"; speed: 1 is real time."""
+    for each picture instead of a film; view: "seat" or "room", None: the site's; light: "fast" or "fine"; speed: 1 is real time;
+    names: over people's heads."""
 
     size: tuple[int, int] | None
     rate: float
@@ -28,6 +29,7 @@ class FilmSettings:
     view: str | None
     light: str
     speed: float = 1.0
+    names: bool = True
 
 
 def size_of(text: str | None) -> tuple[int, int] | None:
@@ -81,6 +83,7 @@ def _render_site(
 
     site = next(s for s in conference.sites if s.name == name)
     config = render_config(conference, site)
+    config = replace(config, view=replace(config.view, names=look.names))
     rate = look.rate / look.speed  # in a second of the log
     count = count_of(begin_ns, end_ns, rate)
     voices: FilmSound | None = None

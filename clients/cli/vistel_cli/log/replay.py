@@ -110,6 +110,7 @@ def replay(
     supersample: Annotated[int, typer.Option(min=1, max=4, help="With --render: samples per pixel in each direction.")] = 1,
     view: Annotated[View | None, typer.Option(help="With --render: viewpoint instead of the site's own.")] = None,
     light: Annotated[PictureLight, typer.Option(help="With --render: soft shadows and mirrors, or as live.")] = PictureLight.FINE,
+    names: Annotated[bool, typer.Option("--names/--no-names", help="With --render: names over people's heads.")] = True,
     png: Annotated[bool, typer.Option("--png", help="With --render: one file for each picture instead of films.")] = False,
     fast: Annotated[
         bool,
@@ -178,7 +179,7 @@ def replay(
         limits = (most_degrees, most_mm, most_apart)
         replayed = FastReplay(reader, conference, source.value, begin, end, damage)
         raise typer.Exit(replayed.run(output, force, against, limits, as_json))
-    looks = FilmSettings(size_of(size), fps, supersample, png, view.value if view else None, light.value, speed)
+    looks = FilmSettings(size_of(size), fps, supersample, png, view.value if view else None, light.value, speed, names)
     sites = [s.name for s in conference.sites if not site or s.name in site]
     folder = run_folder(output, f"{conference.name}-replay", latest=False)
     films = [v for s in sites for v in RunPaths(folder, folder).videos(s)]
@@ -270,7 +271,7 @@ async def _play(
 
             def reached() -> str:
                 at = (clock.now_ns() - begin_ns) * 1e-9
-                return f"{begin + at:.1f} s of {end:.1f} s at {speed:g}x" if at > 0 else f"starting {len(specs)} processes"
+                return f"{begin + at:.1f} s of {end:.1f} s at {speed:g}x" if at > 0 else "starting the processes"
 
             with waiting(reached, silent_s=0.0):
                 feeding = background.start(feeder.feed(start_ns - PREROLL_NS, start_ns, end_ns, preroll_ns), "feed")

@@ -51,6 +51,8 @@ if TYPE_CHECKING:
 START_LIMIT_S = 120.0
 """Nothing more has come for so long since the processes began, on a machine that has time for them: a run of some length has
 failed, one until Ctrl-C goes on without the rest [s]."""
+MOST_TURNS = 8
+"""Of those who held a thing, each is named."""
 DEFAULT_ROUTER = "tcp/127.0.0.1:7447"
 
 
@@ -311,6 +313,14 @@ def _running(conference: Conference, source: Path, endpoint: str, paths: RunPath
     )
 
 
+def held_by(holders: list[str]) -> str:
+    """Who has held a thing, in turn; of a long meeting how often, and who."""
+    turns = [holder for holder, _ in groupby(holders)]
+    if len(turns) > MOST_TURNS:
+        return f"held {len(turns)} times, in turn by {' and '.join(dict.fromkeys(turns))}"
+    return f"held by {', then '.join(turns)}"
+
+
 def _show_report(report: dict[str, Any], folder: Path) -> None:
     for name, s in report["sites"].items():
         delays = ", ".join(f"{p} {d * 1e3:.0f} ms" for p, d in s["image_delay_s_median"].items())
@@ -322,8 +332,7 @@ def _show_report(report: dict[str, Any], folder: Path) -> None:
                 skew = "" if v["skew_s_median"] is None else f", {v['skew_s_median'] * 1e3:+.0f} ms from the picture"
                 out.print(f"{name:10} hears {who} after {v['mouth_to_ear_s_median'] * 1e3:.0f} ms{skew}")
     for thing, holders in report["world"]["things_held_by_in_turn"].items():
-        held = f"held by {', then '.join(holder for holder, _ in groupby(holders))}"
-        out.print(f"{thing:10} {indented(held, 11)}", soft_wrap=True)
+        out.print(f"{thing:10} {indented(held_by(holders), 11)}", soft_wrap=True)
     for pair in report["world"]["people_touched"]:
         out.print(f"{pair} touched")
     for name, size in report["files"].items():

@@ -25,7 +25,9 @@ def resume(conference: Conference, paths: RunPaths, earlier: Path | None, place:
     if earlier is None:
         return
     if not earlier.exists():
-        fail(f"--from {earlier}: no such file or folder")
+        rooms = [folder.name for folder in sorted(earlier.parent.glob("*Z")) if folder.is_dir()]
+        there = f"in {earlier.parent} are {', '.join(rooms)}" if rooms else f"no earlier room is kept in {earlier.parent}"
+        fail(f"--from {earlier}: no such file or folder; {there}")
     from vistel_services.world import service as world  # loads the mathematics
 
     site = next((s for s in conference.sites if s.name == (place or conference.world.on)), None)

@@ -43,14 +43,16 @@ def run_processes(
     simulate: str | None = None,
     earlier: Path | None = None,
     source: Path | None = None,
+    *,
+    latest: bool = True,
 ) -> int:
     """Supervise `plans`, and the simulated devices of site `simulate`. earlier: a room to begin with; source: the conference file
-    of a site, which other commands find then. Returns the exit code.
+    of a site, which other commands find then; latest: out/latest leads to `output` from now on. Returns the exit code.
 
     Ends on Ctrl-C, on SIGTERM, or when `seconds` have passed (0: never).
     """
     return asyncio.run(
-        background.as_service("supervisor", _run(conference, plans, hub, output, seconds, simulate, earlier, source))
+        background.as_service("supervisor", _run(conference, plans, hub, output, seconds, simulate, earlier, source, latest))
     )
 
 
@@ -63,6 +65,7 @@ async def _run(
     simulate: str | None = None,
     earlier: Path | None = None,
     source: Path | None = None,
+    latest: bool = True,
 ) -> int:
     stopping = Stopping()
     stop = stopping.asked
@@ -75,7 +78,8 @@ async def _run(
             forget(output)
             err.print(STOPPED_PREPARING)
             return 0
-        lead_to(output)
+        if latest:
+            lead_to(output)
         resume(conference, paths, earlier)
         specs = [host_spec(p, file, hub, paths) for p in plans]
         if simulate:

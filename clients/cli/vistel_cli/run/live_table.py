@@ -68,12 +68,14 @@ class Events:
 
     def _of_device(self, device: str, status: DeviceStatus) -> Iterator[str]:
         now, before = _state(status), self._states.get(device)
-        if now != before and not (now == "starting" and before != "streaming"):  # what fails is started again and again
+        if now == "absent" or (before, now) == ("absent", "streaming"):  # who joins and leaves is told as a person
+            self._states[device] = now
+        elif now != before and not (now == "starting" and before != "streaming"):  # what fails is started again and again
             if now == "streaming" and before is not None:
                 yield "sends again"
             elif now == "starting":
                 yield "is starting"
-            elif now != "streaming" and before in (None, "streaming", "starting"):
+            elif now != "streaming" and before in (None, "streaming", "starting", "absent"):
                 simulated = rf"^\S+/dev/{re.escape(device)}: "  # its port is in a folder of the run
                 yield f"fails: {re.sub(simulated, '', status.detail) or now}"
             self._states[device] = now
@@ -141,7 +143,7 @@ def sites_table(conference: Conference, observer: Observer) -> RenderableType:
     for site in conference.sites:
         image = observer.images.get(site.name)
         delay_s = max((s.delay_s for s in image.streams), default=0.0) if image else 0.0
-        devices = [d.name for d in devices_of_site(site)]
+        devices = [d.name for d in devices_of_site(site) if _state(observer.devices.get(d.name, DeviceStatus())) != "absent"]
         sending = sum(d in observer.devices and _sends(observer.devices[d]) for d in devices)
         table.add_row(
             site.name,

@@ -86,7 +86,7 @@ class Observer:
         out = [
             f"device {d}{f' ({status.detail})' if status.detail else ''}"
             for d, status in states
-            if status.state != DeviceStatus.STATE_STREAMING
+            if status.state not in (DeviceStatus.STATE_STREAMING, DeviceStatus.STATE_ABSENT)
         ]
         people = {p.name for s in self._conference.sites for p in s.participants if p.awaited}
         for site in (s for s in self._conference.sites if s.draws):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import socket
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
 
 from vistel.conference.console import ConsoleConfig
@@ -18,17 +20,22 @@ def pages_of(sites: Iterable[Site], now: datetime) -> dict[str, str]:
 
 CONSOLE_PORT = 8440
 """Of the console of `vistel up`, where it is free: an address that people can remember."""
+MORE_TRIES = 8
+"""At ports that the system chooses; each may be somebody's by the time it is claimed."""
 
 
-def with_console(conference: Conference) -> Conference:
-    """The conference with a console on this machine alone, where its file does not say where: at a port that is free and that the
-    file names for nothing else."""
+@contextmanager
+def with_console(conference: Conference) -> Iterator[Conference]:
+    """The conference with a console on this machine alone, where its file does not say where: at a port that is free, that the file
+    names for nothing else, and that no other conference chooses within the block, although the console opens it only later."""
     if conference.console.at:
-        return conference
+        yield conference
+        return
     from vistel_cli.run.checks import ports_of  # loads slowly
 
-    port = _free_port(0 if CONSOLE_PORT in ports_of(conference) else CONSOLE_PORT)
-    return conference.model_copy(update={"console": ConsoleConfig(at=f"127.0.0.1:{port}")})
+    with ExitStack() as held:
+        port = _chosen_port(held, 0 if CONSOLE_PORT in ports_of(conference) else CONSOLE_PORT)
+        yield conference.model_copy(update={"console": ConsoleConfig(at=f"127.0.0.1:{port}")})
 
 
 def console_line(console: ConsoleConfig) -> dict[str, str]:
@@ -48,14 +55,18 @@ def guests_line(conference: Conference) -> dict[str, str]:
     return {"guests": f"{seats} {'seat' if seats == 1 else 'seats'}; a link for one: vistel invite NAME"}
 
 
-def _free_port(wanted: int) -> int:
-    with socket.socket() as tried:
-        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        try:
-            tried.bind(("127.0.0.1", wanted))
-        except OSError:
-            tried.bind(("127.0.0.1", 0))
-        return int(tried.getsockname()[1])
+def _chosen_port(held: ExitStack, wanted: int) -> int:
+    """A free TCP port of this machine, `wanted` if that can be had. Until `held` ends, the UDP port of the same number, which
+    nothing uses, tells other conferences that it is taken: two TCP sockets could both be bound to it before either listens."""
+    for port in (wanted, *(0,) * MORE_TRIES):
+        with socket.socket() as tried:
+            tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # what a program that has ended left behind is free
+            claim = held.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            with suppress(OSError):
+                tried.bind(("127.0.0.1", port))
+                claim.bind(tried.getsockname())
+                return int(claim.getsockname()[1])
+    raise OSError(errno.EADDRINUSE, "no port of this machine is free for the console: --no-console")
 
 
 def _certificate(site: Site, now: datetime) -> str:

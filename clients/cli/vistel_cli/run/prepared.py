@@ -49,7 +49,7 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, dr
     child = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "vistel_cli.run.prepare", *arguments, stdout=subprocess.PIPE, env=_ONE_THREAD | dict(os.environ)
     )
-    following, stopping = background.start(_show(child, silent), "progress"), background.start(stop.wait(), "stop")
+    following, stopping = background.start(show_steps(child, silent), "progress"), background.start(stop.wait(), "stop")
     await asyncio.wait({following, stopping}, return_when=asyncio.FIRST_COMPLETED)
     stopping.cancel()
     if not following.done():
@@ -64,7 +64,7 @@ async def prepare(conference: Conference, file: Path, stop: asyncio.Event, *, dr
     return True
 
 
-async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
+async def show_steps(child: asyncio.subprocess.Process, silent: bool) -> None:
     """Show what `child` says of its steps until it ends: in a terminal as a bar, elsewhere as a line every two seconds."""
     assert child.stdout is not None
     columns = (
@@ -81,7 +81,7 @@ async def _show(child: asyncio.subprocess.Process, silent: bool) -> None:
             steps += int(said) if word == "steps" else 0
             done += word == "done"
             kernels += word == "kernel"
-            doing = said if word in ("begun", "kernel") else doing
+            doing = "finishing" if done == steps > 0 else said if word in ("begun", "kernel") else doing
             text = f"{done} of {steps} steps done; {doing}" if steps else doing
             text += f", function {kernels}" if kernels and doing.startswith("compiling") else ""
             bar.update(task, completed=done, total=steps or None, description=text)

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from vistel.conference.paths import RunPaths, free_path
 from vistel.wire.clock import SystemClock
 from vistel.wire.clock_sync import set_clock
 from vistel.wire.topics import BY_NAME
-from vistel_cli.conference_choice import Hub, RunningFile, chosen, on_bus
+from vistel_cli.conference_choice import Hub, RunningFile, chosen_here, on_bus
 from vistel_cli.run.folders import OutFolder, run_folder
 from vistel_cli.run.hub import run_processes
 from vistel_cli.terminal import USAGE, fail, out
-from vistel_services.process.plan import HUB, ProcessPlan
+from vistel_services.process.plan import HUB, further_recorder
 
 if TYPE_CHECKING:
     from vistel.conference.model import Conference
@@ -41,6 +42,9 @@ def record(
 ) -> None:
     """Record every topic of a running conference into an MCAP log.
 
+    On the machine of a site, the recorder takes part as that site. With certificates it then hears everything but the inputs of
+    the world, so the room cannot be computed again from its log (`vistel replay --verify`); the log of the hub has them.
+
     [bold]Example[/bold]
 
       vistel record --seconds 60  # the conference that runs here
@@ -49,15 +53,20 @@ def record(
 
       vistel record --note "Ben drops the baton"  # into the log of the conference that runs here
     """
-    conference, endpoint = chosen(file, hub)
+    conference, endpoint, place = chosen_here(file, hub)
     if note is not None:
+        if place != HUB and conference.bus.tls is not None:
+            fail(f"--note: notes are the hub's, and this machine takes part as {place}; write it there, or on the console")
         _note(conference, endpoint, note)
         return
     if raw is not None:
         conference = conference.model_copy(update={"record_raw": raw})
-    plan = ProcessPlan(HUB, "recorder", ("recorder",))
     folder = run_folder(output, f"{conference.name}-record", latest=False)
-    raise typer.Exit(run_processes(conference, [plan], endpoint, folder, seconds))
+    deaf = place != HUB and conference.bus.tls is not None and place not in conference.world.all
+    without = ", without the inputs of the world, which sites do not hear" if deaf else ""
+    log = free_path(RunPaths(folder, folder).log)
+    out.print(f"recording {conference.name} as {place} into {log}{without}", soft_wrap=True, markup=False)
+    raise typer.Exit(run_processes(conference, [further_recorder(place)], endpoint, folder, seconds, latest=False))
 
 
 def _note(conference: Conference, endpoint: str, text: str) -> None:

@@ -54,8 +54,8 @@ def clear(keep: Annotated[int, typer.Option(min=0, help="How many of the newest 
 
       vistel runs clear --keep 3
     """
-    freed = 0
-    for row in [_row(folder) for folder in runs_in(where)[keep:]]:
+    freed, found = 0, runs_in(where)
+    for row in [_row(folder) for folder in found[keep:]]:
         if row["running"]:
             continue
         try:
@@ -67,7 +67,7 @@ def clear(keep: Annotated[int, typer.Option(min=0, help="How many of the newest 
     latest = where / LATEST
     if latest.is_symlink() and not latest.exists():
         latest.unlink()
-    out.print(f"{freed / 1e6:.1f} MB freed")
+    out.print(f"{freed / 1e6:.1f} MB freed" if found else f"no runs in {where}")
 
 
 def _row(folder: Path) -> dict[str, Any]:

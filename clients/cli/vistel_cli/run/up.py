@@ -69,25 +69,26 @@ def up(
         if not console:
             conference = conference.model_copy(update={"console": ConsoleConfig()})
         faults = faults_of(conference, source)
-    if console:  # after the checks: meanwhile another conference may take the port that is free now, and no file is wrong then
-        conference = with_console(conference)
-    if motion is not None:
-        conference = with_motion(conference, motion)
-    if links and conference.bus.mode != "embedded":
-        fail("--simulate-links: is for conferences whose router is that of `vistel up`", USAGE)
-    if plan:
-        _show_plan(conference)
-    for fault in faults:
-        print_error(fault)
-    if plan or faults:
-        raise typer.Exit(FAILED if faults else 0)
-    folder = run_folder(output, source.stem, latest=False)
-    earlier = left_by_a_run(conference, folder)
-    keep_existing(*earlier, force=force)
-    for old in earlier:
-        old.unlink()
-    running = ConferenceRun(conference, source, folder, seconds, as_json, begin, links, steps)
-    raise typer.Exit(asyncio.run(as_service("supervisor", running.run())))
+    with contextlib.ExitStack() as held:
+        if console:  # after the checks: meanwhile another conference may take the port that is free now, and no file is wrong then
+            conference = held.enter_context(with_console(conference))
+        if motion is not None:
+            conference = with_motion(conference, motion)
+        if links and conference.bus.mode != "embedded":
+            fail("--simulate-links: is for conferences whose router is that of `vistel up`", USAGE)
+        if plan:
+            _show_plan(conference)
+        for fault in faults:
+            print_error(fault)
+        if plan or faults:
+            raise typer.Exit(FAILED if faults else 0)
+        folder = run_folder(output, source.stem, latest=False)
+        earlier = left_by_a_run(conference, folder)
+        keep_existing(*earlier, force=force)
+        for old in earlier:
+            old.unlink()
+        running = ConferenceRun(conference, source, folder, seconds, as_json, begin, links, steps)
+        raise typer.Exit(asyncio.run(as_service("supervisor", running.run())))
 
 
 def left_by_a_run(conference: Conference, folder: Path) -> list[Path]:

@@ -46,7 +46,10 @@ def init(file: File, days: Days = DAYS, force: Force = False) -> None:
 
     conference = load_conference(file)
     folder = folder_of(conference)
-    keep_existing(*(folder / f for f in ("ca.pem", "ca.key", "hub.pem", "hub.key")), force=force)
+    there = next((f for f in ("ca.key", "ca.pem", "hub.key", "hub.pem") if (folder / f).exists()), None)
+    if there is not None and not force:
+        again = f"`vistel site certs renew {file}` renews certificates; --force begins anew, and those that were given away end"
+        fail(f"{folder / there}: an authority has been made here; {again}")
     try:
         authority = Authority.create(folder, datetime.now(UTC))
         authority.issue(HUB_PLACE, datetime.now(UTC), hosts=hosts_of(conference), valid=timedelta(days=days))

@@ -108,6 +108,27 @@ def test_a_device_that_fails_and_comes_back_is_reported_once_each_time() -> None
     during(check)
 
 
+def test_a_device_that_nobody_uses_is_awaited_and_counted_by_nobody() -> None:
+    def check(meeting: Meeting) -> None:
+        events = Events(meeting.observer)
+        absent, sends, searches = DeviceStatus.STATE_ABSENT, DeviceStatus.STATE_STREAMING, DeviceStatus.STATE_SEARCHING
+        for state, counted, told in (
+            (absent, "2 of 2", []),
+            (sends, "3 of 3", []),
+            (absent, "2 of 2", []),
+            (searches, "2 of 3", ["ben-tracker fails: no port"]),
+        ):
+            meeting.device("columbus", "ben-tracker", state, detail="no port")
+            assert counted in shown(meeting, 80)[2]
+            assert list(events.new()) == told
+            assert ("device ben-tracker (no port)" in meeting.observer.missing()) == bool(told)
+        for device in ("ben-tracker", "ben-glove-left", "ben-glove-right"):
+            meeting.device("columbus", device, absent)
+        assert shown(meeting, 80)[2].split()[-1] == "-"
+
+    during(check)
+
+
 def test_what_happens_to_several_devices_at_once_is_one_line() -> None:
     def check(meeting: Meeting) -> None:
         events = Events(meeting.observer)

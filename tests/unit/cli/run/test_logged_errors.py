@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from vistel_cli.run.conference_run import _show_report, ended
+from vistel_cli.run.conference_run import _show_report, ended, held_by
 from vistel_cli.run.logged_errors import LoggedErrors, told
 from vistel_services.process import logs
 
@@ -66,3 +66,4 @@ def test_a_site_without_pictures_has_no_delay(capsys: pytest.CaptureFixture[str]
 def test_who_takes_a_thing_twice_in_a_row_is_named_once(capsys: pytest.CaptureFixture[str]) -> None:
     _show_report(REPORT, Path("out"))
     assert "held by aiko, then ben, then aiko\n" in capsys.readouterr().out
+    assert held_by(["aiko", "ben"] * 30) == "held 60 times, in turn by aiko and ben"

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
+import itertools
 import os
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import vistel
 from vistel.conference.files import DEMO_FILE, load
+from vistel_cli.run import prepared
 from vistel_cli.run.prepared import NO_FIGURES, lock_of_this_copy, prepare, stamp_of
 
 
@@ -50,6 +53,23 @@ def test_other_people_need_another_preparation() -> None:
     other = type(conference).model_validate(data)
     assert stamp_of(other, draws=True) != stamp_of(conference, draws=True)
     assert stamp_of(other, draws=False) == stamp_of(conference, draws=False)
+
+
+def test_what_is_shown_is_a_step_that_goes_on_and_not_one_that_is_done(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    seconds = itertools.count(step=10)  # so that every change is printed
+    monkeypatch.setattr(prepared, "time", SimpleNamespace(monotonic=lambda: next(seconds)))
+    said = "steps 2\\nbegun one\\nbegun two\\ndone one\\ndone two"
+
+    async def shown() -> None:
+        child = await asyncio.create_subprocess_exec(sys.executable, "-c", f"print('{said}')", stdout=asyncio.subprocess.PIPE)
+        await asyncio.wait_for(child.wait(), 60.0)  # all is there to be read
+        await prepared.show_steps(child, silent=False)
+
+    asyncio.run(shown())
+    lines = [line.rsplit(", ", 1)[0] for line in capsys.readouterr().err.splitlines()]
+    assert lines[-2:] == ["preparing, once: 1 of 2 steps done; two", "preparing, once: 2 of 2 steps done; finishing"]
 
 
 def test_where_nothing_is_drawn_nobody_is_made(tmp_path: Path) -> None:

@@ -39,6 +39,7 @@ def test_the_folder_of_a_run_that_nobody_has_announced_is_not_cleared_before_it_
     assert not in_use(folder)
     cleared = CliRunner().invoke(app, ["clear", "--keep", "0"])
     assert f"removed {folder}" in cleared.output and runs_in(Path("out")) == []
+    assert CliRunner().invoke(app, ["clear", "--keep", "0"]).output == "no runs in out\n"
 
 
 def test_a_run_that_is_stopped_while_it_prepares_leaves_no_folder_and_the_newest_run_stays_the_newest(own_folder: Path) -> None:

@@ -107,7 +107,8 @@ def test_a_site_that_joins_is_checked_alone_before_it_starts(tmp_path: Path, mon
 def test_a_console_that_the_file_does_not_place_takes_no_port_of_the_file(tmp_path: Path) -> None:
     file = tmp_path / "watched.toml"
     file.write_text(f'[[sites]]\nname = "lab"\n[sites.display]\nstream = "{CONSOLE_PORT}"\n[[sites.participants]]\nname = "ada"\n')
-    console = with_console(load(file)).console.at
+    with with_console(load(file)) as placed:
+        console = placed.console.at
     assert console.startswith("127.0.0.1:") and int(console.rpartition(":")[2]) not in (0, CONSOLE_PORT)
 
 
@@ -124,3 +125,13 @@ def test_a_console_that_the_file_does_not_place_is_placed_after_the_checks(tmp_p
     said = CliRunner().invoke(app, ["up", str(file), "--plan"])
     assert said.exit_code == 0, said.output
     assert checked == [""], "else a port that another conference takes meanwhile is called a fault of the file"
+
+
+def test_two_conferences_that_start_at_once_choose_two_ports(tmp_path: Path) -> None:
+    file = tmp_path / "quiet.toml"
+    file.write_text('[[sites]]\nname = "lab"\n[[sites.participants]]\nname = "ada"\n')
+    with with_console(load(file)) as first, with_console(load(file)) as second:
+        assert first.console.at != second.console.at, "neither console listens yet"
+        again = int(first.console.at.rpartition(":")[2])
+        with socket.create_server(("127.0.0.1", again)):  # as the console does
+            pass

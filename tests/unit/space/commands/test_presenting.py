@@ -60,6 +60,20 @@ def test_a_panel_is_called_after_its_title_and_found_by_that(title: str, names: 
         assert done(talk.say(TurnPage(Which(name=name.replace("-", " ")), by=1.0))) == (name,)
 
 
+@pytest.mark.parametrize("gone", [PutAway(), Delete(Which(name="panel"))], ids=["put away", "deleted"])
+def test_a_panel_that_went_leaves_its_name_to_the_next_and_comes_back_once_that_has_gone(gone: PutAway | Delete) -> None:
+    talk = Talk("ann", "ben")
+    talk.play.step({"ben": stands(0.9, 0.0, -1.5)})
+    put_up(talk)
+    done(talk.say(TurnPage(by=1.0), "ann"))
+    done(talk.say(gone, "ann"))
+    assert put_up(talk, SLIDES, "ben") == "slides"
+    assert "there is another slides by now" in refused(talk.say(Undo(), "ann"))
+    done(talk.say(Undo(), "ben"))
+    assert done(talk.say(Undo(), "ann")) == ("slides",)
+    assert shown(talk, "slides") == PAGES[1]
+
+
 def test_a_title_without_latin_letters_is_a_name_and_a_long_one_makes_a_short_id() -> None:
     talk = Talk()
     assert put_up(talk, Present(PAGES, 1.5, "ball")) == "ball-2", "the room has a ball"
