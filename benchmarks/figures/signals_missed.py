@@ -74,12 +74,15 @@ class Trial:
 
 
 def trials(kind: str, count: int, seed: int) -> Iterator[Trial]:
-    """People who signal, each for themselves."""
-    for rng in (np.random.default_rng((seed, n)) for n in range(count)):
-        yield _trial(kind, rng)
+    """People who signal, each for themselves; without those whose hand sways to where it does not count."""
+    for n in range(count):
+        rng, trial = np.random.default_rng((seed, n)), None
+        while trial is None:
+            trial = _trial(kind, rng)
+        yield trial
 
 
-def _trial(kind: str, rng: np.random.Generator) -> Trial:
+def _trial(kind: str, rng: np.random.Generator) -> Trial | None:
     skeleton = standard_skeleton(rng.uniform(*SIZES_M))
     right = int(rng.integers(2))
     stance = Stance(np.array((*rng.uniform(-2.0, 2.0, 2), 0.0))[[0, 2, 1]], rng.uniform(-math.pi, math.pi))
@@ -89,15 +92,15 @@ def _trial(kind: str, rng: np.random.Generator) -> Trial:
     shares = [*[0.0] * steps[0], *_eased(steps[1]), *[1.0] * steps[2], *_eased(steps[3])[::-1], *[0.0] * steps[4]]
     sways = 0.02 * np.sin(np.arange(len(shares))[:, None] / RATE_HZ * rng.uniform(2.0, 8.0, 25) + rng.uniform(0.0, 6.0, 25))
     sways[:, :6] = 0.0
+    way, close = signal.dofs - rest.dofs, signal.hands - rest.hands
     postures = tuple(
-        replace(
-            rest, dofs=rest.dofs + share * (signal.dofs - rest.dofs) + sway, hands=rest.hands + share * (signal.hands - rest.hands)
-        )
+        replace(rest, dofs=rest.dofs + share * way + sway, hands=rest.hands + share * close)
         for share, sway in zip(shares, sways, strict=True)
     )
-    held = [_holds(kind, skeleton, p)[right] for p in postures]
-    begins = held.index(True)
-    return Trial(kind, skeleton, postures, right, begins, len(held) - held[::-1].index(True))
+    held = [n for n, p in enumerate(postures) if _holds(kind, skeleton, p)[right]]
+    if len(held) < steps[2] or held[-1] - held[0] + 1 > len(held):
+        return None
+    return Trial(kind, skeleton, postures, right, held[0], held[-1] + 1)
 
 
 def _eased(steps: int) -> list[float]:

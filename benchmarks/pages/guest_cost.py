@@ -1,15 +1,26 @@
 """What guests cost the gateway and the process that makes their postures, and what one of them sends."""
 
 import asyncio
+import contextlib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.pages.guest_seats import link_to
 from benchmarks.pages.light_guests import RATES
-from benchmarks.pages.live_conference import GUESTS_NODE, LiveConference, cores_of, guest, live_conference, told_by, until_moving
+from benchmarks.pages.live_conference import (
+    GUESTS_NODE,
+    LiveConference,
+    beside,
+    cores_of,
+    guest,
+    live_conference,
+    told_by,
+    until_moving,
+)
 from benchmarks.progress import part
 from benchmarks.row import Row, at_most
+from vistel.protocol.pages.camera_body import MOST_BYTES
 from vistel.wire import background, event_loop
 from vistel.wire.topics import BY_NAME
 
@@ -45,13 +56,13 @@ def rows() -> Iterator[Row]:
     yield Row("guest", case, "their postures", "cores", found.figures)
     yield Row("guest", case, "motions of each", "1/s", found.motions_per_s)
     yield Row("guest", case, "frames of the room to each, the least", "1/s", told["frames_per_s"])
-    yield from up_link(told["bytes"])
+    yield from up_link(told["bytes"] | {"camera": MOST_BYTES})
 
 
 def up_link(size: Mapping[str, float]) -> Iterator[Row]:
     """Figures of what a page sends. size: bytes of a record, by its kind."""
     seen = {kind: size[kind] for kind in ("camera", "voice")}
-    case = "what a guest sends, talking without a pause"
+    case = "what a guest sends, both hands and the face in every picture, talking without a pause"
     yield Row("guest", case, "body, hands, face and voice", "kbit/s", kbit_s(seen), target=at_most(MOST_KBIT_S))
     framed = {kind: size[kind] + WEBSOCKET_BYTES[kind] for kind in seen}
     yield Row("guest", case, "the same with the WebSocket's bytes", "kbit/s", kbit_s(framed))
@@ -72,11 +83,16 @@ async def _measure() -> _Found:
 
 async def _visited(live: LiveConference) -> _Found:
     tokens = [link_to(live, n) for n in range(1, GUESTS + 1)]
-    seats = {guest(n) for n in range(1, GUESTS + 1)}
-    visiting = background.start(told_by("light_guests", live.url, str(SECONDS), *tokens), "guests")
+    async with beside(_watched(live, {guest(n) for n in range(1, GUESTS + 1)})) as watching:
+        told = await told_by("light_guests", live.url, str(SECONDS), *tokens)
+        return _Found(*await watching, told)
+
+
+async def _watched(live: LiveConference, seats: set[str]) -> tuple[float, float, float]:
+    """Cores of the gateway and of the process that makes postures, and motions of each guest a second, once all of them move."""
     await until_moving(live.bus, seats)
-    motions = live.bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
-    gateway, figures = await asyncio.gather(cores_of(live.gateway, MEASURED_S), cores_of(live.hosts[GUESTS_NODE], MEASURED_S))
-    count = sum(sample.names["participant"] in seats for sample in motions.take())
-    motions.close()
-    return _Found(gateway, figures, count / MEASURED_S / GUESTS, await visiting)
+    with contextlib.closing(live.bus.subscribe(BY_NAME["motion"], queue_all=True, polled=True)) as motions:
+        measuring = cores_of(live.gateway, MEASURED_S), cores_of(live.hosts[GUESTS_NODE], MEASURED_S)
+        gateway, figures = await asyncio.gather(*measuring)
+        count = sum(sample.names["participant"] in seats for sample in motions.take())
+    return gateway, figures, count / MEASURED_S / GUESTS

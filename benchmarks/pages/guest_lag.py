@@ -12,7 +12,7 @@ import numpy as np
 
 from benchmarks.pages.guest_seats import LOOK_S, seated
 from benchmarks.pages.light_guests import CYCLE, RATES, LightGuest, at_rate, raising_arms, seen_by_camera
-from benchmarks.pages.live_conference import LiveConference, guest, live_conference
+from benchmarks.pages.live_conference import LiveConference, beside, guest, live_conference
 from benchmarks.progress import part
 from benchmarks.row import Row, at_most
 from vistel.conference.model import PlayoutConfig
@@ -89,9 +89,9 @@ async def _measure() -> _Found:
     found = _Found()
     async with live_conference("lag", guests=1) as live, seated(live, 1) as light:
         with part("a webcam"):
-            sending = background.start(_send(live, light, found), "camera")
-            await _watch(live, found)
-            await sending
+            async with beside(_send(live, light, found)) as sending:
+                await _watch(live, found)
+                await sending
     return found
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.pages.chromium import ROOT, Page, browser, drawn_by, missing
 from benchmarks.pages.guest_lag import FINDING_MS, MOST_MS, Heights, wrist_heights
 from benchmarks.pages.guest_seats import LOOK_S, link_to
-from benchmarks.pages.live_conference import LiveConference, guest, live_conference, until_moving
+from benchmarks.pages.live_conference import LiveConference, beside, guest, live_conference, until_moving
 from benchmarks.progress import part, skipped
 from benchmarks.row import Row, at_most
 from vistel.protocol.pages.camera_body import BODY
@@ -132,9 +132,8 @@ def _film(folder: Path) -> Path:
 
 
 async def _enter(live: LiveConference, tab: Page, number: int, found: _Found) -> None:
-    moving = background.start(_moving(live, number), "moving")
     began = time.monotonic()
-    async with asyncio.timeout(_PATIENCE_S):
+    async with beside(_moving(live, number)) as moving, asyncio.timeout(_PATIENCE_S):
         await tab.open(f"{live.url}join#{link_to(live, number)}", *SIZE)
         await tab.until("document.querySelector('.people button[aria-current=true]')")
         await tab.click(".people button[aria-current=true]")

@@ -97,8 +97,9 @@ async def _measure() -> list[float]:
 
                 await until(read, _MOST_S, f"{name} at all sites")
                 took.append(time.monotonic() - began)
+                await until(lambda: guest.panels, _MOST_S, "the page is told of the panel")
                 await guest.socket.send_json({"away": True})  # nobody may have more than four
-                await until(lambda name=name: not any([site.reads(name) for site in sites]), _MOST_S, f"{name} away")
+                await until(lambda: not guest.panels, _MOST_S, f"{name} away")
                 done()
         return took
 

@@ -34,14 +34,15 @@ _BEGUN_S = 4.0
 
 
 class LightGuest:
-    """One guest in the room; made by `entered`. socket: of their page; sent, bytes: of records by their kinds; refused: why, of each
-    thing that they asked for and did not get."""
+    """One guest in the room; made by `entered`. socket: of their page; sent, bytes: of records by their kinds; refused: reasons, of
+    what they asked for and did not get; panels: how many they have put up."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self.socket = socket
         self.sent, self.bytes = Counter[str](), Counter[str]()
         self.frames = 0
         self.refused: list[str] = []
+        self.panels = 0
 
     async def send(self, kind: str, record: bytes) -> None:
         """Send a record, and count it."""
@@ -55,8 +56,9 @@ class LightGuest:
             if said.type is aiohttp.WSMsgType.BINARY and said.data[0] == 1:
                 rotations(said.data)
                 self.frames += 1
-            elif said.type is aiohttp.WSMsgType.TEXT and (words := said.json())["kind"] == "shown" and not words["done"]:
-                self.refused.append(words["reason"])
+            elif said.type is aiohttp.WSMsgType.TEXT and (words := said.json())["kind"] == "shown":
+                self.panels = words["panels"]
+                self.refused += [] if words["done"] else [words["reason"]]
         raise RuntimeError(f"the gateway closed a guest's connection with {self.socket.close_code}")
 
 

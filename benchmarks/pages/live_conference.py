@@ -12,9 +12,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import AsyncIterator, Collection, Sequence
+from collections.abc import AsyncIterator, Collection, Coroutine, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import aiohttp
 import psutil
@@ -25,6 +25,7 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import Router, ZenohBus
 
 PEOPLE = {"tokyo": ("aiko", 1.64), "columbus": ("ben", 1.82), "zurich": ("carla", 1.71)}
+T = TypeVar("T")
 _READY_S = 300.0
 """The first start on a machine compiles kernels [s]."""
 _LOOK_S = 0.01
@@ -141,6 +142,17 @@ async def live_conference(name: str, guests: int = 0, things: str = "") -> Async
             await asyncio.to_thread(_end, children)
             await bus.close()
             router.close()
+
+
+@contextlib.asynccontextmanager
+async def beside(coroutine: Coroutine[Any, Any, T]) -> AsyncIterator[asyncio.Task[T]]:
+    """While entered, it runs as a task, which ends with the block; what it raises is raised where it is awaited."""
+    task = asyncio.create_task(coroutine)
+    try:
+        yield task
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
 
 
 async def cores_of(process: psutil.Process, seconds: float) -> float:
