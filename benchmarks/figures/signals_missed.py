@@ -27,7 +27,7 @@ from vistel.figure.posture.limits import FINGER_LIMITS, within_limits
 from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stance, pose_joints
 from vistel.figure.posture.sensors import RECEIVERS, Mount, receiver_mounts, receiver_poses
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
-from vistel.geometry.rotation import matrix_from_rotvec, multiply, quaternion_from_matrix
+from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
 from vistel.protocol.pages.camera_body import CameraBodyDecoder, camera_record
 from vistel.space.gestures import EVERY, STEPS, THUMB, UP, hands_above, thumbs_up
 from vistel.space.people import build_of
@@ -157,7 +157,7 @@ def by_trackers(trial: Trial, rng: np.random.Generator) -> Seen:
 
 def _record(station: int, t_ns: int, p: F64, q: F64, rng: np.random.Generator) -> TrackerReceiver:
     p = p + rng.normal(0.0, TREMBLE_M, 3)
-    q = multiply(quaternion_from_matrix(matrix_from_rotvec(rng.normal(0.0, TREMBLE_RAD, 3))), q)
+    q = quaternion_from_matrix(matrix_from_rotvec(rng.normal(0.0, TREMBLE_RAD, 3)) @ matrix_from_quaternion(q))
     out = TrackerReceiver(station=station, t_ns=t_ns, health=TrackerReceiver.HEALTH_GOOD)
     out.position.x, out.position.y, out.position.z = p
     out.rotation.x, out.rotation.y, out.rotation.z, out.rotation.w = q

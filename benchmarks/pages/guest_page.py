@@ -89,10 +89,9 @@ def follows_ms(seen: Heights, posed: Heights) -> list[float]:
     """From the first picture in which the hands are on the other side, to the figure's hand half-way there, of each move that the
     figure follows before the next one."""
     out: list[float] = []
-    moves = _changes(seen)
-    ends = [t_ns for t_ns, _ in moves[1:]] + [2**63]
-    for (t_ns, side), end_ns in zip(moves, ends, strict=True):
-        followed = next((p_ns for p_ns, there in _changes(posed) if t_ns < p_ns < end_ns and there == side), None)
+    moves, follows = _changes(seen), _changes(posed)
+    for (t_ns, side), (end_ns, _) in pairwise([*moves, (2**63, True)]):
+        followed = next((p_ns for p_ns, there in follows if t_ns < p_ns < end_ns and there == side), None)
         if followed is not None:
             out.append((followed - t_ns) * 1e-6)
     return out

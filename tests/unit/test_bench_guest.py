@@ -99,6 +99,7 @@ def test_a_figure_that_follows_a_film_is_as_late_as_it_is_and_moves_it_misses_do
     figure = [(t * 1_000_000, posed(t)) for t in range(0, 100_000, 20)]
     late = guest_page.follows_ms(seen, figure)
     assert 4 <= len(late) < 9 and np.median(late) == pytest.approx(1_500, abs=20)
+    assert guest_page.follows_ms([], figure) == []
 
 
 def _row(name: str) -> Row:
