@@ -183,7 +183,8 @@ def test_a_guest_raises_a_hand_and_reacts_and_sees_those_of_others(monkeypatch: 
                 await other.socket.send_json({"hand_down": False})
                 label = "[...document.querySelectorAll('.label')].find(l => l.innerText.includes('Bob'))?.innerText"
                 while not await tab.value(f"{label}?.includes('hand up 2 · claps')"):
-                    await other.socket.send_json({"react": "clap"})  # again: one picture of a busy page takes longer than a reaction
+                    # Again: one picture of a busy page takes longer than a reaction.
+                    await other.socket.send_json({"react": "clap"})
                     await asyncio.sleep(1.1)  # the world takes one a second
                 await tab.until(f"{label}?.includes('hand up 2') && !{label}.includes('claps')")
                 await tab.value("document.querySelector('#reactions summary').click()")
