@@ -21,6 +21,7 @@ SUBJECTS = {
     "latency": ("From a hand to the eyes of the others", "a-conference-on-one-machine"),
     "render": ("Pictures", "a-conference-on-one-machine"),
     "console": ("The room in a browser", "a-conference-on-one-machine"),
+    "guest": ("Guests", "a-conference-on-one-machine"),
     "world": ("The shared world", "a-conference-on-one-machine"),
     "interest": ("Who hears what of a room", "the-wire"),
     "join": ("Joining late", "the-wire"),

@@ -50,13 +50,19 @@ def _above(recording: Recording) -> list[bool]:
     return out
 
 
-def _line(name: str, kind: str, held: Sequence[bool]) -> str:
-    seconds = len(held) * EVERY / STEPS_HZ
-    run = signals = 0
-    for now in held:
+def signals_in(held: Sequence[bool], kind: str) -> list[int]:
+    """At which looks a signal counts, ten looks a second. held: whether it is held at each of them."""
+    run, out = 0, list[int]()
+    for n, now in enumerate(held):
         run = run + 1 if now else 0
-        signals += run == STEPS[kind] // EVERY + 1
-    return f"{name:40} {kind:6} {seconds:6.1f} s, held {sum(held) * EVERY / STEPS_HZ:5.1f} s, signals {signals}"
+        if run == STEPS[kind] // EVERY + 1:
+            out.append(n)
+    return out
+
+
+def _line(name: str, kind: str, held: Sequence[bool]) -> str:
+    seconds, count = len(held) * EVERY / STEPS_HZ, len(signals_in(held, kind))
+    return f"{name:40} {kind:6} {seconds:6.1f} s, held {sum(held) * EVERY / STEPS_HZ:5.1f} s, signals {count}"
 
 
 if __name__ == "__main__":

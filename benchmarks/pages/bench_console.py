@@ -4,13 +4,15 @@ Three live sites, 50 viewers, logs of an hour and of a gigabyte, in Chromium. Wh
 times that hang on drawing are given and not judged.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from benchmarks.pages import console_live, console_logs
+from benchmarks.parts import rows_of
 from benchmarks.row import Row
 
+PARTS = {"live": console_live.rows, "logs": console_logs.rows}
 
-def run() -> Iterator[Row]:
-    """The live room, then logs."""
-    yield from console_live.rows()
-    yield from console_logs.rows()
+
+def run(parts: Sequence[str] = ()) -> Iterator[Row]:
+    """The live room, then logs. parts: names of those that are wanted; none: both."""
+    yield from rows_of(PARTS, parts)

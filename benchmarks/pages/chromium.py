@@ -26,13 +26,18 @@ _RENDERER = """(() => {
 })()"""
 
 
+def missing() -> str:
+    """Why there is no browser to be had; empty where there is."""
+    if bundle.bundle_missing():
+        return "the pages have not been made: make web"
+    return "" if any(map(shutil.which, _PROGRAMS)) else f"no browser here; it needs one of {', '.join(_PROGRAMS)}"
+
+
 @contextlib.asynccontextmanager
 async def browser(folder: Path, *more: str) -> AsyncIterator[Page]:
     """A tab of a browser that has never seen a page, if `folder` is new. Raises RuntimeError where there is none to be had."""
-    if bundle.bundle_missing():
-        raise RuntimeError("the pages have not been made: make web")
-    if not any(map(shutil.which, _PROGRAMS)):
-        raise RuntimeError(f"no browser here; it needs one of {', '.join(_PROGRAMS)}")
+    if why := missing():
+        raise RuntimeError(why)
     async with page(folder, *_WITH_GL, *more) as tab:
         yield tab
 

@@ -1,19 +1,15 @@
 """The console's page of a conference that goes on: how soon it shows the room, how late, and for how many."""
 
 import asyncio
-import json
-import sys
 import tempfile
-import time
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-import psutil
 
 from benchmarks.pages.chromium import SIZE, Page, browser, bytes_loaded, drawn_by, first, is_software
-from benchmarks.pages.live_conference import LiveConference, live_conference
+from benchmarks.pages.live_conference import LiveConference, cores_of, live_conference, told_by
 from benchmarks.progress import part
 from benchmarks.row import Row, at_least, at_most, ratio_at_least, ratio_at_most
 from vistel.wire import event_loop
@@ -101,7 +97,7 @@ async def _measure() -> _Found:
             async with browser(Path(name)) as tab:
                 await _watch(live, tab, found)
         await asyncio.sleep(_SETTLED_S)
-        found.idle = await _use(live.gateway, VIEWED_S)
+        found.idle = await cores_of(live.gateway, VIEWED_S)
         with part("viewers", len(COUNTS)) as done:
             for count in COUNTS:
                 found.viewed[count] = await _viewed(live, count)
@@ -146,27 +142,14 @@ async def _viewed(live: LiveConference, count: int) -> dict[str, float]:
         probe = group.create_task(_viewers(live.url, 1))
         many = group.create_task(_viewers(live.url, count - 1)) if count > 1 else None
         await asyncio.sleep(_SETTLED_S)
-        used = await _use(live.gateway, VIEWED_S - _SETTLED_S)
+        used = await cores_of(live.gateway, VIEWED_S - _SETTLED_S)
     one = probe.result()
     out = {"gateway": used, "probe_per_s": one["frames_per_s"], "probe_p95_ms": one["age_p95_ms"]}
     return (many.result() if many is not None else one) | out | await counting
 
 
 async def _viewers(url: str, count: int) -> dict[str, float]:
-    command = [sys.executable, "-m", "benchmarks.pages.light_viewers", url, str(count), str(VIEWED_S)]
-    process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE)
-    said, _ = await process.communicate()
-    if process.returncode:
-        raise RuntimeError(f"{count} viewers ended with {process.returncode}")
-    return json.loads(said)
-
-
-async def _use(process: psutil.Process, seconds: float) -> float:
-    """Cores that a process takes."""
-    before, began = process.cpu_times(), time.monotonic()
-    await asyncio.sleep(seconds)
-    after = process.cpu_times()
-    return (after.user + after.system - before.user - before.system) / (time.monotonic() - began)
+    return await told_by("light_viewers", url, str(count), str(VIEWED_S))
 
 
 async def _of_others(live: LiveConference, seconds: float) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""A conference of three live sites as processes of their own, whose console this process watches.
+"""A conference of three live sites as processes of their own, whose console this process watches; guests may have seats there.
 
 Trackers and gloves are simulated at their wires, and every site solves its postures. No site draws: on a machine without a
 graphics card that would take both cores, and be measured in place of the console.
@@ -6,12 +6,15 @@ graphics card that would take both cores, and be measured in place of the consol
 
 import asyncio
 import contextlib
+import json
 import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import AsyncIterator, Sequence
+import time
+from collections.abc import AsyncIterator, Collection, Coroutine, Sequence
 from pathlib import Path
+from typing import Any, TypeVar
 
 import aiohttp
 import psutil
@@ -22,6 +25,7 @@ from vistel.wire.topics import BY_NAME
 from vistel.wire.zenoh.bus import Router, ZenohBus
 
 PEOPLE = {"tokyo": ("aiko", 1.64), "columbus": ("ben", 1.82), "zurich": ("carla", 1.71)}
+T = TypeVar("T")
 _READY_S = 300.0
 """The first start on a machine compiles kernels [s]."""
 _LOOK_S = 0.01
@@ -45,13 +49,37 @@ name = "{who}"
 height = {height}
 avatar = "builtin:person={who}"
 """
+_GUEST = """[[sites.participants]]
+name = "{name}"
+guest = true
+height = 1.71
+avatar = "builtin:person=carla"
+"""
+GUESTS_NODE = "guests/capture"
+"""The process that reads guests' pages and makes their postures."""
+
+
+def guest(number: int) -> str:
+    """The participant of a guest's seat, from 1."""
+    return f"guest-{number}"
 
 
 class LiveConference:
-    """bus: of the hub; url: of the console."""
+    """bus: of the hub; url: of the console; folder: of the run; hosts: the processes by their nodes, but the console's; endpoint:
+    of the router."""
 
-    def __init__(self, bus: ZenohBus, clock: SystemClock, url: str, command: Sequence[str]) -> None:
+    def __init__(
+        self,
+        bus: ZenohBus,
+        clock: SystemClock,
+        url: str,
+        command: Sequence[str],
+        folder: Path,
+        hosts: dict[str, psutil.Process],
+        endpoint: str,
+    ) -> None:
         self.bus, self.clock, self.url, self._command = bus, clock, url, command
+        self.folder, self.hosts, self.endpoint = folder, hosts, endpoint
         self._process: subprocess.Popen[bytes] | None = None
 
     @property
@@ -82,28 +110,31 @@ class LiveConference:
 
 
 @contextlib.asynccontextmanager
-async def live_conference(name: str) -> AsyncIterator[LiveConference]:
-    """While entered, it runs, and everybody moves."""
+async def live_conference(name: str, guests: int = 0, things: str = "") -> AsyncIterator[LiveConference]:
+    """While entered, it runs, and everybody moves. guests: seats for them; things: of its room, TOML."""
     router, clock = Router.open(), SystemClock()
     bus = await ZenohBus.open(conference=name, site="hub", clock=clock, endpoints=[router.endpoint])
     serve_clock(bus, clock)
     with tempfile.TemporaryDirectory(prefix="vistel-") as text:
-        port, file = _free_port(), Path(text) / "conference.toml"
-        head = _HEAD.format(name=name, seats=len(PEOPLE), endpoint=router.endpoint, port=port)
+        folder = Path(text)
+        port, file = _free_port(), folder / "conference.toml"
+        head = _HEAD.format(name=name, seats=len(PEOPLE) + guests, endpoint=router.endpoint, port=port)
         sites = [_SITE.format(site=site, who=who, height=height) for site, (who, height) in PEOPLE.items()]
-        file.write_text(head + "".join(sites))
+        if guests:
+            sites += ['[[sites]]\nname = "guests"\n', *(_GUEST.format(name=guest(n)) for n in range(1, guests + 1))]
+        file.write_text(head + things + "".join(sites))
         python = [sys.executable, "-m"]
         rest = ["--hub", router.endpoint, "--run", text, "--out", text, "--log-level", "ERROR"]
-        nodes = ("hub/console", "hub/world", *(f"{site}/capture" for site in PEOPLE))
+        nodes = ["hub/console", "hub/world", *(f"{site}/capture" for site in PEOPLE), *([GUESTS_NODE] if guests else [])]
         console, *hosts = [[*python, "vistel_services.process.host", str(file), node, *rest] for node in nodes]
         # As `vistel up` does: else every process would compile the same kernels.
-        prepare = [*python, "vistel_cli.run.prepare", str(file)]
-        await asyncio.to_thread(subprocess.run, prepare, stdout=subprocess.DEVNULL, check=True)
+        await _ran([*python, "vistel_cli.run.prepare", str(file)])
         devices = [*python, "vistel_sim.process", str(file), "--run", text, "--quiet"]
         children = [started(command) for command in (devices, *hosts)]
-        live = LiveConference(bus, clock, f"http://127.0.0.1:{port}/", console)
+        by_node = {node: psutil.Process(child.pid) for node, child in zip(nodes[1:], children[1:], strict=True)}
+        live = LiveConference(bus, clock, f"http://127.0.0.1:{port}/", console, folder, by_node, router.endpoint)
         try:
-            await _until_all_move(bus, children)
+            await until_moving(bus, {who for who, _ in PEOPLE.values()}, children)
             await live.open_gateway()
             yield live
         finally:
@@ -113,22 +144,65 @@ async def live_conference(name: str) -> AsyncIterator[LiveConference]:
             router.close()
 
 
+@contextlib.asynccontextmanager
+async def beside(coroutine: Coroutine[Any, Any, T]) -> AsyncIterator[asyncio.Task[T]]:
+    """While entered, it runs as a task, which ends with the block; what it raises is raised where it is awaited."""
+    task = asyncio.create_task(coroutine)
+    try:
+        yield task
+    finally:
+        task.cancel()
+        await asyncio.gather(task, return_exceptions=True)
+
+
+async def cores_of(process: psutil.Process, seconds: float) -> float:
+    """Cores that a process takes."""
+    before, began = process.cpu_times(), time.monotonic()
+    await asyncio.sleep(seconds)
+    after = process.cpu_times()
+    return (after.user + after.system - before.user - before.system) / (time.monotonic() - began)
+
+
+async def told_by(module: str, *words: str) -> dict[str, Any]:
+    """The JSON object that a program of this folder prints, in a process of its own, which ends with us. Raises RuntimeError where
+    it fails."""
+    return json.loads(await _ran([sys.executable, "-m", f"benchmarks.pages.{module}", *words]))
+
+
+async def _ran(command: Sequence[str]) -> bytes:
+    """What a command prints; it is ended where this is cancelled. Raises RuntimeError where it fails."""
+    process = await asyncio.create_subprocess_exec(*command, stdout=asyncio.subprocess.PIPE, stderr=asyncio.subprocess.PIPE)
+    try:
+        said, fault = await process.communicate()
+    finally:
+        if process.returncode is None:
+            process.kill()
+            await process.wait()
+    if process.returncode:
+        last = fault.decode(errors="replace").strip().splitlines()[-1:]
+        raise RuntimeError(f"{command[2]} ended with {process.returncode}{': ' if last else ''}{''.join(last)}")
+    return said
+
+
 def started(command: Sequence[str]) -> "subprocess.Popen[bytes]":
     """A process that a Ctrl-C meant for this one does not reach."""
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 
 
-async def _until_all_move(bus: ZenohBus, children: Sequence["subprocess.Popen[bytes]"]) -> None:
+async def until_moving(bus: ZenohBus, who: Collection[str], children: Sequence["subprocess.Popen[bytes]"] = ()) -> None:
+    """Until everybody of `who` moves. Raises RuntimeError where one of the processes ends before."""
+    missing = set(who)
     motions = bus.subscribe(BY_NAME["motion"], polled=True)
-    missing = {who for who, _ in PEOPLE.values()}
-    async with asyncio.timeout(_READY_S):
-        while missing:
-            missing -= {sample.names["participant"] for sample in motions.take()}
-            ended = [child for child in children if child.poll() is not None]
-            if ended:
-                raise RuntimeError(f"{ended[0].args[2:5]} ended with {ended[0].returncode}")
-            await asyncio.sleep(_LOOK_S)
-    motions.close()
+    try:
+        async with asyncio.timeout(_READY_S):
+            while missing:
+                missing -= {sample.names["participant"] for sample in motions.take()}
+                ended = [child for child in children if child.poll() is not None]
+                if ended:
+                    raise RuntimeError(f"{ended[0].args[2:5]} ended with {ended[0].returncode}")
+                await asyncio.sleep(_LOOK_S)
+    finally:
+        motions.close()
 
 
 def _end(children: Sequence["subprocess.Popen[bytes]"]) -> None:

@@ -142,6 +142,21 @@ def test_a_page_that_sends_a_thousand_messages_a_second_is_closed_and_nobody_get
     in_room(tmp_path, monkeypatch, play)
 
 
+def test_what_a_page_sent_while_the_gateway_was_held_up_comes_at_once_and_is_no_flood(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(room: GuestRoom) -> None:
+        async with room.opened(room.invited()) as page:
+            await page.enter()
+            for _ in range(guests.MOST_A_SECOND + 50):
+                await page.socket.send_bytes(SITS)
+            await room.until(lambda: "guest-1" in room.moved, "the guest is in the room")
+            await page.socket.send_bytes(posture_record(yaw=0.5))
+            await room.until(lambda: any(m.head_yaw > 0.4 for m in room.pointed), "the guest is heard")
+
+    in_room(tmp_path, monkeypatch, play)
+
+
 def test_a_message_too_large_ends_the_visit(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def play(room: GuestRoom) -> None:
         async with room.opened(room.invited()) as page:

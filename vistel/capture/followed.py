@@ -26,9 +26,9 @@ GAP_S = 0.15
 """Not to be seen for so long is to be away [s]; shorter, a few landmarks were missed."""
 SLOWEST = 4.5
 """How quickly what is shown follows what is measured, at least and at most [rad/s]: as pictures come..."""
-QUICKEST = 40.0
+QUICKEST = 52.0
 """... the same where they come often [rad/s]..."""
-FOLLOWS = 1.3
+FOLLOWS = 1.7
 """... with this over their interval."""
 
 

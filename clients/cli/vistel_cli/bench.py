@@ -6,6 +6,7 @@ import json
 import shlex
 import subprocess
 import sys
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +21,7 @@ _ROOT = Path(__file__).resolve().parents[3]
 def bench(
     name: Annotated[str | None, typer.Argument(help="Name of the benchmark; without one, the list.")] = None,
     every: Annotated[bool, typer.Option("--all", help="Run all of them.")] = False,
+    part: Annotated[list[str] | None, typer.Option("--part", help="Only this part, if the benchmark has some; repeatable.")] = None,
     thorough: Annotated[bool, typer.Option("--thorough", help="Run the long form, if the benchmark has one.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="One JSON object per figure.")] = False,
 ) -> None:
@@ -30,6 +32,8 @@ def bench(
       vistel bench
 
       vistel bench wire --json
+
+      vistel bench guest --part page
     """
     known = _known()
     if name is None and not every:
@@ -38,21 +42,27 @@ def bench(
         return
     if name is not None and name not in known:
         fail(f"bench {name}: no such benchmark; there are {', '.join(known)}", USAGE)
-    faults = [fault for key in (known if every else [str(name)]) if (fault := _run(key, thorough, as_json))]
+    if part and every:
+        fail("bench: --part is for one benchmark; leave out --all", USAGE)
+    faults = [fault for key in (known if every else [str(name)]) if (fault := _run(key, part or [], thorough, as_json))]
     for fault in faults:
         print_error(f"bench {fault}")
     if faults:
         raise typer.Exit(FAILED)
 
 
-def _run(name: str, thorough: bool, as_json: bool) -> str | None:
-    """Runs one benchmark and prints its figures. Returns why it could not measure, if it could not."""
+def _run(name: str, parts: Sequence[str], thorough: bool, as_json: bool) -> str | None:
+    """Runs one benchmark and prints its figures. parts: those that are wanted; none: all. Returns why it could not measure, if it
+    could not."""
     rows: list[dict[str, Any]] = []
     why = None
     try:
-        run, row = _load(name).run, importlib.import_module("benchmarks.row")
-        both, under = "thorough" in inspect.signature(run).parameters, row.conditions()
-        for figure in run(thorough=thorough) if both else run():
+        benchmark, row = _load(name), importlib.import_module("benchmarks.row")
+        if parts:
+            _check_parts(name, parts, getattr(benchmark, "PARTS", ()))
+        asked, under = {"parts": parts, "thorough": thorough}, row.conditions()
+        run = benchmark.run
+        for figure in run(**{key: asked[key] for key in asked.keys() & inspect.signature(run).parameters.keys()}):
             rows.append(row.line(figure, under))
             if as_json:
                 print(json.dumps(rows[-1]), flush=True)
@@ -63,11 +73,20 @@ def _run(name: str, thorough: bool, as_json: bool) -> str | None:
     except subprocess.CalledProcessError as e:
         said = (e.stderr or e.stdout or "").strip().splitlines()
         why = f"{name}: {shlex.join(e.cmd)} ended with {e.returncode}{': ' + said[-1] if said else ''}"
+    except typer.Exit:  # which is a RuntimeError, too
+        raise
     except RuntimeError as e:
         why = f"{name}: {e}"
     if rows and not as_json:
         _show(rows)
     return why if why or rows else f"{name}: nothing could be measured here; what it needs is missing"
+
+
+def _check_parts(name: str, parts: Sequence[str], there: Collection[str]) -> None:
+    if not there:
+        fail(f"bench {name}: has no parts; leave out --part", USAGE)
+    if unknown := [part for part in parts if part not in there]:
+        fail(f"bench {name}: no such part: {', '.join(unknown)}; there are {', '.join(there)}", USAGE)
 
 
 def _known() -> dict[str, str]:

@@ -50,7 +50,9 @@ _GUESS_S = 1.0
 _EVERY_NS = 20_000_000
 """A page's messages are passed on no oftener; it sends thirty a second, and what comes sooner is left out."""
 MOST_A_SECOND = 200
-"""Messages of a page, which sends 110, and more at once after it was held up; with more, it is none of ours, and is closed."""
+"""Messages of a page, which sends 110; with more, it is none of ours, and is closed."""
+COUNTED_S = 3
+"""Messages are counted for so long: after page or gateway was held up, more come at once [s]."""
 MOST_FAULTY = 10
 """The same of messages that say what nobody can do, in one visit."""
 _PRESENT_S = 0.25
@@ -257,7 +259,7 @@ class _Visit:
         self.pages, self._lines, self._private = pages, lines, private
         self._voice = VoiceGate()
         self._avatar = ""
-        self._second_ns, self._in_second, self._faulty = 0, 0, 0
+        self._since_ns, self._count, self._faulty = 0, 0, 0
         self._passed_ns = dict.fromkeys(_NAMES, 0)
         self.passed_on = 0
 
@@ -298,10 +300,10 @@ class _Visit:
         await _close(self._connection, ENDED, "This invitation has ended, or the host has taken it back.")
 
     def _in_time(self, now_ns: int) -> bool:
-        if now_ns - self._second_ns >= 1_000_000_000:
-            self._second_ns, self._in_second = now_ns, 0
-        self._in_second += 1
-        return self._in_second <= MOST_A_SECOND
+        if now_ns - self._since_ns >= COUNTED_S * 1_000_000_000:
+            self._since_ns, self._count = now_ns, 0
+        self._count += 1
+        return self._count <= COUNTED_S * MOST_A_SECOND
 
     def _told(self, said: dict[str, object], now_ns: int) -> None:
         """Words of the page: who is in the room may hear it; whoever asks is told the time."""

@@ -18,6 +18,7 @@ from x_server import Hands, x_server
 from vistel.conference.paths import RunPaths
 from vistel.render.config import RenderConfig
 from vistel.render.scene_renderer import SceneRenderer
+from vistel.render.stage.signs import sign_of
 from vistel.render.view.view import Mode, View
 from vistel.v1 import motion_pb2
 from vistel.wire.clock import SystemClock
@@ -154,6 +155,22 @@ def test_a_thing_that_is_clicked_is_selected_and_one_that_is_drawn_goes_there_at
         hands.key("y", True)
         hands.key("y", False)
         await c.until(lambda: c.at("ball")[1] > began[1] + 0.08, "the drag done again")
+
+    played(tmp_path, monkeypatch, play)
+
+
+def test_a_hand_is_raised_and_a_reaction_given_by_key_at_every_site(
+    hands: Hands, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    async def play(c: Conference) -> None:
+        hands.move(200, 200)
+        await c.until(lambda: "aiko" in c.now.participants, "aiko in the room")
+        hands.key("r", True)
+        hands.key("r", False)
+        await c.until(lambda: sign_of(c.now.signals, "aiko") == "hand up 1", "her hand, at another site")
+        for name, down in (("Shift_L", True), ("2", True), ("2", False), ("Shift_L", False)):
+            hands.key(name, down)
+        await c.until(lambda: sign_of(c.now.signals, "aiko") == "hand up 1 · claps", "she claps, at another site")
 
     played(tmp_path, monkeypatch, play)
 

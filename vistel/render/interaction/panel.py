@@ -65,6 +65,8 @@ KEYS = (
     ("drag on a board", "write; with X, rub out"),
     ("G  L", "own hand takes hold, lets go"),
     ("U  Y", "take back, do again"),
+    ("R", "raise a hand, take it down"),
+    ("shift and 1 to 5", "react: thumb, clap, heart, laugh, surprise"),
     ("F1", "this panel"),
     ("F9", "record, or no longer"),
 )

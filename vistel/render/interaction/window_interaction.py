@@ -31,7 +31,7 @@ from vistel.render.view.screens import Box, Sight, fitted
 from vistel.render.view.view import Choices, Mode
 from vistel.space import actions as ask
 from vistel.space.actions import Action
-from vistel.space.arguments import Which
+from vistel.space.arguments import Reaction, Which
 from vistel.space.files.model import Polymesh
 from vistel.space.files.surfaces import pieces_of
 from vistel.space.things.things import Thing
@@ -53,6 +53,8 @@ _ACTIONS: Mapping[str, Action] = MappingProxyType(
 ERASER = "x"
 """Key with which the mouse rubs out what is written on a board."""
 _KEYS = {"g": "take", "l": "let go", "u": "undo", "y": "redo", "f9": "record"}
+_REACTIONS = dict(zip("12345", Reaction, strict=True))
+"""Keys with which one reacts while shift is held down: those of a guest's page, where they need no shift."""
 
 
 @dataclass
@@ -298,6 +300,11 @@ class WindowInteraction:
                 self._panel.open = not self._panel.open
         elif key == "escape":
             self._drop(instant.now_ns)
+        elif key == "r" and self._dragging is None:
+            up = any(hand.participant == self._participant for hand in instant.world.signals.raised)
+            self._requests.append(CommandRequest(ask.RaiseHand(down=up)))
+        elif key in _REACTIONS and "shift" in self._held.keys:
+            self._requests.append(CommandRequest(ask.React(_REACTIONS[key])))
         elif not self._walled and key in ("1", "2", "3"):
             self._chosen(replace(self.choices, mode=(Mode.SEAT, Mode.FREE, Mode.ROOM)[int(key) - 1]))
         elif not self._walled and key == "f" and instant.people:

@@ -10,13 +10,18 @@ import numpy as np
 import pytest
 
 from vistel.render.gl.context import GlContext
-from vistel.render.interaction.events import LEFT, Button, Pointer
+from vistel.render.interaction.events import LEFT, Button, Key, Pointer
 from vistel.render.interaction.panel import PanelState, open_panel
+from vistel.render.interaction.requests import CommandRequest
 from vistel.render.interaction.status import ConferenceStatus, SiteStatus
 from vistel.render.interaction.window_interaction import WindowInteraction
 from vistel.render.stage.stage import Instant
+from vistel.render.stage.world_view import PlayoutWorld
 from vistel.render.view.camera import look_at
 from vistel.render.view.view import Choices, Mode
+from vistel.space.actions import RaiseHand, React
+from vistel.space.arguments import Reaction
+from vistel.v1.world_pb2 import Signals
 
 pytestmark = pytest.mark.gl
 
@@ -92,22 +97,29 @@ def test_the_panel_is_drawn_over_the_picture_and_its_buttons_choose(surface: GlC
         target.release()
 
 
+class Keys:
+    """A window at which somebody presses keys, and nothing else."""
+
+    eyes_apart = False
+
+    def __init__(self) -> None:
+        self.pressed: list[Any] = []
+
+    def events(self) -> list[Any]:
+        out, self.pressed = self.pressed, []
+        return out
+
+    def size(self, number: int = 0) -> tuple[int, int]:
+        return 640, 480
+
+
+def desk(surface: GlContext, keys: Any) -> WindowInteraction:
+    return WindowInteraction(surface.ctx, keys, "aiko", Choices(Mode.SEAT, "aiko"), "VISTEL", {}, panel=lambda ctx: None)
+
+
 def test_a_desk_without_a_panel_looks_about_by_keys(surface: GlContext) -> None:
-    from vistel.render.interaction.events import Key
-
-    class Keys:
-        eyes_apart = False
-        pressed: list[Any] = []  # noqa: RUF012
-
-        def events(self) -> list[Any]:
-            out, self.pressed = self.pressed, []
-            return out
-
-        def size(self, number: int = 0) -> tuple[int, int]:
-            return 640, 480
-
-    keys: Any = Keys()
-    interaction = WindowInteraction(surface.ctx, keys, "aiko", Choices(Mode.SEAT, "aiko"), "VISTEL", {}, panel=lambda ctx: None)
+    keys = Keys()
+    interaction = desk(surface, keys)
     base = look_at(np.array((0.0, 1.2, -0.7)), np.array((0.0, 0.9, 0.0)), 0.9)
     assert interaction.camera(base) is base
     keys.pressed = [Key("f1", True), Key("w", True)]
@@ -118,3 +130,22 @@ def test_a_desk_without_a_panel_looks_about_by_keys(surface: GlContext) -> None:
     keys.pressed = [Key("w", False), Key("1", True)]
     interaction.take(Instant(1_100_000_000), [], (640, 480))
     assert interaction.camera(base) is base
+
+
+def test_r_raises_ones_own_hand_and_takes_it_down_and_shift_with_a_digit_reacts(surface: GlContext) -> None:
+    keys = Keys()
+    interaction = desk(surface, keys)
+
+    def asked(pressed: list[Key], *raised: str) -> list[Any]:
+        keys.pressed = pressed
+        signals = Signals(raised=[Signals.RaisedHand(participant=name) for name in raised])
+        interaction.take(Instant(1_000_000_000, world=PlayoutWorld(1, {}, signals=signals)), [], (640, 480))
+        return [request.action for request in interaction.requests() if isinstance(request, CommandRequest)]
+
+    assert asked([Key("r", True), Key("r", False)]) == [RaiseHand()]
+    assert asked([Key("r", True), Key("r", False)], "bruno") == [RaiseHand()]
+    assert asked([Key("r", True), Key("r", False)], "bruno", "aiko") == [RaiseHand(down=True)]
+    for n, reaction in enumerate(Reaction, 1):
+        assert asked([Key("shift", True), Key(str(n), True), Key(str(n), False), Key("shift", False)]) == [React(reaction)]
+    assert asked([Key("3", True), Key("3", False)]) == [], "without shift it is a view"
+    assert interaction.choices.mode is Mode.ROOM
