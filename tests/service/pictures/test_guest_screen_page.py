@@ -18,11 +18,12 @@ SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--igno
 RED, BLUE = (200, 30, 40), (30, 60, 200)
 SHOWN = (
     "data:text/html,<title>Shown</title><body><script>"
-    "setInterval(() => document.body.style.background = `rgb(${[[200,30,40],[30,60,200]][Math.floor(Date.now() / 4000) % 2]})`, 50)"
+    "setInterval(() => document.body.style.background = `rgb(${[[200,30,40],[30,60,200]][Math.floor(Date.now() / 4000) %25 2]})`, 50)"
     "</script>"
 )
 """A tab that is red for four seconds and blue for four."""
-CAPTURING = ("--auto-select-tab-capture-source-by-title=Shown", "--auto-accept-this-tab-capture", "--use-fake-ui-for-media-stream")
+CAPTURING = "--auto-select-tab-capture-source-by-title=Shown"
+"""As if somebody had chosen that tab in the browser's dialogue."""
 
 
 def share(picture: np.ndarray, colour: tuple[int, int, int]) -> float:
@@ -39,15 +40,15 @@ def test_a_guest_shows_a_tab_others_see_it_move_and_it_goes(monkeypatch: pytest.
 
     async def visit() -> None:
         async with (
-            page(tmp_path / "ann", *SOFTWARE_GL, *CAPTURING) as tab,
+            page(tmp_path / "ann", *SOFTWARE_GL, CAPTURING) as tab,
             page(tmp_path / "host", *SOFTWARE_GL) as console,
             GuestRoom(tmp_path).serving(monkeypatch) as room,
             room.led() as leading,
         ):
             parts = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["screen"], queue_all=True, polled=True)
-            await tab.call("Target.createTarget", url=SHOWN, background=True)
-            await console.open(f"http://{room.address}/", 640, 400)
-            await at_the_door(tab, room, room.invited(), 640, 400)
+            await tab.call("Target.createTarget", url=SHOWN, newWindow=True)
+            await console.open(f"http://{room.address}/", 480, 320)
+            await at_the_door(tab, room, room.invited(), 480, 320)
             await tab.click(".people button[aria-current=true]")
             await tab.until("window.guest.me() === 'guest-1'")
             await tab.click("#share summary")
