@@ -93,7 +93,7 @@ class Screen {
     const before = this.texture.image as VideoFrame | null;
     if (before && (before.displayWidth !== width || before.displayHeight !== height)) this.texture.dispose();
     before?.close();
-    this.texture.image = frame;
+    this.texture.image = Object.assign(frame, { width, height }); // three.js counts levels of detail by these
     this.texture.needsUpdate = true;
     [this.shows, this.faults] = [true, 0];
     this.drawn++;

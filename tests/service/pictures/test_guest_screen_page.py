@@ -47,7 +47,6 @@ def test_a_guest_shows_a_tab_others_see_it_move_and_it_goes(monkeypatch: pytest.
         ):
             parts = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["screen"], queue_all=True, polled=True)
             await tab.call("Target.createTarget", url=SHOWN, newWindow=True)
-            await console.open(f"http://{room.address}/", 480, 320)
             await at_the_door(tab, room, room.invited(), 480, 320)
             await tab.click(".people button[aria-current=true]")
             await tab.until("window.guest.me() === 'guest-1'")
@@ -58,6 +57,7 @@ def test_a_guest_shows_a_tab_others_see_it_move_and_it_goes(monkeypatch: pytest.
             came: list[str] = []
             await until(lambda: came.extend(s.message.codec for s in parts.take()) or came, "a picture", tasks=[leading])
             assert set(came) == {await tab.value("window.guest.sharing.sent.codec")}
+            await console.open(f"http://{room.address}/", 640, 480)  # later than the panel: it is looked at from where it can be read
             for page_of_others, name in ((console, "vistel"), (tab, "guest")):
                 await page_of_others.until(f"window.{name}.screens('guest-1') > 3")
             seen: set[str] = set()
