@@ -38,14 +38,17 @@ def record(n: int, data: bytes | None = None) -> bytes:
 
 
 def test_nobody_shows_in_the_name_of_somebody_at_another_site() -> None:
-    network, clock = MemoryNetwork(), SimulatedClock(1_000_000_000_000)
-    bus = network.bus("demo", "hub", clock, owners=owners_of(CONFERENCE))
-    heard = bus.subscribe(BY_NAME["screen"], queue_all=True)
-    for site in ("paris", "tokyo"):
-        for part in parts_of(STREAM[0]):
-            network.bus("demo", site, clock).publish(BY_NAME["screen"], participant="aiko").put(part)
-    assert [s.names["site"] for s in heard.take()] == ["tokyo"]
-    assert bus.counters.refused["screen"] == 1
+    async def run() -> None:
+        network, clock = MemoryNetwork(), SimulatedClock(1_000_000_000_000)
+        bus = network.bus("demo", "hub", clock, owners=owners_of(CONFERENCE))
+        heard = bus.subscribe(BY_NAME["screen"], queue_all=True)
+        for site in ("paris", "tokyo"):
+            for part in parts_of(STREAM[0]):
+                network.bus("demo", site, clock).publish(BY_NAME["screen"], participant="aiko").put(part)
+        assert [s.names["site"] for s in heard.take()] == ["tokyo"]
+        assert bus.counters.refused["screen"] == 1
+
+    asyncio.run(run())
 
 
 def test_records_are_whole_or_none() -> None:
@@ -54,7 +57,9 @@ def test_records_are_whole_or_none() -> None:
     assert part_of(part_record(part) + bytes(MOST_PART_BYTES)) is None
     assert part_of(b"VP\x0b\xff\xff") is None and part_of(b"") is None
     assert screen_of(record(0)) == (True, 1, STREAM[0].data)
-    assert screen_of(record(0)[:12]) is None and screen_of(b"VP\x0a\x02" + bytes(30)) is None and screen_of(part_record(part)) is None
+    assert (
+        screen_of(record(0)[:12]) is None and screen_of(b"VP\x0a\x02" + bytes(30)) is None and screen_of(part_record(part)) is None
+    )
 
 
 @contextlib.asynccontextmanager
@@ -151,7 +156,10 @@ WRONG: dict[str, tuple[dict[str, Any], list[bytes | str]]] = {
     "no key": ({}, [record(1)]),
     "garbage": ({}, [record(0), record(1, bytes(500))]),
     "again": ({}, [record(0), record(0)]),
-    "bytes": ({}, [record(0)] + [record(n, STREAM[1].data[:3] + bytes(400_000)) for n in range(1, 3 + MOST_BYTES_AT_ONCE // 400_000)]),
+    "bytes": (
+        {},
+        [record(0)] + [record(n, STREAM[1].data[:3] + bytes(400_000)) for n in range(1, 3 + MOST_BYTES_AT_ONCE // 400_000)],
+    ),
     "often": ({}, [screen_record(n + 1, STREAM[0].data, key=True) for n in range(MOST_PICTURES_AT_ONCE + 30)]),
 }
 
@@ -216,7 +224,7 @@ def test_a_picture_of_the_largest_kind_comes_whole(tmp_path: Path, monkeypatch: 
     from vistel.wire.screen_parts import MOST_PICTURE_BYTES, JoinedScreen
 
     async def play() -> None:
-        async with shown(tmp_path, monkeypatch) as (room, page, token), stream(room, token) as socket:
+        async with shown(tmp_path, monkeypatch) as (room, _, token), stream(room, token) as socket:
             heard = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["screen"], queue_all=True, polled=True)
             key = STREAM[0].data
             data = key + bytes(MOST_PICTURE_BYTES - len(key))

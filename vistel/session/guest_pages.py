@@ -94,8 +94,8 @@ class GuestPages:
         return len(self._waiting)
 
     def ask(self, said: dict[str, object]) -> bool:
-        """Put up what was sent, or a panel for the guest's screen, turn a page, take the panel away, write on a board, raise a hand,
-        react; False for what is none of these."""
+        """Put up what was sent, or a panel for the guest's screen, turn a page, take the panel away, write on a board, raise a
+        hand, react; False for what is none of these."""
         which = Which(self._panels[-1]) if self._panels else None
         if isinstance(title := said.get("show"), str) and self._waiting:
             live = said.get("live") is True

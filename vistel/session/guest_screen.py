@@ -1,4 +1,4 @@
-"""What a guest shows live: the pictures that their page sends, checked, and passed on in parts. The first that cannot be ends it."""
+"""What a guest shows live: the pictures that their page sends, checked, and passed on in parts. The first wrong one ends it."""
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from vistel.v1.motion_pb2 import ScreenPart
 
 CODECS = {"avc1.42e028": "h264", "vp09.00.40.08": "vp9", "vp8": "vp8"}
-"""Those that may be used, as WebCodecs names them, the best first, and as FFmpeg does. H.264 in Annex B, with its parameters in every
-key picture. All three encode pictures of MOST_PIXELS."""
+"""Those that may be used, as WebCodecs names them, the best first, and as FFmpeg does. H.264 in Annex B, with its parameters in
+every key picture. All three encode pictures of MOST_PIXELS."""
 PART_BYTES = 32 * 1024
 """Of a picture; a message of a site has at most 64 kB, a larger one would be cut into fragments."""
 MOST_PICTURE_BYTES = 400 * 1024
@@ -52,7 +52,7 @@ class ScreenPicture:
         """The same of what all pictures of a stream have in common."""
         if self.codec not in CODECS:
             return f"the codec {self.codec[:40]!r}; expected one of {', '.join(CODECS)}"
-        if not (LEAST_SIDE <= min(self.width, self.height) and max(self.width, self.height) <= MOST_SIDE):
+        if min(self.width, self.height) < LEAST_SIDE or max(self.width, self.height) > MOST_SIDE:
             return f"{self.width} x {self.height} pixels; expected {LEAST_SIDE} to {MOST_SIDE} each way"
         if self.width * self.height > MOST_PIXELS:
             return f"{self.width} x {self.height} pixels; expected at most {MOST_PIXELS / 1e6:.2f} million"

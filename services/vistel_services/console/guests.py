@@ -181,8 +181,8 @@ class Guests:
     async def _admitted(
         self, request: web.Request, most_bytes: int
     ) -> tuple[web.WebSocketResponse, Invitation | None, dict[str, object]]:
-        """A page's WebSocket, the invitation whose token it shows first, and all that it says then. most_bytes: of a message. Closes
-        the connection where it shows none that counts."""
+        """A page's WebSocket, the invitation whose token it shows first, and all that it says then. most_bytes: of a message.
+        Closes the connection where it shows none that counts."""
         if self._strangers >= MOST_STRANGERS:
             raise web.HTTPServiceUnavailable(text="too many pages open at once; try again\n")
         self._strangers += 1

@@ -321,5 +321,6 @@ class _Inputs:
         return [sample.message for sample in self._sound.take()]
 
     def close(self) -> None:
-        for subscription in (self._about, self._motion, self._world, self._status, self._sound, self._said, self._written, self._shown):
+        told = self._about, self._said, self._written, self._shown
+        for subscription in (*told, self._motion, self._world, self._status, self._sound):
             subscription.close()

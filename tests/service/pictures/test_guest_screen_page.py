@@ -1,4 +1,4 @@
-"""A guest shows a tab of their browser live, in a real Chromium, and its moving colours are read on the panel in others' pictures."""
+"""A guest shows a tab of their browser live, in a real Chromium; its moving colours are read on the panel in others' pictures."""
 
 from __future__ import annotations
 
@@ -17,9 +17,8 @@ from vistel_services.console import bundle
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 RED, BLUE = (200, 30, 40), (30, 60, 200)
 SHOWN = (
-    "data:text/html,<title>Shown</title><body><script>"
-    "setInterval(() => document.body.style.background = `rgb(${[[200,30,40],[30,60,200]][Math.floor(Date.now() / 4000) %25 2]})`, 50)"
-    "</script>"
+    "data:text/html,<title>Shown</title><body><script>const colours = [[200,30,40],[30,60,200]];"
+    "setInterval(() => document.body.style.background = `rgb(${colours[Math.floor(Date.now() / 4000) %25 2]})`, 50)</script>"
 )
 """A tab that is red for four seconds and blue for four."""
 CAPTURING = "--auto-select-tab-capture-source-by-title=Shown"
@@ -57,7 +56,9 @@ def test_a_guest_shows_a_tab_others_see_it_move_and_it_goes(monkeypatch: pytest.
             came: list[str] = []
             await until(lambda: came.extend(s.message.codec for s in parts.take()) or came, "a picture", tasks=[leading])
             assert set(came) == {await tab.value("window.guest.sharing.sent.codec")}
-            await console.open(f"http://{room.address}/", 640, 480)  # later than the panel: it is looked at from where it can be read
+            await console.open(
+                f"http://{room.address}/", 640, 480
+            )  # later than the panel: it is looked at from where it can be read
             for page_of_others, name in ((console, "vistel"), (tab, "guest")):
                 await page_of_others.until(f"window.{name}.screens('guest-1') > 3")
             seen: set[str] = set()

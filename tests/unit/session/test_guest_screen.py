@@ -28,7 +28,8 @@ def test_what_is_in_order_goes_on_in_parts_that_give_the_same_pictures() -> None
     for n in range(40):
         data = (KEY if n % 20 == 0 else MORE) + bytes(50_000 if n % 20 == 0 else 900)
         for record in screen.records(screen_record(n + 1, data, key=n % 20 == 0), n * S_NS // 10):
-            assert (part := part_of(record)) is not None
+            part = part_of(record)
+            assert part is not None
             if (picture := joined.take(part)) is not None:
                 out.append((picture.number, picture.key, picture.data == data, picture.stream, picture.width))
     assert out == [(n, n % 20 == 0, True, 5, 1280) for n in range(40)]
@@ -99,6 +100,8 @@ def test_a_page_that_is_slow_gets_no_more_of_a_stream_until_its_next_key_picture
     waiting = WaitingPictures()
     assert waiting.put([ForwardedPicture("ann", n == 0, bytes([n])) for n in range(MOST_WAITING)])
     assert not waiting.put([ForwardedPicture("ann", False, b"more")]), "nothing of it is of use without what came before"
-    waiting.put([ForwardedPicture("bob", True, b"bob"), ForwardedPicture("ann", True, b"key"), ForwardedPicture("ann", False, b"more")])
+    waiting.put(
+        [ForwardedPicture("bob", True, b"bob"), ForwardedPicture("ann", True, b"key"), ForwardedPicture("ann", False, b"more")]
+    )
     assert [waiting.next() for _ in range(3)] == [b"bob", b"key", b"more"]
     assert not waiting

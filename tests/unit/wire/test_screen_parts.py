@@ -9,15 +9,7 @@ from screen_stream import ENCODERS, KEY_EVERY, plain, stream_of
 
 from vistel.v1.motion_pb2 import ScreenPart
 from vistel.wire.limits import SITE_BYTES
-from vistel.wire.screen_parts import (
-    CODECS,
-    MOST_PICTURE_BYTES,
-    PART_BYTES,
-    JoinedScreen,
-    ScreenPicture,
-    begins_as,
-    parts_of,
-)
+from vistel.wire.screen_parts import CODECS, MOST_PICTURE_BYTES, PART_BYTES, JoinedScreen, ScreenPicture, begins_as, parts_of
 
 
 def picture(number: int, *, key: bool = False, size: int = 100, stream: int = 1) -> ScreenPicture:
@@ -67,7 +59,9 @@ def test_nothing_counts_before_a_key_picture_and_after_a_loss_until_the_next() -
 )
 def test_a_part_that_cannot_be_gives_nothing_and_those_after_it_are_whole(wrong: dict[str, object]) -> None:
     (right,) = parts_of(picture(1, key=True))
-    fields = {name: getattr(right, name) for name in ("stream", "number", "part", "parts", "key", "codec", "width", "height", "data")}
+    fields = {
+        name: getattr(right, name) for name in ("stream", "number", "part", "parts", "key", "codec", "width", "height", "data")
+    }
     screen = JoinedScreen()
     assert screen.take(ScreenPart(**(fields | wrong))) is None
     assert joined(screen, picture(2, key=True), picture(3)) == [2, 3]
@@ -79,7 +73,9 @@ def test_pictures_of_real_encoders_begin_as_their_codec_does_and_as_no_other(cod
     stream = stream_of(codec, shades)
     assert [p.number for p in stream if p.key] == [0, KEY_EVERY]
     assert not any(p.objection for p in stream)
-    assert [replace(p, key=True).objection for p in stream[1:KEY_EVERY]] == [f"what is no picture of the codec {codec}"] * (KEY_EVERY - 1)
+    assert [replace(p, key=True).objection for p in stream[1:KEY_EVERY]] == [f"what is no picture of the codec {codec}"] * (
+        KEY_EVERY - 1
+    )
     for other in ENCODERS.keys() - {codec}:
         assert not begins_as(other, stream[0].data, key=True)
     assert joined(JoinedScreen(), *stream) == list(range(KEY_EVERY + 2))

@@ -1,4 +1,4 @@
-"""What participants show live, decoded for whoever draws it: each in a thread of its own, so that no picture of the room waits for it.
+"""What participants show live, decoded for whoever draws it: each in a thread of its own, so that no picture of the room waits.
 
 What a stream may cost is bounded: pictures wait for the decoder up to a number, have at most `MOST_PIXELS`, and only the newest is
 kept. What cannot be decoded is left out until the next key picture; a stream that goes on so is decoded no more.
@@ -121,7 +121,7 @@ class _Decoder:
         except Exception as fault:  # whatever others send, only their panel suffers
             self._context = None
             self._faults += 1
-            if self._faults == 1 or self._faults == MOST_FAULTS:
+            if self._faults in {1, MOST_FAULTS}:
                 action = "given_up" if self._faults == MOST_FAULTS else "left_out_until_key_picture"
                 log.warning("event=screen_not_decoded participant=%s reason=%r action=%s", self._name, str(fault), action)
             return None
