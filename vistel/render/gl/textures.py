@@ -41,7 +41,7 @@ def texture_of(ctx: moderngl.Context, image: U8, software: bool, at_most: int = 
 
 def rewritten(texture: moderngl.Texture, image: U8) -> bool:
     """Give a texture of `texture_of` with mipmaps another image (h, w, 3); False where that needs a new one, of another size."""
-    if texture.size != (image.shape[1], image.shape[0]):
+    if (texture.width, texture.height) != (image.shape[1], image.shape[0]):
         return False
     whole = with_alpha(image, 3) if texture.components == 4 else image
     texture.write(np.ascontiguousarray(whole[::-1]).tobytes(), alignment=1)
