@@ -8,7 +8,7 @@ from fractions import Fraction
 import av
 import numpy as np
 
-from vistel.wire.screen_parts import ScreenPicture
+from vistel.protocol.pages.screen_parts import ScreenPicture
 
 ENCODERS = {
     "avc1.42e028": ("libx264", {"preset": "ultrafast", "tune": "zerolatency", "profile": "baseline"}),

@@ -21,11 +21,11 @@ from world_site import CONFERENCE
 
 from vistel.conference.connect import owners_of
 from vistel.protocol.pages.screen import MOST_PART_BYTES, part_of, part_record, screen_of, screen_record
+from vistel.protocol.pages.screen_parts import ScreenPicture, parts_of
 from vistel.session.guest_screen import MOST_RECORD_BYTES
 from vistel.session.showing import page_of
 from vistel.wire.clock import SimulatedClock
 from vistel.wire.memory_bus import MemoryNetwork
-from vistel.wire.screen_parts import ScreenPicture, parts_of
 from vistel.wire.topics import BY_NAME
 from vistel_services.console import guests as gateway
 
@@ -215,7 +215,7 @@ def test_the_panel_goes_with_the_guest(tmp_path: Path, monkeypatch: pytest.Monke
 
 def test_a_picture_of_the_largest_kind_comes_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its parts follow one another on one machine without being lost."""
-    from vistel.wire.screen_parts import MOST_PICTURE_BYTES, JoinedScreen
+    from vistel.protocol.pages.screen_parts import MOST_PICTURE_BYTES, JoinedScreen
 
     async def play() -> None:
         async with shown(tmp_path, monkeypatch) as (room, _, token), stream(room, token) as socket:

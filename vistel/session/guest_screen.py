@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from vistel.protocol.pages.screen import HEAD_BYTES, part_record, screen_of
-from vistel.wire.screen_parts import MOST_PICTURE_BYTES, ScreenPicture, parts_of
+from vistel.protocol.pages.screen_parts import MOST_PICTURE_BYTES, ScreenPicture, parts_of
 
 MOST_RECORD_BYTES = HEAD_BYTES + MOST_PICTURE_BYTES
 """Of one message of a page."""

@@ -21,8 +21,8 @@ from collections import defaultdict, deque
 from collections.abc import Iterable
 from typing import NamedTuple
 
+from vistel.protocol.pages.screen_parts import JoinedScreen, ScreenPicture
 from vistel.wire.bus import Bus
-from vistel.wire.screen_parts import JoinedScreen, ScreenPicture
 from vistel.wire.topics import BY_NAME
 
 FORMAT = 3

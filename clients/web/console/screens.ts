@@ -4,7 +4,7 @@ import { SCREENS } from "../connection/kinds";
 import type { ThingRow } from "./wire";
 
 const HEAD_BYTES = 24;
-const SIDE = 1600; // pixels, as vistel/wire/screen_parts.py has it
+const SIDE = 1600; // pixels, as vistel/protocol/pages/screen_parts.py has it
 const PIXELS = 1600 * 1200; // the same
 const SILENT_MS = 6000; // without a picture for so long, nothing is shown any more
 const MOST_WAITING = 30; // for the decoder

@@ -1,5 +1,5 @@
 // The worker that encodes what a guest shows live and sends it on a connection of its own: large pictures hold up no voice, and the
-// page may be in the background. The bytes: vistel/protocol/pages/screen.py; the limits: vistel/wire/screen_parts.py.
+// page may be in the background. The bytes: vistel/protocol/pages/screen.py; the limits: vistel/protocol/pages/screen_parts.py.
 export type ToEncoder =
   | { kind: "begin"; frames: ReadableStream<VideoFrame>; text: boolean } // text: letters are to be read, not movement seen
   | { kind: "go"; address: string; token: string }; // a panel is there

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from vistel.protocol.pages.screen import part_of, screen_record
+from vistel.protocol.pages.screen_parts import MOST_PICTURE_BYTES, JoinedScreen
 from vistel.session import guest_screen
 from vistel.session.guest_screen import MOST_BYTES_S, MOST_PICTURES_S, GuestScreen, ScreenError
 from vistel.session.screens import MOST_WAITING, ForwardedPicture, WaitingPictures
-from vistel.wire.screen_parts import MOST_PICTURE_BYTES, JoinedScreen
 
 SAID = {"codec": "vp8", "width": 1280, "height": 720}
 KEY, MORE = b"\x10\0\0\x9d\x01\x2a", b"\x11\0\0\0"

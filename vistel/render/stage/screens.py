@@ -14,8 +14,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vistel.arrays import U8
+from vistel.protocol.pages.screen_parts import CODECS, MOST_PIXELS, JoinedScreen, ScreenPicture
 from vistel.v1.motion_pb2 import ScreenPart
-from vistel.wire.screen_parts import CODECS, MOST_PIXELS, JoinedScreen, ScreenPicture
 
 log = logging.getLogger("vistel.renderer")
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from screen_stream import KEY_EVERY, plain, stream_of
 
+from vistel.protocol.pages.screen_parts import CODECS, MOST_PIXELS, ScreenPicture, parts_of
 from vistel.render.stage import screens
 from vistel.render.stage.screens import SILENT_NS, DecodedScreens
-from vistel.wire.screen_parts import CODECS, MOST_PIXELS, ScreenPicture, parts_of
 
 RED, GREEN, BLUE = (200, 30, 40), (20, 170, 60), (30, 50, 190)
 

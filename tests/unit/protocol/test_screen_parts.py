@@ -7,9 +7,17 @@ from dataclasses import replace
 import pytest
 from screen_stream import ENCODERS, KEY_EVERY, plain, stream_of
 
+from vistel.protocol.pages.screen_parts import (
+    CODECS,
+    MOST_PICTURE_BYTES,
+    PART_BYTES,
+    JoinedScreen,
+    ScreenPicture,
+    begins_as,
+    parts_of,
+)
 from vistel.v1.motion_pb2 import ScreenPart
 from vistel.wire.limits import SITE_BYTES
-from vistel.wire.screen_parts import CODECS, MOST_PICTURE_BYTES, PART_BYTES, JoinedScreen, ScreenPicture, begins_as, parts_of
 
 
 def picture(number: int, *, key: bool = False, size: int = 100, stream: int = 1) -> ScreenPicture:
