@@ -12,6 +12,7 @@ const CODECS = ["avc1.42e028", "vp09.00.40.08", "vp8"]; // the best first
 const SIDE = 1600;
 const PIXELS = 1600 * 1200;
 const LEAST = 16;
+const SETTLES_MS = 700; // a tab becomes smaller when the browser says above it that it is shown
 const RATE = 10; // pictures a second
 const KEY_MS = 2000; // from one key picture to the next
 const BITS = 1_200_000; // a second, which encoders exceed now and then
@@ -65,15 +66,18 @@ async function take(frames: ReadableStream<VideoFrame>, text: boolean): Promise<
   for (;;) {
     const { done, value } = await reader.read();
     if (done) return;
+    if (!newest) setTimeout(() => void prepare(text), SETTLES_MS);
     newest?.close();
     [newest, fresh] = [value, true];
-    if (config) continue;
-    const [width, height] = sizeOf(value.displayWidth, value.displayHeight);
-    config = await choose(width, height, text);
-    if (!config) return fail("codec");
-    tell({ kind: "ready", width, height, codec: config.codec });
-    go(going);
   }
+}
+
+async function prepare(text: boolean): Promise<void> {
+  const [width, height] = sizeOf(newest!.displayWidth, newest!.displayHeight);
+  config = await choose(width, height, text);
+  if (!config) return fail("codec");
+  tell({ kind: "ready", width, height, codec: config.codec });
+  go(going);
 }
 
 /** The newest picture in the size that is sent; in the middle, where a window has become another. */
