@@ -14,6 +14,7 @@ const made = {
   "connection/worker.ts": "services/vistel_services/console/page/connection.js",
   "sound/microphone_worklet.ts": "services/vistel_services/console/page/microphone.js",
   "sound/player_worklet.ts": "services/vistel_services/console/page/player.js",
+  "join/screen_worker.ts": "services/vistel_services/console/page/screen.js",
   "join/camera_worker.ts": "services/vistel_services/console/page/landmarks/camera_worker.js",
 };
 // Only guests who show a PDF need it: it is loaded then.

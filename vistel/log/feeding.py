@@ -20,12 +20,14 @@ SELDOM = ("device_status", "heartbeat", "clock_offset", "image_delay", "sound_st
 """How well everything does, said every second or so."""
 ROOM = ("motion", "motion_thin", "world_state")
 """Where everything is."""
-TOPICS = ("participant", "picture_part", *SELDOM, *ROOM, "world_key", "voice", "voice_level")
+TOPICS = ("participant", "picture_part", *SELDOM, *ROOM, "world_key", "voice", "voice_level", "screen")
 BEFORE_NS = 1_000_000_000
 """Motion and room are read from so long before a moment: who looks at it looks at the moments before it first (`looks_before`), and
 a full frame of motion comes every 0.4 s."""
 SELDOM_BEFORE_NS = 3_000_000_000
 """What is said every second is read from so long before a moment."""
+SCREEN_BEFORE_NS = 3_500_000_000
+"""What somebody shows live is read from so long before a moment: a key picture comes every 2 s."""
 KEY_BEFORE_NS = 12_000_000_000
 """The whole room stands in a log at least so often, even of a busy machine."""
 
@@ -91,6 +93,8 @@ class LogFeed:
             for packed in self._reader.packed(("world_state",), key[3], first_ns):
                 self._note(packed)
         for packed in self._reader.packed(SELDOM, t_ns - SELDOM_BEFORE_NS, first_ns):
+            self._send(packed)
+        for packed in self._reader.packed(("screen",), t_ns - SCREEN_BEFORE_NS, first_ns):
             self._send(packed)
         self._records = self._reader.packed(TOPICS, first_ns)
         self._next = next(self._records, None)

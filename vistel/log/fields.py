@@ -46,6 +46,7 @@ SPELLED = (
     "world_detail",
     "avatar_part",
     "picture_part",
+    "screen",
     "device_raw",
 )
 """Topics whose numbers are packed, or are of joints and things, which have names of their own."""

@@ -17,6 +17,7 @@ the same with 10 bits each, in 32 bits, the missing one on top. Rotations are re
 
 from __future__ import annotations
 
+import json
 import struct
 from collections.abc import Iterable
 
@@ -126,3 +127,10 @@ def _fingers(q: F64) -> NDArray[np.uint32]:
     at, out = _smallest(q, 10)
     packed = (at << 30) | (out[:, 0].astype(np.int64) << 20) | (out[:, 1].astype(np.int64) << 10) | out[:, 2]
     return packed.astype(np.uint32)
+
+
+def joints_told() -> str:
+    """JSON: how frames name joints and shapes of faces."""
+    arrays = {"parents": PARENTS, "body": BODY, "fingers": FINGERS, "shifted": SHIFTED}
+    told = {name: array.tolist() for name, array in arrays.items()} | {"shift_m": SHIFT_M}
+    return json.dumps({"kind": "joints", "names": JOINTS, "face": SHAPES} | told)

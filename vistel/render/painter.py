@@ -156,6 +156,12 @@ class Painter:
         for solid, (positions, normals) in zip(self._things[thing_id], parts, strict=True):
             solid.buffers[0].write(np.hstack((positions, normals, solid.more)).astype(np.float32, copy=False))
 
+    def repaint_thing(self, thing_id: str, picture: U8 | None) -> None:
+        """Show a picture (h, w, 3), first row at the top, in place of what a panel's page shows; None: the page again."""
+        for solid in (*self._things.get(thing_id, ()), *self._resting.get(thing_id, ())):
+            if solid.glows:
+                self._solids.repaint(solid, picture)
+
     def drop_thing(self, thing_id: str) -> None:
         """Forget a thing."""
         for old in (*self._things.pop(thing_id, ()), *self._resting.pop(thing_id, ())):

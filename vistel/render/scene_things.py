@@ -48,6 +48,8 @@ class ThingsShown:
         self._soft = SoftThings()
         self._reshaped: dict[str, Reshaped | None] = {}
         self._written = Written(painter)
+        self._live: dict[str, int] = {}
+        """Which picture of a participant's screen a panel shows; none: its page."""
 
     def meet(self, instant: Instant) -> None:
         """Make the pictures of things that are new or changed."""
@@ -66,12 +68,15 @@ class ThingsShown:
                 log.info("event=model_awaited thing=%s shown=what_is_felt_of_it", thing_id)
             self._show(thing)
             self._things[thing_id] = thing
+            self._live.pop(thing_id, None)
         for thing_id in set(self._things) - {name for name, thing in instant.things.items() if not thing.hidden}:
             self._painter.drop_thing(thing_id)
             self._soft.drop(thing_id)
             self._lacking.discard(thing_id)
+            self._live.pop(thing_id, None)
             del self._things[thing_id]
         self._written.meet(self._things, instant.world.strokes)
+        self._show_screens(instant)
 
     def reshape(
         self,
@@ -129,6 +134,15 @@ class ThingsShown:
             top = float(np.maximum(upwards * low, upwards * high).sum())
             labels.append(LabelView(Label(said, frame=colours[0]), position + np.array((0.0, top + OVER, 0.0))))
         return outlines, labels
+
+    def _show_screens(self, instant: Instant) -> None:
+        for thing_id, thing in self._things.items():
+            shown = instant.screens.get(thing.pages.by) if thing.pages is not None and thing.pages.live else None
+            if shown is not None and self._live.get(thing_id) != shown.number:
+                self._live[thing_id] = shown.number
+                self._painter.repaint_thing(thing_id, shown.rgb)
+            elif shown is None and self._live.pop(thing_id, None) is not None:
+                self._painter.repaint_thing(thing_id, None)
 
     def _show(self, thing: Thing) -> None:
         if is_soft(thing):

@@ -56,10 +56,20 @@ class GuestPages:
         self._asked: dict[str, _Asked] = {}
         self._waiting: list[Page] = []
         self._panels, self._count, self._one = panels, 0, asyncio.Lock()
+        self._live, self._goes_live = "", False
+        """Id of the panel that shows the guest's screen, empty: none; whether there is to be one."""
 
     def close(self) -> None:
-        """Receive no more."""
+        """Receive no more; what the guest shows live goes with them."""
+        self.end_live()
         self._results.close()
+
+    def end_live(self) -> None:
+        """The guest shows their screen no more: its panel goes."""
+        self._goes_live = False
+        if self._live:
+            self._give(PutAway(Which(self._live)))
+            self._live = ""
 
     @property
     def full(self) -> bool:
@@ -84,12 +94,17 @@ class GuestPages:
         return len(self._waiting)
 
     def ask(self, said: dict[str, object]) -> bool:
-        """Put up what was sent, turn a page, take the panel away, write on a board, raise a hand, react; False for what is none of
-        these."""
+        """Put up what was sent, or a panel for the guest's screen, turn a page, take the panel away, write on a board, raise a
+        hand, react; False for what is none of these."""
         which = Which(self._panels[-1]) if self._panels else None
         if isinstance(title := said.get("show"), str) and self._waiting:
-            self._give(Present(tuple(p.model for p in self._waiting), self._waiting[0].aspect, title[:100]))
+            live = said.get("live") is True
+            self._goes_live = self._goes_live or live
+            pages = self._waiting[-1:] if live else self._waiting
+            self._give(Present(tuple(p.model for p in pages), pages[0].aspect, title[:100], live))
             self._waiting = []
+        elif said.get("live") is False:
+            self.end_live()
         elif said.get("turn") in (1, -1):
             if which is not None:
                 self._give(TurnPage(which, by=float(str(said["turn"]))))
@@ -115,11 +130,17 @@ class GuestPages:
             gone = isinstance(action, PutAway) or result.reason.startswith("there is no thing")
             for thing in [action.which.thing] if gone and isinstance(action, PutAway | TurnPage) else []:
                 self._panels[:] = [p for p in self._panels if p != thing]
-            if done and isinstance(action, Present):
+            live = isinstance(action, Present) and action.live
+            if done and live:
+                self._live = next(iter(result.things), "")
+                if not self._goes_live:
+                    self.end_live()
+            elif done and isinstance(action, Present):
                 self._panels += result.things
             if done and isinstance(action, Draw | Rub | RaiseHand | React):
                 continue  # everybody sees it
-            told.append(json.dumps({"kind": "shown", "done": done, "reason": result.reason, "panels": len(self._panels)}))
+            words = {"kind": "shown", "done": done, "reason": result.reason, "panels": len(self._panels)}
+            told.append(json.dumps(words | ({"live": True} if live else {})))
         self._give_again()
         return told
 

@@ -39,11 +39,13 @@ class WrittenWords:
                 yield f"{KIND} {number}", _json([now] if now else [], gone=[] if now else [number])
 
 
-def face_rows(thing: Thing) -> dict[str, list[list[float]] | None]:
+def face_rows(thing: Thing) -> dict[str, list[list[float]] | str | None]:
     """Where one writes on a thing (`face`), and where one reads on it (`front`: of a board and of a panel), as a page reads them:
-    a corner, and the edges across and up (3,) [m]; None where it has none."""
+    a corner, and the edges across and up (3,) [m]; and whose screen a panel shows (`screen`: a participant). None where it has
+    none."""
     front = front_of(thing) if thing.shape in (BOARD, PANEL) and thing.primitives else None
-    return {"face": _row(face_of(thing)), "front": _row(front)}
+    screen = thing.pages.by if thing.pages is not None and thing.pages.live else None
+    return {"face": _row(face_of(thing)), "front": _row(front), "screen": screen}
 
 
 def _row(face: Face | None) -> list[list[float]] | None:

@@ -372,11 +372,12 @@ class Detach(Action):
 @dataclass(frozen=True)
 class Present(Action):
     """Put up a panel that shows pictures, before everybody. pages: digests of polymeshes (`vistel.space.pages.sheet`), in order;
-    aspect: width of every page by its height; title: name of the panel for people."""
+    aspect: width of every page by its height; title: name of the panel for people; live: `Pages.live`, with one page."""
 
     pages: tuple[str, ...]
     aspect: float
     title: str = ""
+    live: bool = False
 
 
 @command(

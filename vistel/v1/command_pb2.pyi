@@ -382,14 +382,16 @@ class SharpenThing(_message.Message):
     def __init__(self, which: _Optional[_Union[Which, _Mapping]] = ..., by: _Optional[float] = ...) -> None: ...
 
 class PresentPages(_message.Message):
-    __slots__ = ("pages", "aspect", "title")
+    __slots__ = ("pages", "aspect", "title", "live")
     PAGES_FIELD_NUMBER: _ClassVar[int]
     ASPECT_FIELD_NUMBER: _ClassVar[int]
     TITLE_FIELD_NUMBER: _ClassVar[int]
+    LIVE_FIELD_NUMBER: _ClassVar[int]
     pages: _containers.RepeatedScalarFieldContainer[str]
     aspect: float
     title: str
-    def __init__(self, pages: _Optional[_Iterable[str]] = ..., aspect: _Optional[float] = ..., title: _Optional[str] = ...) -> None: ...
+    live: bool
+    def __init__(self, pages: _Optional[_Iterable[str]] = ..., aspect: _Optional[float] = ..., title: _Optional[str] = ..., live: _Optional[bool] = ...) -> None: ...
 
 class TurnPage(_message.Message):
     __slots__ = ("which", "by", "page")

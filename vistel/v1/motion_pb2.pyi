@@ -98,6 +98,32 @@ class AvatarPart(_message.Message):
     data: bytes
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., parts: _Optional[int] = ..., size: _Optional[int] = ..., data: _Optional[bytes] = ...) -> None: ...
 
+class ScreenPart(_message.Message):
+    __slots__ = ("header", "stream", "number", "part", "parts", "key", "codec", "width", "height", "t_us", "data")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    STREAM_FIELD_NUMBER: _ClassVar[int]
+    NUMBER_FIELD_NUMBER: _ClassVar[int]
+    PART_FIELD_NUMBER: _ClassVar[int]
+    PARTS_FIELD_NUMBER: _ClassVar[int]
+    KEY_FIELD_NUMBER: _ClassVar[int]
+    CODEC_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_FIELD_NUMBER: _ClassVar[int]
+    HEIGHT_FIELD_NUMBER: _ClassVar[int]
+    T_US_FIELD_NUMBER: _ClassVar[int]
+    DATA_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    stream: int
+    number: int
+    part: int
+    parts: int
+    key: bool
+    codec: str
+    width: int
+    height: int
+    t_us: int
+    data: bytes
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., stream: _Optional[int] = ..., number: _Optional[int] = ..., part: _Optional[int] = ..., parts: _Optional[int] = ..., key: _Optional[bool] = ..., codec: _Optional[str] = ..., width: _Optional[int] = ..., height: _Optional[int] = ..., t_us: _Optional[int] = ..., data: _Optional[bytes] = ...) -> None: ...
+
 class Prop(_message.Message):
     __slots__ = ("header", "thing", "pose", "health", "velocity", "spin", "led_by", "let_go")
     HEADER_FIELD_NUMBER: _ClassVar[int]

@@ -56,14 +56,16 @@ class Look(_message.Message):
     def __init__(self, model: _Optional[str] = ..., matrix: _Optional[_Iterable[float]] = ..., offset: _Optional[_Union[_geometry_pb2.Vec3, _Mapping]] = ..., colour: _Optional[int] = ...) -> None: ...
 
 class Pages(_message.Message):
-    __slots__ = ("models", "shown", "by")
+    __slots__ = ("models", "shown", "by", "live")
     MODELS_FIELD_NUMBER: _ClassVar[int]
     SHOWN_FIELD_NUMBER: _ClassVar[int]
     BY_FIELD_NUMBER: _ClassVar[int]
+    LIVE_FIELD_NUMBER: _ClassVar[int]
     models: _containers.RepeatedScalarFieldContainer[str]
     shown: int
     by: str
-    def __init__(self, models: _Optional[_Iterable[str]] = ..., shown: _Optional[int] = ..., by: _Optional[str] = ...) -> None: ...
+    live: bool
+    def __init__(self, models: _Optional[_Iterable[str]] = ..., shown: _Optional[int] = ..., by: _Optional[str] = ..., live: _Optional[bool] = ...) -> None: ...
 
 class Thing(_message.Message):
     __slots__ = ("id", "name", "primitives", "mass_kg", "compliance", "colour", "texture", "shape", "material", "sticky", "bears", "curve", "looks", "hidden", "pages")

@@ -130,6 +130,8 @@ TOPICS: tuple[Topic, ...] = (
           "a piece of a participant's own avatar"),
     Topic("picture_part", f"{_SITE}/picture/{{picture}}/{{part}}", motion_pb2.AvatarPart, 0, _R, _S, True,
           "a piece of a picture that a participant shows on a panel"),
+    Topic("screen", f"{_SITE}/participant/{{participant}}/screen", motion_pb2.ScreenPart, 10, _N, _S, True,
+          "what a participant shows live on a panel, encoded"),
     Topic("prop", f"{_SITE}/prop/{{thing}}/pose", motion_pb2.Prop, 60, _N, _S, True,
           "the pose of a prop"),
     Topic("image_delay", f"{_SITE}/renderer/delay", service_pb2.ImageDelay, 2, _N, _S, True,

@@ -1,7 +1,6 @@
 // Voices of the room, from what the gateway sends (vistel/audio/forwarded_voices.py) to samples for the thread that plays them.
 import type { Sounding } from "./messages";
 
-export const VOICES = 2; // the first byte of a message of voices
 const RATE = 48_000;
 const HEAD_BYTES = 16;
 const MOST_MS = Number.MAX_SAFE_INTEGER / 1000; // of a time, which the decoder takes in microseconds

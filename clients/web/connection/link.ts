@@ -6,6 +6,7 @@ import type { FromWorker, ToWorker } from "./messages";
 export interface Listener {
   words(words: Words): void;
   frame(data: ArrayBuffer): void;
+  screen(data: ArrayBuffer): void;
   trouble(text: string | null): void;
   /** Somebody's voice has come, and comes out of this port from now on. */
   talker(name: string, port: MessagePort): void;
@@ -25,6 +26,7 @@ export class Link {
     this.worker.onmessage = ({ data }: MessageEvent<FromWorker>) => {
       if (data.kind === "words") listener.words(data.words);
       else if (data.kind === "frame") this.tell({ kind: "next" }), listener.frame(data.data);
+      else if (data.kind === "screen") listener.screen(data.data);
       else if (data.kind === "trouble") listener.trouble(data.text);
       else if (data.kind === "talker") this.talkers.add(data.name), listener.talker(data.name, data.port);
       else if (data.kind === "silent") this.talkers.delete(data.name), listener.silent(data.name);

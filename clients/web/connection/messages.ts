@@ -14,6 +14,7 @@ export type ToWorker =
 export type FromWorker =
   | { kind: "words"; words: Words }
   | { kind: "frame"; data: ArrayBuffer }
+  | { kind: "screen"; data: ArrayBuffer } // a picture of what somebody shows live
   | { kind: "trouble"; text: string | null } // why nothing comes; null: it does
   | { kind: "talker"; name: string; port: MessagePort } // where the voice of somebody comes out
   | { kind: "silent"; name: string } // nothing has come of it for long

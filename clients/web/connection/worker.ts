@@ -1,6 +1,7 @@
 // The page's worker: the connection, and the way of all voices, decoded for the browser's thread for sound and encoded from there.
 import { ConferenceTime } from "./conference_time";
-import { Hearing, VOICES } from "./hearing";
+import { Hearing } from "./hearing";
+import { SCREENS, VOICES } from "./kinds";
 import type { FromWorker, ToWorker } from "./messages";
 import { Socket } from "./socket";
 import { Speaking } from "./speaking";
@@ -46,7 +47,12 @@ function open(address: string, first: string | undefined): void {
         if (words.kind === "invited") time ??= new ConferenceTime((asked) => socket?.send(asked));
         tell({ kind: "words", words });
       },
-      data: (data) => (new Uint8Array(data)[0] === VOICES ? hearing.take(data) : show(data)),
+      data: (data) => {
+        const kind = new Uint8Array(data)[0];
+        if (kind === VOICES) hearing.take(data);
+        else if (kind === SCREENS) tell({ kind: "screen", data }, [data]);
+        else show(data);
+      },
       trouble: (text) => tell({ kind: "trouble", text }),
     },
     first,

@@ -34,13 +34,14 @@ import { type Chosen, Who } from "./who";
 declare global {
   interface Window {
     /** For programs that drive the page. joints: places of somebody's joints in the room [m]; ghost: those in the log beside; rate: pictures a second; ready: how many
-     * have their own figures; drawn: pictures so far; sharp: see Room; pictures: whom to tell of every picture from now on, as Room.seen. */
+     * have their own figures; drawn: pictures so far; screens: pictures of what somebody shows live that were decoded; sharp: see Room; pictures: whom to tell of every picture from now on, as Room.seen. */
     vistel?: {
       joints(name: string): [number, number, number][];
       ghost(name: string): [number, number, number][];
       rate(): number;
       ready(): number;
       drawn(): number;
+      screens(participant: string): number;
       sharp(): void;
       pictures(tell: (tMs: number, atMs: number) => void): void;
       voices: Voices;
@@ -232,6 +233,7 @@ if (room) {
     ghost: (name) => drawn.ghosts.get(name)?.places() ?? [],
     rate: () => drawn.picturesPerS,
     drawn: () => drawn.drawn,
+    screens: (participant) => drawn.screens.drawn(participant),
     sharp: () => drawn.sharp(),
     ready: () => [...drawn.figures.values()].filter((f) => f.own).length,
     pictures: (tell) => {
@@ -246,6 +248,7 @@ const travel = new Travel(
   {
     words: hear,
     frame: see,
+    screen: (data) => room?.screens.receive(data),
     trouble: say,
     talker: (name, port) => voices.talker(name, port),
     silent: (name) => voices.silent(name),

@@ -19,6 +19,7 @@ import { dispose } from "./dispose";
 import { Figure } from "./figure";
 import { Files } from "./files";
 import { lit } from "./light";
+import { Screens } from "./screens";
 import type { Frame, Held, Ink, Joints, PersonRow, Signals, Table, ThingRow } from "./wire";
 import { INK, Written } from "./written";
 
@@ -52,6 +53,7 @@ export class Room {
   readonly ghosts = new Map<string, Figure>();
   readonly things = new Map<string, { about: ThingRow; node: Group }>();
   readonly written = new Written(() => this.change());
+  readonly screens = new Screens(() => this.change(), () => this.renderer.capabilities.getMaxAnisotropy());
   /** Told of whatever changes what is seen: the room is to be drawn again (pictures.ts). */
   changed: (() => void) | null = null;
   /** Pictures that have been drawn. */
@@ -137,6 +139,7 @@ export class Room {
     this.keepOnly(this.things, new Set(table.things.map((t) => t.id)), (t) => this.drop(t.node));
     for (const about of table.things) void this.showThing(about);
     this.written.show(this.things);
+    this.screens.show(this.things);
     this.change();
   }
 
@@ -382,6 +385,7 @@ export class Room {
       if (part.material instanceof MeshBasicMaterial) this.shine(part.material);
     });
     node.add(scene);
+    this.screens.show(this.things);
     this.change();
   }
 

@@ -26,6 +26,7 @@ export interface ThingRow {
   file: string | null;
   face: Face | null; // of a board
   front: Face | null; // what is read on it: of a board and a panel
+  screen: string | null; // the participant whose screen a panel shows while it comes
 }
 /** Where one writes on a board: its corner, and its edges across and up, in the thing's frame [m]. */
 export type Face = [[number, number, number], [number, number, number], [number, number, number]];
@@ -163,6 +164,7 @@ export interface Shown {
   done: boolean;
   reason: string;
   panels: number;
+  live?: boolean; // it was a panel for what they show live
 }
 export interface Refused {
   kind: "refused";

@@ -20,6 +20,7 @@ import { Menu } from "./menu";
 import { CameraButton, drawMirror, Mirror } from "./mirror";
 import { NoteButton, Noting } from "./noting";
 import { record } from "./record";
+import { ShareButtons, Sharing } from "./sharing";
 import { ShowButtons, Showing } from "./showing";
 import { SignalButtons, Signalling } from "./signalling";
 import { Wand, WandButton } from "./wand";
@@ -30,7 +31,7 @@ declare global {
   interface Window {
     /** For programs that drive the page. me: the guest's participant, once their figure is in the room; joints: places of somebody's
      * joints in the room [m]; seen: where a point of the room is on the page [px]; ready: how many have
-     * their own figures; sent: bytes of what the guest does and says. */
+     * their own figures; screens: pictures of somebody's screen that were decoded; sent: bytes of what the guest does and says. */
     guest?: {
       me(): string | null;
       joints(name: string): [number, number, number][];
@@ -46,6 +47,8 @@ declare global {
       camera: Camera;
       headset: Headset;
       wand: Wand;
+      sharing: Sharing;
+      screens(participant: string): number;
     };
   }
 }
@@ -98,6 +101,7 @@ const signalling = new Signalling(
 );
 const noting = new Noting((said) => link.send(JSON.stringify(said)), () => (showDoes(), noting.open || canvas.focus()));
 const showing = new Showing(token, (said) => link.send(JSON.stringify(said)), () => person && showDoes());
+const sharing = new Sharing(token, () => invited, (said) => link.send(JSON.stringify(said)), () => person && showDoes());
 const meter = document.createElement("meter");
 
 function opened(): Room | null {
@@ -123,7 +127,8 @@ function hear(words: Words): void {
       showWords();
     }
   } else if (words.kind === "shown") {
-    showing.hear(words);
+    if (words.live) sharing.hear(words);
+    else showing.hear(words);
     if (!words.done) room?.written.refused();
   } else if (words.kind === "chat" || words.kind === "private") {
     written[words.kind] = words.lines;
@@ -148,6 +153,7 @@ function hear(words: Words): void {
     if (person) {
       link.send(JSON.stringify({ person })); // after a break of the connection
       voices.again();
+      sharing.again();
     }
     showWords();
   } else if (words.kind === "joints") {
@@ -156,6 +162,7 @@ function hear(words: Words): void {
   } else if (words.kind === "table") {
     table = words;
     room?.receiveTable(words);
+    sharing.see(words);
     if (person) showWords(); // who may be written to is another
   } else if (words.kind === "ink") {
     room?.receiveInk(words);
@@ -329,6 +336,7 @@ function showDoes(): void {
         {text("chat")} {unread > 0 && <b aria-label={text("unread", `${unread}`)}>{unread}</b>}
       </button>
       <ShowButtons showing={showing} />
+      <ShareButtons sharing={sharing} />
       {writing && <WriteButtons writing={writing} changed={showDoes} />}
       <NoteButton noting={noting} />
       <SignalButtons signalling={signalling} />
@@ -438,6 +446,7 @@ const link = new Link(
   {
     words: hear,
     frame: see,
+    screen: (data) => room?.screens.receive(data),
     trouble: say,
     talker: (name, port) => voices.talker(name, port),
     silent: (name) => voices.silent(name),
@@ -473,6 +482,8 @@ else {
     camera,
     headset,
     wand,
+    sharing,
+    screens: (participant) => room.screens.drawn(participant),
   };
 }
 meter.setAttribute("aria-label", text("level"));

@@ -8,6 +8,8 @@ GUEST_BUNDLE = "join.js"
 OF_BOTH = ("labels.css", "chat.css", "connection.js", "microphone.js", "player.js")
 """What both pages load: styles; and, when they need it, the worker that holds the connection, and what a microphone is read and
 voices are played with, on the browser's thread for sound."""
+OF_SCREEN = "screen.js"
+"""The worker that encodes what a guest's page shows live."""
 OF_PDF = ("pdf.js", "pdf_worker.js")
 """What a guest's page loads to show the pages of a PDF."""
 FOLDER = resources.files("vistel_services.console") / "page"

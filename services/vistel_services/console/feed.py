@@ -10,19 +10,20 @@ import numpy as np
 
 from vistel.audio.forwarded_voices import ForwardedVoices
 from vistel.conference.model import Conference
-from vistel.figure.face.arkit import SHAPES, coefficients
+from vistel.figure.face.arkit import coefficients
 from vistel.figure.face.countenance import Countenance
 from vistel.figure.posture.posture import pose_joints
-from vistel.figure.skeleton import JOINTS, PARENTS, Skeleton, standard_skeleton
+from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.geometry.pose import Pose
 from vistel.render.config import live_delay
-from vistel.render.frames import BODY, FINGERS, SHIFT_M, SHIFTED, header, person_row, thing_rows
+from vistel.render.frames import header, joints_told, person_row, thing_rows
 from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.captions import caption_words
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.session.chat import Chat, Line, chat_words
 from vistel.session.models import RoomDeliveries
 from vistel.session.room_words import held_words, signal_words
+from vistel.session.screens import ForwardedScreens
 from vistel.session.written import WrittenWords, face_rows
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
@@ -45,29 +46,22 @@ _MIDDLE = np.zeros(3)
 """Of the room: who sits near it is received in full."""
 
 
-def joints_told() -> str:
-    """JSON: how frames name joints and shapes of faces."""
-    arrays = {"parents": PARENTS, "body": BODY, "fingers": FINGERS, "shifted": SHIFTED}
-    told = {name: array.tolist() for name, array in arrays.items()} | {"shift_m": SHIFT_M}
-    return json.dumps({"kind": "joints", "names": JOINTS, "face": SHAPES} | told)
-
-
 class Feed:
     """Lives on the event loop while somebody watches. Call `step` for each frame."""
 
     def __init__(self, conference: Conference, bus: Bus, clock: Clock, chat: Chat) -> None:
         self._conference, self._bus, self._clock, self._chat = conference, bus, clock, chat
-        self._stage = Stage(live_delay(conference.playout))
+        self.stage = Stage(live_delay(conference.playout))
         self._sites = {p.name: s.name for s in conference.sites for p in s.participants}
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
         crowd = conference.crowd
         self._sound = bus.subscribe(BY_NAME["voice_level" if crowd else "voice"], queue_all=True, polled=True)
         self._near = ChosenSubscriptions(bus, BY_NAME["voice"], crowd)
-        self._voices = ForwardedVoices()
+        self._voices, self.screens = ForwardedVoices(), ForwardedScreens(bus)
         self._motion = MotionSubscriptions(bus, conference.crowd, ())
         self._world = WorldListener(bus, clock)
-        self._avatars = Deliveries(bus, self._stage)
+        self._avatars = Deliveries(bus, self.stage)
         self._models = dict[str, Polymesh]()
         self._furniture = RoomDeliveries(bus, clock, self._models)
         self._assets = Assets(conference, self._parcel, self._models, self._changed)
@@ -91,7 +85,7 @@ class Feed:
     def step(self, now_ns: int, *, heard: bool = False) -> tuple[Instant, bytes, list[tuple[str, str]]]:
         """What is shown at `now_ns`, its frame, and what else has changed: kinds and JSON. heard: whether a viewer hears voices."""
         self._take()
-        instant = self._stage.instant(now_ns)
+        instant = self.stage.instant(now_ns)
         self._choose(instant, heard)
         told = list(self._told(instant))
         return instant, self._frame(instant), told
@@ -99,7 +93,7 @@ class Feed:
     def look(self, now_ns: int) -> None:
         """Be where who sees `now_ns` is, and tell nothing."""
         self._take()
-        self._stage.instant(now_ns)
+        self.stage.instant(now_ns)
 
     def tell_all(self) -> None:
         """Tell everything again with the next frame: somebody has come."""
@@ -113,10 +107,11 @@ class Feed:
         self._avatars.close()
         self._world.close()
         self._chat.forget()
-        self._stage, self._faces, self._voices = Stage(live_delay(self._conference.playout)), {}, ForwardedVoices()
-        self._avatars, self._world = Deliveries(self._bus, self._stage), WorldListener(self._bus, self._clock)
+        self.stage, self._faces, self._voices = Stage(live_delay(self._conference.playout)), {}, ForwardedVoices()
+        self._avatars, self._world = Deliveries(self._bus, self.stage), WorldListener(self._bus, self._clock)
         self._whole_ns = self._chosen_ns = 0
         self._world.take()
+        self.screens.begin_again()
 
     def file(self, digest: str) -> bytes | None:
         """A GLB file of the room."""
@@ -129,11 +124,11 @@ class Feed:
         """Receive no more."""
         for part in (self._about, self._said, self._sound, self._near, self._motion, self._world):
             part.close()
-        for part in (self._avatars, self._furniture, self._assets):
+        for part in (self._avatars, self._furniture, self._assets, self.screens):
             part.close()
 
     def _take(self) -> None:
-        stage = self._stage
+        stage = self.stage
         self._chat.take()
         for sample in self._about.take():
             stage.receive_participant(sample.message)
@@ -162,7 +157,7 @@ class Feed:
         # Where somebody hears them, pictures wait for their voices, as at the sites (`Stage.receive_sound_status`).
         needed = {name: t_ns * 1e-9 + _ON_S for name, t_ns in self._voices.needed_ns().items()} if heard else {}
         streams = [SoundStatus.Stream(participant=name, needed_s=wait_s) for name, wait_s in needed.items()]
-        self._stage.receive_sound_status(SoundStatus(policy="match", streams=streams))
+        self.stage.receive_sound_status(SoundStatus(policy="match", streams=streams))
 
     def _changed(self) -> None:
         self._stale = True

@@ -87,9 +87,10 @@ class Gateway:
                         "viewers": len(self._viewers),
                     }
                     told.append(("numbers", json.dumps(now)))
-                spoken = feed.voices(instant)
+                spoken, screens = feed.voices(instant), feed.screens.take()
                 for viewer in self._viewers:
                     viewer.put_voices(spoken)
+                    viewer.put_screens(screens)
                     for kind, words in told:
                         viewer.put(kind, words)
                     viewer.put(FRAME, frame)
@@ -156,6 +157,10 @@ class Gateway:
     def file(self, digest: str) -> bytes | None:
         """A GLB file of the room."""
         return self._feed.file(digest) if self._feed is not None else None
+
+    def shows_live(self, participant: str) -> bool:
+        """Whether a panel shows somebody's screen while it comes."""
+        return self._feed is not None and participant in self._feed.stage.live
 
     async def close(self) -> None:
         """Tell viewers that the conference ends."""

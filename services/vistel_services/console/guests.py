@@ -6,6 +6,7 @@ from __future__ import annotations
 import asyncio
 import json
 import logging
+import secrets
 import socket
 from collections import defaultdict
 from collections.abc import Callable
@@ -23,10 +24,12 @@ from vistel.conference.seats import seat_place
 from vistel.figure.body_model.builtin_people import PEOPLE
 from vistel.protocol.pages.moved import moved, role_of
 from vistel.protocol.pages.pointer import ASKED, LINE, PICTURE, guest_record, left_record
+from vistel.protocol.pages.screen import PART
 from vistel.protocol.pages.words import words_of
 from vistel.session.chat import PrivateLines
 from vistel.session.guest_lines import GuestLines
 from vistel.session.guest_pages import GuestPages, NotTakenError
+from vistel.session.guest_screen import MOST_RECORD_BYTES, PART_S, GuestScreen, ScreenError
 from vistel.space.pages.sheet import MOST_BYTES, PageError
 from vistel.wire import background
 from vistel.wire.bus import Bus
@@ -61,7 +64,7 @@ MOST_STRANGERS = 20
 """Pages that have not shown a link yet."""
 _BEARER = "Bearer "
 _NAMES = {"pointer": pointer_name, "camera_body": camera_body_name, "headset": headset_name}
-_SAID = tuple(bytes((kind,)) for kind in (LINE, PICTURE, ASKED))
+_SAID = tuple(bytes((kind,)) for kind in (LINE, PICTURE, ASKED, PART))
 """Kinds of records for who takes a guest's voice, beside that."""
 
 # With what a WebSocket is closed (RFC 6455 §7.4.2: codes of the application), so that a page does not come back by itself.
@@ -76,13 +79,15 @@ MISBEHAVED = 4429
 
 View = Callable[[web.WebSocketResponse, Viewer], AbstractContextManager[None]]
 """While entered, the room is sent there."""
+ShowsLive = Callable[[str], bool]
+"""Whether a panel shows a participant's screen."""
 
 
 class Guests:
     """Lives on the event loop."""
 
-    def __init__(self, conference: Conference, paths: RunPaths, bus: Bus, clock: Clock, view: View) -> None:
-        self._conference, self._paths, self._clock, self._view = conference, paths, clock, view
+    def __init__(self, conference: Conference, paths: RunPaths, bus: Bus, clock: Clock, view: View, shows_live: ShowsLive) -> None:
+        self._conference, self._paths, self._clock, self._view, self._shows_live = conference, paths, clock, view, shows_live
         self._bus = bus
         self._visits: dict[str, _Visit] = {}
         self._panels = defaultdict[str, list[str]](list)
@@ -110,15 +115,10 @@ class Guests:
 
     async def visit(self, request: web.Request) -> web.StreamResponse:
         """The WebSocket of a guest's page."""
-        if self._strangers >= MOST_STRANGERS:
-            raise web.HTTPServiceUnavailable(text="too many pages open at once; try again\n")
-        self._strangers += 1
-        try:
-            connection = await prepared_socket(request, _MOST_SAID_BYTES)
-            guest = await self._shown(connection)
-        finally:
-            self._strangers -= 1
-        if guest is not None:
+        connection, guest, _ = await self._admitted(request, _MOST_SAID_BYTES)
+        if guest is not None and guest.participant in self._here:
+            await _close(connection, TAKEN, "This link is open at another page already; close that one first.")
+        elif guest is not None:
             self._here.add(guest.participant)
             _GUESTS.set(len(self._here))
             try:
@@ -127,6 +127,32 @@ class Guests:
                 self._here.discard(guest.participant)
                 _GUESTS.set(len(self._here))
                 self._send(guest.participant, left_record())
+        return connection
+
+    async def screen(self, request: web.Request) -> web.StreamResponse:
+        """The WebSocket on which a guest's page sends what it shows live. The stream ends with its panel, with the visit, and with
+        the first picture that cannot be."""
+        connection, guest, said = await self._admitted(request, MOST_RECORD_BYTES)
+        visit = self._visits.get(guest.participant) if guest is not None else None
+        if guest is None or visit is None or visit.shows_live:
+            await _close(connection, REFUSED, "what a guest shows live comes from the page on which they have entered, once")
+            return connection
+        visit.shows_live = True
+        try:
+            stream = GuestScreen(said, secrets.randbits(63))
+            async for sent in connection:
+                if self._visits.get(guest.participant) is not visit or not self._shows_live(guest.participant):
+                    raise ScreenError("no panel shows it any more")
+                for record in stream.records(sent.data, self.now_ns()):
+                    self.pass_on(guest, record)
+                    await sleep(self._clock, PART_S)
+        except ScreenError as fault:
+            _REFUSED.inc()
+            log.warning("event=guest_screen_ended participant=%s reason=%r", guest.participant, str(fault))
+            await _close(connection, MISBEHAVED, f"{fault}")
+        finally:
+            visit.shows_live = False
+            visit.pages.end_live()
         return connection
 
     async def show(self, request: web.Request) -> web.StreamResponse:
@@ -154,22 +180,30 @@ class Guests:
             except NotTakenError as fault:
                 return web.Response(status=503, text=f"{fault}\n")
 
-    async def _shown(self, connection: web.WebSocketResponse) -> Invitation | None:
-        """The invitation whose token a page shows first. Closes the connection where it shows none that counts."""
-        token = ""
-        with suppress(TimeoutError, TypeError):
-            async with within(self._clock, _PATIENCE_S):
-                token = str(words_of(await connection.receive_str()).get("token", ""))
+    async def _admitted(
+        self, request: web.Request, most_bytes: int
+    ) -> tuple[web.WebSocketResponse, Invitation | None, dict[str, object]]:
+        """A page's WebSocket, the invitation whose token it shows first, and all that it says then. most_bytes: of a message.
+        Closes the connection where it shows none that counts."""
+        if self._strangers >= MOST_STRANGERS:
+            raise web.HTTPServiceUnavailable(text="too many pages open at once; try again\n")
+        self._strangers += 1
+        said: dict[str, object] = {}
         try:
-            guest = self._invited(token)
-        except RefusedError as e:
-            _REFUSED.inc()
-            log.warning("event=guest_refused reason=%r", str(e))
-            await sleep(self._clock, _GUESS_S)
-            return await _close(connection, REFUSED, str(e))
-        if guest.participant in self._here:
-            return await _close(connection, TAKEN, "This link is open at another page already; close that one first.")
-        return guest
+            connection = await prepared_socket(request, most_bytes)
+            with suppress(TimeoutError, TypeError):
+                async with within(self._clock, _PATIENCE_S):
+                    said = words_of(await connection.receive_str())
+            try:
+                return connection, self._invited(str(said.get("token", ""))), said
+            except RefusedError as e:
+                _REFUSED.inc()
+                log.warning("event=guest_refused reason=%r", str(e))
+                await sleep(self._clock, _GUESS_S)
+                await _close(connection, REFUSED, str(e))
+                return connection, None, said
+        finally:
+            self._strangers -= 1
 
     def _invited(self, token: str) -> Invitation:
         try:
@@ -261,7 +295,7 @@ class _Visit:
         self._avatar = ""
         self._since_ns, self._count, self._faulty = 0, 0, 0
         self._passed_ns = dict.fromkeys(_NAMES, 0)
-        self.passed_on = 0
+        self.passed_on, self.shows_live = 0, False
 
     @property
     def entered(self) -> bool:

@@ -222,6 +222,7 @@ class _Visit:
             frame += (await other.show(there))[0]
         if head.playing and head.speed == 1.0:
             self._viewer.put_voices(spoken)
+        self._viewer.put_screens(self.players[0].feed.screens.take())
         self._viewer.put("playhead", head.words())
         self._viewer.put(FRAME, frame)
 

@@ -25,7 +25,7 @@ log = logging.getLogger("vistel.console")
 
 _OF_GUESTS = {
     "/join": "join.html",
-    **{f"/{name}": name for name in (bundle.GUEST_BUNDLE, *bundle.OF_PDF, *bundle.OF_BOTH)},
+    **{f"/{name}": name for name in (bundle.GUEST_BUNDLE, bundle.OF_SCREEN, *bundle.OF_PDF, *bundle.OF_BOTH)},
     "/join.css": "join.css",
     "/missing.js": "missing.js",
 }
@@ -37,6 +37,7 @@ SERVED = _OF_GUESTS | {
     f"/{bundle.BUNDLE}": bundle.BUNDLE,
 }
 _VISIT = "/guest"
+_SCREEN = "/guest/screen"
 _SHOWN = "/guest/page"
 """Where a guest's page sends the pictures that it shows."""
 POLICY = "connect-src 'self' blob:; img-src 'self' data: blob:"
@@ -46,7 +47,7 @@ async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -
     """Serve until cancelled."""
     address = console_address(conference.console)
     gateway = Gateway(conference, bus, clock, lambda: bool(paths.logs))
-    guests = Guests(conference, paths, bus, clock, gateway.viewing)
+    guests = Guests(conference, paths, bus, clock, gateway.viewing, gateway.shows_live)
     replays = Replays(conference, lambda: paths.logs[-1] if paths.logs else None, clock)
 
     async def asset(request: web.Request) -> web.StreamResponse:
@@ -54,10 +55,10 @@ async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -
         return glb(gateway.file(digest) or replays.file(digest))
 
     more = {"/live": gateway.watch, "/past": replays.watch, "/export": replays.export, _VISIT: guests.visit, PATH: landmarks}
-    more["/asset/{digest}.glb"] = asset
+    more |= {"/asset/{digest}.glb": asset, _SCREEN: guests.screen}
 
     def also(request: web.Request) -> bool:
-        everybodys = request.path in (*_OF_GUESTS, _VISIT) or request.path.startswith("/landmarks/")
+        everybodys = request.path in (*_OF_GUESTS, _VISIT, _SCREEN) or request.path.startswith("/landmarks/")
         return everybodys or (request.path.startswith(("/asset/", _SHOWN)) and guests.may_read(request))
 
     files = PageFiles("console", bundle.FOLDER, SERVED, POLICY, also)

@@ -6,6 +6,7 @@ import asyncio
 from collections import deque
 
 from vistel.audio.forwarded_voices import FORMAT
+from vistel.session.screens import ForwardedPicture, WaitingPictures
 
 _MOST_RECORDS = 150
 """Of voices: what waits longer is too late to be heard."""
@@ -23,6 +24,7 @@ class Viewer:
         """Frames that a newer one has replaced before they were sent."""
         self._waiting: dict[str, str | bytes] = {}
         self._voices: deque[bytes] = deque(maxlen=_MOST_RECORDS)
+        self._screens = WaitingPictures()
         self._something = asyncio.Event()
 
     def put(self, kind: str, message: str | bytes) -> None:
@@ -37,9 +39,14 @@ class Viewer:
             self._voices.extend(heard)
             self._something.set()
 
+    def put_screens(self, pictures: list[ForwardedPicture]) -> None:
+        """Pictures of what participants show live."""
+        if self._screens.put(pictures):
+            self._something.set()
+
     async def next(self) -> str | bytes:
-        """What is sent next: words, then voices, then frames."""
-        while not (self._waiting or self._voices):
+        """What is sent next: words, then voices, then what is shown live, then frames."""
+        while not (self._waiting or self._voices or self._screens):
             self._something.clear()
             await self._something.wait()
         kind = next((k for k in self._waiting if k != FRAME), None)
@@ -47,4 +54,6 @@ class Viewer:
             voices = bytes((FORMAT,)) + b"".join(self._voices)
             self._voices.clear()
             return voices
+        if kind is None and self._screens:
+            return self._screens.next()
         return self._waiting.pop(kind or FRAME)

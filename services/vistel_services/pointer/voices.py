@@ -18,6 +18,7 @@ from vistel.conference.paths import RunPaths
 from vistel.devices.transport.udp import UdpTransport
 from vistel.messages.chat import ChatError, line_message
 from vistel.protocol.pages.pointer import asked_of, line_of, picture_of
+from vistel.protocol.pages.screen import part_of
 from vistel.session.chat import lines_of
 from vistel.session.page_writing import GUEST_COMMANDS
 from vistel.v1.audio_pb2 import SoundStatus, Voice
@@ -87,6 +88,7 @@ class _Page:
     def __init__(self, participant: str, switches: MicrophoneSwitches, config: Microphones, bus: Bus) -> None:
         self._participant, self._switches, self._bus = participant, switches, bus
         self._commands = bus.publish(BY_NAME["command"], participant=participant)
+        self._screen = bus.publish(BY_NAME["screen"], participant=participant)
         self._voice, self._told_ns = PageVoice(), 0
         self._publication = bus.publish(BY_NAME["voice"], participant=participant)
         self._sites = config.sites
@@ -104,6 +106,10 @@ class _Page:
             digest, number, part = picture
             part.header.t_ns = now_ns
             self._bus.publish(BY_NAME["picture_part"], picture=digest, part=part_name(number)).put(part)
+            return
+        if (shown := part_of(data)) is not None:
+            shown.header.t_ns = now_ns
+            self._screen.put(shown)
             return
         if (command := asked_of(data)) is not None and command.WhichOneof("action") in GUEST_COMMANDS:
             command.participant, command.header.t_ns = self._participant, now_ns

@@ -284,6 +284,7 @@ class _Inputs:
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
         self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
         self._written = bus.subscribe(BY_NAME["chat"], polled=True)
+        self._shown = bus.subscribe(BY_NAME["screen"], queue_all=True, polled=True)
         self._motion = MotionSubscriptions(bus, crowd, people)
         self._world = WorldListener(bus, clock, people)
 
@@ -302,6 +303,8 @@ class _Inputs:
             self._stage.captions.receive(sample.message, sample.received_ns)
         for sample in self._written.take():
             self._stage.captions.receive_line(sample.names["participant"], sample.message, sample.received_ns)
+        for sample in self._shown.take():
+            self._stage.receive_screen(sample.names["participant"], sample.message, sample.received_ns)
 
     def choose(self, shown: Instant) -> None:
         """In a crowd, receive in full who is near the site's people, and who is heard."""
@@ -318,5 +321,6 @@ class _Inputs:
         return [sample.message for sample in self._sound.take()]
 
     def close(self) -> None:
-        for subscription in (self._about, self._motion, self._world, self._status, self._sound, self._said, self._written):
+        told = self._about, self._said, self._written, self._shown
+        for subscription in (*told, self._motion, self._world, self._status, self._sound):
             subscription.close()

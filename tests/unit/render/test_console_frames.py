@@ -27,11 +27,11 @@ from vistel.render.frames import (
     SHIFTED,
     THING,
     header,
+    joints_told,
     person_row,
     quaternions,
     thing_rows,
 )
-from vistel_services.console.feed import joints_told
 
 FRAMES_PER_S = 30
 

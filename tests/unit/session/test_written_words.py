@@ -54,7 +54,9 @@ def test_a_page_learns_where_one_writes_on_a_board_and_reads_on_a_panel_and_on_n
     corner, across, up = rows["front"]
     assert across == pytest.approx([1.5, 0.0, 0.0]) and up == pytest.approx([0.0, 1.0, 0.0])
     assert corner[:2] == pytest.approx([-0.75, 0.36])
-    assert all(face_rows(t) == {"face": None, "front": None} for t in meeting_room(3).things)
+    assert rows["screen"] is None
+    assert face_rows(panel("p", "p", 1.5, Pages(("x",), 0, "ann", live=True)))["screen"] == "ann"
+    assert all(face_rows(t) == {"face": None, "front": None, "screen": None} for t in meeting_room(3).things)
 
 
 def test_an_svg_file_has_every_stroke_the_later_over_the_earlier_with_its_top_at_the_top() -> None:

@@ -15,6 +15,8 @@ from vistel.wire.clock import Clock
 log = logging.getLogger("vistel.device")
 
 _LONGEST = 65535
+_WAITING_BYTES = 1 << 20
+"""Of packets that wait while other work goes on; systems may keep fewer."""
 _AT_ONCE = 64
 """Packets that are read before others have their turn."""
 
@@ -28,6 +30,7 @@ class UdpTransport:
         self._senders, self._refused = senders, False
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setblocking(False)
+        self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _WAITING_BYTES)
         self._clock, self._received = clock, received
         self._announce = announce
         try:

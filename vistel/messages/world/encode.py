@@ -188,7 +188,7 @@ def thing_message(t: Thing) -> world_pb2.Thing:
             look.offset.CopyFrom(_vec3(k.offset))
     if t.pages is not None:
         out.pages.models.extend(t.pages.models)
-        out.pages.shown, out.pages.by = t.pages.shown, t.pages.by
+        out.pages.shown, out.pages.by, out.pages.live = t.pages.shown, t.pages.by, t.pages.live
     if t.curve:
         a, straight = t.curve.arc, t.curve.straight
         out.curve.straight.extend(_primitive(p) for p in straight.primitives)

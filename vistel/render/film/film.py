@@ -28,7 +28,7 @@ from vistel.wire.world.recorded import RecordedWorld
 
 SAID_ONCE = ("participant", "picture_part")
 """What is true from then on: it is read from the log's beginning."""
-TOPICS = (*SAID_ONCE, "motion", *WORLD_TOPICS, "voice")
+TOPICS = (*SAID_ONCE, "motion", *WORLD_TOPICS, "voice", "screen")
 """What of a log a film is made of."""
 PREROLL_NS = 2_500_000_000
 """Before the asked time: key frames of motion and the world come at least so often."""
@@ -136,6 +136,9 @@ class _LogPlayback:
                     self._stage.avatar_arrived(digest)
         elif record.topic.name == "motion":
             self._stage.receive_motion(record.names["participant"], message, record.log_ns)
+        elif record.topic.name == "screen":
+            self._stage.receive_screen(record.names["participant"], message, record.log_ns)
+            self._stage.screens.settle()
         elif record.topic.name == "picture_part":
             if self._pages is not None:
                 self._pages.receive(record)

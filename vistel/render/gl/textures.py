@@ -23,7 +23,7 @@ def texture_of(ctx: moderngl.Context, image: U8, software: bool, at_most: int = 
         image = np.asarray(cv2.resize(image, size, interpolation=cv2.INTER_AREA), np.uint8)
     if software and mipmaps and (channels := (*image.shape, 1)[2]) < 4:
         # In software, OpenGL compiles what makes mipmaps for each format, which takes longer than everything else here.
-        image = np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGBA if channels == 1 else cv2.COLOR_RGB2RGBA), np.uint8)
+        image = with_alpha(image, channels)
     flipped = np.ascontiguousarray(image[::-1])
     h, w, components = (*flipped.shape, 1)[:3]
     texture = ctx.texture((w, h), components, flipped.tobytes(), alignment=1)
@@ -37,3 +37,18 @@ def texture_of(ctx: moderngl.Context, image: U8, software: bool, at_most: int = 
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
         texture.repeat_x = texture.repeat_y = False
     return texture
+
+
+def rewritten(texture: moderngl.Texture, image: U8) -> bool:
+    """Give a texture of `texture_of` with mipmaps another image (h, w, 3); False where that needs a new one, of another size."""
+    if (texture.width, texture.height) != (image.shape[1], image.shape[0]):
+        return False
+    whole = with_alpha(image, 3) if texture.components == 4 else image
+    texture.write(np.ascontiguousarray(whole[::-1]).tobytes(), alignment=1)
+    texture.build_mipmaps()
+    return True
+
+
+def with_alpha(image: U8, channels: int) -> U8:
+    """An image (h, w) or (h, w, 3) as (h, w, 4)."""
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_GRAY2RGBA if channels == 1 else cv2.COLOR_RGB2RGBA), np.uint8)

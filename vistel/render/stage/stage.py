@@ -19,6 +19,7 @@ from vistel.render.stage.hand_correction import ShownPerson
 from vistel.render.stage.held import HeldThings
 from vistel.render.stage.motion import InterpolatedPosture, MotionReader, PredictedPosture, ShownPosture
 from vistel.render.stage.playout import Playout, Timing
+from vistel.render.stage.screens import DecodedScreens, Shown
 from vistel.render.stage.world_view import ActingGhost, PlayoutWorld, between, ghosts_from, thing_of, view_of, world_after
 from vistel.space.things.things import Pages, Thing
 from vistel.v1 import audio_pb2, motion_pb2, world_pb2
@@ -93,7 +94,7 @@ class Instant:
     """Everything that is shown at one instant; now_ns: conference time at which it is drawn.
 
     coming: who has been announced and has not moved yet, so that their figures can be made ready. talking: who is heard.
-    captions: what was said to the room lately. loudness: of who is heard [dB].
+    captions: what was said to the room lately. loudness: of who is heard [dB]. screens: what participants show live.
     """
 
     now_ns: int
@@ -104,6 +105,7 @@ class Instant:
     talking: frozenset[str] = frozenset()
     captions: tuple[Caption, ...] = ()
     loudness: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    screens: Mapping[str, Shown] = field(default_factory=lambda: MappingProxyType({}))
 
 
 class _Person:
@@ -135,6 +137,8 @@ class Stage:
         self._talking: frozenset[str] = frozenset()
         self._loudness: Mapping[str, float] = MappingProxyType({})
         self.captions = Captions()
+        self.screens = DecodedScreens()
+        self._live: frozenset[str] = frozenset()
 
     def receive_participant(self, message: motion_pb2.Participant) -> None:
         """The description of a participant, or that they have left."""
@@ -179,6 +183,16 @@ class Stage:
     def pages(self) -> frozenset[str]:
         """Digests of the polymeshes that panels show, and of those that they show when somebody turns a page."""
         return self._pages
+
+    @property
+    def live(self) -> frozenset[str]:
+        """Participants whose screen a panel shows while it comes."""
+        return self._live
+
+    def receive_screen(self, name: str, message: motion_pb2.ScreenPart, received_ns: int) -> None:
+        """A part of what a participant shows live; decoded where a panel shows it."""
+        if name in self._live:
+            self.screens.receive(name, message, received_ns)
 
     def receive_motion(self, name: str, message: motion_pb2.Motion, received_ns: int, *, thin: bool = False) -> None:
         """The motion of a participant, in full or thin: the newer posture is shown. Before their description is received, they are
@@ -232,7 +246,8 @@ class Stage:
         world = self._world.sample(now_ns, common_ns) or PlayoutWorld()
         captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
         shown = self._in_hands(now_ns, people, world)
-        return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness)
+        screens = self.screens.shown(now_ns)
+        return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness, screens)
 
     def _touches_somebody(self, name: str, now_ns: int) -> bool:
         """Whether they touch, or are touched by, another person, or did lately: both have to be shown at the same moment."""
@@ -272,6 +287,8 @@ class Stage:
             self._things = MappingProxyType(things)
             self._looks = frozenset(k.model for t in things.values() for k in t.looks)
             self._pages = frozenset(page for t in things.values() if t.pages for page in _needed(t.pages))
+            self._live = frozenset(t.pages.by for t in things.values() if t.pages and t.pages.live)
+            self.screens.keep_only(self._live)
 
 
 def _needed(pages: Pages) -> tuple[str, ...]:

@@ -98,7 +98,7 @@ def thing_of(message: world_pb2.Thing) -> Thing:
     primitives = tuple(primitive_from(p) for p in message.primitives)
     m = message
     looks = tuple(_look(k) for k in m.looks)
-    pages = Pages(tuple(m.pages.models), m.pages.shown, m.pages.by) if m.HasField("pages") else None
+    pages = Pages(tuple(m.pages.models), m.pages.shown, m.pages.by, m.pages.live) if m.HasField("pages") else None
     thing = Thing(
         m.id, m.name, m.shape, primitives, m.mass_kg, m.compliance, m.colour, np.zeros(3), looks=looks, hidden=m.hidden, pages=pages
     )

@@ -9,6 +9,7 @@ import numpy as np
 from vistel.arrays import F32, U8
 from vistel.figure.making.source import Finish
 from vistel.render.gl.programs import program, put, vertex_array
+from vistel.render.gl.textures import rewritten
 from vistel.render.light.shadow import ShadowMap
 from vistel.render.light.surroundings import SMOOTHEST
 from vistel.space.files.surfaces import PLAIN, SurfacePiece
@@ -31,9 +32,13 @@ class SurfaceBuffers:
     silhouette: moderngl.VertexArray | None = None
     finish: Finish = PLAIN
     glows: bool = False
+    live: moderngl.Texture | None = None
+    """Its own, that is seen in place of its picture."""
 
     def release(self) -> None:
         """Give it back."""
+        if self.live is not None:
+            self.live.release()
         for part in (self.vao, self.shadow, *([self.silhouette] if self.silhouette else []), *self.buffers):
             part.release()
 
@@ -77,6 +82,14 @@ class SolidThings:
         shadow = self._shadow.solid(vbo, "3f 20x", ibo)
         return SurfaceBuffers(vao, shadow, [vbo, ibo], uv, self._texture(picture), finish=piece.finish, glows=piece.glows)
 
+    def repaint(self, solid: SurfaceBuffers, picture: U8 | None) -> None:
+        """Show another picture (h, w, 3) on a surface, first row at the top; None: its own again."""
+        if picture is not None and solid.live is not None and rewritten(solid.live, picture):
+            return
+        if solid.live is not None:
+            solid.live.release()
+        solid.live = None if picture is None else self._paint(picture)
+
     def release(self, solid: SurfaceBuffers) -> None:
         """Give a surface back. Textures that nothing shows are kept for a while: a thing that changes shows its own again."""
         solid.release()
@@ -108,7 +121,7 @@ class SolidThings:
                     rough=max(SMOOTHEST, solid.finish.roughness),
                     glows=float(solid.glows),
                 )
-                solid.picture.use(0)
+                (solid.live or solid.picture).use(0)
                 solid.vao.render()
         self.ctx.enable(moderngl.CULL_FACE)
 

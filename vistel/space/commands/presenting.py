@@ -17,21 +17,30 @@ MOST_OF_ONE = 4
 """Panels that one participant may have put up at a time."""
 MOST_PANELS = 12
 """In the room."""
+MOST_LIVE = 4
+"""Of these, that show somebody's screen: each is 1.5 Mbit/s to every site and page."""
 MOST_TITLE = 60
 """Letters of a panel's name."""
 
 
 @performs(ask.Present)
 def present(context: Context, action: ask.Present) -> Answer:
-    """Put up a panel where people see it best, turned to them. One that was put away can be shown again under its name; to take
-    putting away back, what has its name must go first."""
+    """Put up a panel where people see it best, turned to them. Of one participant, one panel is live: a new one replaces it. One
+    that was put away can be shown again under its name; to take putting away back, what has its name must go first."""
     _check(context, action)
+    before = _live_of(context) if action.live else ()
     names = (t.name for t in context.state.things)
     number, name = create.called(name_from(action.title), SHAPE, context.ids(put_away=False), names)
-    new = panel(number, name, action.aspect, Pages(action.pages, 0, context.who))
+    new = panel(number, name, action.aspect, Pages(action.pages, 0, context.who, action.live))
     spot, rotation = panel_place(context, new)
     new = replace(new, position=spot, rotation=rotation)
-    return changed(context, (), [PlacedThing(new, spot, rotation)]), (new.id,)
+    return changed(context, before, [PlacedThing(new, spot, rotation)]), (new.id,)
+
+
+def _live_of(context: Context) -> tuple[int, ...]:
+    """The row of the live panel of the speaker; empty: none."""
+    things = enumerate(context.state.things)
+    return tuple(n for n, t in things if t.pages is not None and t.pages.live and t.pages.by == context.who)
 
 
 @performs(ask.TurnPage)
@@ -72,10 +81,16 @@ def _check(context: Context, action: ask.Present) -> None:
         raise Refused("a page is named by the 32 hexadecimal digits of its polymesh")
     if not ASPECTS[0] <= action.aspect <= ASPECTS[1]:
         raise Refused(f"pages are {ASPECTS[0]:g} to {ASPECTS[1]:g} times as wide as high, not {action.aspect:g} times")
-    by = [t.pages.by for t in context.state.things if t.pages is not None]
-    if by.count(context.who) >= MOST_OF_ONE:
+    if action.live and len(action.pages) > 1:
+        raise Refused(f"a live panel has one page, not {len(action.pages)}")
+    there = [t.pages for t in context.state.things if t.pages is not None]
+    if action.live:
+        there = [pages for pages in there if not (pages.live and pages.by == context.who)]
+        if sum(pages.live for pages in there) >= MOST_LIVE:
+            raise Refused(f"{MOST_LIVE} in the room show something live already")
+    if sum(pages.by == context.who for pages in there) >= MOST_OF_ONE:
         raise Refused(f"you have put up {MOST_OF_ONE} panels; put one away first")
-    if len(by) >= MOST_PANELS:
+    if len(there) >= MOST_PANELS:
         raise Refused(f"the room has {MOST_PANELS} panels; put one away first")
 
 

@@ -20,7 +20,7 @@ def from_thing(t: Thing) -> dict[str, Any]:
     if t.hidden:
         own["hidden"] = True
     if t.pages is not None:
-        own["pages"] = [list(t.pages.models), t.pages.shown, t.pages.by]
+        own["pages"] = [list(t.pages.models), t.pages.shown, t.pages.by, *([True] if t.pages.live else [])]
     return own | {
         "id": t.id,
         "name": t.name,
@@ -63,8 +63,8 @@ def to_thing(d: Any) -> Thing:
     )
 
 
-def _to_pages(models: Any, shown: Any, by: Any) -> Pages:
-    pages = Pages(tuple(str(m) for m in models), int(shown), str(by))
+def _to_pages(models: Any, shown: Any, by: Any, live: Any = False) -> Pages:
+    pages = Pages(tuple(str(m) for m in models), int(shown), str(by), bool(live))
     if not 0 <= pages.shown < len(pages.models):
         raise ValueError("a page that is not there")
     return pages

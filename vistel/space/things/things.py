@@ -157,11 +157,12 @@ class Part:
 @dataclass(frozen=True)
 class Pages:
     """What a panel can show. models: digests of the polymeshes, in order; shown: which of them is among the thing's looks, from 0;
-    by: the participant who has put them up."""
+    by: the participant who has put them up; live: while they show their screen, it is seen in place of the page."""
 
     models: tuple[str, ...]
     shown: int
     by: str
+    live: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,8 +19,8 @@ from vistel_services.devices.device import Driver
 from vistel_services.devices.service import connect
 
 FED_TOPICS: dict[str, tuple[str, ...]] = {
-    "devices": ("device_raw", "face", "command", "voice", "voice_level", "participant", "motion", "motion_thin"),
-    "motion": ("participant", "motion", "motion_thin", "prop", "command", "voice", "voice_level"),
+    "devices": ("device_raw", "face", "command", "voice", "voice_level", "screen", "participant", "motion", "motion_thin"),
+    "motion": ("participant", "motion", "motion_thin", "prop", "command", "voice", "voice_level", "screen"),
     "recorded": (
         "participant",
         "motion",
@@ -32,6 +32,7 @@ FED_TOPICS: dict[str, tuple[str, ...]] = {
         "command_result",
         "voice",
         "voice_level",
+        "screen",
     ),
 }
 LIVE_SERVICES: dict[str, tuple[str, ...]] = {

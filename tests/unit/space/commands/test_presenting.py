@@ -18,7 +18,7 @@ from vistel.space.arguments import THIS, Towards, Which
 from vistel.space.commands.create import MOST_ID
 from vistel.space.commands.panel import MOST_PAGES
 from vistel.space.commands.phrase import read
-from vistel.space.commands.presenting import MOST_OF_ONE
+from vistel.space.commands.presenting import MOST_LIVE, MOST_OF_ONE
 from vistel.space.things.json_values import from_thing, to_thing
 from vistel.space.world import World
 
@@ -223,3 +223,27 @@ def test_a_room_that_is_restored_goes_on_the_same_to_the_bit() -> None:
         talk.say(action)
         again.step(talk.play.inputs[-1])
         assert again.snapshot() == talk.play.world.snapshot()
+
+
+def test_a_live_panel_has_one_page_says_so_everywhere_and_there_is_one_of_each_participant_and_a_few_in_the_room() -> None:
+    live = Present(PAGES[:1], 1.6, "Screen of Ann", live=True)
+    assert action_of(message_of(live, "1", "ann")) == live
+    others = [f"guest-{n}" for n in range(MOST_LIVE)]
+    talk = Talk("ann", *others)
+    talk.play.step({name: stands(0.9, 0.3 * n - 0.5, -1.5) for n, name in enumerate(others)})
+    first = put_up(talk, live)
+    pages = talk.thing(first).pages
+    assert pages is not None and (pages.by, pages.live) == ("ann", True)
+    for again in (to_thing(from_thing(talk.thing(first))), thing_of(thing_message(talk.thing(first)))):
+        assert again.pages == pages
+    plain = to_thing(from_thing(talk.thing(put_up(talk))))
+    assert plain.pages is not None and not plain.pages.live
+    second = put_up(talk, live)
+    assert {first, second} & {t.id for t in talk.play.views[-1].things} == {second}, "the new one is in its place"
+    assert "one page" in refused(talk.say(Present(PAGES, 1.6, "", live=True)))
+    assert "no such page" in refused(talk.say(TurnPage(Which(second), by=1.0)))
+    for name in others[:-1]:
+        put_up(talk, live, name)
+    assert "live already" in refused(talk.say(live, others[-1]))
+    done(talk.say(PutAway(Which(second))))
+    put_up(talk, live, others[-1])
