@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from vistel.messages.chat import ChatError, line_message
 from vistel.protocol.pages.pointer import line_record
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
+from vistel.session.chat import PrivateLines
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.topics import BY_NAME
@@ -77,3 +78,27 @@ class GuestLines:
             elif now_ns >= line.again_ns:
                 line.again_ns = now_ns + AGAIN_NS
                 self._pass_on(line.record)
+
+
+class PrivateLinesSince:
+    """Of each guest, the private lines since their invitation was first used: an earlier guest's are nobody's business."""
+
+    def __init__(self, bus: Bus, clock: Clock) -> None:
+        self._bus, self._clock = bus, clock
+        self._lines: dict[str, tuple[str, PrivateLines]] = {}
+
+    def of(self, participant: str, digest: str) -> PrivateLines:
+        """All of them are told anew. digest: of the invitation's token."""
+        used, lines = self._lines.get(participant, ("", None))
+        if lines is None or used != digest:
+            if lines is not None:
+                lines.close()
+            lines = PrivateLines(self._bus, participant, self._clock.now_ns())
+            self._lines[participant] = digest, lines
+        lines.again()
+        return lines
+
+    def close(self) -> None:
+        """Nobody is there any more."""
+        for _, lines in self._lines.values():
+            lines.close()

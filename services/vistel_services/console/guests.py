@@ -11,6 +11,7 @@ import socket
 from collections import defaultdict
 from collections.abc import Callable
 from contextlib import AbstractContextManager, closing, suppress
+from functools import partial
 
 from aiohttp import WSMsgType, web
 from prometheus_client import Counter, Gauge
@@ -27,7 +28,7 @@ from vistel.protocol.pages.pointer import ASKED, LINE, PICTURE, guest_record, le
 from vistel.protocol.pages.screen import PART
 from vistel.protocol.pages.words import words_of
 from vistel.session.chat import PrivateLines
-from vistel.session.guest_lines import GuestLines
+from vistel.session.guest_lines import GuestLines, PrivateLinesSince
 from vistel.session.guest_pages import GuestPages, NotTakenError
 from vistel.session.guest_screen import MOST_RECORD_BYTES, PART_S, GuestScreen, ScreenError
 from vistel.space.pages.sheet import MOST_BYTES, PageError
@@ -91,7 +92,7 @@ class Guests:
         self._bus = bus
         self._visits: dict[str, _Visit] = {}
         self._panels = defaultdict[str, list[str]](list)
-        self._private: dict[str, tuple[str, PrivateLines]] = {}
+        self._private = PrivateLinesSince(bus, clock)
         self._seats = {p.name for site in conference.sites for p in site.participants if p.by_link}
         self.people = {p.name for site in conference.sites for p in site.participants}
         """All who may be written to."""
@@ -103,8 +104,7 @@ class Guests:
     def close(self) -> None:
         """No guest is there any more."""
         self._socket.close()
-        for _, lines in self._private.values():
-            lines.close()
+        self._private.close()
 
     def may_read(self, request: web.Request) -> bool:
         """Whether a request for a figure or a thing shows the token of an invitation."""
@@ -126,7 +126,7 @@ class Guests:
             finally:
                 self._here.discard(guest.participant)
                 _GUESTS.set(len(self._here))
-                self._send(guest.participant, left_record())
+                self.pass_on(guest.participant, left_record())
         return connection
 
     async def screen(self, request: web.Request) -> web.StreamResponse:
@@ -144,7 +144,7 @@ class Guests:
                 if self._visits.get(guest.participant) is not visit or not self._shows_live(guest.participant):
                     raise ScreenError("no panel shows it any more")
                 for record in stream.records(sent.data, self.now_ns()):
-                    self.pass_on(guest, record)
+                    self.pass_on(guest.participant, record)
                     await sleep(self._clock, PART_S)
         except ScreenError as fault:
             _REFUSED.inc()
@@ -224,8 +224,11 @@ class Guests:
         words |= {"people": sorted(PEOPLE), "seat": [*place[0].tolist(), place[1]]}
         viewer.put("invited", json.dumps(words))
         log.info("event=guest_came participant=%s", guest.participant)
-        pages, lines = self._pages_of(guest), self._lines_of(guest)
-        visit = _Visit(self, connection, guest, viewer, pages, lines, self._private_lines(guest))
+        who, pass_on = guest.participant, partial(self.pass_on, guest.participant)
+        pages = GuestPages(who, self._bus, self._clock, pass_on, self._panels[who])
+        lines = GuestLines(who, self.people - {who}, self._bus, self._clock, pass_on)
+        private = self._private.of(who, guest.digest)
+        visit = _Visit(self, connection, guest, viewer, pages, lines, private)
         self._visits[guest.participant] = visit
         with self._view(connection, viewer), closing(pages), closing(lines):
             present = background.start(visit.stay(self._clock), "guest")
@@ -235,25 +238,6 @@ class Guests:
                 present.cancel()
                 del self._visits[guest.participant]
         log.info("event=guest_went participant=%s passed_on=%d", guest.participant, visit.passed_on)
-
-    def _private_lines(self, guest: Invitation) -> PrivateLines:
-        """Those since this invitation was first used: an earlier guest's are nobody's business."""
-        digest, lines = self._private.get(guest.participant, ("", None))
-        if lines is None or digest != guest.digest:
-            if lines is not None:
-                lines.close()
-            lines = PrivateLines(self._bus, guest.participant, self._clock.now_ns())
-            self._private[guest.participant] = guest.digest, lines
-        lines.again()
-        return lines
-
-    def _pages_of(self, guest: Invitation) -> GuestPages:
-        who = guest.participant
-        return GuestPages(who, self._bus, self._clock, lambda record: self.pass_on(guest, record), self._panels[who])
-
-    def _lines_of(self, guest: Invitation) -> GuestLines:
-        who = guest.participant
-        return GuestLines(who, self.people - {who}, self._bus, self._clock, lambda record: self.pass_on(guest, record))
 
     def still(self, guest: Invitation) -> bool:
         """Whether the invitation still counts: it has not ended, and no newer one took its place."""
@@ -265,15 +249,12 @@ class Guests:
         """Conference time."""
         return self._clock.now_ns()
 
-    def _send(self, participant: str, record: bytes) -> None:
+    def pass_on(self, participant: str, record: bytes) -> None:
+        """A record to the device or the microphone of this guest's seat."""
         said = is_voice(record) or record[2:3] in _SAID
         device = self._paths.device((microphone_name if said else _NAMES[role_of(record)])(participant))
         with suppress(OSError, ValueError):  # the device is not there now
             self._socket.sendto(record, ("127.0.0.1", int(device.read_text())))
-
-    def pass_on(self, guest: Invitation, record: bytes) -> None:
-        """A record to the device or the microphone of this guest's seat."""
-        self._send(guest.participant, record)
 
 
 class _Visit:
@@ -324,7 +305,7 @@ class _Visit:
         """Say that the guest is there, until the invitation ends."""
         while self._gateway.still(self._guest):
             if self._avatar:
-                self._gateway.pass_on(self._guest, guest_record(self._guest.name, self._avatar))
+                self._gateway.pass_on(self._guest.participant, guest_record(self._guest.name, self._avatar))
             self._lines.again()
             for number, words in enumerate(self.pages.answers()):
                 self._viewer.put(f"shown {number}", words)
@@ -372,7 +353,7 @@ class _Visit:
             self._passed_ns[role] = now_ns
             self.passed_on += 1
             _TAKEN.inc()
-            self._gateway.pass_on(self._guest, record)
+            self._gateway.pass_on(self._guest.participant, record)
 
     def _speak(self, record: bytes, now_ns: int) -> None:
         voice = voice_of(record, now_ns)
@@ -380,7 +361,7 @@ class _Visit:
             self._refuse()
         elif self.entered and self._voice.admits(voice[0], len(voice[1]), now_ns):
             _SPOKEN.inc()
-            self._gateway.pass_on(self._guest, record)
+            self._gateway.pass_on(self._guest.participant, record)
 
     def _refuse(self) -> None:
         self._faulty += 1
