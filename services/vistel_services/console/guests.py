@@ -132,7 +132,7 @@ class Guests:
     async def screen(self, request: web.Request) -> web.StreamResponse:
         """The WebSocket on which a guest's page sends what it shows live. The stream ends with its panel, with the visit, and with
         the first picture that cannot be."""
-        connection, guest, said = await self._admitted(request, MOST_RECORD_BYTES)
+        connection, guest, said = await self._admitted(request, MOST_RECORD_BYTES + 1)  # aiohttp refuses what is as long as that
         visit = self._visits.get(guest.participant) if guest is not None else None
         if guest is None or visit is None or visit.shows_live:
             await _close(connection, REFUSED, "what a guest shows live comes from the page on which they have entered, once")
