@@ -172,7 +172,7 @@ def test_what_cannot_be_ends_the_stream_in_one_line_and_the_guest_stays(
                 with contextlib.suppress(ConnectionError):
                     for n in itertools.takewhile(lambda _: not ending.done(), itertools.count()):
                         await socket.send_bytes(sent(n))
-                        await asyncio.sleep(0)  # what the gateway says is read in between
+                        await asyncio.sleep(0.001)  # what the gateway says is read in between
                 code, reason = await ending
             assert code == gateway.MISBEHAVED and 0 < len(reason) < 200
             await until(lambda: not panels(page), "the panel has gone")
