@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,11 @@ MISSED = {"lines without tests"}
 
 def test_what_make_house_counts_is_as_wanted_but_for_what_is_known_to_be_missed() -> None:
     assert [(f.name, f.value, f.where) for f in house.figures() if not f.met and f.name not in MISSED] == []
+
+
+def test_files_of_tests_have_names_of_their_own_without_which_pytest_collects_but_one_of_them() -> None:
+    names = Counter(path.name for path in (ROOT / "tests").rglob("test_*.py"))
+    assert [name for name, count in names.items() if count > 1] == []
 
 
 def test_import_arrows_run_one_way() -> None:
