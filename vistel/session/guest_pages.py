@@ -61,6 +61,7 @@ class GuestPages:
 
     def close(self) -> None:
         """Receive no more; what the guest shows live goes with them."""
+        self.answers()  # the panel may stand since a moment ago
         self.end_live()
         self._results.close()
 
