@@ -196,6 +196,23 @@ def test_a_message_that_is_too_long_is_not_read(tmp_path: Path, monkeypatch: pyt
     asyncio.run(play())
 
 
+def test_the_panel_goes_with_the_guest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def play() -> None:
+        async with shown(tmp_path, monkeypatch) as (room, page, token), room.opened(room.invited("guest-2", "Bob")) as other:
+            await other.enter("ben")
+            async with other.listening():
+                await until(lambda: panels(other), "Bob has the panel")
+                async with stream(room, token) as socket:
+                    await socket.send_bytes(record(0))
+                    await page.socket.close()
+                    await until(lambda: not panels(other), "the panel has gone")
+                    with contextlib.suppress(ConnectionError):
+                        await socket.send_bytes(record(1))
+                    assert (await ended(socket))[0] == gateway.MISBEHAVED
+
+    asyncio.run(play())
+
+
 def test_a_picture_of_the_largest_kind_comes_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its parts follow one another on one machine without being lost."""
     from vistel.protocol.pages.screen_parts import MOST_PICTURE_BYTES, JoinedScreen

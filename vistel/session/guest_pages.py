@@ -60,9 +60,8 @@ class GuestPages:
         """Id of the panel that shows the guest's screen, empty: none; whether there is to be one."""
 
     def close(self) -> None:
-        """Receive no more; what the guest shows live goes with them."""
-        self.answers()  # the panel may stand since a moment ago
-        self.end_live()
+        """Receive no more. What the guest shows live goes with them (`vistel.space.commands.perform.forgotten`)."""
+        self._live, self._goes_live = "", False
         self._results.close()
 
     def end_live(self) -> None:

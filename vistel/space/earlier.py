@@ -13,14 +13,14 @@ from vistel.space.things.things import Thing
 def resumed(then: Room, state: State, room: Room, begin: State, t_ns: int) -> State:
     """The state of `then` in `room`, at `t_ns`. begin: how `room` begins.
 
-    What stands fast, and what `then` did not have, is as `room` begins; what only `then` began with goes. Answers to commands
-    stay, so that none is done twice.
+    What stands fast, and what `then` did not have, is as `room` begins; what only `then` began with goes, and so does what showed
+    somebody's screen. Answers to commands stay, so that none is done twice.
     """
     things: list[Thing] = []
     moved: list[tuple[Motions, int]] = []
     for n, thing in enumerate(state.things):
         own = room.by_id.get(thing.id)
-        if own is None and thing.id in then.by_id:
+        if own is None and (thing.id in then.by_id or (thing.pages is not None and thing.pages.live)):
             continue
         if own is not None and own.fixed:
             things.append(own)

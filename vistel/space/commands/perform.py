@@ -20,7 +20,7 @@ from vistel.space.commands import (
     signalling,
     writing,
 )
-from vistel.space.commands.context import PERFORMERS, Context
+from vistel.space.commands.context import PERFORMERS, Context, exchanged
 from vistel.space.dynamics.solids import Solids
 from vistel.space.holding import ownership
 from vistel.space.inputs import CommandInput
@@ -52,8 +52,11 @@ def obey(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[St
     return state.but(ledger=spent.with_answer(outcome)), outcome
 
 
-def forgotten(state: State, participant: str) -> State:
-    """The state after a participant has left: their selection and history are dropped."""
+def forgotten(state: State, s: Solids, participant: str) -> State:
+    """The state after a participant has left: their selection and history are dropped, and what showed their screen goes. s: of the
+    state's things."""
+    if live := presenting.live_of(state, participant):
+        state = exchanged(state, s, live, ())
     return replace(
         state,
         history=state.history.without(participant),

@@ -11,6 +11,7 @@ from vistel.space.commands.panel import ASPECTS, MOST_PAGES, SHAPE, panel
 from vistel.space.commands.panel_place import panel_place
 from vistel.space.commands.reference import fits
 from vistel.space.history import PlacedThing
+from vistel.space.state import State
 from vistel.space.things.things import Pages, Thing
 
 MOST_OF_ONE = 4
@@ -28,7 +29,7 @@ def present(context: Context, action: ask.Present) -> Answer:
     """Put up a panel where people see it best, turned to them. Of one participant, one panel is live: a new one replaces it. One
     that was put away can be shown again under its name; to take putting away back, what has its name must go first."""
     _check(context, action)
-    before = _live_of(context) if action.live else ()
+    before = live_of(context.state, context.who) if action.live else ()
     names = (t.name for t in context.state.things)
     number, name = create.called(name_from(action.title), SHAPE, context.ids(put_away=False), names)
     new = panel(number, name, action.aspect, Pages(action.pages, 0, context.who, action.live))
@@ -37,10 +38,10 @@ def present(context: Context, action: ask.Present) -> Answer:
     return changed(context, before, [PlacedThing(new, spot, rotation)]), (new.id,)
 
 
-def _live_of(context: Context) -> tuple[int, ...]:
-    """The row of the live panel of the speaker; empty: none."""
-    things = enumerate(context.state.things)
-    return tuple(n for n, t in things if t.pages is not None and t.pages.live and t.pages.by == context.who)
+def live_of(state: State, participant: str) -> tuple[int, ...]:
+    """The row of the live panel of a participant; empty: none."""
+    things = enumerate(state.things)
+    return tuple(n for n, t in things if t.pages is not None and t.pages.live and t.pages.by == participant)
 
 
 @performs(ask.TurnPage)

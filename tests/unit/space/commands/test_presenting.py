@@ -247,3 +247,19 @@ def test_a_live_panel_has_one_page_says_so_everywhere_and_there_is_one_of_each_p
     assert "live already" in refused(talk.say(live, others[-1]))
     done(talk.say(PutAway(Which(second))))
     put_up(talk, live, others[-1])
+
+
+def test_live_panels_go_with_those_who_leave_and_are_in_no_room_that_is_resumed() -> None:
+    live = Present(PAGES[:1], 1.6, "Screen", live=True)
+    talk = Talk("ann", "ben", "carla")
+    talk.play.step({name: stands(0.9, 0.4 * n, -1.5) for n, name in enumerate(("ben", "carla"))})
+    slides, first = put_up(talk), put_up(talk, live)
+    (second, third) = (put_up(talk, live, name) for name in ("ben", "carla"))
+    again = World.restore(talk.play.world.snapshot())
+    talk.play.step({}, left=("ann", "carla"))
+    assert {slides, first, second, third} & {t.id for t in talk.play.views[-1].things} == {slides, second}
+    again.step(talk.play.inputs[-1])
+    assert again.snapshot() == talk.play.world.snapshot()
+    talk.wait(3)
+    later = World.restore(talk.play.world.snapshot()).resumed(ROOM, 10**12)
+    assert {slides, second} & {t.id for t in later.things_now} == {slides}
