@@ -49,7 +49,7 @@ def test_a_guest_shows_a_tab_others_see_it_move_and_it_goes(monkeypatch: pytest.
             await at_the_door(tab, room, room.invited(), 480, 320)
             await tab.click(".people button[aria-current=true]")
             await tab.until("window.guest.me() === 'guest-1'")
-            await tab.click("#share summary")
+            await tab.click("#add summary")
             await tab.click("#share-screen")
             await tab.until("document.querySelector('#share-told')?.innerText === 'Everybody sees it now.'")
             await tab.until("window.guest.sharing.sent.pictures > 3")

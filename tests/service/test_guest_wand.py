@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import math
+from collections.abc import AsyncIterator
 from pathlib import Path
 
 import numpy as np
@@ -32,22 +34,28 @@ async def touch(tab: Page, kind: str, *at: float) -> None:
     await tab.call("Input.dispatchTouchEvent", type=kind, touchPoints=points)
 
 
+@contextlib.asynccontextmanager
+async def on_a_phone(folder: Path, patch: pytest.MonkeyPatch) -> AsyncIterator[tuple[Page, GuestRoom]]:
+    """A guest has opened their link on a phone, and has chosen a person."""
+    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
+        pytest.skip("the page for guests has not been made (make web)")
+    async with page(folder, *SOFTWARE_GL) as tab, GuestRoom(folder).serving(patch) as room:
+        await tab.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
+        await at_the_door(tab, room, room.invited(), 320, 480)
+        await tab.click(".people button[aria-current=true]")
+        await tab.until("document.querySelector('#wand')?.innerText === 'Lead a hand with this phone'")
+        yield tab, room
+
+
 def points(grip: object) -> np.ndarray:
     """Where the fingers of the hand point that holds a controller, in the seat's frame: x to its left, y up, z ahead."""
     return -matrix_from_quaternion(np.array(list(grip)[3:]) / TURN)[:, 1]  # type: ignore[call-overload]
 
 
 def test_a_phone_leads_the_right_hand_takes_hold_reaches_and_lets_go(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
-        pytest.skip("the page for guests has not been made (make web)")
-
     async def visit() -> None:
-        async with page(tmp_path, *SOFTWARE_GL) as tab, GuestRoom(tmp_path).serving(monkeypatch) as room:
-            await tab.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
-            await at_the_door(tab, room, room.invited(), 320, 480)
-            await tab.click(".people button[aria-current=true]")
+        async with on_a_phone(tmp_path, monkeypatch) as (tab, room):
             await tab.until("window.guest.me() === 'guest-1'")
-            await tab.until("document.querySelector('#wand')?.innerText === 'Lead a hand with this phone'")
 
             # It lies in the hand, its top to the north: that is ahead, wherever the guest sits at home.
             await tab.click("#wand")
@@ -86,15 +94,8 @@ def test_a_phone_leads_the_right_hand_takes_hold_reaches_and_lets_go(monkeypatch
 
 
 def test_a_phone_whose_sensors_say_nothing_is_told(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
-        pytest.skip("the page for guests has not been made (make web)")
-
     async def visit() -> None:
-        async with page(tmp_path, *SOFTWARE_GL) as tab, GuestRoom(tmp_path).serving(monkeypatch) as room:
-            await tab.call("Emulation.setTouchEmulationEnabled", enabled=True, maxTouchPoints=2)
-            await at_the_door(tab, room, room.invited(), 320, 480)
-            await tab.click(".people button[aria-current=true]")
-            await tab.until("document.querySelector('#wand')?.innerText === 'Lead a hand with this phone'")
+        async with on_a_phone(tmp_path, monkeypatch) as (tab, room):
             await tab.click("#wand")
             await tab.until("document.querySelector('#wand').innerText.includes('sensors say nothing')")
             room.take()

@@ -5,7 +5,8 @@ import type { Room } from "../console/room";
 import type { Caption, Line } from "../console/wire";
 import type { Eyes } from "./eyes";
 import { OwnHand } from "./own_hands";
-import { type Measured, type Pose, record } from "./poses";
+import { PoseSender, SEND_MS } from "./pose_sender";
+import type { Measured } from "./poses";
 import { SeatView } from "./seat_view";
 import { Said } from "./said";
 import { Signs } from "./signs";
@@ -13,10 +14,8 @@ import { text } from "./words";
 
 /** What a person is told. insecure: the page has no https; none: no headset; away: it is not worn now. */
 type State = "none" | "insecure" | "off" | "asking" | "on" | "away" | "refused" | "ended";
-const SEND_MS = 1000 / 30;
 const AWAY_MS = 2000; // without a pose of the head for so long, nobody wears it
 const LOOK_MS = 250;
-const AGAIN_MS = 100;
 const PUSHED = 0.7; // of a thumbstick: it counts...
 const BACK = 0.3; // ... and counts again when it was let go
 const [TRIGGER, SQUEEZE, STICK] = [0, 1, 3]; // buttons of WebXR's gamepads
@@ -25,8 +24,8 @@ const UNSURE = 0.5; // confidence in a pose that is guessed
 
 export class Headset {
   state: State = "none";
-  sent = 0; // bytes
   pictures = 0;
+  private readonly sender: PoseSender;
   private session: XRSession | null = null;
   private view: SeatView | null = null;
   private space: XRReferenceSpace | null = null;
@@ -43,7 +42,7 @@ export class Headset {
   /** lines: what people have written; captions: what was said to the room; draw: what is done for each picture, at a time of `performance` [ms]; changed: the state is another; over: the page leads again. */
   constructor(
     private readonly room: Room | null,
-    private readonly link: () => Link,
+    link: () => Link,
     private readonly eyes: () => Eyes | null,
     private readonly lines: () => Line[],
     private readonly captions: () => Caption[],
@@ -51,8 +50,14 @@ export class Headset {
     private readonly changed: () => void,
     private readonly over: () => void,
   ) {
+    this.sender = new PoseSender(link);
     navigator.xr?.addEventListener("devicechange", () => void this.look());
     void this.look();
+  }
+
+  /** Bytes. */
+  get sent(): number {
+    return this.sender.sent;
   }
 
   /** Whether the room is drawn for it now. */
@@ -144,7 +149,7 @@ export class Headset {
     this.steer(pads, head.transform);
     if (now < this.due) return;
     this.due = Math.max(this.due + SEND_MS, now);
-    this.say({ ...view.inSeat(head.transform), confidence: head.emulatedPosition ? UNSURE : 1 }, found.left!, found.right!);
+    this.sender.say({ ...view.inSeat(head.transform), confidence: head.emulatedPosition ? UNSURE : 1 }, found.left!, found.right!);
   }
 
   /** What is known of a hand; it is drawn, too. */
@@ -198,15 +203,8 @@ export class Headset {
     this.over();
   }
 
-  /** Say that nobody wears it; twice, since the gateway leaves out what comes right after something else. */
   private unworn(): void {
-    for (const ms of [0, AGAIN_MS]) setTimeout(() => this.state !== "on" && this.say(null, null, null), ms);
-  }
-
-  private say(head: Pose | null, left: Measured, right: Measured): void {
-    const data = record(head, left, right);
-    this.sent += data.byteLength;
-    this.link().tell({ kind: "seen", data, at: performance.timeOrigin + performance.now() }, [data]);
+    this.sender.sayNobody(() => this.state !== "on");
   }
 
   private become(state: State): void {

@@ -18,14 +18,14 @@ import { Hand } from "./hand";
 import { Headset, HeadsetButton } from "./headset";
 import { Menu } from "./menu";
 import { CameraButton, drawMirror, Mirror } from "./mirror";
-import { NoteButton, Noting } from "./noting";
+import { NoteChoice, NoteForm, Noting } from "./noting";
 import { record } from "./record";
-import { ShareButtons, Sharing } from "./sharing";
-import { ShowButtons, Showing } from "./showing";
+import { ShareButtons, ShareChoices, Sharing } from "./sharing";
+import { ShowButtons, ShowChoice, Showing } from "./showing";
 import { SignalButtons, Signalling } from "./signalling";
 import { Wand, WandButton } from "./wand";
 import { text } from "./words";
-import { WriteButtons, Writing } from "./writing";
+import { BoardChoice, WriteButtons, Writing } from "./writing";
 
 declare global {
   interface Window {
@@ -335,10 +335,16 @@ function showDoes(): void {
       <button type="button" id="chat-button" aria-pressed={chatOpen} aria-controls="chat" onClick={turnChat}>
         {text("chat")} {unread > 0 && <b aria-label={text("unread", `${unread}`)}>{unread}</b>}
       </button>
+      <Menu id="add" label={text("add")}>
+        <ShowChoice showing={showing} />
+        <ShareChoices sharing={sharing} />
+        {writing && <BoardChoice writing={writing} />}
+        <NoteChoice noting={noting} />
+      </Menu>
       <ShowButtons showing={showing} />
       <ShareButtons sharing={sharing} />
       {writing && <WriteButtons writing={writing} changed={showDoes} />}
-      <NoteButton noting={noting} />
+      <NoteForm noting={noting} />
       <SignalButtons signalling={signalling} />
       <Menu id="gestures" label={text("gestures")}>
         {GESTURES.map(({ name, key }, n) => (
@@ -347,7 +353,9 @@ function showDoes(): void {
           </button>
         ))}
       </Menu>
-      <span>{text(wand.on ? "wand_hold" : "hold")}</span>
+      <Menu id="help" label={text("help")}>
+        <p>{text(wand.on ? "wand_hold" : "hold")}</p>
+      </Menu>
     </>,
     element("does"),
   );

@@ -8,7 +8,7 @@ export function Menu({ id, label, children }: { id: string; label: string; child
   };
   return (
     <details id={id} class="menu" name="menu"
-      onClick={(event) => (event.target as Element).closest("button") && close(event.currentTarget)}
+      onClick={(event) => (event.target as Element).closest("button, .button") && close(event.currentTarget)}
       onKeyDown={(event) => event.key === "Escape" && close(event.currentTarget)}
     >
       <summary>{label}</summary>

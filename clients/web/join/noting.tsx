@@ -32,7 +32,16 @@ export class Noting {
 
 const focus = (at: HTMLInputElement | null) => at?.focus();
 
-export function NoteButton({ noting }: { noting: Noting }) {
+export function NoteChoice({ noting }: { noting: Noting }) {
+  return (
+    <button type="button" id="new-note" aria-pressed={noting.open} onClick={() => noting.turn()}>
+      {text("new_note")} <kbd>{KEY}</kbd>
+    </button>
+  );
+}
+
+/** Where the text of a note is typed, while one is. */
+export function NoteForm({ noting }: { noting: Noting }) {
   const write = (event: Event) => {
     event.preventDefault();
     const input = (event.target as HTMLFormElement).elements.namedItem("note") as HTMLInputElement;
@@ -42,18 +51,12 @@ export function NoteButton({ noting }: { noting: Noting }) {
     event.stopPropagation(); // letters are gestures elsewhere
     if (event.key === "Escape") noting.turn();
   };
+  if (!noting.open) return null;
   return (
-    <>
-      <button type="button" id="new-note" aria-pressed={noting.open} onClick={() => noting.turn()}>
-        {text("new_note")} <kbd>{KEY}</kbd>
-      </button>
-      {noting.open && (
-        <form id="note" onSubmit={write} onKeyDown={close}>
-          <input name="note" type="text" maxLength={MOST_TEXT} autocomplete="off" aria-label={text("note_text")}
-            placeholder={text("note_text")} ref={focus} />
-          <button type="submit">{text("note_write")}</button>
-        </form>
-      )}
-    </>
+    <form id="note" onSubmit={write} onKeyDown={close}>
+      <input name="note" type="text" maxLength={MOST_TEXT} autocomplete="off" aria-label={text("note_text")}
+        placeholder={text("note_text")} ref={focus} />
+      <button type="submit">{text("note_write")}</button>
+    </form>
   );
 }

@@ -1,6 +1,5 @@
 // What a guest shows live: their screen, a window, a tab, or what their camera sees, on a panel that everybody sees.
 import type { Table } from "../console/wire";
-import { Menu } from "./menu";
 import type { FromEncoder, ToEncoder } from "./screen_worker";
 import { text } from "./words";
 
@@ -145,18 +144,22 @@ async function card(title: string, width: number, height: number): Promise<Blob>
   return new Promise((done, failed) => drawn.toBlob((made) => (made ? done(made) : failed(new Error("no picture"))), "image/png"));
 }
 
-export function ShareButtons({ sharing }: { sharing: Sharing }) {
-  const { source } = sharing;
+/** Choose what is shown; nothing while something is. */
+export function ShareChoices({ sharing }: { sharing: Sharing }) {
+  if (sharing.source !== null) return null;
   return (
     <>
-      {source === null ? (
-        <Menu id="share" label={text("share")}>
-          <button type="button" id="share-screen" disabled={!can} onClick={() => void sharing.begin("screen")}>{text(can ? "share_screen" : "share_none")}</button>
-          {can && <button type="button" id="share-camera" onClick={() => void sharing.begin("camera")}>{text("share_camera")}</button>}
-        </Menu>
-      ) : (
-        <button type="button" id="share-end" aria-pressed="true" onClick={() => sharing.end()}>{text("share_end")}</button>
-      )}
+      <button type="button" id="share-screen" disabled={!can} onClick={() => void sharing.begin("screen")}>{text(can ? "share_screen" : "share_none")}</button>
+      {can && <button type="button" id="share-camera" onClick={() => void sharing.begin("camera")}>{text("share_camera")}</button>}
+    </>
+  );
+}
+
+/** What goes on, and its end. */
+export function ShareButtons({ sharing }: { sharing: Sharing }) {
+  return (
+    <>
+      {sharing.source !== null && <button type="button" id="share-end" aria-pressed="true" onClick={() => sharing.end()}>{text("share_end")}</button>}
       {sharing.told && <span role="status" id="share-told">{sharing.told}</span>}
     </>
   );

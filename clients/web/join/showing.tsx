@@ -93,7 +93,8 @@ async function packed(page: HTMLCanvasElement, photograph: boolean): Promise<Blo
   return whole && whole.size <= MOST_BYTES ? whole : as("image/jpeg");
 }
 
-export function ShowButtons({ showing }: { showing: Showing }) {
+/** Choose a file. */
+export function ShowChoice({ showing }: { showing: Showing }) {
   const chosen = (event: Event) => {
     const input = event.currentTarget as HTMLInputElement;
     const file = input.files?.[0];
@@ -101,11 +102,17 @@ export function ShowButtons({ showing }: { showing: Showing }) {
     input.value = "";
   };
   return (
+    <label class="button" id="show" aria-disabled={showing.busy}>
+      {text("show")}
+      <input type="file" accept="image/png,image/jpeg,application/pdf" disabled={showing.busy} onChange={chosen} />
+    </label>
+  );
+}
+
+/** What can be done with what is shown. */
+export function ShowButtons({ showing }: { showing: Showing }) {
+  return (
     <>
-      <label class="button" id="show" aria-disabled={showing.busy}>
-        {text("show")}
-        <input type="file" accept="image/png,image/jpeg,application/pdf" disabled={showing.busy} onChange={chosen} />
-      </label>
       {showing.panels > 0 && (
         <>
           <button type="button" id="page-back" aria-label={text("page_back")} onClick={() => showing.turn(-1)}>◀</button>

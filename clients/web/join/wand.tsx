@@ -3,14 +3,13 @@
 import { Euler, Matrix4, Quaternion, Vector3 } from "three";
 import type { Link } from "../connection/link";
 import type { Eyes } from "./eyes";
-import { type Controller, type Pose, record } from "./poses";
+import { PoseSender, SEND_MS } from "./pose_sender";
+import type { Controller } from "./poses";
 import { text } from "./words";
 
 /** What a person is told. insecure: the page has no https; none: nothing to turn; still: the sensors say nothing. */
 type State = "none" | "insecure" | "off" | "asking" | "on" | "still" | "refused";
-const SEND_MS = 1000 / 30;
 const STILL_MS = 3000; // without a first word of the sensors for so long, there are none; later they are silent while it lies still
-const AGAIN_MS = 100;
 const RAD = Math.PI / 180;
 const ARM = new Vector3(-0.2, -0.28, 0.06); // from between the eyes to where the arm turns, in the seat's frame [m]
 const REACH_M = 0.5; // from there to the hand at first
@@ -34,7 +33,7 @@ interface Axes {
 
 export class Wand {
   state: State = "none";
-  sent = 0; // bytes
+  private readonly sender: PoseSender;
   private ahead: Vector3 | null = null; // where the phone pointed when it became a wand, level
   private newest: Axes | null = null;
   private openedAt = 0;
@@ -46,15 +45,22 @@ export class Wand {
 
   /** changed: the state is another; looks: where the guest's own head turns to, from where the seat faces [rad]. */
   constructor(
-    private readonly link: () => Link,
+    link: () => Link,
     private readonly eyes: () => Eyes | null,
     private readonly changed: () => void,
     private readonly looks: (yaw: number, pitch: number) => void,
   ) {
+    this.sender = new PoseSender(link);
     if ("DeviceOrientationEvent" in window && matchMedia("(pointer: coarse)").matches) this.state = isSecureContext ? "off" : "insecure";
     document.addEventListener("visibilitychange", () => document.hidden && this.on && this.unheld());
   }
 
+  /** Bytes. */
+  get sent(): number {
+    return this.sender.sent;
+  }
+
+  /** Whether it leads the hand. */
   get on(): boolean {
     return this.state === "on" || this.state === "still";
   }
@@ -130,18 +136,11 @@ export class Wand {
     const pitch = within(FOLLOWS * Math.atan2(way.y, Math.hypot(way.x, way.z)), MOST_PITCH);
     if (Math.hypot(yaw - this.looked[0], pitch - this.looked[1]) > TURNED) this.looks(...(this.looked = [yaw, pitch]));
     const looking = new Quaternion().setFromEuler(new Euler(pitch, yaw + Math.PI, 0, "YXZ"));
-    this.say({ place: home.toArray(), turn: looking.toArray(), confidence: UNSURE }, grip);
+    this.sender.say({ place: home.toArray(), turn: looking.toArray(), confidence: UNSURE }, null, grip);
   }
 
-  /** Say that nobody holds it; twice, since the gateway leaves out what comes right after something else. */
   private unheld(): void {
-    for (const ms of [0, AGAIN_MS]) setTimeout(() => (this.state !== "on" || document.hidden) && this.say(null, null), ms);
-  }
-
-  private say(head: Pose | null, grip: Controller | null): void {
-    const data = record(head, null, grip);
-    this.sent += data.byteLength;
-    this.link().tell({ kind: "seen", data, at: performance.timeOrigin + performance.now() }, [data]);
+    this.sender.sayNobody(() => this.state !== "on" || document.hidden);
   }
 
   private become(state: State): void {

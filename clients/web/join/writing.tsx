@@ -150,9 +150,15 @@ export class Writing {
   }
 }
 
+/** Put a board up, where there is none. */
+export function BoardChoice({ writing }: { writing: Writing }) {
+  if (writing.boards.length > 0) return null;
+  return <button type="button" id="new-board" onClick={() => writing.putUp()}>{text("new_board")}</button>;
+}
+
+/** With what is written on the board. */
 export function WriteButtons({ writing, changed }: { writing: Writing; changed: () => void }) {
-  if (writing.boards.length === 0)
-    return <button type="button" id="new-board" onClick={() => writing.putUp()}>{text("new_board")}</button>;
+  if (writing.boards.length === 0) return null;
   const choose = (tool: Tool) => {
     writing.release();
     writing.tool = writing.tool === tool ? null : tool;
