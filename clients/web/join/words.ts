@@ -4,7 +4,7 @@ import { phrases } from "../console/language";
 const ENGLISH = {
   welcome: "Welcome, {0}",
   choose:
-    "You will sit at the table as one of these people. Choosing one starts the sound. What you do here with mouse and keys is sent. Your voice is sent only while your microphone is on. With your camera on, points of your body are sent, no pictures. With a headset, the places of your head and hands are sent.",
+    "You will sit at the table as one of these people. Choosing one starts the sound. What you do here with mouse and keys is sent. Your voice is sent only while your microphone is on. With your camera on, points of your body are sent, no pictures. With a headset or a phone, the places of your head and hands are sent. What you choose to show is seen by all.",
   ready: "{0} is ready at once; others may take some seconds to be seen.",
   hold: "Hold the left button on a thing to take it, on a person to touch them; the wheel brings the hand nearer or farther. Drag elsewhere to look round.",
   soundOn: "Sound is on",
@@ -86,7 +86,7 @@ const ENGLISH = {
   add: "Add",
   help: "Help",
   share_screen: "Show my screen, a window or a tab",
-  share_camera: "Show my camera's picture",
+  share_camera: "Show my camera's picture to all",
   share_end: "Stop showing",
   share_asks: "Choose what is shown",
   share_on: "Everybody sees it now.",
@@ -122,7 +122,7 @@ type Key = keyof typeof ENGLISH;
 const JAPANESE: Record<Key, string> = {
   welcome: "{0}さん、ようこそ",
   choose:
-    "次の人物のひとりとしてテーブルに着きます。選ぶと音が出ます。ここでのマウスとキーの操作が送られます。声は、マイクがオンの間だけ送られます。カメラを入れると、体の点が送られます（映像は送られません）。ヘッドセットを使うと、頭と手の位置が送られます。",
+    "次の人物のひとりとしてテーブルに着きます。選ぶと音が出ます。ここでのマウスとキーの操作が送られます。声は、マイクがオンの間だけ送られます。カメラを入れると、体の点が送られます（映像は送られません）。ヘッドセットやスマートフォンを使うと、頭と手の位置が送られます。見せると決めたものは全員に見えます。",
   ready: "{0} はすぐに使えます。ほかの人物は見えるまで数秒かかることがあります。",
   hold: "物の上で左ボタンを押し続けると手に取り、人の上では触れます。ホイールで手を近づけたり遠ざけたりします。ほかの場所をドラッグすると見回せます。",
   soundOn: "音：オン",
@@ -204,7 +204,7 @@ const JAPANESE: Record<Key, string> = {
   add: "追加",
   help: "ヘルプ",
   share_screen: "画面、ウィンドウ、タブを見せる",
-  share_camera: "カメラの映像を見せる",
+  share_camera: "カメラの映像を全員に見せる",
   share_end: "見せるのをやめる",
   share_asks: "見せるものを選んでください",
   share_on: "全員に見えています。",
