@@ -29,6 +29,8 @@ LATER = 4
 LATEST = 2
 QUIET_NS = 2_000_000_000
 """Without a voice for so long, its place may be used: pauses between words are shorter."""
+LONGER_S = 0.5
+"""No other way takes so much longer; a full queue does [s]."""
 CLEAR_S = 0.005
 """A queue as short as this for CLEAR_NS shows that the link has become wider: what was too much is forgotten [s]."""
 CLEAR_NS = 8_000_000_000
@@ -134,16 +136,20 @@ class Uplink:
     """Frames of each device a second that leave the process, at most, by level."""
 
     def __init__(self) -> None:
-        self.queue_s = 0.0
         self.frames_give_way = True
         """False: another process of the site needs the frames of devices that this one sends."""
+        self._speaking = set[str]()
+        self._spoke_ns = -QUIET_NS
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Send everything: what was taken for a queue was none, so nothing is known of the link."""
+        self.queue_s = 0.0
         self._rose_ns = -ONE_AT_A_TIME_NS
         self._voice = Share(len(self.VOICE) - 1, 0.080, 4.0)
         self._silent, self._spoken = self._shares(), self._shares()
         """Of motion and of frames: beside no voice, and beside one. Who begins to speak finds what had room beside a voice."""
-        self._now = self._silent
-        self._speaking = set[str]()
-        self._spoke_ns = -QUIET_NS
+        self._now = self._spoken if self._speaking else self._silent
 
     def _shares(self) -> tuple[Share, Share]:
         return Share(len(self.MOTION_HZ) - 1, 0.110, 3.0), Share(len(self.FRAMES_HZ) - 1, 0.060, 10.0)
@@ -172,6 +178,11 @@ class Uplink:
     def levels(self) -> dict[str, int]:
         """By kind; 0: nothing gives way."""
         return {"motion": self._now[0].level, "voice": self._voice.level, "frames": self._now[1].level}
+
+    @property
+    def in_vain(self) -> bool:
+        """Whether something gives way and yet messages take longer than before, by no more than another way may."""
+        return SOON_S < self.queue_s < LONGER_S and any(self.levels.values())
 
     def speaks(self, participant: str, whether: bool) -> None:
         """The voice of `participant` is being sent, or is no more."""

@@ -297,6 +297,7 @@ export class Timeline {
             aria-valuenow={this.t}
             aria-valuetext={clockText(this.t)}
             onWheel={(e) => wheeled(zoom, e, e.currentTarget)}
+            onDragStart={(e) => e.preventDefault() /* of text that is selected; it would end the dragging of the playhead */}
             onPointerDown={(e) => {
               e.currentTarget.setPointerCapture(e.pointerId);
               this.holding = true;

@@ -13,7 +13,7 @@ from typing import Any
 import aiohttp
 import numpy as np
 import pytest
-from browser import page
+from browser import Page, page
 from waiting import until
 
 import vistel.log
@@ -211,9 +211,23 @@ def test_a_browser_shows_a_moment_as_it_was_captured_and_its_keys_move_the_playh
             await key("k")
             await tab.until("window.vistelTravel.t() > 3.5")
             await key("k")
+            await tab.value("getSelection().selectAllChildren(document.body)")
+            await dragged(tab, ".tracks", 0.2, 0.6)
+            await tab.until("Math.abs(window.vistelTravel.t() / document.querySelector('.tracks').ariaValueMax - 0.6) < 0.01")
             assert not [m for m in tab.messages if "Error" in m], tab.messages
 
     run(watch())
+
+
+async def dragged(tab: Page, selector: str, begin: float, end: float) -> None:
+    """The mouse is pressed on an element, moved and released, at shares of its width."""
+    await tab.value(f"document.querySelector({selector!r}).scrollIntoView()")
+    x, y, width, height = await tab.value(
+        f"((r) => [r.x, r.y, r.width, r.height])(document.querySelector({selector!r}).getBoundingClientRect())"
+    )
+    for kind, share in (("mousePressed", begin), *(("mouseMoved", s) for s in np.linspace(begin, end, 7)), ("mouseReleased", end)):
+        place = {"x": x + share * width, "y": y + height / 2}
+        await tab.call("Input.dispatchMouseEvent", type=kind, **place, button="left", buttons=int(kind != "mouseReleased"), clickCount=1)
 
 
 def test_a_page_whose_log_stands_still_draws_nothing_until_somebody_moves_the_playhead_or_the_view(

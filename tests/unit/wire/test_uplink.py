@@ -249,6 +249,32 @@ def test_over_a_link_with_room_for_all_nothing_gives_way(conditions: Conditions)
     assert len(site.ages_s) > 0.95 * 30 * 60
 
 
+@pytest.mark.parametrize("jitter_s", [0.0, 0.03])
+def test_a_way_that_becomes_longer_is_no_queue_for_long(jitter_s: float) -> None:
+    async def scene() -> tuple[ThinSite, float]:
+        begun_s = asyncio.get_running_loop().time()
+        site = ThinSite(Link(WIDE, random.Random(1)))
+        await site.run((WIDE, 10.0), (Conditions(0.13, jitter_s), 40.0))
+        return site, begun_s
+
+    site, begun_s = run(scene())
+    assert site.uplink.levels == {"motion": 0, "voice": 0, "frames": 0}
+    assert sum(at_s - begun_s > 20.0 for at_s, _ in site.ages_s) == pytest.approx(30 * 60, rel=0.01)
+
+
+@pytest.mark.parametrize("bits_per_s", [24_000, 48_000, 96_000, 256_000])
+@pytest.mark.parametrize("queue_bytes", [2000, 65_536])
+def test_a_queue_is_never_taken_for_a_longer_way(bits_per_s: float, queue_bytes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def scene() -> None:
+        site = ThinSite(Link(WIDE, random.Random(1)))
+        monkeypatch.setattr(site.uplink, "begin_anew", lambda: begun.append(asyncio.get_running_loop().time()))
+        await site.run((WIDE, 10.0), (Conditions(0.05, bits_per_s=bits_per_s, queue_bytes=queue_bytes), 60.0))
+
+    begun: list[float] = []
+    run(scene())
+    assert not begun
+
+
 def test_motion_that_gives_way_is_numbered_without_gaps_and_decodes() -> None:
     async def scene() -> None:
         clock, network = SteadyClock(), MemoryNetwork()

@@ -24,15 +24,18 @@ class QueueDelay:
     def answered(self, asked_ns: int, there_ns: int, back_ns: int, newest: int = NEWEST) -> float:
         """The queue [s] after one more answer. asked_ns, back_ns: of a steady clock; there_ns: of the hub's, whatever its zero.
         newest: the shortest of so many counts, at most NEWEST."""
+        self._newest.append(self.longer(asked_ns, there_ns, back_ns))
+        return min(list(self._newest)[-newest:]) if len(self._newest) == NEWEST else 0.0
+
+    def longer(self, asked_ns: int, there_ns: int, back_ns: int) -> float:
+        """What a question took beyond the shortest [s]. Times as for `answered`."""
         way, round_trip, minute = there_ns - asked_ns, back_ns - asked_ns, back_ns // _MINUTE_NS
         if not self._ways or self._ways[-1][0] != minute:
             self._ways.append((minute, way, round_trip))
         _, least_way, least_trip = self._ways[-1]
         self._ways[-1] = (minute, min(least_way, way), min(least_trip, round_trip))
         # A hub's clock that was set looks like a queue; the round trip knows nothing of it.
-        longer = min(way - min(w for _, w, _ in self._ways), round_trip - self._least_trip) * 1e-9
-        self._newest.append(longer)
-        return min(list(self._newest)[-newest:]) if len(self._newest) == NEWEST else 0.0
+        return min(way - min(w for _, w, _ in self._ways), round_trip - self._least_trip) * 1e-9
 
     def waiting(self, asked_ns: int, now_ns: int) -> float:
         """The queue [s], at least, that a question met which has no answer yet; 0 where it may as well have been lost."""
