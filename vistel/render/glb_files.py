@@ -18,6 +18,7 @@ from vistel.figure.formats.gltf import gltf_bytes
 from vistel.figure.people.builtin import builtin_file
 from vistel.figure.skeleton import Skeleton
 from vistel.render.figures.people import files_of, load_avatar_of
+from vistel.render.pressed_skin import PressedFigure
 from vistel.render.room_gltf import room_glb
 from vistel.render.stage.stage import ParticipantInfo
 from vistel.space.files.faults import RoomFileError
@@ -71,6 +72,10 @@ class GlbFiles:
             key = builtin_file(about.avatar, name=about.name, height=about.height).stem
         made = self._kept(f"{key} {about.height:.4f}", lambda: gltf_bytes(avatar)) if key else self._keep(gltf_bytes(avatar))
         return Figure(made, avatar.skeleton)
+
+    def pressed(self, about: ParticipantInfo) -> PressedFigure:
+        """Somebody's figure, to know where their skin gives way. Raises as `figure`."""
+        return PressedFigure(load_avatar_of(about, self._files, self._parcel))
 
     def thing(self, thing: Thing) -> str:
         """The digest of a thing's file, with the thing at its origin."""

@@ -11,6 +11,7 @@ import {
   Vector3,
 } from "three";
 import { dispose } from "./dispose";
+import { PressedSkin, type SkinRow } from "./skin";
 import type { Joints, PersonFrame, PersonRow } from "./wire";
 
 const STAND_IN = new MeshStandardMaterial({ color: 0x8a93a0, roughness: 0.8 });
@@ -49,6 +50,8 @@ export class Figure {
   private arrived = 0;
   private newest: PersonFrame | null = null;
   private shown: Group;
+  private skin: PressedSkin | null = null; // of its own file
+  private pressedBy: SkinRow | null = null;
 
   constructor(
     public about: PersonRow,
@@ -83,10 +86,24 @@ export class Figure {
     this.shown = scene;
     this.bones = bones;
     this.own = true;
+    this.skin = new PressedSkin(meshes[0]!);
+    this.press(this.pressedBy);
     this.root.add(scene);
     if (!this.newest) return;
     this.express(this.newest.face);
     this.beThere();
+  }
+
+  /** Have skin give way; null: nothing presses on it. */
+  press(row: SkinRow | null): void {
+    this.pressedBy = row;
+    this.skin?.press(row);
+  }
+
+  /** Corners of its skin that are pressed, and where each is in the room [m]. */
+  pressed(): [corner: number, x: number, y: number, z: number][] {
+    this.root.updateMatrixWorld(true);
+    return this.skin?.places() ?? [];
   }
 
   /** A frame that has just come; from where the figure is now it moves there. False where it is as the one before. */

@@ -33,11 +33,12 @@ import { type Chosen, Who } from "./who";
 
 declare global {
   interface Window {
-    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; ghost: those in the log beside; rate: pictures a second; ready: how many
+    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; pressed: of corners of their skin; ghost: joints in the log beside; rate: pictures a second; ready: how many
      * have their own figures; drawn: pictures so far; screens: pictures of what somebody shows live that were decoded; sharp: see Room; pictures: whom to tell of every picture from now on, as Room.seen. */
     vistel?: {
       joints(name: string): [number, number, number][];
       ghost(name: string): [number, number, number][];
+      pressed(name: string): [corner: number, x: number, y: number, z: number][];
       rate(): number;
       ready(): number;
       drawn(): number;
@@ -142,6 +143,8 @@ function hear(words: Words): void {
     if (looking) showViews(view);
   } else if (words.kind === "ink") {
     room?.receiveInk(words);
+  } else if (words.kind === "skin") {
+    return room?.receiveSkin(words);
   } else if (words.kind === "held") {
     page.held = words;
     if (room) room.held = words;
@@ -231,6 +234,7 @@ if (room) {
   window.vistel = {
     joints: (name) => drawn.figures.get(name)?.places() ?? [],
     ghost: (name) => drawn.ghosts.get(name)?.places() ?? [],
+    pressed: (name) => drawn.figures.get(name)?.pressed() ?? [],
     rate: () => drawn.picturesPerS,
     drawn: () => drawn.drawn,
     screens: (participant) => drawn.screens.drawn(participant),

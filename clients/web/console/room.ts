@@ -20,6 +20,7 @@ import { Figure } from "./figure";
 import { Files } from "./files";
 import { lit } from "./light";
 import { Screens } from "./screens";
+import type { Skin } from "./skin";
 import type { Frame, Held, Ink, Joints, PersonRow, Signals, Table, ThingRow } from "./wire";
 import { INK, Written } from "./written";
 
@@ -146,6 +147,11 @@ export class Room {
   receiveInk(ink: Ink): void {
     this.written.receive(ink);
     this.written.show(this.things);
+    this.change();
+  }
+
+  receiveSkin({ people }: Skin): void {
+    for (const [name, figure] of this.figures) figure.press(people.find(({ who }) => who === name) ?? null);
     this.change();
   }
 

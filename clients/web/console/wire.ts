@@ -1,5 +1,6 @@
 // What the gateway sends (vistel/render/frames.py says how): words as JSON, frames as bytes.
 import type { Lanes, Playhead } from "./lanes";
+import type { Skin } from "./skin";
 
 export interface Joints {
   kind: "joints";
@@ -211,7 +212,7 @@ export interface Captions {
   kind: "captions";
   captions: Caption[]; // the oldest first
 }
-export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin;
 
 export interface PersonFrame {
   who: number;

@@ -164,6 +164,8 @@ function hear(words: Words): void {
     room?.receiveTable(words);
     sharing.see(words);
     if (person) showWords(); // who may be written to is another
+  } else if (words.kind === "skin") {
+    room?.receiveSkin(words);
   } else if (words.kind === "ink") {
     room?.receiveInk(words);
   } else if (words.kind === "held" && room) {

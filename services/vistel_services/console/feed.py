@@ -15,8 +15,10 @@ from vistel.figure.face.countenance import Countenance
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.geometry.pose import Pose
+from vistel.render.assets import Assets
 from vistel.render.config import live_delay
 from vistel.render.frames import header, joints_told, person_row, thing_rows
+from vistel.render.pressed_skin import PressedSkin
 from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.captions import caption_words
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
@@ -33,7 +35,6 @@ from vistel.wire.clock import Clock
 from vistel.wire.motion.interest import ChosenSubscriptions, MotionSubscriptions, nearest
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
-from vistel_services.console.assets import Assets
 from vistel_services.deliveries.avatars import Deliveries
 
 _CHOOSE_NS = 500_000_000
@@ -65,6 +66,7 @@ class Feed:
         self._models = dict[str, Polymesh]()
         self._furniture = RoomDeliveries(bus, clock, self._models)
         self._assets = Assets(conference, self._parcel, self._models, self._changed)
+        self._skin = PressedSkin(self._assets.pressed)
         self._faces: dict[str, Countenance] = {}
         self.received = Counter[str]()
         """Motions of each participant since the beginning."""
@@ -177,6 +179,7 @@ class Feed:
             ("held", held_words(now.world.grasps, touching)),
             ("signals", signal_words(now.world.signals)),
             ("captions", caption_words(now.captions)),
+            ("skin", self._skin.words(now)),
         ):
             if words != self._words.get(kind):
                 self._words[kind] = words
@@ -198,7 +201,7 @@ class Feed:
             | face_rows(t)
             for t in (things[name] for name in self._shown)
         ]
-        self._assets.forget_but(things)
+        self._assets.forget_but(people, things)
         return {"people": rows, "things": of_things, "room": self._assets.room()}
 
     def _skeleton(self, about: ParticipantInfo) -> Skeleton:

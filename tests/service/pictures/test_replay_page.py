@@ -14,15 +14,22 @@ import aiohttp
 import numpy as np
 import pytest
 from browser import Page, page
+from numpy.typing import NDArray
 from waiting import until
 
 import vistel.log
+from vistel.arrays import F64
 from vistel.conference.model import Conference
+from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import pose_joints
+from vistel.figure.rigid.weights import joints_only
 from vistel.figure.skeleton import standard_skeleton
 from vistel.log.numbers import skeleton_of
 from vistel.log.playhead import Playhead
+from vistel.render.figures.ghosts import Ghosts
+from vistel.render.figures.people import files_of, load_avatar_of
 from vistel.render.film.film import instants, records_of
+from vistel.render.pressed_skin import PressedFigure
 from vistel.render.stage.stage import Instant
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
@@ -219,6 +226,56 @@ def test_a_browser_shows_a_moment_as_it_was_captured_and_its_keys_move_the_playh
     run(watch())
 
 
+def test_skin_gives_way_in_a_browser_as_the_engine_has_it(tmp_path: Path) -> None:
+    if bundle.bundle_missing():
+        pytest.skip("the console's page has not been made (make web)")
+    at = 6.2  # one takes a baton from the other
+
+    async def watch() -> None:
+        async with served(MEETING) as url, page(tmp_path, *SOFTWARE_GL) as tab:
+            await tab.open(f"{url}#t={at}", 480, 400)
+            await tab.until("document.documentElement.dataset.begun")
+            if not await tab.value("window.vistel !== undefined"):
+                pytest.skip("this Chromium has no WebGL")
+            await tab.until("window.vistel.ready() === 2")
+            for who in ("aiko", "ben"):
+                await tab.until(f"window.vistel.pressed({who!r}).length > 50")
+                corner, *place = np.array(await tab.value(f"window.vistel.pressed({who!r})")).T
+                rest, engine, of_hand = by_the_engine(at, who, corner.astype(int))
+                assert np.abs(np.transpose(place) - rest - engine).max() <= 1e-3
+                assert of_hand.sum() > 20
+                assert np.linalg.norm(engine[of_hand], axis=1).max() > 5e-3
+
+    run(watch())
+
+
+def by_the_engine(at: float, who: str, corner: NDArray[np.int_]) -> tuple[F64, F64, NDArray[np.bool_]]:
+    """Of corners of somebody's file at a moment of the log: where their bones alone have them, (N, 3); how far the engine moves
+    them from where it has them without what presses, (N, 3); whether they are of a hand."""
+    reader = LogReader(MEETING)
+    conference = Conference.model_validate(reader.conference)
+    delay_s = conference.playout.recorded_s
+    now_ns = reader.begin_ns + round((at + delay_s) * 1e9)
+    (now,) = instants(delay_s, records_of(reader, now_ns, now_ns + 1), now_ns, now_ns + 10**9, 1.0)
+    avatars = {p.about.name: load_avatar_of(p.about, files_of(conference)) for p in now.people}
+    shapes = {name: PressedFigure(avatar) for name, avatar in avatars.items()}
+    posed = {p.about.name: shapes[p.about.name].posed(p.posture) for p in now.people}
+    figure, posture = Figure(avatars[who]), next(p.posture for p in now.people if p.about.name == who)
+    mesh, skeleton = avatars[who].mesh, avatars[who].skeleton
+    vertex = mesh.corner_vertex[corner]
+    alone = figure.pose(posture).vertices[vertex].astype(np.float64)
+    state = figure.pose(posture, Ghosts().of(now, shapes, posed)[who])
+    assert mesh.bone is not None
+    assert mesh.weight is not None
+    joints, (joint, share) = state.joints, joints_only(mesh.bone[vertex], mesh.weight[vertex])
+    share = share / share.sum(axis=1, keepdims=True)
+    from_joint = mesh.vertices[vertex][:, None] - skeleton.rest[joint]
+    rest = np.einsum("nk,nki->ni", share, np.einsum("nkij,nkj->nki", joints.rotation[joint], from_joint) + joints.position[joint])
+    names = np.array(avatars[who].body.names)[mesh.limb[vertex]]
+    of_hand = np.array([name.endswith(("_knuckles", "_metacarpal", "_proximal", "_intermediate", "_distal")) for name in names])
+    return rest, state.vertices[vertex] - alone, of_hand
+
+
 async def dragged(tab: Page, selector: str, begin: float, end: float) -> None:
     """The mouse is pressed on an element, moved and released, at shares of its width."""
     await tab.value(f"document.querySelector({selector!r}).scrollIntoView()")
@@ -227,7 +284,9 @@ async def dragged(tab: Page, selector: str, begin: float, end: float) -> None:
     )
     for kind, share in (("mousePressed", begin), *(("mouseMoved", s) for s in np.linspace(begin, end, 7)), ("mouseReleased", end)):
         place = {"x": x + share * width, "y": y + height / 2}
-        await tab.call("Input.dispatchMouseEvent", type=kind, **place, button="left", buttons=int(kind != "mouseReleased"), clickCount=1)
+        await tab.call(
+            "Input.dispatchMouseEvent", type=kind, **place, button="left", buttons=int(kind != "mouseReleased"), clickCount=1
+        )
 
 
 def test_a_page_whose_log_stands_still_draws_nothing_until_somebody_moves_the_playhead_or_the_view(

@@ -1,17 +1,28 @@
 """The ghosts that deform each figure at an instant: whom they act on says the world, where they are, playout."""
 
 from collections.abc import Mapping
+from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
-from vistel.figure.body import PosedBody
+from vistel.figure.body import Body, PosedBody
 from vistel.geometry.rotation import matrix_from_quaternion
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
-from vistel.render.figures.figures import DrawableFigure
 from vistel.render.stage.stage import Instant
 from vistel.render.stage.world_view import ActingGhost
 from vistel.space.things.things import Thing
+
+
+class Touching(Protocol):
+    """A figure, as far as it acts on others."""
+
+    body: Body
+
+    def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
+        """This figure as ghosts that act on the primitives `target` (P,) of another one, None for all."""
+        ...
 
 
 class Ghosts:
@@ -20,9 +31,7 @@ class Ghosts:
     def __init__(self) -> None:
         self._solids: dict[str, tuple[Thing, PrimitiveSet]] = {}
 
-    def of(
-        self, instant: Instant, shapes: Mapping[str, DrawableFigure], posed: Mapping[str, PosedBody]
-    ) -> dict[str, list[GhostSource]]:
+    def of(self, instant: Instant, shapes: Mapping[str, Touching], posed: Mapping[str, PosedBody]) -> dict[str, list[GhostSource]]:
         """What acts on each figure. posed: every figure's primitives at this instant.
 
         Pairs with a body that is not here (just left, or not yet arrived) are passed over.

@@ -14,7 +14,7 @@ LONG_ONES = 5
 SAME_S = 0.012
 """A link on which LONG_BYTES take longer is thin: below 670 kbit/s, about what a site with devices and a voice sends [s]."""
 PATIENCE_NS = 3_000_000_000
-"""What took longer for so long is tried; each time that it was a queue, the next trial waits twice as long, up to LONGEST_NS [ns]."""
+"""What took longer for so long is tried; where it was a queue, the next trial waits twice as long, up to LONGEST_NS [ns]."""
 LONGEST_NS = 96_000_000_000
 
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Container, Hashable, Mapping
+from collections.abc import Callable, Container, Hashable, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Generic, TypeVar
 
 from vistel.conference.model import Conference
 from vistel.render.glb_files import Figure, GlbFiles
+from vistel.render.pressed_skin import PressedFigure
 from vistel.render.stage.stage import ParticipantInfo
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
@@ -33,13 +34,17 @@ class Assets:
         self._makers = [ThreadPoolExecutor(1, thread_name_prefix=name) for name in ("figures", "things")]
         self._figures = _Made[Figure](self._makers[0], changed)
         self._others = _Made[str](self._makers[1], changed)
+        self._pressed = _Made[PressedFigure](self._makers[0], lambda: None)
 
     def figure(self, about: ParticipantInfo) -> Figure | None:
         """Somebody's figure; None while it is being made, and where there is none."""
         if not about.here:
             return None
-        key = f"{about.avatar} {about.name} {about.height:.4f} {about.parcel}"
-        return self._figures.get(key, lambda: self._files.figure(about))
+        return self._figures.get(_key(about), lambda: self._files.figure(about))
+
+    def pressed(self, about: ParticipantInfo) -> PressedFigure | None:
+        """Somebody's figure, to know where their skin gives way; None as above."""
+        return self._pressed.get(_key(about), lambda: self._files.pressed(about)) if about.here else None
 
     def thing(self, thing: Thing) -> str | None:
         """The digest of a thing's file; None as above, and while a polymesh of it is on its way."""
@@ -53,8 +58,9 @@ class Assets:
         """Digests of the polymeshes that this machine's files hold."""
         return self._files.models_here
 
-    def forget_but(self, things: Mapping[str, Thing]) -> None:
-        """Keep files of these things only, beside the room's and figures'."""
+    def forget_but(self, people: Iterable[ParticipantInfo], things: Mapping[str, Thing]) -> None:
+        """Keep files of these things only, beside the room's and figures', and what presses on these people."""
+        self._pressed.forget_but({_key(about) for about in people})
         gone = self._others.forget_but({*things.values(), _ROOM})
         for digest in gone:
             self._files.bytes.pop(digest, None)
@@ -71,6 +77,10 @@ class Assets:
         """Make no more."""
         for maker in self._makers:
             maker.shutdown(wait=False, cancel_futures=True)
+
+
+def _key(about: ParticipantInfo) -> str:
+    return f"{about.avatar} {about.name} {about.height:.4f} {about.parcel}"
 
 
 class _Made(Generic[T]):

@@ -1,0 +1,136 @@
+"""Skin that gives way where people touch, as pages are told it: offsets from where their bones alone would have it.
+
+A page poses figures by their joints. Where something presses on somebody, the engine poses them with and without it, and what
+differs is sent: for each drawn corner of the figure's file how far it is moved, and its normal, both as they are at rest, so that the
+page's bones carry them along.
+"""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from vistel.arrays import F64
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.body import PosedBody, pose_body
+from vistel.figure.figure import Figure
+from vistel.figure.posture.posture import JointPose, Posture, pose_joints
+from vistel.figure.rigid.weights import influences, joints_only
+from vistel.implicit.deformation.ghost_source import GhostSource
+from vistel.render.figures.ghosts import Ghosts
+from vistel.render.stage.stage import Instant, ParticipantInfo
+from vistel.render.stage.world_view import ActingGhost
+
+PERIOD_NS = 66_000_000
+"""From one look at who presses whom to the next: at every second frame."""
+MOVED_M = 3e-4
+"""What moves less is left as it is [m]."""
+MOST_PEOPLE = 8
+"""Whose skin is looked at, at most."""
+_MOST = 127
+_NOBODY = json.dumps({"kind": "skin", "people": []})
+
+
+@dataclass(frozen=True, eq=False)
+class Pressed:
+    """corner: (N,) of the figure's file; offset: (N, 3) [m] and normal: (N, 3) of each, in the frame of the figure at rest."""
+
+    corner: NDArray[np.uint16]
+    offset: F64
+    normal: F64
+
+    def row(self, who: str) -> dict[str, object]:
+        """As a page reads it (clients/web/console/skin.ts)."""
+        step_m = max(float(np.abs(self.offset).max()), 1e-6) / _MOST
+        return {
+            "who": who,
+            "step_m": step_m,
+            "corners": _text(self.corner.astype("<u2")),
+            "offsets": _text(np.rint(self.offset / step_m).astype(np.int8)),
+            "normals": _text(np.rint(_MOST * self.normal).astype(np.int8)),
+        }
+
+
+class PressedFigure:
+    """Somebody's figure, as far as it takes to know where their skin gives way. Not for two threads at once."""
+
+    def __init__(self, avatar: Avatar) -> None:
+        self._figure, mesh = Figure(avatar), avatar.mesh
+        self.body, self.skeleton = avatar.body, avatar.skeleton
+        bone, weight = mesh.bone, mesh.weight
+        if bone is None or weight is None:
+            bone, weight = influences(avatar.skeleton, mesh.vertices, mesh.triangles, avatar.body.joint[mesh.limb])
+        self._joint, self._share = joints_only(bone, weight)
+        order = np.argsort(mesh.corner_vertex, kind="stable")
+        self._corners = order.astype(np.uint16)
+        """Of the first vertex, then of the second ..."""
+        self._first = np.searchsorted(mesh.corner_vertex[order], np.arange(len(mesh.vertices) + 1))
+
+    def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
+        """As `DrawableFigure.ghosts`."""
+        return self._figure.ghosts(posed, target=target)
+
+    def posed(self, posture: Posture) -> PosedBody:
+        """Their primitives in a posture."""
+        return pose_body(self.body, pose_joints(self.skeleton, posture))
+
+    def pressed(self, posture: Posture, ghosts: Sequence[GhostSource]) -> Pressed | None:
+        """What `ghosts` do to them in a posture; None: nothing that is seen."""
+        alone = self._figure.pose(posture).vertices.copy()
+        state = self._figure.pose(posture, ghosts)
+        moved = state.vertices - alone
+        at = np.flatnonzero(np.abs(moved).max(axis=1) > MOVED_M)
+        if not len(at):
+            return None
+        back = np.linalg.inv(self._carried(at, state.joints))
+        offset = np.einsum("nij,nj->ni", back, moved[at])
+        normal = np.einsum("nij,nj->ni", back, state.normals[at])
+        normal /= np.linalg.norm(normal, axis=1)[:, None]
+        counts = self._first[at + 1] - self._first[at]
+        corner = np.concatenate([self._corners[self._first[v] : self._first[v + 1]] for v in at])
+        return Pressed(corner, np.repeat(offset, counts, axis=0), np.repeat(normal, counts, axis=0))
+
+    def _carried(self, vertices: NDArray[np.intp], joints: JointPose) -> F64:
+        """(N, 3, 3) how bones turn the surroundings of vertices in the figure's file."""
+        turned = np.einsum("nk,nkij->nij", self._share[vertices].astype(np.float64), joints.rotation[self._joint[vertices]])
+        return turned / self._share[vertices].sum(axis=1, dtype=np.float64)[:, None, None]
+
+
+class PressedSkin:
+    """Of all people of a room. figure: somebody's, None while it is being made and where there is none."""
+
+    def __init__(self, figure: Callable[[ParticipantInfo], PressedFigure | None]) -> None:
+        self._figure, self._ghosts = figure, Ghosts()
+        self._looked: tuple[int, tuple[ActingGhost, ...]] | None = None
+        """In which period, at which pairs; None: not everybody's figure was there."""
+        self._words = _NOBODY
+
+    def words(self, now: Instant) -> str:
+        """JSON: whose skin is pressed where, as of the last look."""
+        at = now.now_ns // PERIOD_NS, now.world.ghosts
+        if at != self._looked:
+            self._looked = at
+            self._words = self._look(now)
+        return self._words
+
+    def _look(self, now: Instant) -> str:
+        pairs = {name for ghost in now.world.ghosts for name in (ghost.target, ghost.source)}
+        people = [p for p in now.people if p.about.name in pairs][:MOST_PEOPLE]
+        made = {p.about.name: (figure, p.posture) for p in people if (figure := self._figure(p.about)) is not None}
+        if len(made) < len(people):
+            self._looked = None
+        posed = {name: figure.posed(posture) for name, (figure, posture) in made.items()}
+        figures: Mapping[str, PressedFigure] = {name: figure for name, (figure, _) in made.items()}
+        acting = self._ghosts.of(now, figures, posed)
+        found = ((name, figures[name].pressed(made[name][1], ghosts)) for name, ghosts in acting.items())
+        rows = [pressed.row(name) for name, pressed in found if pressed is not None]
+        return json.dumps({"kind": "skin", "people": rows}) if rows else _NOBODY
+
+
+def _text(array: NDArray[np.generic]) -> str:
+    return base64.b64encode(array.tobytes()).decode()
