@@ -10,7 +10,7 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,10 @@ PERIOD_NS = 66_000_000
 """From one look at who presses whom to the next: at every second frame."""
 MOVED_M = 3e-4
 """What moves less is left as it is [m]."""
+CHANGED_M = 1.5e-3
+"""Somebody's skin is told anew where a corner has moved by more since it was told [m]: a hand that rests trembles."""
+SEAT = "chair"
+"""The shape of things which people sit on: where they press is not seen, and always there."""
 MOST_PEOPLE = 8
 """Whose skin is looked at, at most."""
 _MOST = 127
@@ -43,6 +47,13 @@ class Pressed:
     corner: NDArray[np.uint16]
     offset: F64
     normal: F64
+
+    def differs(self, other: Pressed) -> bool:
+        """Whether one sees that it is not as `other`."""
+        most = 1 + max(self.corner.max(), other.corner.max())
+        offsets = np.zeros((2, most, 3))
+        offsets[0, self.corner], offsets[1, other.corner] = self.offset, other.offset
+        return bool(np.abs(offsets[0] - offsets[1]).max() > CHANGED_M)
 
     def row(self, who: str) -> dict[str, object]:
         """As a page reads it (clients/web/console/skin.ts)."""
@@ -108,6 +119,7 @@ class PressedSkin:
         self._figure, self._ghosts = figure, Ghosts()
         self._looked: tuple[int, tuple[ActingGhost, ...]] | None = None
         """In which period, at which pairs; None: not everybody's figure was there."""
+        self._told: dict[str, Pressed] = {}
         self._words = _NOBODY
 
     def words(self, now: Instant) -> str:
@@ -119,7 +131,10 @@ class PressedSkin:
         return self._words
 
     def _look(self, now: Instant) -> str:
-        pairs = {name for ghost in now.world.ghosts for name in (ghost.target, ghost.source)}
+        seats = {thing.id for thing in now.things.values() if thing.shape == SEAT}
+        world = replace(now.world, ghosts=tuple(g for g in now.world.ghosts if g.source not in seats))
+        now = replace(now, world=world)
+        pairs = {name for ghost in world.ghosts for name in (ghost.target, ghost.source)}
         people = [p for p in now.people if p.about.name in pairs][:MOST_PEOPLE]
         made = {p.about.name: (figure, p.posture) for p in people if (figure := self._figure(p.about)) is not None}
         if len(made) < len(people):
@@ -127,9 +142,12 @@ class PressedSkin:
         posed = {name: figure.posed(posture) for name, (figure, posture) in made.items()}
         figures: Mapping[str, PressedFigure] = {name: figure for name, (figure, _) in made.items()}
         acting = self._ghosts.of(now, figures, posed)
-        found = ((name, figures[name].pressed(made[name][1], ghosts)) for name, ghosts in acting.items())
-        rows = [pressed.row(name) for name, pressed in found if pressed is not None]
-        return json.dumps({"kind": "skin", "people": rows}) if rows else _NOBODY
+        found = {name: figures[name].pressed(made[name][1], ghosts) for name, ghosts in acting.items()}
+        now_pressed = {name: pressed for name, pressed in found.items() if pressed is not None}
+        if now_pressed.keys() == self._told.keys() and not any(p.differs(self._told[name]) for name, p in now_pressed.items()):
+            return self._words
+        self._told = now_pressed
+        return json.dumps({"kind": "skin", "people": [p.row(name) for name, p in now_pressed.items()]})
 
 
 def _text(array: NDArray[np.generic]) -> str:
