@@ -20,7 +20,7 @@ SELDOM = ("device_status", "heartbeat", "clock_offset", "image_delay", "sound_st
 """How well everything does, said every second or so."""
 ROOM = ("motion", "motion_thin", "world_state")
 """Where everything is."""
-TOPICS = ("participant", "picture_part", *SELDOM, *ROOM, "world_key", "voice", "voice_level", "screen")
+TOPICS = ("participant", "picture_part", *SELDOM, *ROOM, "world_key", "hand_force", "voice", "voice_level", "screen")
 BEFORE_NS = 1_000_000_000
 """Motion and room are read from so long before a moment: who looks at it looks at the moments before it first (`looks_before`), and
 a full frame of motion comes every 0.4 s."""

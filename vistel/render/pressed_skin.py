@@ -1,8 +1,8 @@
 """Skin that gives way where people touch, as pages are told it: offsets from where their bones alone would have it.
 
 A page poses figures by their joints. Where something presses on somebody, the engine poses them with and without it, and what
-differs is sent: for each drawn corner of the figure's file how far it is moved, and its normal, both as they are at rest, so that the
-page's bones carry them along.
+differs is sent: for each drawn corner of the figure's file how far it is moved, and its normal, both as they are at rest, so that
+the page's bones carry them along.
 """
 
 from __future__ import annotations

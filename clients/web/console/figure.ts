@@ -12,7 +12,7 @@ import {
 } from "three";
 import { dispose } from "./dispose";
 import { PressedSkin, type SkinRow } from "./skin";
-import type { Joints, PersonFrame, PersonRow } from "./wire";
+import type { Joints, PersonFrame, PersonRow, Primitives } from "./wire";
 
 const STAND_IN = new MeshStandardMaterial({ color: 0x8a93a0, roughness: 0.8 });
 const GHOST = new MeshStandardMaterial({
@@ -43,6 +43,7 @@ export class Figure {
   readonly root = new Group();
   talks = false;
   own = false; // it is the figure of its own file
+  primitives: Primitives | null = null; // of that
   private bones: Bone[];
   private readonly faces: Face[] = [];
   private readonly from: Pose;
@@ -86,6 +87,7 @@ export class Figure {
     this.shown = scene;
     this.bones = bones;
     this.own = true;
+    this.primitives = scene.userData.primitives ?? null;
     this.skin = new PressedSkin(meshes[0]!);
     this.press(this.pressedBy);
     this.root.add(scene);
@@ -158,7 +160,11 @@ export class Figure {
   }
 
   joint(name: string): Bone {
-    return this.bones[this.joints.names.indexOf(name)]!;
+    return this.bone(this.joints.names.indexOf(name));
+  }
+
+  bone(joint: number): Bone {
+    return this.bones[joint]!;
   }
 
   /** Without its head, for who looks out of its eyes; or with it. */

@@ -31,6 +31,8 @@ export class Files {
   }
 
   private async read(data: Promise<ArrayBuffer>): Promise<Group> {
-    return (await this.reading.parseAsync(await data, "")).scene;
+    const { scene, parser } = await this.reading.parseAsync(await data, "");
+    scene.userData.primitives = parser.json.extensions?.VISTEL_avatar?.primitives; // of a figure
+    return scene;
   }
 }

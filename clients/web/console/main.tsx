@@ -17,6 +17,7 @@ import {
   type Captions,
   type Curve,
   decodeAll,
+  type Force,
   type Held,
   type Invited,
   type Joints,
@@ -33,11 +34,12 @@ import { type Chosen, Who } from "./who";
 
 declare global {
   interface Window {
-    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; pressed: of corners of their skin; ghost: joints in the log beside; rate: pictures a second; ready: how many
+    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; pressed: of corners of their skin; contacts: arrows and shapes at who is chosen; ghost: joints in the log beside; rate: pictures a second; ready: how many
      * have their own figures; drawn: pictures so far; screens: pictures of what somebody shows live that were decoded; sharp: see Room; pictures: whom to tell of every picture from now on, as Room.seen. */
     vistel?: {
       joints(name: string): [number, number, number][];
       ghost(name: string): [number, number, number][];
+      contacts(): [arrows: number, shapes: number];
       pressed(name: string): [corner: number, x: number, y: number, z: number][];
       rate(): number;
       ready(): number;
@@ -58,9 +60,19 @@ const CLICK_PX = 5; // a press that moves farther turns the view
 const element = <T extends HTMLElement>(id: string) => document.getElementById(id) as T;
 const canvas = element<HTMLCanvasElement>("room");
 const trouble = element("trouble");
-const page: { table: Table | null; held: Held; signals: Signals; numbers: Numbers | null; chosen: Chosen; talks: Set<string>; lines: Line[] } = {
+const page: {
+  table: Table | null;
+  held: Held;
+  forces: Force[];
+  signals: Signals;
+  numbers: Numbers | null;
+  chosen: Chosen;
+  talks: Set<string>;
+  lines: Line[];
+} = {
   table: null,
   held: { kind: "held", grasps: [], touching: [] },
+  forces: [],
   signals: { kind: "signals", raised: [], reactions: [] },
   numbers: null,
   chosen: null,
@@ -88,19 +100,21 @@ function showSoon(): void {
   later ||= window.setTimeout(showPanel, Math.max(0, shownAt + PANEL_MS - performance.now()));
 }
 
+function choose(chosen: Chosen): void {
+  page.chosen = chosen;
+  if (room?.contacts.choose(chosen, room.figures)) room.change();
+  showPanel();
+}
+
 function showPanel(): void {
   clearTimeout(later);
   later = 0;
   shownAt = performance.now();
-  const { table, held, signals, numbers, chosen, talks, lines } = page;
-  const choose = (next: Chosen) => {
-    page.chosen = next;
-    showPanel();
-  };
+  const { table, held, forces, signals, numbers, chosen, talks, lines } = page;
   render(
     <>
       {numbers && <Troubles numbers={numbers} />}
-      {table && <Who people={table.people} things={table.things} {...{ held, signals, numbers, talks, chosen, choose }} />}
+      {table && <Who people={table.people} things={table.things} {...{ held, forces, signals, numbers, talks, chosen, choose }} />}
       {lines.length > 0 && (
         <section>
           <h2>{panelText("chat")}</h2>
@@ -145,6 +159,9 @@ function hear(words: Words): void {
     room?.receiveInk(words);
   } else if (words.kind === "skin") {
     return room?.receiveSkin(words);
+  } else if (words.kind === "forces") {
+    page.forces = words.touches;
+    room?.receiveForces(words);
   } else if (words.kind === "held") {
     page.held = words;
     if (room) room.held = words;
@@ -222,8 +239,7 @@ canvas.addEventListener("pointerdown", (event) => (pressed = event));
 canvas.addEventListener("pointerup", (event) => {
   if (!pressed || Math.hypot(event.clientX - pressed.clientX, event.clientY - pressed.clientY) > CLICK_PX) return;
   const box = canvas.getBoundingClientRect();
-  page.chosen = room?.pick(((event.clientX - box.x) / box.width) * 2 - 1, 1 - ((event.clientY - box.y) / box.height) * 2) ?? null;
-  showPanel();
+  choose(room?.pick(((event.clientX - box.x) / box.width) * 2 - 1, 1 - ((event.clientY - box.y) / box.height) * 2) ?? null);
 });
 
 if (room) {
@@ -234,6 +250,7 @@ if (room) {
   window.vistel = {
     joints: (name) => drawn.figures.get(name)?.places() ?? [],
     ghost: (name) => drawn.ghosts.get(name)?.places() ?? [],
+    contacts: () => drawn.contacts.count,
     pressed: (name) => drawn.figures.get(name)?.pressed() ?? [],
     rate: () => drawn.picturesPerS,
     drawn: () => drawn.drawn,

@@ -15,13 +15,14 @@ import {
   Vector3,
   WebGLRenderer,
 } from "three";
+import { Contacts } from "./contacts";
 import { dispose } from "./dispose";
 import { Figure } from "./figure";
 import { Files } from "./files";
 import { lit } from "./light";
 import { Screens } from "./screens";
 import type { Skin } from "./skin";
-import type { Frame, Held, Ink, Joints, PersonRow, Signals, Table, ThingRow } from "./wire";
+import type { Forces, Frame, Held, Ink, Joints, PersonRow, Signals, Table, ThingRow } from "./wire";
 import { INK, Written } from "./written";
 
 const FRAME_MS = 1000 / 30;
@@ -53,6 +54,8 @@ export class Room {
   /** Of the log beside the one that is seen. */
   readonly ghosts = new Map<string, Figure>();
   readonly things = new Map<string, { about: ThingRow; node: Group }>();
+  /** What touches who or what is chosen. */
+  readonly contacts = new Contacts();
   readonly written = new Written(() => this.change());
   readonly screens = new Screens(() => this.change(), () => this.renderer.capabilities.getMaxAnisotropy());
   /** Told of whatever changes what is seen: the room is to be drawn again (pictures.ts). */
@@ -98,6 +101,7 @@ export class Room {
     const software = drawnBySoftware();
     this.renderer = new WebGLRenderer({ canvas, antialias: !software, powerPreference: "high-performance" });
     this.scene.background = new Color(0x23272b);
+    this.scene.add(this.contacts.root);
     this.key = lit(this.scene, this.renderer);
     if (software) this.sharpen(COARSEST);
     new ResizeObserver(() => this.resize()).observe(canvas);
@@ -148,6 +152,10 @@ export class Room {
     this.written.receive(ink);
     this.written.show(this.things);
     this.change();
+  }
+
+  receiveForces({ touches }: Forces): void {
+    if (this.contacts.receive(touches, this.figures)) this.change();
   }
 
   receiveSkin({ people }: Skin): void {
@@ -269,7 +277,7 @@ export class Room {
     return found;
   }
 
-  private change(): void {
+  change(): void {
     this.fresh = false;
     this.changed?.();
   }

@@ -1,6 +1,6 @@
 // Who and what is in the room: a list to choose from, and what is known of the one chosen.
 import { panelText } from "./panel_words";
-import type { Held, Numbers, PersonRow, Signals, ThingRow } from "./wire";
+import type { Force, Held, Numbers, PersonRow, Signals, ThingRow } from "./wire";
 
 export type Chosen = { person?: string; thing?: string } | null;
 
@@ -8,6 +8,7 @@ interface Props {
   people: PersonRow[];
   things: ThingRow[];
   held: Held;
+  forces: Force[];
   signals: Signals;
   numbers: Numbers | null;
   talks: ReadonlySet<string>;
@@ -15,7 +16,7 @@ interface Props {
   choose(chosen: Chosen): void;
 }
 
-export function Who({ people, things, held, signals, numbers, talks, chosen, choose }: Props) {
+export function Who({ people, things, held, forces, signals, numbers, talks, chosen, choose }: Props) {
   const inRow = new Map(signals.raised.map(([name], n) => [name, n + 1]));
   const last = signals.raised.length + 1;
   const sorted = [...people].sort((a, b) => (inRow.get(a.name) ?? last) - (inRow.get(b.name) ?? last)); // who wants to speak comes first
@@ -24,7 +25,13 @@ export function Who({ people, things, held, signals, numbers, talks, chosen, cho
   const holders = (id: string) => held.grasps.filter((g) => g[2] === id).map((g) => panelText(g[1], name(g[0])));
   const touching = (id: string) => {
     const others = held.touching.flatMap(([a, b]) => (a === id ? [b] : b === id ? [a] : []));
-    return [...new Set(others)].filter((o) => things.some((t) => t.id === o) || people.some((p) => p.name === o)).map(name);
+    const here = [...new Set(others)].filter((o) => things.some((t) => t.id === o) || people.some((p) => p.name === o));
+    return here.map((other) => [name(other), pressing(id, other)].filter(Boolean).join(" "));
+  };
+  const pressing = (one: string, other: string) => {
+    const felt = forces.filter(({ who, body }) => (who === one && body === other) || (who === other && body === one));
+    const newtons = felt.reduce((sum, { force }) => sum + Math.hypot(...force), 0);
+    return newtons ? panelText("newtons", newtons.toFixed(1)) : "";
   };
   const person = people.find((p) => p.name === chosen?.person);
   const thing = things.find((t) => t.id === chosen?.thing);

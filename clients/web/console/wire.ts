@@ -58,6 +58,27 @@ export interface Held {
   grasps: [string, "left" | "right", string][];
   touching: [string, string][];
 }
+/** What hands feel (vistel/session/felt_forces.py). */
+export interface Forces {
+  kind: "forces";
+  touches: Force[];
+}
+export interface Force {
+  who: string; // participant
+  hand: "left" | "right";
+  digit: string;
+  body: string; // the thing or participant it touches
+  at: [number, number, number]; // in the room [m]
+  force: [number, number, number]; // on the hand [N]
+}
+/** Of a figure's file: cone-spheres, in the frames of its joints [m]. */
+export interface Primitives {
+  joint: number[];
+  a: [number, number, number][];
+  b: [number, number, number][];
+  radiusA: number[];
+  radiusB: number[];
+}
 export interface Site {
   name: string;
   devices: number;
@@ -212,7 +233,7 @@ export interface Captions {
   kind: "captions";
   captions: Caption[]; // the oldest first
 }
-export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin | Forces;
 
 export interface PersonFrame {
   who: number;

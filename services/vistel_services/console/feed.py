@@ -23,6 +23,7 @@ from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.captions import caption_words
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
 from vistel.session.chat import Chat, Line, chat_words
+from vistel.session.felt_forces import FeltForces
 from vistel.session.models import RoomDeliveries
 from vistel.session.room_words import held_words, signal_words
 from vistel.session.screens import ForwardedScreens
@@ -66,7 +67,7 @@ class Feed:
         self._models = dict[str, Polymesh]()
         self._furniture = RoomDeliveries(bus, clock, self._models)
         self._assets = Assets(conference, self._parcel, self._models, self._changed)
-        self._skin = PressedSkin(self._assets.pressed)
+        self._skin, self._forces = PressedSkin(self._assets.pressed), FeltForces(bus)
         self._faces: dict[str, Countenance] = {}
         self.received = Counter[str]()
         """Motions of each participant since the beginning."""
@@ -114,6 +115,7 @@ class Feed:
         self._whole_ns = self._chosen_ns = 0
         self._world.take()
         self.screens.begin_again()
+        self._forces.begin_again()
 
     def file(self, digest: str) -> bytes | None:
         """A GLB file of the room."""
@@ -126,7 +128,7 @@ class Feed:
         """Receive no more."""
         for part in (self._about, self._said, self._sound, self._near, self._motion, self._world):
             part.close()
-        for part in (self._avatars, self._furniture, self._assets, self.screens):
+        for part in (self._avatars, self._furniture, self._assets, self.screens, self._forces):
             part.close()
 
     def _take(self) -> None:
@@ -180,6 +182,7 @@ class Feed:
             ("signals", signal_words(now.world.signals)),
             ("captions", caption_words(now.captions)),
             ("skin", self._skin.words(now)),
+            ("forces", self._forces.words(now.now_ns, {p.about.name: p.timing.delay_ns for p in now.people})),
         ):
             if words != self._words.get(kind):
                 self._words[kind] = words

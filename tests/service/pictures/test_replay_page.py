@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from browser import Page, page
 from numpy.typing import NDArray
+from vistel.v1.geometry_pb2 import Vec3
 from waiting import until
 
 import vistel.log
@@ -23,7 +24,7 @@ from vistel.conference.model import Conference
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.rigid.weights import joints_only
-from vistel.figure.skeleton import standard_skeleton
+from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
 from vistel.log.numbers import skeleton_of
 from vistel.log.playhead import Playhead
 from vistel.render.figures.ghosts import Ghosts
@@ -31,9 +32,11 @@ from vistel.render.figures.people import files_of, load_avatar_of
 from vistel.render.film.film import instants, records_of
 from vistel.render.pressed_skin import PressedFigure
 from vistel.render.stage.stage import Instant
+from vistel.v1.world_pb2 import HandForce
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogReader, LogWriter
+from vistel.wire.topics import BY_NAME
 from vistel_services.console import bundle, player
 from vistel_services.console.replays import MOST_REPLAYS, Replays
 from vistel_services.console.service import POLICY, SERVED
@@ -226,13 +229,13 @@ def test_a_browser_shows_a_moment_as_it_was_captured_and_its_keys_move_the_playh
     run(watch())
 
 
-def test_skin_gives_way_in_a_browser_as_the_engine_has_it(tmp_path: Path) -> None:
+def test_skin_gives_way_in_a_browser_as_the_engine_has_it_and_who_is_chosen_shows_what_presses(tmp_path: Path) -> None:
     if bundle.bundle_missing():
         pytest.skip("the console's page has not been made (make web)")
     at = 6.2  # one takes a baton from the other
 
     async def watch() -> None:
-        async with served(MEETING) as url, page(tmp_path, *SOFTWARE_GL) as tab:
+        async with served(with_a_force(at, tmp_path)) as url, page(tmp_path, *SOFTWARE_GL) as tab:
             await tab.open(f"{url}#t={at}", 480, 400)
             await tab.until("document.documentElement.dataset.begun")
             if not await tab.value("window.vistel !== undefined"):
@@ -245,8 +248,36 @@ def test_skin_gives_way_in_a_browser_as_the_engine_has_it(tmp_path: Path) -> Non
                 assert np.abs(np.transpose(place) - rest - engine).max() <= 1e-3
                 assert of_hand.sum() > 20
                 assert np.linalg.norm(engine[of_hand], axis=1).max() > 5e-3
+            assert await tab.value("window.vistel.contacts()") == [0, 0]
+            choose = "[...document.querySelectorAll('.choices button')].find((b) => b.textContent.startsWith('ben'))"
+            await tab.until(choose)
+            await tab.value(f"{choose}.click()")
+            await tab.until("document.querySelector('.card')?.textContent.includes('aiko (5.0 N)')")
+            arrows, shapes = await tab.value("window.vistel.contacts()")
+            assert arrows == 1
+            assert shapes > 5
+            await tab.value(f"{choose}.click()")
+            await tab.until("window.vistel.contacts().every((count) => count === 0)")
 
     run(watch())
+
+
+def with_a_force(at: float, folder: Path) -> Path:
+    """The meeting, in which ben's thumb feels aiko's hand about a moment."""
+    reader, log = LogReader(MEETING), folder / "felt.mcap"
+    with vistel.log.open(MEETING) as opened:
+        posture = next(posture for t, posture in opened.postures("aiko", at - 0.1, at + 0.1))
+        x, y, z = pose_joints(skeleton_of(opened, "aiko"), posture).position[JOINT_INDEX["right_hand"]]
+    place = Vec3(x=x, y=y, z=z)
+    key = BY_NAME["hand_force"].format(conference="meeting", participant="ben", hand="left")
+    touch = HandForce.Touch(digit=HandForce.DIGIT_THUMB, body="aiko", point=place, force=Vec3(y=3.0, z=4.0), normal_force=5.0)
+    with LogWriter(log, json.dumps(reader.conference)) as writer:
+        for r in reader.records():
+            writer.write(r.topic, r.key, r.message, r.log_ns)
+            if r.topic.name == "world_state" and abs(r.message.header.t_ns - reader.begin_ns - at * 1e9) < 3e8:
+                felt = HandForce(header=r.message.header, participant="ben", touches=[touch])
+                writer.write(BY_NAME["hand_force"], key, felt, r.log_ns)
+    return log
 
 
 def by_the_engine(at: float, who: str, corner: NDArray[np.int_]) -> tuple[F64, F64, NDArray[np.bool_]]:
