@@ -20,28 +20,31 @@ _MOST_WAITING = 64
 
 
 class FeltForces:
-    """Lives on the event loop."""
+    """Lives on the event loop. crowd: there are too many hands to hear of all, and nothing is told."""
 
-    def __init__(self, bus: Bus) -> None:
-        self._felt = bus.subscribe(BY_NAME["hand_force"], queue_all=True, polled=True)
+    def __init__(self, bus: Bus, *, crowd: bool) -> None:
+        self._felt = None if crowd else bus.subscribe(BY_NAME["hand_force"], queue_all=True, polled=True)
         self._hands: dict[tuple[str, bool], deque[HandForce]] = {}
         self._period, self._now_ns, self._words = -1, -1, _words([])
 
     def begin_again(self) -> None:
         """Time has leapt."""
-        self._felt.take()
+        self._take()
         self._hands.clear()
         self._period = -1
 
     def close(self) -> None:
         """Receive no more."""
-        self._felt.close()
+        if self._felt is not None:
+            self._felt.close()
+
+    def _take(self) -> list[HandForce]:
+        return [] if self._felt is None else [sample.message for sample in self._felt.take()]
 
     def words(self, now_ns: int, delays_ns: Mapping[str, int]) -> str:
         """JSON of what is felt in the picture of `now_ns`, in which people are shown later by `delays_ns`; of others nothing."""
-        arrived = self._felt.take()
-        for sample in arrived:
-            told = sample.message
+        arrived = self._take()
+        for told in arrived:
             self._hands.setdefault((told.participant, told.right), deque(maxlen=_MOST_WAITING)).append(told)
         if now_ns // PERIOD_NS != self._period or (arrived and now_ns == self._now_ns):  # a log that stands still
             self._period = now_ns // PERIOD_NS

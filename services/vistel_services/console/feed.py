@@ -67,7 +67,7 @@ class Feed:
         self._models = dict[str, Polymesh]()
         self._furniture = RoomDeliveries(bus, clock, self._models)
         self._assets = Assets(conference, self._parcel, self._models, self._changed)
-        self._skin, self._forces = PressedSkin(self._assets.pressed), FeltForces(bus)
+        self._skin, self._forces = PressedSkin(self._assets.pressed), FeltForces(bus, crowd=conference.crowd)
         self._faces: dict[str, Countenance] = {}
         self.received = Counter[str]()
         """Motions of each participant since the beginning."""
