@@ -1,4 +1,4 @@
-"""The page of a recorded meeting: plots and a note, and another log as ghosts: replay-*.png. Takes a log of the demo, else records
+"""The page of a recorded meeting: plots and a note, another log as ghosts, and what presses on somebody: replay-*.png. Takes a log of the demo, else records
 one. Needs Chromium and the console's page (`make web`); takes two minutes."""
 
 import asyncio
@@ -42,8 +42,10 @@ def main() -> None:
         folder = Path(name)
         log = shutil.copy(sys.argv[1] if len(sys.argv) > 1 else recorded(folder), folder / "meeting.mcap")
         other = shutil.copy(log, folder / "other.mcap")
-        with served(log, other) as url:
+        with served(log, "--beside", str(other)) as url:
             asyncio.run(visit(folder, url, handed_over(Path(log))))
+        with served(log) as url:
+            asyncio.run(touch(folder, url, handed_over(Path(log))))
 
 
 def recorded(folder: Path) -> Path:
@@ -65,9 +67,9 @@ def handed_over(log: Path) -> float:
 
 
 @contextmanager
-def served(log: Path, other: Path) -> Iterator[str]:
+def served(log: Path, *options: str) -> Iterator[str]:
     """The address of its page."""
-    command = [*COMMAND, "replay", str(log), "--beside", str(other), "--port", "0"]
+    command = [*COMMAND, "replay", str(log), *options, "--port", "0"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         try:
             yield next(line.split(" at ")[1].split()[0] for line in process.stdout or () if " at http" in line)
@@ -90,6 +92,17 @@ async def visit(folder: Path, url: str, moment_s: float) -> None:
         await tab.call("Emulation.setDeviceMetricsOverride", width=TALL[0], height=TALL[1], deviceScaleFactor=1, mobile=False)
         await tab.click("#views button:nth-child(3)")
         await kept(tab, "replay-two-logs", "main")
+
+
+async def touch(folder: Path, url: str, moment_s: float) -> None:
+    async with page(folder, *SOFTWARE_GL) as tab:
+        await tab.open(f"{url}#t={moment_s:.2f}", *SIZE)
+        await tab.until("window.vistel && window.vistel.ready() === 3")
+        await tab.until("document.querySelectorAll('#views button').length === 5")
+        for button in ("#views button:nth-child(4)", ".choices button"):
+            await tab.click(button)
+        await tab.until("window.vistel.contacts()[0] > 0")
+        await kept(tab, "replay-contact", "main")
 
 
 async def later(tab: Page, seconds: float) -> None:
