@@ -14,7 +14,7 @@ import pytest
 WEB = Path(__file__).resolve().parents[1] / "clients/web"
 _BUILD = """
 import { build } from "esbuild";
-await build({ entryPoints: [process.argv[1]], format: "esm", outfile: process.argv[2] });
+await build({ entryPoints: [process.argv[1]], bundle: true, format: "esm", outfile: process.argv[2] });
 """
 _GIVEN = 'import { readFileSync } from "node:fs";\nconst given = JSON.parse(readFileSync(0, "utf-8"));\n'
 

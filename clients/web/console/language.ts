@@ -13,5 +13,5 @@ export function switchLanguage(): void {
 /** What gives a phrase by its name, with what belongs in the places {0}, {1}. */
 export function phrases<Key extends string>(english: Record<Key, string>, japanese: Record<Key, string>) {
   return (key: Key, ...given: (string | number)[]): string =>
-    given.reduce<string>((said, each, n) => said.replace(`{${n}}`, String(each)), (language === "ja" ? japanese : english)[key]);
+    given.reduce<string>((said, each, n) => said.replace(`{${n}}`, () => String(each)), (language === "ja" ? japanese : english)[key]);
 }

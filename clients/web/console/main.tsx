@@ -3,6 +3,7 @@ import { render } from "preact";
 import { translated } from "../connection/trouble_words";
 import { canHear, Voices } from "../sound/voices";
 import { Lines } from "./chat";
+import { EventList, Events } from "./events";
 import { Goes, Troubles } from "./goes";
 import { History } from "./history";
 import { Labels } from "./labels";
@@ -14,7 +15,6 @@ import { Room } from "./room";
 import { Travel } from "./travel";
 import { text } from "./words";
 import {
-  type Captions,
   type Curve,
   decodeAll,
   type Force,
@@ -80,6 +80,7 @@ const page: {
   lines: [],
 };
 const history = new History();
+const events = new Events();
 let joints: Joints | null = null;
 let view = "round";
 let later = 0;
@@ -121,6 +122,7 @@ function showPanel(): void {
           <Lines lines={lines} people={table?.people ?? []} label={panelText("chatAbout")} />
         </section>
       )}
+      <EventList events={events} />
       {numbers && <Goes numbers={numbers} history={history} />}
     </>,
     element("panel"),
@@ -146,6 +148,7 @@ function hear(words: Words): void {
     document.title = `${words.log ?? words.conference} – VISTEL`;
     element("conference").textContent = words.log ?? words.conference;
     travel.hello(words);
+    events.begin();
     if (!words.beside) room?.receiveBeside(null);
     showSound();
   } else if (words.kind === "joints") {
@@ -153,6 +156,7 @@ function hear(words: Words): void {
     room?.begin(words);
   } else if (words.kind === "table") {
     page.table = words;
+    if (!travel.seesLog) events.receiveTable(words);
     room?.receiveTable(words);
     if (looking) showViews(view);
   } else if (words.kind === "ink") {
@@ -164,17 +168,22 @@ function hear(words: Words): void {
     room?.receiveForces(words);
   } else if (words.kind === "held") {
     page.held = words;
+    events.receiveHeld(words);
     if (room) room.held = words;
   } else if (words.kind === "signals") {
     page.signals = words;
+    if (!travel.seesLog) events.receiveSignals(words);
     if (room) room.signals = words;
   } else if (words.kind === "chat") {
     page.lines = words.lines;
   } else if (words.kind === "numbers") {
     page.numbers = words;
     history.add(words);
+    if (!travel.seesLog) events.receiveNumbers(words);
     const pictures = room ? panelText("picturesHere", room.picturesPerS.toFixed(0)) : panelText("tablesOnly");
     element("state").textContent = panelText("both", pictures, panelText(words.viewers === 1 ? "viewer" : "viewers", words.viewers));
+  } else if (words.kind === "captions") {
+    if (!travel.seesLog) events.receiveCaptions(words.captions);
   } else if (words.kind === "beside") {
     if (words.said.kind === "table") room?.receiveBeside(words.said);
   } else if (!isOfGuests(words)) {
@@ -184,8 +193,8 @@ function hear(words: Words): void {
 }
 
 /** What is said to the pages of guests alone. */
-function isOfGuests(words: Words): words is Invited | Shown | Time | Private | Captions {
-  return ["invited", "shown", "time", "private", "captions"].includes(words.kind);
+function isOfGuests(words: Words): words is Invited | Shown | Time | Private {
+  return ["invited", "shown", "time", "private"].includes(words.kind);
 }
 
 function see(data: ArrayBuffer): void {

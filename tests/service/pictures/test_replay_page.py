@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 from browser import Page, page
 from numpy.typing import NDArray
-from vistel.v1.geometry_pb2 import Vec3
 from waiting import until
 
 import vistel.log
@@ -32,6 +31,7 @@ from vistel.render.figures.people import files_of, load_avatar_of
 from vistel.render.film.film import instants, records_of
 from vistel.render.pressed_skin import PressedFigure
 from vistel.render.stage.stage import Instant
+from vistel.v1.geometry_pb2 import Vec3
 from vistel.v1.world_pb2 import HandForce
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
