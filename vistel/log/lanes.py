@@ -15,6 +15,7 @@ from vistel.figure.skeleton import JOINT_INDEX
 from vistel.log import Log
 from vistel.log.intervals import Intervals
 from vistel.log.numbers import skeleton_of
+from vistel.messages.commands import command_text
 from vistel.messages.postures import posture_of
 from vistel.render.room_gltf import FURNITURE
 from vistel.v1.device_pb2 import DeviceStatus
@@ -163,11 +164,6 @@ class Lanes:
 
     def _bin(self, t: float) -> int:
         return min(self._bins - 1, max(0, int(t / self._end * self._bins)))
-
-
-def command_text(message: Any) -> str:
-    """What a command asks, in the words of its message: "move_thing"."""
-    return (message.WhichOneof("action") or "command").replace("_", " ") if message.DESCRIPTOR.oneofs else "command"
 
 
 def _spans(found: Intervals[str], end: float) -> list[list[Any]]:

@@ -18,6 +18,11 @@ def message_of(action: Action, id: str, participant: str) -> pb.Command:
     return out
 
 
+def command_text(message: pb.Command) -> str:
+    """What a command asks, in the words of its message: "move thing"."""
+    return (message.WhichOneof("action") or "command").replace("_", " ")
+
+
 def write_action(action: Action, out: Message) -> None:
     """Make a `Command` ask for an action."""
     name = next(each.name for each in COMMANDS.values() if each.action is type(action))

@@ -1,6 +1,6 @@
 // What has happened in the room since the page was opened, the newest first: who came and went, what was taken and said, what broke.
 import { panelText } from "./panel_words";
-import type { Caption, Held, Numbers, Signals, Table } from "./wire";
+import type { Answers, Caption, Held, Numbers, Signals, Table } from "./wire";
 
 const KEPT = 100;
 
@@ -18,6 +18,7 @@ export class Events {
   private held: Grasp[] = [];
   private raised: string[] | null = null;
   private states: Map<string, string> | null = null;
+  private answered: Set<string> | null = null; // by participant and command
   private readonly troubles = new Set<string>();
   private readonly heard = new Set<string>(); // captions that are still shown
 
@@ -27,7 +28,7 @@ export class Events {
   /** Another room is seen: what is there at first has not just happened. */
   begin(): void {
     this.kept.length = this.held.length = 0;
-    this.table = this.raised = this.states = null;
+    this.table = this.raised = this.states = this.answered = null;
     this.troubles.clear();
     this.heard.clear();
   }
@@ -64,6 +65,13 @@ export class Events {
     });
     this.heard.clear();
     for (const key of keys) this.heard.add(key);
+  }
+
+  receiveAnswers({ answers }: Answers): void {
+    const known = this.answered;
+    this.answered = new Set(answers.map(({ who, id }) => `${who} ${id}`));
+    for (const { who, id, text, done, reason } of known ? answers : [])
+      if (!known!.has(`${who} ${id}`)) this.add(() => panelText(done ? "done" : "refused", this.person(who), text, reason), !done);
   }
 
   receiveNumbers({ devices, troubles }: Numbers): void {

@@ -182,6 +182,8 @@ function hear(words: Words): void {
     if (!travel.seesLog) events.receiveNumbers(words);
     const pictures = room ? panelText("picturesHere", room.picturesPerS.toFixed(0)) : panelText("tablesOnly");
     element("state").textContent = panelText("both", pictures, panelText(words.viewers === 1 ? "viewer" : "viewers", words.viewers));
+  } else if (words.kind === "answers") {
+    if (!travel.seesLog) events.receiveAnswers(words);
   } else if (words.kind === "captions") {
     if (!travel.seesLog) events.receiveCaptions(words.captions);
   } else if (words.kind === "beside") {

@@ -229,11 +229,16 @@ export interface Caption {
   mark: string;
   reply: string;
 }
+/** To commands (vistel/session/told_commands.py). */
+export interface Answers {
+  kind: "answers";
+  answers: { id: string; who: string; text: string; done: boolean; reason: string }[]; // the oldest first
+}
 export interface Captions {
   kind: "captions";
   captions: Caption[]; // the oldest first
 }
-export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin | Forces;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin | Forces | Answers;
 
 export interface PersonFrame {
   who: number;

@@ -27,6 +27,7 @@ from vistel.session.felt_forces import FeltForces
 from vistel.session.models import RoomDeliveries
 from vistel.session.room_words import held_words, signal_words
 from vistel.session.screens import ForwardedScreens
+from vistel.session.told_commands import ToldCommands
 from vistel.session.written import WrittenWords, face_rows
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
@@ -67,6 +68,7 @@ class Feed:
         self._models = dict[str, Polymesh]()
         self._furniture = RoomDeliveries(bus, clock, self._models)
         self._assets = Assets(conference, self._parcel, self._models, self._changed)
+        self._commands = ToldCommands(bus)
         self._skin, self._forces = PressedSkin(self._assets.pressed), FeltForces(bus, crowd=conference.crowd)
         self._faces: dict[str, Countenance] = {}
         self.received = Counter[str]()
@@ -128,7 +130,7 @@ class Feed:
         """Receive no more."""
         for part in (self._about, self._said, self._sound, self._near, self._motion, self._world):
             part.close()
-        for part in (self._avatars, self._furniture, self._assets, self.screens, self._forces):
+        for part in (self._avatars, self._furniture, self._assets, self.screens, self._forces, self._commands):
             part.close()
 
     def _take(self) -> None:
@@ -181,6 +183,7 @@ class Feed:
             ("held", held_words(now.world.grasps, touching)),
             ("signals", signal_words(now.world.signals)),
             ("captions", caption_words(now.captions)),
+            ("answers", self._commands.words()),
             ("skin", self._skin.words(now)),
             ("forces", self._forces.words(now.now_ns, {p.about.name: p.timing.delay_ns for p in now.people})),
         ):

@@ -15,6 +15,7 @@ const kinds = { table: "receiveTable", held: "receiveHeld", signals: "receiveSig
 for (const words of given) {
   if (words === "begin") events.begin();
   else if (words.kind === "captions") events.receiveCaptions(words.captions);
+  else if (words.kind === "answers") events.receiveAnswers(words);
   else events[kinds[words.kind]](words);
 }
 console.log(JSON.stringify(events.lines.map(({ text, bad }) => [text, bad])));
@@ -64,6 +65,12 @@ def test_commands_and_their_answers_are_listed_once_and_hands_as_they_go_up(said
         "Ann: “take the baton” → done",
         "Ann: “take the baton”",
     ]
+
+
+def test_commands_that_were_done_and_refused_are_listed_once(said: Any) -> None:
+    rows = [{"id": str(n), "who": "ann", "text": "move thing", "done": not n, "reason": "no ball" * n} for n in range(2)]
+    told = [table("Ann"), *[{"kind": "answers", "answers": rows[:count]} for count in (0, 1, 1, 2)]]
+    assert said(told) == [["Ann: move thing, refused: no ball", True], ["Ann: move thing, done", False]]
 
 
 def test_another_room_begins_with_an_empty_list(said: Any) -> None:
