@@ -34,7 +34,7 @@ class ToldCommands:
         for sample in self._results.take():
             result: CommandResult = sample.message
             key = sample.names["participant"], result.id
-            row = {"id": result.id, "who": key[0], "text": self._asked.pop(key, "")}
+            row: dict[str, object] = {"id": result.id, "who": key[0], "text": self._asked.pop(key, "")}
             done = result.outcome == CommandResult.OUTCOME_DONE
             self._answered.setdefault(key, row | {"done": done, "reason": result.reason})
             while len(self._answered) > _KEPT:

@@ -15,7 +15,6 @@ from vistel.figure.face.countenance import Countenance
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.geometry.pose import Pose
-from vistel.render.assets import Assets
 from vistel.render.config import live_delay
 from vistel.render.frames import header, joints_told, person_row, thing_rows
 from vistel.render.pressed_skin import PressedSkin
@@ -37,6 +36,7 @@ from vistel.wire.clock import Clock
 from vistel.wire.motion.interest import ChosenSubscriptions, MotionSubscriptions, nearest
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
+from vistel_services.console.assets import Assets
 from vistel_services.deliveries.avatars import Deliveries
 
 _CHOOSE_NS = 500_000_000
@@ -69,7 +69,7 @@ class Feed:
         self._furniture = RoomDeliveries(bus, clock, self._models)
         self._assets = Assets(conference, self._parcel, self._models, self._changed)
         self._commands = ToldCommands(bus)
-        self._skin, self._forces = PressedSkin(self._assets.pressed), FeltForces(bus, crowd=conference.crowd)
+        self._skin, self._forces = PressedSkin(self._assets.pressed), FeltForces(bus, crowd=bool(conference.crowd))
         self._faces: dict[str, Countenance] = {}
         self.received = Counter[str]()
         """Motions of each participant since the beginning."""

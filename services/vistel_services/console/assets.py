@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import asyncio
-import logging
-from collections.abc import Callable, Container, Hashable, Iterable, Mapping
-from concurrent.futures import Future, ThreadPoolExecutor
-from typing import Generic, TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 
 from vistel.conference.model import Conference
 from vistel.render.glb_files import Figure, GlbFiles
 from vistel.render.pressed_skin import PressedFigure
 from vistel.render.stage.stage import ParticipantInfo
+from vistel.session.made_in_thread import MadeInThread
 from vistel.space.files.model import Polymesh
 from vistel.space.things.things import Thing
-from vistel.wire import background
-
-log = logging.getLogger("vistel.console")
-T = TypeVar("T")
 
 _ROOM = "room"
 
@@ -32,9 +26,9 @@ class Assets:
         """parcel, models: as of `GlbFiles`."""
         self._files, self._models = GlbFiles(conference, parcel, models), models
         self._makers = [ThreadPoolExecutor(1, thread_name_prefix=name) for name in ("figures", "things")]
-        self._figures = _Made[Figure](self._makers[0], changed)
-        self._others = _Made[str](self._makers[1], changed)
-        self._pressed = _Made[PressedFigure](self._makers[0], lambda: None)
+        self._figures = MadeInThread[Figure](self._makers[0], changed)
+        self._others = MadeInThread[str](self._makers[1], changed)
+        self._pressed = MadeInThread[PressedFigure](self._makers[0], lambda: None)
 
     def figure(self, about: ParticipantInfo) -> Figure | None:
         """Somebody's figure; None while it is being made, and where there is none."""
@@ -81,33 +75,3 @@ class Assets:
 
 def _key(about: ParticipantInfo) -> str:
     return f"{about.avatar} {about.name} {about.height:.4f} {about.parcel}"
-
-
-class _Made(Generic[T]):
-    """What is made in a thread, by key. What cannot be made is logged once and stays None."""
-
-    def __init__(self, maker: ThreadPoolExecutor, changed: Callable[[], None]) -> None:
-        self._maker, self._changed = maker, changed
-        self._made: dict[Hashable, T | None] = {}
-
-    def forget_but(self, keys: Container[Hashable]) -> list[T]:
-        """What was made for other keys."""
-        gone = [key for key in self._made if key not in keys]
-        return [made for key in gone if (made := self._made.pop(key)) is not None]
-
-    def get(self, key: Hashable, make: Callable[[], T]) -> T | None:
-        if key not in self._made:
-            self._made[key] = None
-            # Handed over at once: the maker may be closed before the task begins.
-            background.start(self._keep(key, self._maker.submit(make)), "asset")
-        return self._made[key]
-
-    async def _keep(self, key: Hashable, making: Future[T]) -> None:
-        try:
-            made = await asyncio.wrap_future(making)
-        except (ValueError, OSError) as fault:
-            log.error("event=asset_not_made what=%s reason=%r", getattr(key, "id", key), str(fault))
-            return
-        if key in self._made:
-            self._made[key] = made
-        self._changed()
