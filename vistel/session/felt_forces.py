@@ -25,7 +25,8 @@ class FeltForces:
     def __init__(self, bus: Bus, *, crowd: bool) -> None:
         self._felt = None if crowd else bus.subscribe(BY_NAME["hand_force"], queue_all=True, polled=True)
         self._hands: dict[tuple[str, bool], deque[HandForce]] = {}
-        self._period = self._now_ns = -1
+        self._period = -1
+        self._now_ns: int = -1
         self._words = _words([])
 
     def begin_again(self) -> None:
