@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
-from collections.abc import AsyncIterator
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +11,7 @@ import aiohttp
 import numpy as np
 import pytest
 from browser import page
+from served_log import MEETING, SOFTWARE_GL, run, served
 from waiting import until
 
 import vistel.log
@@ -24,33 +22,9 @@ from vistel.log.numbers import skeleton_of
 from vistel.log.playhead import Playhead
 from vistel.render.film.film import instants, records_of
 from vistel.render.stage.stage import Instant
-from vistel.wire import background
-from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogReader, LogWriter
 from vistel_services.console import bundle, player
-from vistel_services.console.replays import MOST_REPLAYS, Replays
-from vistel_services.console.service import POLICY, SERVED
-from vistel_services.serving.address import PageAddress
-from vistel_services.serving.pages import PageFiles
-from vistel_services.serving.server import open_server
-
-MEETING = Path(__file__).parents[2] / "replay" / "meeting.mcap"
-SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
-
-
-@contextlib.asynccontextmanager
-async def served(log: Path, beside: Path | None = None) -> AsyncIterator[str]:
-    """The address of the page of a log, with another one beside it."""
-    clock = SystemClock()
-    conference = Conference.model_validate(LogReader(MEETING).conference)
-    replays = Replays(conference, lambda: log if log.exists() else None, clock, beside)
-    files = PageFiles("replay", bundle.FOLDER, SERVED, POLICY)
-    handlers = {"/live": replays.watch, "/export": replays.export, "/asset/{digest}.glb": replays.asset}
-    server = await open_server("replay", files, PageAddress("127.0.0.1", 0), handlers, clock, datetime.now(UTC))
-    try:
-        yield server.address.url
-    finally:
-        await server.close()
+from vistel_services.console.replays import MOST_REPLAYS
 
 
 async def heard(live: aiohttp.ClientWebSocketResponse, kind: str, such: Any = lambda words: True) -> dict[str, Any]:
@@ -59,10 +33,6 @@ async def heard(live: aiohttp.ClientWebSocketResponse, kind: str, such: Any = la
             if said.type is aiohttp.WSMsgType.TEXT and (words := json.loads(said.data))["kind"] == kind and such(words):
                 return words
     raise AssertionError(f"no {kind}")
-
-
-def run(test: Any) -> None:
-    asyncio.run(background.as_service("test", test))
 
 
 def test_a_viewer_goes_to_any_moment_and_misbehaving_changes_nothing() -> None:
