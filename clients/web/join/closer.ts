@@ -5,7 +5,6 @@ import type { Room } from "../console/room";
 
 const KEY = "L";
 const BEFORE_M = 0.02; // the picture ends so far beyond its edges
-const ASIDE = 0.5; // from the picture's middle (-1 to 1): what is farther aside is not meant by the key
 
 export class Closer {
   private thing: string | null = null;
@@ -27,17 +26,18 @@ export class Closer {
     return true;
   }
 
-  /** Whether a key brought another view: L looks at what is nearest to the picture's middle, L and Escape go back. */
+  /** Whether a key brought another view: L looks at what is nearest to where the guest looks, also where that is beside the picture; L
+   * and Escape go back. */
   press(key: string): boolean {
     if (key === "Escape" || (key.toUpperCase() === KEY && this.at)) return this.back();
     if (key.toUpperCase() !== KEY) return false;
-    let nearest = ASIDE;
+    const { camera } = this.room;
+    const ahead = camera.getWorldDirection(new Vector3());
+    let most = -Infinity;
     for (const [id, { about, node }] of this.room.things) {
       if (!about.front || !node.visible) continue;
-      const { centre } = frontInRoom(about.front, node);
-      const { x, y, z } = centre.project(this.room.camera);
-      const aside = Math.max(Math.abs(x), Math.abs(y));
-      if (z < 1 && aside < nearest) [nearest, this.thing] = [aside, id];
+      const towards = frontInRoom(about.front, node).centre.sub(camera.position).normalize().dot(ahead);
+      if (towards > most) [most, this.thing] = [towards, id];
     }
     return this.thing !== null;
   }
