@@ -47,6 +47,7 @@ class GuestRoom:
         self.paths = RunPaths(folder, folder)
         self.network, self.clock = MemoryNetwork(), SystemClock()
         self.address = ""
+        self._servers: list[Any] = []
         watching = self.network.bus("c", "hub", self.clock)
         self._about = watching.subscribe(BY_NAME["participant"], polled=True)
         self._motion = watching.subscribe(BY_NAME["motion"], queue_all=True, polled=True)
@@ -89,8 +90,7 @@ class GuestRoom:
     @contextlib.asynccontextmanager
     async def serving(self, monkeypatch: pytest.MonkeyPatch) -> AsyncIterator[GuestRoom]:
         """Its services run."""
-        opened: list[Any] = []
-        real = service.open_server
+        opened, real = self._servers, service.open_server
 
         async def open_server(*given: Any) -> Any:
             opened.append(await real(*given))
@@ -114,6 +114,12 @@ class GuestRoom:
                 for task in tasks:
                     task.cancel()
                 await asyncio.gather(*tasks, return_exceptions=True)
+
+    def cut(self) -> None:
+        """Break every connection to the console, as a network that goes does."""
+        for connection in self._servers[0]._runner.server.connections:
+            if connection.transport is not None:
+                connection.transport.abort()
 
     @contextlib.asynccontextmanager
     async def led(self) -> AsyncIterator[asyncio.Task[None]]:

@@ -24,7 +24,7 @@ from vistel.capture.pointer import PointerCapture
 from vistel.figure.posture.channel import minimum_jerk
 from vistel.figure.posture.hands import RELAXED
 from vistel.figure.posture.limits import FINGER_LIMITS, within_limits
-from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, Posture, Stance, pose_joints
+from vistel.figure.posture.posture import ELBOW, SHOULDER, WRIST, JointPose, Posture, Stance, pose_joints
 from vistel.figure.posture.sensors import RECEIVERS, Mount, receiver_mounts, receiver_poses
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton, standard_skeleton
 from vistel.geometry.rotation import matrix_from_quaternion, matrix_from_rotvec, quaternion_from_matrix
@@ -51,6 +51,7 @@ GUEST_M = 1.71
 STANDS_M = 0.12
 """How far below the eyes a webcam stands."""
 _SIDES = ("left", "right")
+_HERE = Stance(np.zeros(3), 0.0)
 _SEATED = np.zeros(25)
 _SEATED[:2] = 0.1, 1.6
 for _side, _sign in (("left", 1.0), ("right", -1.0)):
@@ -121,10 +122,10 @@ def _signalling(kind: str, rest: Posture, right: int, rng: np.random.Generator) 
     return within_limits(replace(rest, dofs=dofs, hands=hands))
 
 
-def _holds(kind: str, skeleton: Skeleton, posture: Posture) -> tuple[bool, bool]:
-    """Whether each hand is held as the rule asks."""
+def _holds(kind: str, skeleton: Skeleton, posture: Posture, going_on: bool = False) -> tuple[bool, bool]:
+    """Whether each hand is held as the rule asks; going_on: whether it has been."""
     position = pose_joints(skeleton, posture).position
-    return hands_above(skeleton, position) if kind == UP else thumbs_up(posture.hands, position)
+    return hands_above(skeleton, position) if kind == UP else thumbs_up(posture.hands, position, going_on)
 
 
 def by_trackers(trial: Trial, rng: np.random.Generator) -> Seen:
@@ -166,13 +167,9 @@ def _record(station: int, t_ns: int, p: F64, q: F64, rng: np.random.Generator) -
 
 def by_webcam(trial: Trial, rng: np.random.Generator) -> Seen:
     """Landmarks of a camera on a screen before them, thirty a second; the figure is a guest's."""
-    here = Stance(np.zeros(3), 0.0)
     build = build_of(GUEST_M, 1.0)
-    guest, decoder = PointerCapture("who", build, here), CameraBodyDecoder("camera")
-    own = [pose_joints(trial.skeleton, replace(p, stance=here)) for p in trial.postures]
-    eyes = own[0].position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]].mean(axis=0)
-    place = eyes + np.array((0.0, -STANDS_M, rng.uniform(0.7, 1.2)))
-    camera = SimulatedCamera(place, noise=PICTURE, depth_noise=DEPTH_M, seed=int(rng.integers(2**31)))
+    guest, decoder = PointerCapture("who", build, _HERE), CameraBodyDecoder("camera")
+    own, camera = _before_camera(trial, rng)
     calibrating = round(CALIBRATED_S * RATE_HZ)
     out: list[tuple[Skeleton, Posture]] = []
     for n in range(-calibrating, len(own)):
@@ -187,26 +184,48 @@ def by_webcam(trial: Trial, rng: np.random.Generator) -> Seen:
     return out
 
 
+def _before_camera(trial: Trial, rng: np.random.Generator) -> tuple[list[JointPose], SimulatedCamera]:
+    """The person's joints at each step in the seat's frame, and the camera."""
+    own = [pose_joints(trial.skeleton, replace(p, stance=_HERE)) for p in trial.postures]
+    eyes = own[0].position[[JOINT_INDEX["left_eye"], JOINT_INDEX["right_eye"]]].mean(axis=0)
+    place = eyes + np.array((0.0, -STANDS_M, rng.uniform(0.7, 1.2)))
+    return own, SimulatedCamera(place, noise=PICTURE, depth_noise=DEPTH_M, seed=int(rng.integers(2**31)))
+
+
+def in_picture(trial: Trial, rng: np.random.Generator) -> bool:
+    """Whether the camera of `by_webcam` ever sees the hand while it signals. No rule finds a signal that is beside the picture."""
+    own, camera = _before_camera(trial, rng)
+    return any(camera.sees_hand(joints, _SIDES[trial.right]) for joints in own[trial.begins : trial.ends : EVERY])
+
+
 def delay_s(trial: Trial, seen: Seen) -> float | None:
     """From when a signal is truly held to when it counts; None where it does not while it is held."""
     held: list[bool] = []
     for skeleton, posture in seen[::EVERY]:
-        left, right = _holds(trial.kind, skeleton, posture)
+        left, right = _holds(trial.kind, skeleton, posture, bool(held and held[-1]))
         held.append(left != right if trial.kind == UP else left or right)
     counts = [n * EVERY for n in signals_in(held, trial.kind)]
     return next(((n - trial.begins) / RATE_HZ for n in counts if trial.begins <= n < trial.ends), None)
 
 
-def line(kind: str, name: str, device: Device, count: int, seed: int) -> str:
-    """What came of so many signals."""
-    delays = [
-        delay_s(trial, device(trial, np.random.default_rng((seed, n, 1)))) for n, trial in enumerate(trials(kind, count, seed))
-    ]
-    found = [d for d in delays if d is not None]
+def lines(kind: str, name: str, device: Device, count: int, seed: int) -> Iterator[str]:
+    """What came of so many signals; of a webcam, and of those that are in its picture."""
+    delays, there = list[float | None](), list[bool]()
+    for n, trial in enumerate(trials(kind, count, seed)):
+        delays.append(delay_s(trial, device(trial, np.random.default_rng((seed, n, 1)))))
+        if device is by_webcam:
+            there.append(in_picture(trial, np.random.default_rng((seed, n, 1))))
+    yield _line(kind, name, delays)
+    if there:
+        yield _line(kind, f"{name}, in its picture", [d for d, seen in zip(delays, there, strict=True) if seen])
+
+
+def _line(kind: str, name: str, delays: Sequence[float | None]) -> str:
+    found, count = [d for d in delays if d is not None], len(delays)
     missed = count - len(found)
     low, high = wilson(missed, count)
     late = f"seen after {np.median(found):.2f} s, nine in ten by {np.percentile(found, 90):.2f} s" if found else "none seen"
-    return f"{kind:6} {name:24} missed {missed} of {count} ({100 * missed / count:.1f} %, {low:.1f} to {high:.1f}), {late}"
+    return f"{kind:6} {name:26} missed {missed} of {count} ({100 * missed / count:.1f} %, {low:.1f} to {high:.1f}), {late}"
 
 
 def main() -> None:
@@ -218,7 +237,8 @@ def main() -> None:
     for kind in (UP, THUMB):
         print(f"{kind}: asked for {STEPS[kind] / RATE_HZ:g} s")
         for name, device in (("trackers and gloves", by_trackers), ("webcam", by_webcam)):
-            print(line(kind, name, device, asked.count, asked.seed), flush=True)
+            for line in lines(kind, name, device, asked.count, asked.seed):
+                print(line, flush=True)
 
 
 if __name__ == "__main__":

@@ -22,6 +22,7 @@ from vistel.figure.posture.posture import JointPose, Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.protocol.pages.camera_body import Seen, camera_record
 from vistel.protocol.pages.pointer import Pointed, posture_record
+from vistel.session.screens import FORMAT as SCREENS
 from vistel.wire.clock import Clock, SystemClock
 from vistel_sim.pages.camera_body import SimulatedCamera
 
@@ -35,7 +36,8 @@ _BEGUN_S = 4.0
 
 class LightGuest:
     """One guest in the room; made by `entered`. socket: of their page; sent, bytes: of records by their kinds; refused: reasons, of
-    what they asked for and did not get; panels: how many they have put up."""
+    what they asked for and did not get; panels: how many they have put up; sees: told every picture of what others show live, as it
+    travels (`vistel.session.screens`)."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self.socket = socket
@@ -43,6 +45,7 @@ class LightGuest:
         self.frames = 0
         self.refused: list[str] = []
         self.panels = 0
+        self.sees: Callable[[bytes], object] = lambda _: None
 
     async def send(self, kind: str, record: bytes) -> None:
         """Send a record, and count it."""
@@ -56,6 +59,8 @@ class LightGuest:
             if said.type is aiohttp.WSMsgType.BINARY and said.data[0] == 1:
                 rotations(said.data)
                 self.frames += 1
+            elif said.type is aiohttp.WSMsgType.BINARY and said.data[0] == SCREENS:
+                self.sees(said.data)
             elif said.type is aiohttp.WSMsgType.TEXT and (words := said.json())["kind"] == "shown":
                 self.panels = words["panels"]
                 self.refused += [] if words["done"] else [words["reason"]]

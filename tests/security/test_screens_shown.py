@@ -208,7 +208,9 @@ def test_the_panel_goes_with_the_guest(tmp_path: Path, monkeypatch: pytest.Monke
                     await until(lambda: not panels(other), "the panel has gone")
                     with contextlib.suppress(ConnectionError):
                         await socket.send_bytes(record(1))
-                    assert (await ended(socket))[0] == gateway.MISBEHAVED
+                    assert await ended(socket) == (gateway.REFUSED, ""), (
+                        "without a word, which would end what the page shows when it is back"
+                    )
 
     asyncio.run(play())
 

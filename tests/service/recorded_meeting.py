@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from world_site import WorldSite
 
@@ -24,13 +26,16 @@ def record(folder: Path, seconds: float = 3.0) -> Path:
             await site.play(seconds, from_s=2.2)
         return site
 
-    site = asyncio.run(played())
+    return written(asyncio.run(played()).log, folder / "conference.mcap")
+
+
+def written(log: Iterable[tuple[str, dict[str, str], Any, int]], file: Path) -> Path:
+    """Write what `WorldSite.log` has into a log."""
     text = DEMO_FILE.read_text("utf-8")
     for name, here in PEOPLE.items():
         text = text.replace(f'"{name}"', f'"{here}"')
-    file = folder / "conference.mcap"
     with LogWriter(file, text) as writer:
-        for topic, names, message, log_ns in site.log:
+        for topic, names, message, log_ns in log:
             key = BY_NAME[topic].key.format(**{"conference": "demo", "site": "tokyo", **names})
             writer.write(BY_NAME[topic], key, message, log_ns)
     return file

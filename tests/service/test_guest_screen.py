@@ -1,18 +1,24 @@
-"""A guest shows a tab of their browser live, in a real Chromium; its moving colours are read on the panel in others' pictures."""
+"""A guest shows a tab of their browser or their camera live, in a real Chromium: others see it move, until it ends in any way."""
 
 from __future__ import annotations
 
 import asyncio
+import contextlib
+from collections.abc import AsyncIterator
 from pathlib import Path
+from typing import Any
 
+import cv2
 import numpy as np
 import pytest
-from browser import page
+from browser import Page, page
 from guest_room import GuestRoom, at_the_door
+from screen_stream import plain
 from waiting import until
 
+from vistel.render.stage.screens import DecodedScreens
 from vistel.wire.topics import BY_NAME
-from vistel_services.console import bundle
+from vistel_services.console import bundle, guests
 
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 RED, BLUE = (200, 30, 40), (30, 60, 200)
@@ -75,5 +81,99 @@ def test_a_guest_shows_a_tab_others_see_it_move_and_it_goes(monkeypatch: pytest.
             picture = await console.picture()
             assert max(share(picture, RED), share(picture, BLUE)) < 0.01
             assert not [m for m in tab.messages + console.messages if "Error" in m], tab.messages + console.messages
+
+    asyncio.run(visit())
+
+
+class Watcher:
+    """What another site decodes of what Ann shows. streams: their numbers so far."""
+
+    def __init__(self, room: GuestRoom) -> None:
+        self._parts = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["screen"], queue_all=True, polled=True)
+        self._decoded = DecodedScreens()
+        self.streams: list[int] = []
+
+    def seen(self) -> str:
+        """The colour that is seen, by its strongest part; empty: nothing has come yet."""
+        for sample in self._parts.take():
+            if sample.message.stream not in self.streams:
+                self.streams.append(sample.message.stream)
+            self._decoded.receive("guest-1", sample.message, 0)
+        self._decoded.settle()
+        shown = self._decoded.shown(0).get("guest-1")
+        return ("red", "green", "blue")[int(shown.rgb.mean(axis=(0, 1)).argmax())] if shown is not None else ""
+
+
+@contextlib.asynccontextmanager
+async def entered(folder: Path, patch: pytest.MonkeyPatch, *more: str) -> AsyncIterator[tuple[Page, GuestRoom, Watcher]]:
+    """Ann in the room; more: arguments of her browser."""
+    if not all((bundle.FOLDER / name).is_file() for name in (bundle.GUEST_BUNDLE, bundle.OF_SCREEN)):
+        pytest.skip("the page for guests has not been made (make web)")
+    patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
+    async with page(folder, *SOFTWARE_GL, *more) as tab, GuestRoom(folder).serving(patch) as room, room.led():
+        yield tab, room, Watcher(room)
+
+
+async def enter(tab: Page, room: GuestRoom, token: str = "") -> None:
+    await at_the_door(tab, room, token or room.invited(), 480, 320)
+    await tab.click(".people button[aria-current=true]")
+    await tab.until("window.guest.me() === 'guest-1'")
+    await tab.click("#add summary")
+
+
+@pytest.mark.slow
+def test_others_see_a_guests_camera_until_the_guest_stops_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    film, (done, data) = tmp_path / "film.mjpeg", cv2.imencode(".jpg", plain(BLUE, 640, 480)[:, :, ::-1])
+    assert done
+    film.write_bytes(data.tobytes() * 60)
+    camera = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream", f"--use-file-for-fake-video-capture={film}")
+
+    async def visit() -> None:
+        async with entered(tmp_path, monkeypatch, *camera) as (tab, room, watcher):
+            await enter(tab, room)
+            await tab.click("#share-camera")
+            await until(lambda: watcher.seen() == "blue", "the camera's picture")
+            assert await tab.value("window.guest.camera.state") != "on", "it is shown, and not what leads the figure"
+            await tab.click("#share-end")
+            await tab.until("!document.querySelector('#share-end')")
+            await tab.until("window.guest.screens('guest-1') === 0")
+
+    asyncio.run(visit())
+
+
+@pytest.mark.slow
+def test_what_is_shown_comes_back_with_the_connection_and_ends_with_the_browsers_own_button(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    closed, real = [], guests._close
+
+    async def close(connection: Any, code: int, reason: str) -> None:
+        closed.append(code)
+        await real(connection, code, reason)
+
+    monkeypatch.setattr(guests, "_close", close)
+
+    async def visit() -> None:
+        async with entered(tmp_path, monkeypatch, CAPTURING) as (tab, room, watcher):
+            other = (await tab.call("Target.createTarget", url=SHOWN, newWindow=True))["targetId"]
+            token = room.invited()
+            await enter(tab, room, token)
+            await tab.click("#share-screen")
+            await until(watcher.seen, "a picture")
+            for times in (2, 3):
+                room.cut()
+                if times == 3:  # as where the console does not know yet that the connection before is gone
+                    async with room.opened(token) as before:
+                        await before.told("invited")
+                        await until(lambda: guests.TAKEN in closed, "the page is refused, and tries again")
+                await until(lambda times=times: watcher.seen() and len(watcher.streams) == times, "another stream")
+                await tab.until("document.querySelector('#share-told')?.innerText === 'Everybody sees it now.'")
+            await tab.until("window.guest.me() === 'guest-1'")
+            # The tab that is shown is closed: its track ends as with the browser's own "Stop sharing".
+            await tab.call("Target.closeTarget", targetId=other)
+            await tab.until("!document.querySelector('#share-end')")
+            await tab.until("window.guest.screens('guest-1') === 0")
+            assert await tab.value("document.querySelector('#share-told')") is None, "who stops it is told nothing"
+            await tab.until("Boolean(document.querySelector('#share-screen'))")
 
     asyncio.run(visit())

@@ -57,6 +57,8 @@ class Frame:
     outlines: Sequence[Outline] = ()
     captions: Sequence[Caption] = ()
     gauges: Sequence[tuple[str, bool]] = ()
+    read: Sequence[F64] = ()
+    """Corners (4, 3) of boards and panels in the room, from the lower left one round."""
 
 
 class Painter:
@@ -235,7 +237,7 @@ class Painter:
         if self._occlusion is not None:
             self._occlusion.darken(self._canvas, sight, clip, box)
         size = sight.unsqueezed(*box[2:])  # so that letters are as wide as they should be where two eyes share a screen
-        self._names.draw(frame.labels, sight.camera.position, clip, size)
+        self._names.draw(frame.labels, sight.camera.position, clip, size, frame.read)
         self._subtitles.draw(frame.captions, size)
         self._gauges.draw(frame.gauges, size)
 

@@ -228,7 +228,8 @@ class SceneRenderer:
             if self.view.names and not own:
                 head = JOINT_INDEX["head"]
                 crown = now.joints.position[head] + now.joints.rotation[head] @ cast.shape.skeleton.tip[head]
-                labels.append(LabelView(self._label(instant, person, cast), crown + np.array((0.0, 0.07, 0.0))))
+                breast = now.joints.position[JOINT_INDEX["spine_6"]]
+                labels.append(LabelView(self._label(instant, person, cast), crown + np.array((0.0, 0.07, 0.0)), breast))
         outlines, names = self._furnishing.selections(instant)
         said = [
             LabelView(c.over_things, instant.world.poses[t][0] + np.array((0.0, 0.16, 0.0)))
@@ -241,7 +242,8 @@ class SceneRenderer:
         gauges = rows_of(instant, self._rate.hertz, self._scale) if self._settings.gauges else ()
         gauges = (*gauges, *(self.interaction.rows() if self.interaction is not None else ()))
         named = [*labels, *names, *said]
-        return Frame(self._from, figures, self._furnishing.views(instant), named, outlines, instant.captions, gauges)
+        read = self._furnishing.fronts(instant)
+        return Frame(self._from, figures, self._furnishing.views(instant), named, outlines, instant.captions, gauges, read)
 
     def _pose(self, instant: Instant) -> dict[str, PosedVertices]:
         """Everybody in the posture of this instant; who touches somebody deforms."""

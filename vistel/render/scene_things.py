@@ -19,6 +19,9 @@ from vistel.render.scene_written import Written
 from vistel.render.stage.stage import Instant
 from vistel.render.things.outlines import Outline, colours_of
 from vistel.render.things.soft import Reshaped, SoftThings, is_soft
+from vistel.space.boards.board import SHAPE as BOARD
+from vistel.space.boards.board import front_of
+from vistel.space.commands.panel import SHAPE as PANEL
 from vistel.space.files.model import Polymesh
 from vistel.space.files.surfaces import SurfacePiece, pieces_of
 from vistel.space.things.tessellate import Surface3, join
@@ -110,6 +113,17 @@ class ThingsShown:
                     matrix[:3, 3] = position
                 out.append(DrawnThing(thing_id, matrix, shape is not None))
                 out += [DrawnThing(piece, matrix) for piece in self._written.pieces.get(thing_id, ())]
+        return out
+
+    def fronts(self, instant: Instant) -> list[F64]:
+        """Corners (4, 3) of boards and panels where they stand, from the lower left one round."""
+        out: list[F64] = []
+        for thing_id, (position, rotation) in instant.world.poses.items():
+            thing = self._things.get(thing_id)
+            front = front_of(thing) if thing is not None and thing.shape in (BOARD, PANEL) and thing.primitives else None
+            if front is not None:
+                way = np.array((np.zeros(3), front.across, front.across + front.up, front.up))
+                out.append((front.corner + way) @ matrix_from_quaternion(np.ascontiguousarray(rotation)).T + position)
         return out
 
     def selections(self, instant: Instant) -> tuple[list[Outline], list[LabelView]]:

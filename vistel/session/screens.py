@@ -48,6 +48,16 @@ def message_of(participant: str, picture: ScreenPicture) -> bytes:
     return head + name + codec + picture.data
 
 
+def picture_of(message: bytes) -> tuple[str, ScreenPicture]:
+    """Whose a message's picture is, and the picture, without its number. Raises ValueError for what is none."""
+    if len(message) <= _HEAD.size or message[0] != FORMAT:
+        raise ValueError("no picture of what somebody shows live")
+    _, key, named, codecs, width, height, stream, t_us = _HEAD.unpack_from(message)
+    at = _HEAD.size + named
+    name, codec = message[_HEAD.size : at].decode(), message[at : at + codecs].decode()
+    return name, ScreenPicture(stream, 0, bool(key), codec, width, height, t_us, message[at + codecs :])
+
+
 class ForwardedScreens:
     """Lives on the event loop."""
 
@@ -56,14 +66,18 @@ class ForwardedScreens:
         self._joined = defaultdict[str, JoinedScreen](JoinedScreen)
 
     def take(self) -> list[ForwardedPicture]:
-        """Pictures that have come whole since the last call."""
-        out: list[ForwardedPicture] = []
+        """Pictures that have come whole since the last call, of each stream from the newest key picture among them on: after a leap
+        in a log seconds of them come at once, more than a page would decode."""
+        out: dict[str, list[ForwardedPicture]] = {}
         for sample in self._parts.take():
             name = sample.names["participant"]
             picture = self._joined[name].take(sample.message)
-            if picture is not None:
-                out.append(ForwardedPicture(name, picture.key, message_of(name, picture)))
-        return out
+            if picture is None:
+                continue
+            if picture.key:
+                out[name] = []
+            out.setdefault(name, []).append(ForwardedPicture(name, picture.key, message_of(name, picture)))
+        return [picture for pictures in out.values() for picture in pictures]
 
     def begin_again(self) -> None:
         """Time has leapt: nothing that came before counts."""

@@ -27,8 +27,9 @@ STEPS = {UP: 60, DOWN: 30, THUMB: 30}
 """A gesture counts when it has been held for so many steps: a second, half a second, half a second."""
 CLOSED = 2.6
 """Flexion of each of the four fingers of a fist, its three joints together, at least [rad]."""
-THUMB_UP = 0.8
-"""Height of a thumb's direction, of 1, at least: within 37 degrees of upright."""
+THUMB_UP = 0.8, 0.6
+"""Height of a thumb's direction, of 1, at least: within 37 degrees of upright to begin with, and within 53 while it goes on, for
+landmarks of a camera tremble."""
 LOW = 0.4
 """Share of the way from the hips to the head above which a hand is no longer at rest in a lap or on a table."""
 STRAIGHT = 0.5
@@ -56,21 +57,22 @@ def fists_with_thumbs(hands: F64) -> tuple[bool, bool]:
     return bool(left), bool(right)
 
 
-def thumbs_up(hands: F64, position: F64) -> tuple[bool, bool]:
+def thumbs_up(hands: F64, position: F64, going_on: bool = False) -> tuple[bool, bool]:
     """Whether the left and the right hand are fists whose straight thumbs point up, higher than the lap.
-    hands: as above; position: (J, 3) joints in the room [m]."""
+    hands: as above; position: (J, 3) joints in the room [m]; going_on: whether one was at the last look."""
     fists = fists_with_thumbs(hands)
     if not any(fists):
         return fists
     low = float(position[_HIPS, 1] + LOW * (position[_HEAD, 1] - position[_HIPS, 1]))
-    left, right = (fists[n] and bool(position[_WRIST[n], 1] > low) and _points_up(position[_THUMBS[n]]) for n in (0, 1))
+    least = THUMB_UP[going_on]
+    left, right = (fists[n] and bool(position[_WRIST[n], 1] > low) and _points_up(position[_THUMBS[n]], least) for n in (0, 1))
     return left, right
 
 
-def _points_up(thumb: F64) -> bool:
-    """thumb: (2, 3) its last two joints."""
+def _points_up(thumb: F64, least: float) -> bool:
+    """thumb: (2, 3) its last two joints; least: as of THUMB_UP."""
     way = thumb[1] - thumb[0]
-    return bool(way[1] >= THUMB_UP * np.linalg.norm(way))
+    return bool(way[1] >= least * np.linalg.norm(way))
 
 
 def gestured(state: State, posed: Mapping[str, Posed]) -> State:
@@ -84,7 +86,7 @@ def gestured(state: State, posed: Mapping[str, Posed]) -> State:
     holds = {(g.participant, g.right) for g in state.grasps}
     gestures: list[Gesture] = []
     for name in sorted(posed):
-        for kind in _kinds(posed[name], name in by_gesture, holds):
+        for kind in _kinds(posed[name], name in by_gesture, holds, (name, THUMB) in before):
             now = before.get((name, kind)) or Gesture(name, kind, state.step)
             gestures.append(now)
             held = state.step - now.since
@@ -99,9 +101,9 @@ def gestured(state: State, posed: Mapping[str, Posed]) -> State:
     return state.but(signals=signals, gestures=tuple(gestures))
 
 
-def _kinds(posed: Posed, raised: bool, holds: set[tuple[str, bool]]) -> Iterable[str]:
-    """What a person does now. Two hands above the head are no signal: who stretches does so. A hand with a thing in it shows no
-    thumb."""
+def _kinds(posed: Posed, raised: bool, holds: set[tuple[str, bool]], thumb: bool) -> Iterable[str]:
+    """What a person does now; thumb: whether they held one up at the last look. Two hands above the head are no signal: who
+    stretches does so. A hand with a thing in it shows no thumb."""
     above = hands_above(posed.build.skeleton, posed.joints.position)
     if above[0] != above[1]:
         yield UP
@@ -109,7 +111,7 @@ def _kinds(posed: Posed, raised: bool, holds: set[tuple[str, bool]]) -> Iterable
         yield DOWN
     if posed.figure.posture is None:
         return
-    thumbs = thumbs_up(posed.figure.posture.hands, posed.joints.position)
+    thumbs = thumbs_up(posed.figure.posture.hands, posed.joints.position, thumb)
     if any(up and (posed.name, right) not in holds for right, up in zip((False, True), thumbs, strict=True)):
         yield THUMB
 

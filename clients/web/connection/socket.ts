@@ -7,6 +7,7 @@ const MOST_UNHEARD = 5; // looks at which nothing had come since the one before:
 const FIRST_WAIT_MS = 500;
 const MOST_WAIT_MS = 5000;
 const FINAL = 4400; // with such a code and above, there is nothing to come back to (services/vistel_services/console/guests.py)
+const TAKEN = 4409; // by another page, or by this one's connection before, of which the console does not know yet that it is gone
 const ENDED = 1001; // what the console closes with when the conference ends
 
 export interface Listener {
@@ -22,6 +23,7 @@ export class Socket {
   private unheard = 0; // looks, not time: after a halt of the machine, what has come meanwhile is taken first
   private ended = false;
   private over = false;
+  private been = false; // it was open
   private later: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
@@ -41,11 +43,11 @@ export class Socket {
     this.unheard = 0;
     socket.onmessage = (event: MessageEvent<string | ArrayBuffer>) => {
       this.unheard = 0;
-      this.wait = FIRST_WAIT_MS;
       if (typeof event.data !== "string") return this.listener.data(event.data);
       const words = JSON.parse(event.data) as Words;
+      if (words.kind === "refused" && words.code === TAKEN && this.been) return;
       if (words.kind === "hello") {
-        this.ended = false;
+        [this.ended, this.been, this.wait] = [false, true, FIRST_WAIT_MS];
         this.listener.trouble(null);
       }
       this.listener.words(words);
@@ -54,7 +56,7 @@ export class Socket {
     socket.onclose = (event) => {
       if (this.socket !== socket) return;
       this.socket = null;
-      if (event.code >= FINAL) return void (this.over = true);
+      if (event.code >= FINAL && !(event.code === TAKEN && this.been)) return void (this.over = true);
       this.ended ||= event.code === ENDED;
       this.listener.trouble(this.ended ? TROUBLE.over : TROUBLE.again);
       this.later = setTimeout(() => this.open(), this.wait);

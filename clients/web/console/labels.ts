@@ -1,10 +1,20 @@
 // Names over heads, as text of the page: they stay sharp, and screen readers find them.
-import { Vector3 } from "three";
+import { type Camera, Vector3 } from "three";
+import { frontInRoom } from "./fronts";
 import { panelText } from "./panel_words";
 import type { Room } from "./room";
 import type { Signals } from "./wire";
 
 const MARGIN_PX = 4;
+const BREAST_M = 0.62; // below the place over a head
+
+/** A rectangle of the page [px]. */
+interface Box {
+  left: number;
+  right: number;
+  top: number;
+  bottom: number;
+}
 
 /** What stands over the head of somebody who is in the room: what they say without words, their name, what they hold, and whether
  * they talk. */
@@ -45,6 +55,20 @@ function apart(shown: Shown[]): Shown[] {
   return placed;
 }
 
+/** Where boards and panels that can be read stand in the picture. */
+function readIn(room: Room, camera: Camera, width: number, height: number): Box[] {
+  const boxes: Box[] = [];
+  for (const { about, node } of room.things.values()) {
+    if (!about.front || !node.visible) continue;
+    const { centre, normal, corners } = frontInRoom(about.front, node);
+    const seen = corners.map((corner) => corner.project(camera));
+    if (normal.dot(camera.position.clone().sub(centre)) <= 0 || seen.some(({ z }) => z > 1)) continue;
+    const [xs, ys] = [seen.map(({ x }) => (0.5 + 0.5 * x) * width), seen.map(({ y }) => (0.5 - 0.5 * y) * height)];
+    boxes.push({ left: Math.min(...xs), right: Math.max(...xs), top: Math.min(...ys), bottom: Math.max(...ys) });
+  }
+  return boxes;
+}
+
 export class Labels {
   private readonly all = new Map<string, HTMLElement>();
 
@@ -63,9 +87,11 @@ export class Labels {
       this.all.delete(name);
     }
     const seen = new Vector3();
+    const read = readIn(this.room, this.room.camera, width, height);
     for (const [name, figure] of this.room.figures) {
       const label = this.all.get(name) ?? this.added(name);
-      seen.copy(figure.overHead()).project(this.room.camera);
+      const over = figure.overHead().clone();
+      seen.copy(over).project(this.room.camera);
       const hidden = name === whose || !figure.root.visible || seen.z > 1 || Math.abs(seen.x) > 1.2 || Math.abs(seen.y) > 1.3;
       label.hidden = hidden;
       if (hidden) continue;
@@ -76,9 +102,19 @@ export class Labels {
       }
       label.classList.toggle("talks", talks);
       const half = label.offsetWidth / 2 + MARGIN_PX;
-      const x = Math.min(width - half, Math.max(half, (0.5 + 0.5 * seen.x) * width));
-      const y = Math.max(label.offsetHeight + MARGIN_PX, (0.5 - 0.5 * seen.y) * height);
-      shown.push({ label, x, y, half, high: label.offsetHeight + MARGIN_PX, far: seen.z });
+      const high = label.offsetHeight + MARGIN_PX;
+      const placed = () => ({
+        x: Math.min(width - half, Math.max(half, (0.5 + 0.5 * seen.x) * width)),
+        y: Math.max(high, (0.5 - 0.5 * seen.y) * height),
+      });
+      const covers = ({ x, y }: { x: number; y: number }) =>
+        read.some((box) => x + half > box.left && x - half < box.right && y > box.top && y - high < box.bottom);
+      let at = placed();
+      if (covers(at)) {
+        seen.copy(over.setY(over.y - BREAST_M)).project(this.room.camera); // they hide what is behind them there anyway
+        at = placed();
+      }
+      shown.push({ label, ...at, half, high, far: seen.z });
     }
     for (const { label, x, y } of apart(shown)) {
       label.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px) translate(-50%, -100%)`;

@@ -1,6 +1,7 @@
 // From where the room is looked at: round it, down on the table, or through somebody's eyes.
 import { type PerspectiveCamera, Quaternion, Spherical, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { frontInRoom } from "./fronts";
 import { FIELD, type Front, overview, type Place, type View as Seen } from "./overview";
 import type { Room } from "./room";
 
@@ -96,11 +97,8 @@ export class Looking {
       return { at: placeOf(figure.overHead()), looks: placeOf(looks) };
     });
     const fronts = [...this.fronts.values()].map(({ about, node }): Front => {
-      const [corner, across, up] = about.front!.map((edge) => new Vector3(...edge)) as [Vector3, Vector3, Vector3];
-      const corners = [corner, corner.clone().add(across), corner.clone().add(across).add(up), corner.clone().add(up)];
-      node.updateMatrixWorld(true);
-      const normal = across.clone().cross(up).normalize().applyQuaternion(node.quaternion);
-      return { corners: corners.map((place) => placeOf(place.applyMatrix4(node.matrixWorld))), normal: placeOf(normal) };
+      const { corners, normal } = frontInRoom(about.front!, node);
+      return { corners: corners.map(placeOf), normal: placeOf(normal) };
     });
     return overview(heads, fronts, this.room.camera.aspect, times);
   }

@@ -286,6 +286,7 @@ const travel = new Travel(
     silent: (name) => voices.silent(name),
   },
   (sounding) => voices.leap(sounding),
+  () => room?.screens.leap(),
 );
 showSound();
 trouble.textContent = panelText("waiting");

@@ -179,6 +179,7 @@ export class Room {
     if (!this.table || frame.table !== this.table.table) return;
     const now = performance.now();
     this.newest = { tMs: frame.tMs, arrived: now };
+    this.screens.at(frame.tMs);
     this.pose(this.figures, frame, this.table, now);
     for (const thing of frame.things) {
       const about = this.table.things[thing.what];

@@ -6,7 +6,8 @@ import type { ThingRow } from "./wire";
 const HEAD_BYTES = 24;
 const SIDE = 1600; // pixels, as vistel/protocol/pages/screen_parts.py has it
 const PIXELS = 1600 * 1200; // the same
-const SILENT_MS = 6000; // without a picture for so long, nothing is shown any more
+const SILENT_MS = 6000; // of the room's time: without a picture for so long, nothing is shown any more
+const LOOK_MS = 1500; // how often that is looked after
 const MOST_WAITING = 30; // for the decoder
 const MOST_FAULTS = 10; // of a stream, without a picture between
 
@@ -44,7 +45,7 @@ class Screen {
   private decoder: VideoDecoder | null = null;
   private stream = -1n;
   private faults = 0;
-  private heardAt = 0; // of `performance` [ms]
+  private silentMs = 0; // since the last picture
 
   constructor(private readonly changed: () => void) {
     this.texture.colorSpace = SRGBColorSpace;
@@ -58,7 +59,7 @@ class Screen {
       [this.stream, this.faults] = [picture.stream, 0];
     }
     if (this.faults > MOST_FAULTS || (!this.decoder && !picture.key)) return;
-    this.heardAt = performance.now();
+    this.silentMs = 0;
     const decoder = this.decoder ?? (this.decoder = this.begin(picture.codec));
     if (decoder.decodeQueueSize > MOST_WAITING) return this.stop(); // until the next key picture
     try {
@@ -68,9 +69,14 @@ class Screen {
     }
   }
 
+  /** Time of the room has gone on. */
+  pass(ms: number): void {
+    this.silentMs += ms;
+  }
+
   /** Whether what was shown is shown no more. */
   silent(): boolean {
-    return this.shows && performance.now() - this.heardAt > SILENT_MS;
+    return this.shows && this.silentMs > SILENT_MS;
   }
 
   end(): void {
@@ -115,18 +121,31 @@ class Screen {
 export class Screens {
   private readonly screens = new Map<string, Screen>();
   private things: Map<string, { about: ThingRow; node: Group }> = new Map();
+  private tMs = 0; // of the room
 
   /** changed: what is seen is another; anisotropy: of textures, as fine as the graphics card can. */
   constructor(
     private readonly changed: () => void,
     private readonly anisotropy: () => number,
   ) {
-    if (canDecode) setInterval(() => this.look(), SILENT_MS / 4);
+    if (canDecode) setInterval(() => this.look(), LOOK_MS);
   }
 
   /** Pictures of somebody's screen that were decoded here. */
   drawn(participant: string): number {
     return this.screens.get(participant)?.drawn ?? 0;
+  }
+
+  /** The room is shown as it was then: time that passes without a picture counts where it passes in the room. */
+  at(tMs: number): void {
+    const passed = Math.min(LOOK_MS, Math.max(0, tMs - this.tMs));
+    this.tMs = tMs;
+    for (const screen of this.screens.values()) screen.pass(passed);
+  }
+
+  /** Another moment of a log will be shown: what is shown stays only where a picture of that moment comes. */
+  leap(): void {
+    for (const screen of this.screens.values()) screen.pass(Infinity);
   }
 
   receive(message: ArrayBuffer): void {

@@ -27,10 +27,11 @@ export class Travel {
 
   private last: Playhead | null = null;
 
-  /** leap: time of what is seen has leapt, or stands still, or goes on at its own speed (true). */
+  /** sound: time of what is seen has leapt, or stands still, or goes on at its own speed (true); leap: it has leapt. */
   constructor(
     private readonly listener: Listener,
-    private readonly leap: (sounding: boolean) => void,
+    private readonly sound: (sounding: boolean) => void,
+    private readonly leap: () => void,
   ) {
     const remember = () => this.remember();
     const send = (asked: Asked) => this.send(asked);
@@ -49,7 +50,8 @@ export class Travel {
   hello(words: Hello): void {
     this.ofLog = Boolean(words.log);
     this.last = null;
-    this.leap(!this.ofLog);
+    this.sound(!this.ofLog);
+    this.leap();
     document.body.classList.toggle("past", this.ofLog);
     this.section.hidden = !this.ofLog;
     if (words.log) {
@@ -77,7 +79,9 @@ export class Travel {
   private listen(head: Playhead): void {
     const sounds = (h: Playhead | null) => Boolean(h?.playing && h.speed === 1);
     const { last } = this;
-    if (sounds(head) !== sounds(last) || (sounds(head) && head.leaps !== last?.leaps)) this.leap(sounds(head));
+    const leapt = head.leaps !== last?.leaps;
+    if (sounds(head) !== sounds(last) || (sounds(head) && leapt)) this.sound(sounds(head));
+    if (leapt) this.leap();
     this.last = head;
   }
 

@@ -12,6 +12,7 @@ import { type Caption, decode, type Frame, type Invited, type Joints, type Line,
 import { Microphone } from "../sound/microphone";
 import { canHear, Voices } from "../sound/voices";
 import { Camera } from "./camera";
+import { Closer } from "./closer";
 import { Eyes } from "./eyes";
 import { GESTURES, Gestures } from "./gestures";
 import { Hand } from "./hand";
@@ -71,6 +72,7 @@ const restMs = (took: number) => (took > SLOW_MS ? Math.min(took, MOST_REST_MS) 
 const pictures = room && new Pictures(canvas, () => room.ready, (now) => draw(room, now), restMs);
 if (room) room.changed = () => pictures?.ask();
 const labels = room && new Labels(room, element("labels"));
+const closer = room && new Closer(room);
 const gestures = new Gestures();
 let joints: Joints | null = null;
 let table: Table | null = null;
@@ -357,6 +359,7 @@ function showDoes(): void {
       </Menu>
       <Menu id="help" label={text("help")}>
         <p>{text(wand.on ? "wand_hold" : "hold")}</p>
+        <p>{text("closer")}</p>
       </Menu>
     </>,
     element("does"),
@@ -379,14 +382,16 @@ function tell(): void {
   if (!person || !eyes || !hand || document.hidden) return;
   let [yaw, pitch] = [eyes.yaw - pointer.x * FOLLOWS * canvas.clientWidth * HIGH / canvas.clientHeight, eyes.pitch + pointer.y * FOLLOWS * HIGH];
   const speaks = room?.figures.get(speaker);
-  if (speaks && performance.now() - movedAt > STILL_MS) [yaw, pitch] = eyes.towards(speaks.joint("head").getWorldPosition(new Vector3()));
+  const reads = closer?.at;
+  if (reads) [yaw, pitch] = eyes.towards(reads);
+  else if (speaks && performance.now() - movedAt > STILL_MS) [yaw, pitch] = eyes.towards(speaks.joint("head").getWorldPosition(new Vector3()));
   const doing = { yaw, pitch, ...hand.led(pointer.x, pointer.y), ...gestures.newest };
   const data = record(doing);
   sent += data.byteLength;
   link.send(data);
 }
 
-function place(event: PointerEvent): void {
+function place(event: MouseEvent): void {
   const box = canvas.getBoundingClientRect();
   pointer.x = ((event.clientX - box.x) / box.width) * 2 - 1;
   pointer.y = 1 - ((event.clientY - box.y) / box.height) * 2;
@@ -399,6 +404,7 @@ canvas.addEventListener("pointerdown", (event) => {
   place(event);
   if (wand.on) return wand.press(pointer.y / 2);
   if (event.button === 0 && writing?.press(pointer.x, pointer.y)) return;
+  if (closer?.at) return; // no hand reaches from there
   pointer.turning = event.button !== 0 || !hand.press(pointer.x, pointer.y);
 });
 canvas.addEventListener("pointermove", (event) => {
@@ -420,6 +426,12 @@ for (const kind of ["pointerup", "pointercancel"])
     writing?.release();
     pointer.turning = false;
   });
+canvas.addEventListener("dblclick", (event) => {
+  place(event);
+  if (!person || writing?.tool || !closer?.turn(pointer.x, pointer.y)) return;
+  hand?.release();
+  pictures?.ask();
+});
 canvas.addEventListener("wheel", (event) => {
   event.preventDefault();
   hand?.wheel(Math.sign(event.deltaY));
@@ -428,7 +440,7 @@ canvas.addEventListener("contextmenu", (event) => event.preventDefault());
 addEventListener("blur", () => (hand?.release(), writing?.release()));
 document.addEventListener("keydown", (event) => {
   if (!person || event.repeat && (gestures.has(event.key) || event.key.toUpperCase() === "R") || event.ctrlKey || event.metaKey || event.altKey) return;
-  if (noting.press(event.key) || signalling.press(event.key) || gestures.press(event.key) || eyes?.key(event.key)) event.preventDefault();
+  if (closer?.press(event.key) || noting.press(event.key) || signalling.press(event.key) || gestures.press(event.key) || eyes?.key(event.key)) event.preventDefault();
   pictures?.ask();
 });
 
@@ -437,6 +449,7 @@ function draw(room: Room, now: number): boolean {
   if (headset.on) return false; // that asks for its own pictures
   room.step(now);
   eyes?.step();
+  closer?.step(room.camera);
   voices.step();
   const moves = room.draw(now);
   labels?.draw(invited?.participant ?? "");

@@ -25,7 +25,10 @@ export class Sharing {
   readonly sent = { pictures: 0, bytes: 0, codec: "" };
   private stream: MediaStream | null = null;
   private worker: Worker | null = null;
+  private size: [number, number] | null = null; // of what is sent, once it is known: a panel may be put up
+  private asked = false; // for the panel
   private stands = false; // the panel is there
+  private table: Table | null = null;
   private waits: ReturnType<typeof setTimeout> | undefined;
 
   /** about: the guest's participant and name. */
@@ -56,14 +59,15 @@ export class Sharing {
     this.worker?.terminate();
     for (const track of this.stream?.getTracks() ?? []) track.stop();
     if (this.source && this.worker) this.say({ live: false });
-    [this.source, this.stream, this.worker, this.stands] = [null, null, null, false];
+    [this.source, this.stream, this.worker, this.size, this.asked, this.stands] = [null, null, null, null, false, false];
     this.tell(reason);
   }
 
-  /** The connection was away, and is back: the panel went with it. */
+  /** The connection was away, and is back: the panel goes with the visit before, and another one is put up once it has gone. */
   again(): void {
     if (!this.stream) return;
     this.worker?.terminate();
+    this.tell(text("share_again"));
     this.encode();
   }
 
@@ -74,8 +78,13 @@ export class Sharing {
 
   /** What is in the room now. */
   see(table: Table): void {
-    const stands = table.things.some((thing) => thing.screen !== null && thing.screen === this.about()?.participant);
-    if (stands && !this.stands && this.worker) {
+    this.table = table;
+    const who = this.about()?.participant;
+    const stands = table.things.some((thing) => thing.screen !== null && thing.screen === who);
+    if (this.size && !this.asked && !stands && table.people.some((p) => p.name === who)) {
+      this.asked = true;
+      void this.putUp(...this.size);
+    } else if (stands && this.asked && !this.stands && this.worker) {
       clearTimeout(this.waits);
       const address = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/guest/screen`;
       this.worker.postMessage({ kind: "go", address, token: this.token } satisfies ToEncoder);
@@ -83,13 +92,14 @@ export class Sharing {
     } else if (!stands && this.stands && this.worker) {
       this.end(text("share_away"));
     }
-    this.stands = stands && this.worker !== null;
+    this.stands = stands && this.asked && this.worker !== null;
   }
 
   private encode(): void {
     const frames = new MediaStreamTrackProcessor({ track: this.stream!.getVideoTracks()[0]!, maxBufferSize: 2 }).readable;
     const worker = new Worker("screen.js", { type: "module" });
-    [this.worker, this.stands] = [worker, false];
+    [this.worker, this.size, this.asked, this.stands] = [worker, null, false, false];
+    clearTimeout(this.waits);
     worker.onmessage = ({ data }: MessageEvent<FromEncoder>) => {
       if (this.worker === worker) this.take(data);
     };
@@ -100,7 +110,8 @@ export class Sharing {
   private take(said: FromEncoder): void {
     if (said.kind === "ready") {
       this.sent.codec = said.codec;
-      void this.putUp(said.width, said.height);
+      this.size = [said.width, said.height];
+      if (this.table) this.see(this.table);
     } else if (said.kind === "sent") {
       Object.assign(this.sent, { pictures: said.pictures, bytes: said.bytes });
     } else if (said.reason) {
@@ -110,6 +121,7 @@ export class Sharing {
 
   /** Have a panel put up, with a plain picture that says whose it is. */
   private async putUp(width: number, height: number): Promise<void> {
+    const { worker } = this;
     const title = text(this.source === "camera" ? "share_camera_of" : "share_screen_of", this.about()?.name ?? "");
     try {
       const answer = await fetch("guest/page", {
@@ -118,9 +130,10 @@ export class Sharing {
         headers: { Authorization: `Bearer ${this.token}` },
       });
       if (!answer.ok) throw new Error(await answer.text());
+      if (this.worker !== worker) return; // it has ended, or begins again
       this.say({ show: title, live: true });
     } catch (fault) {
-      this.end(`${text("show_cannot")} ${fault instanceof Error ? fault.message : ""}`);
+      if (this.worker === worker) this.end(`${text("show_cannot")} ${fault instanceof Error ? fault.message : ""}`);
     }
   }
 

@@ -141,7 +141,10 @@ class Guests:
         try:
             stream = GuestScreen(said, secrets.randbits(63))
             async for sent in connection:
-                if self._visits.get(guest.participant) is not visit or not self._shows_live(guest.participant):
+                if self._visits.get(guest.participant) is not visit:
+                    await connection.close(code=REFUSED)  # without a word: the page comes back, and shows on
+                    break
+                if not self._shows_live(guest.participant):
                     raise ScreenError("no panel shows it any more")
                 for record in stream.records(sent.data, self.now_ns()):
                     self.pass_on(guest.participant, record)

@@ -66,7 +66,7 @@ class SimulatedCamera:
         at = self._across(body)
         depth = body[:, 2] - body[-2:, 2].mean() + self.depth_noise * self._random.standard_normal(len(body))
         inside = (np.abs(at[:, 0]) < 0.5 * self.aspect) & (np.abs(at[:, 1]) < 0.5)
-        hands = {s: self._mesh(self._hand(skeleton, joints, s)) if self._sees_hand(joints, s) else () for s in SIDES}
+        hands = {s: self._mesh(self._hand(skeleton, joints, s)) if self.sees_hand(joints, s) else () for s in SIDES}
         return Seen(
             [(float(x), float(y), float(z)) for (x, y), z in zip(at, depth, strict=True)],
             [0.95 if there else 0.1 for there in inside],
@@ -78,7 +78,8 @@ class SimulatedCamera:
     def _joint(self, joints: JointPose, name: str, side: str) -> F64:
         return joints.position[JOINT_INDEX[f"{side}_{name}"]]
 
-    def _sees_hand(self, joints: JointPose, side: str) -> bool:
+    def sees_hand(self, joints: JointPose, side: str) -> bool:
+        """Whether a hand is in the picture."""
         at = self._across(self._joint(joints, "hand", side)[None])[0]
         return bool(abs(at[0]) < 0.5 * self.aspect - 0.05 and abs(at[1]) < 0.45)
 

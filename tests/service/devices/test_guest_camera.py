@@ -121,6 +121,21 @@ def test_a_person_who_sits_still_makes_a_figure_that_does_not_tremble() -> None:
     assert np.sqrt((beside**2).sum(axis=1).mean()) < 0.012  # of which most is depth
 
 
+def test_a_hand_that_moves_quickly_is_followed_within_50_ms_and_one_that_rests_moves_no_more_for_it() -> None:
+    before = Before(0.001, 0.0).calibrated()
+
+    def up_and_down(t_s: float) -> bytes:
+        return posture_record(0.0, 0.0, Pointed((0.3, 1.15 + 0.3 * math.sin(math.pi * t_s), 0.3)))
+
+    hand = JOINT_INDEX["left_hand"]
+    heights = np.array([[Before.joints(p).position[hand, 1] for p in both] for both in before.steps(10.0, up_and_down)])[120:]
+    late = [float(np.corrcoef(heights[: len(heights) - n, 0], heights[n:, 1])[0, 1]) for n in range(12)]
+    assert np.argmax(late) <= 3, "steps of 17 ms"
+    before = Before(0.002, 0.04).calibrated()
+    rests = np.array([Before.joints(guest).position[hand] for _, guest in before.steps(8.0, LED)])[240:]
+    assert np.percentile(np.linalg.norm(np.diff(rests, axis=0), axis=1), 95) < 0.0075
+
+
 @pytest.mark.parametrize("away_s", [0.3, 1.0, 2.0, 6.0])
 def test_a_hand_that_leaves_the_picture_goes_on_plausibly_and_comes_back_without_a_jump(away_s: float) -> None:
     before = Before().calibrated()

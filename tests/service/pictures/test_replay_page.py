@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-import contextlib
 import json
-from collections.abc import AsyncIterator
-from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +12,7 @@ import numpy as np
 import pytest
 from browser import Page, page
 from numpy.typing import NDArray
+from served_log import MEETING, SOFTWARE_GL, run, served
 from waiting import until
 
 import vistel.log
@@ -33,34 +31,10 @@ from vistel.render.pressed_skin import PressedFigure
 from vistel.render.stage.stage import Instant
 from vistel.v1.geometry_pb2 import Vec3
 from vistel.v1.world_pb2 import HandForce
-from vistel.wire import background
-from vistel.wire.clock import SystemClock
 from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.topics import BY_NAME
 from vistel_services.console import bundle, player
-from vistel_services.console.replays import MOST_REPLAYS, Replays
-from vistel_services.console.service import POLICY, SERVED
-from vistel_services.serving.address import PageAddress
-from vistel_services.serving.pages import PageFiles
-from vistel_services.serving.server import open_server
-
-MEETING = Path(__file__).parents[2] / "replay" / "meeting.mcap"
-SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
-
-
-@contextlib.asynccontextmanager
-async def served(log: Path, beside: Path | None = None) -> AsyncIterator[str]:
-    """The address of the page of a log, with another one beside it."""
-    clock = SystemClock()
-    conference = Conference.model_validate(LogReader(MEETING).conference)
-    replays = Replays(conference, lambda: log if log.exists() else None, clock, beside)
-    files = PageFiles("replay", bundle.FOLDER, SERVED, POLICY)
-    handlers = {"/live": replays.watch, "/export": replays.export, "/asset/{digest}.glb": replays.asset}
-    server = await open_server("replay", files, PageAddress("127.0.0.1", 0), handlers, clock, datetime.now(UTC))
-    try:
-        yield server.address.url
-    finally:
-        await server.close()
+from vistel_services.console.replays import MOST_REPLAYS
 
 
 async def heard(live: aiohttp.ClientWebSocketResponse, kind: str, such: Any = lambda words: True) -> dict[str, Any]:
@@ -69,10 +43,6 @@ async def heard(live: aiohttp.ClientWebSocketResponse, kind: str, such: Any = la
             if said.type is aiohttp.WSMsgType.TEXT and (words := json.loads(said.data))["kind"] == kind and such(words):
                 return words
     raise AssertionError(f"no {kind}")
-
-
-def run(test: Any) -> None:
-    asyncio.run(background.as_service("test", test))
 
 
 def test_a_viewer_goes_to_any_moment_and_misbehaving_changes_nothing() -> None:

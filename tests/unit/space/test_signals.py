@@ -123,6 +123,9 @@ def test_a_fist_with_its_thumb_up_is_a_reaction_and_other_hands_are_none() -> No
     assert thumbs_up(np.array([open_hand, thumb]), up) == (False, True)
     for hand, position in ((fist, up), (open_hand, up), (thumb, aside), (thumb, lap)):
         assert thumbs_up(np.array([open_hand, hand]), position) == (False, False)
+        assert thumbs_up(np.array([open_hand, hand]), position, going_on=True) == (False, False)
+    leans = placed(right_hand=(-0.2, 0.4, 0.4), right_thumb_proximal=(-0.2, 0.42, 0.42), right_thumb_distal=(-0.16, 0.46, 0.42))
+    assert [thumbs_up(np.array([open_hand, thumb]), leans, going_on)[1] for going_on in (False, True)] == [False, True]
 
 
 @given(st.floats(0.001, 3.0) | st.floats(-3.0, -0.001), st.floats(0.5, 2.2))

@@ -30,8 +30,9 @@ SAID_ONCE = ("participant", "picture_part")
 """What is true from then on: it is read from the log's beginning."""
 TOPICS = (*SAID_ONCE, "motion", *WORLD_TOPICS, "voice", "screen")
 """What of a log a film is made of."""
-PREROLL_NS = 2_500_000_000
-"""Before the asked time: key frames of motion and the world come at least so often."""
+PREROLL_NS = 5_000_000_000
+"""Before the asked time: key frames of motion and the world come every 2 s, and once a panel stands that follows somebody's screen,
+a key picture of that comes as often."""
 
 
 @dataclass(frozen=True)
