@@ -1,6 +1,5 @@
 """Hair: it fits every head, keeps its budget, and does not go through the body."""
 
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -12,12 +11,13 @@ import vistel.figure
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.check import check_avatar
+from vistel.figure.body_model.assemble import assemble
 from vistel.figure.body_model.hair.beard import BEARDS, beard
 from vistel.figure.body_model.hair.hair import hair
 from vistel.figure.body_model.hair.natural import usual_style
 from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.model import body_model
-from vistel.figure.body_model.person import Person, drawn, make
+from vistel.figure.body_model.person import Person, drawn, fit, make
 from vistel.figure.figure import Figure
 from vistel.figure.part import Part, joined
 from vistel.figure.posture.by_joint import with_joints
@@ -32,7 +32,8 @@ MOST = 3500, 1200, 350
 
 @cache
 def body(who: int) -> Avatar:
-    return make(replace(PEOPLE[who], hair="shaved", beard="none", dressed=False))
+    """Bald and bare. A painted skin would take longer than all the rest."""
+    return assemble(body_model(), fit(PEOPLE[who]).shape, name="person")
 
 
 def grown(who: int, style: str, seed: int = 0) -> Part:
