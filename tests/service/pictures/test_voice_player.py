@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.signal import correlate  # pyright: ignore[reportMissingTypeStubs]
 
 from vistel.arrays import F32, F64
 
@@ -59,7 +58,8 @@ class Played:
         sums, squares = (np.concatenate(([0.0], np.cumsum(x))) for x in (heard, heard**2))
         mean, square = ((x[count:] - x[:-count]) / count for x in (sums, squares))
         spread = np.sqrt(np.maximum(square - mean**2, 1e-12) * (part @ part) * count)
-        alike = correlate(heard, part, "valid", "fft") / spread
+        seen, wanted = np.fft.rfft(heard), np.fft.rfft(part, len(heard))
+        alike = np.fft.irfft(seen * wanted.conj(), len(heard))[: len(spread)] / spread
         return int(np.argmax(alike)) / RATE * 1e3, float(alike.max())
 
 
