@@ -31,10 +31,14 @@ INTERRUPTED = 130
 """Exit code of a preparation that was stopped."""
 NO_FIGURES = "--no-figures"
 """Given to `vistel_cli.run.prepare` where nothing is drawn."""
-KERNELS, ROOM, DRAWING = "kernels", "room", "drawing"
-"""Parts of what is made: what every conference runs; what a room with things of its own takes; what deforms figures."""
+KERNELS = "kernels"
+"""A part of what is made: what every conference runs."""
+ROOM = "room"
+"""Another: what a room with things of its own takes."""
+DRAWING = "drawing"
+"""Another: what deforms figures."""
 Person = tuple[str, str, float]
-"""Another one. Avatar, name and height [m]."""
+"""Another: somebody's figure. Avatar, name and height [m]."""
 LINE_EVERY_S = 1.5
 """How often a line says how far it is, where there is no terminal for a bar."""
 _ONE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
