@@ -26,7 +26,7 @@ from __future__ import annotations
 import os
 import tempfile
 from dataclasses import replace
-from functools import cache, partial
+from functools import partial
 from pathlib import Path
 
 import cv2
@@ -53,13 +53,8 @@ def expected(name: str) -> np.ndarray:
     return np.asarray(Image.open(GOLDEN / f"{name}.png").convert("RGB"), np.uint8)
 
 
-@cache
-def _moment(name: str) -> Moment:
-    return SCENES[name]()
-
-
 def _scene(name: str, width: int, height: int, light: str, prepare=None) -> np.ndarray:
-    return photograph(_moment(name), width, height, light, prepare)
+    return photograph(SCENES[name](), width, height, light, prepare)
 
 
 PICTURES = {name: partial(_scene, name) for name in SCENES} | {"v-wall": wall_seen}
