@@ -2,6 +2,8 @@
 VENV := .venv
 PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
+# Tests and conferences start many processes: what one has compiled the next one takes.
+unexport PYTHONDONTWRITEBYTECODE
 SITE := mkdocs-material==9.8.2
 SBOM := cyclonedx-bom==7.5.0
 AUDIT := pip-audit==2.10.1
@@ -34,8 +36,9 @@ check: setup  ## style, types, import arrows
 	@PYTHONPATH=. $(VENV)/bin/lint-imports
 	@$(PY) -m scripts.audit --briefly $(VENV)/tools/$(AUDIT)/bin/pip-audit
 
-warm: setup  ## compile kernels and make the people of the demo, once
+warm: setup  ## compile kernels and tests and make the people of the demo, once
 	@$(PY) -m vistel_cli.run.prepare vistel/conference/demo.toml >/dev/null
+	@$(PY) -m pytest --collect-only >/dev/null
 
 docs-commands: setup  ## run every command of every page as printed (half an hour)
 	@$(PY) -m pytest tests/system/test_docs_commands.py

@@ -19,6 +19,7 @@ from vistel.conference.invitations import Invitation, digest_of_token, invite
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.seats import seat_place
+from vistel.figure.avatar.cache_folder import default_cache
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.geometry.rotation import rotation_y
 from vistel.protocol.pages.headset import UNIT_M
@@ -138,6 +139,15 @@ class GuestRoom:
         async with aiohttp.ClientSession() as session, session.ws_connect(f"http://{self.address}/guest") as socket:
             await socket.send_json({"token": token})
             yield GuestPage(socket)
+
+
+def own_cache(folder: Path, patch: pytest.MonkeyPatch) -> None:
+    """Nothing is kept on this machine from before but people, who take seconds to make."""
+    people, cache = default_cache(), folder / "cache"
+    people.mkdir(parents=True, exist_ok=True)
+    (cache / "vistel").mkdir(parents=True)
+    (cache / "vistel" / people.name).symlink_to(people)
+    patch.setenv("XDG_CACHE_HOME", str(cache))
 
 
 def in_room(folder: Path, patch: pytest.MonkeyPatch, play: Callable[[GuestRoom], Awaitable[None]], **options: Any) -> None:

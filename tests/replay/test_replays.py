@@ -31,6 +31,12 @@ MEETING = HERE / "meeting.mcap"
 pytestmark = pytest.mark.slow
 
 
+@pytest.fixture(autouse=True)
+def in_one_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Unless a test says otherwise: processes of their own would load everything for each log anew."""
+    monkeypatch.setattr("vistel_cli.log.fast.can_be_apart", lambda: False)
+
+
 def bend_one_elbow(monkeypatch: pytest.MonkeyPatch) -> None:
     """A posture solver that bends left elbows by a degree more."""
     solve = PostureSolver.solve

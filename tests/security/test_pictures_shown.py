@@ -15,7 +15,7 @@ from typing import Any
 import aiohttp
 import numpy as np
 import pytest
-from guest_room import GuestPage, GuestRoom
+from guest_room import GuestPage, GuestRoom, own_cache
 from PIL import Image
 from waiting import until
 from world_site import CONFERENCE
@@ -158,7 +158,7 @@ def test_records_of_the_gateway_are_whole_or_none() -> None:
 @contextlib.asynccontextmanager
 async def guests(folder: Path, patch: pytest.MonkeyPatch) -> AsyncIterator[GuestRoom]:
     """A conference with guests and a world."""
-    patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
+    own_cache(folder, patch)
     async with GuestRoom(folder).serving(patch) as room, room.led():
         yield room
 

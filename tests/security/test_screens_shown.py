@@ -13,7 +13,7 @@ from typing import Any
 
 import aiohttp
 import pytest
-from guest_room import GuestPage, GuestRoom
+from guest_room import GuestPage, GuestRoom, own_cache
 from PIL import Image
 from screen_stream import plain, stream_of
 from waiting import until
@@ -66,7 +66,7 @@ def test_records_are_whole_or_none() -> None:
 @contextlib.asynccontextmanager
 async def shown(folder: Path, patch: pytest.MonkeyPatch) -> AsyncIterator[tuple[GuestRoom, GuestPage, str]]:
     """A guest in the room whose panel waits for what they show live; their page listens."""
-    patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
+    own_cache(folder, patch)
     async with GuestRoom(folder).serving(patch) as room, room.led():
         token = room.invited()
         async with room.opened(token) as page:

@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 from browser import Page, page
-from guest_room import GuestRoom, at_the_door
+from guest_room import GuestRoom, at_the_door, own_cache
 from screen_stream import plain
 from waiting import until
 
@@ -41,7 +41,7 @@ def share(picture: np.ndarray, colour: tuple[int, int, int]) -> float:
 def test_a_guest_shows_a_tab_others_see_it_move_and_it_goes(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     if not all((bundle.FOLDER / name).is_file() for name in (bundle.BUNDLE, bundle.GUEST_BUNDLE, bundle.OF_SCREEN)):
         pytest.skip("the page for guests has not been made (make web)")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    own_cache(tmp_path, monkeypatch)
 
     async def visit() -> None:
         async with (

@@ -88,16 +88,29 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environm
     return Environment(tmp_path_factory.mktemp("user"), wheel)
 
 
-def test_it_is_of_pure_python_small_and_of_the_version_that_it_says(wheel: Path, installed: Environment) -> None:
+@pytest.fixture(scope="module")
+def compiled(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Environment:
+    """As `installed`, with kernels as compiled in the repository: they are of the same files."""
+    found = Environment(tmp_path_factory.mktemp("user"), wheel)
+    packages = Path(found.says("-c", "import sysconfig; print(sysconfig.get_path('purelib'))").strip())
+    for folder, package in ((".", "vistel"), ("sim", "vistel_sim")):
+        for kernel in (ROOT / folder / package).rglob("__pycache__/*.nb[ic]"):
+            to = packages / kernel.relative_to(ROOT / folder)
+            to.parent.mkdir(exist_ok=True)
+            shutil.copy(kernel, to)
+    return found
+
+
+def test_it_is_of_pure_python_small_and_of_the_version_that_it_says(wheel: Path, compiled: Environment) -> None:
     assert wheel.name == f"vistel-{vistel.__version__}-py3-none-any.whl"
     assert wheel.stat().st_size < MOST_BYTES
-    assert installed.vistel("--version") == f"vistel {vistel.__version__}\n"
-    assert str(ROOT) not in installed.says("-c", "import vistel; print(vistel.__file__)")
+    assert compiled.vistel("--version") == f"vistel {vistel.__version__}\n"
+    assert str(ROOT) not in compiled.says("-c", "import vistel; print(vistel.__file__)")
 
 
-def test_its_examples_are_checked(installed: Environment) -> None:
-    installed.vistel("examples", "mine", "--no-recording")
-    assert "hub/world" in installed.vistel("up", "mine/conference.toml", "--plan")
+def test_its_examples_are_checked(compiled: Environment) -> None:
+    compiled.vistel("examples", "mine", "--no-recording")
+    assert "hub/world" in compiled.vistel("up", "mine/conference.toml", "--plan")
 
 
 @pytest.mark.package

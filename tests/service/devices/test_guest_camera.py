@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 import struct
 from collections.abc import Callable, Iterator
+from copy import deepcopy
+from functools import cache
 
 import numpy as np
 import pytest
@@ -67,6 +69,16 @@ class Before:
     @staticmethod
     def joints(posture: Posture) -> JointPose:
         return pose_joints(BUILD.skeleton, posture)
+
+
+@cache
+def _calibrated() -> Before:
+    return Before().calibrated()
+
+
+def calibrated() -> Before:
+    """Somebody before a usual camera, after calibration, which is played once for all tests."""
+    return deepcopy(_calibrated())
 
 
 def apart(true: Posture, guest: Posture, *joints: str) -> float:
@@ -138,7 +150,7 @@ def test_a_hand_that_moves_quickly_is_followed_within_50_ms_and_one_that_rests_m
 
 @pytest.mark.parametrize("away_s", [0.3, 1.0, 2.0, 6.0])
 def test_a_hand_that_leaves_the_picture_goes_on_plausibly_and_comes_back_without_a_jump(away_s: float) -> None:
-    before = Before().calibrated()
+    before = calibrated()
 
     def without_left(seen: Seen) -> Seen:
         visible = [0.0 if "left" in name and "shoulder" not in name else 1.0 for name in _BODY]
@@ -158,7 +170,7 @@ def test_a_hand_that_leaves_the_picture_goes_on_plausibly_and_comes_back_without
 
 
 def test_who_is_not_in_the_picture_idles_and_mouse_and_keys_go_on() -> None:
-    before = Before().calibrated()
+    before = calibrated()
     idle = [guest for _, guest in before.steps(5.0, LED, lambda _: Seen())]
     assert apart(idle[-1], at_rest(), "left_hand", "right_hand") < 0.03
     for said in PointerDecoder("bob").feed(LED, before.t_ns):
@@ -174,7 +186,7 @@ def at_rest() -> Posture:
 
 
 def test_a_hand_that_the_mouse_leads_is_the_mouses_and_the_other_the_cameras() -> None:
-    before = Before().calibrated()
+    before = calibrated()
     for _ in before.steps(1.0, LED):
         pass
     led = posture_record(left=Pointed((0.3, 0.9, 0.4)))
@@ -187,7 +199,7 @@ def test_a_hand_that_the_mouse_leads_is_the_mouses_and_the_other_the_cameras() -
 
 
 def test_a_face_opens_its_mouth_smiles_shuts_its_eyes_and_looks_aside() -> None:
-    before = Before().calibrated()
+    before = calibrated()
 
     def seen_with(**moved_mm: tuple[float, float]) -> Posture:
         face = face_at_rest()
@@ -212,7 +224,7 @@ def test_a_face_opens_its_mouth_smiles_shuts_its_eyes_and_looks_aside() -> None:
 
 
 def test_a_record_that_is_late_or_out_of_order_changes_nothing() -> None:
-    before = Before().calibrated()
+    before = calibrated()
     old = camera_record(before.t_ns - 10**9, before.camera.see(BUILD.skeleton, Before.joints(Posture())))
     *_, (_, was) = before.steps(1.0, RAISED)
     for frame in CameraBodyDecoder("bob-camera").feed(old, before.t_ns):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from browser import Page, page
-from guest_room import GuestRoom, at_the_door
+from guest_room import GuestRoom, at_the_door, own_cache
 from PIL import Image
 from waiting import until
 
@@ -31,7 +31,7 @@ async def choose(tab: Page, file: Path) -> None:
 def test_a_guest_shows_a_picture_and_the_pages_of_a_pdf(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     if not all((bundle.FOLDER / name).is_file() for name in (bundle.GUEST_BUNDLE, *bundle.OF_PDF)):
         pytest.skip("the page for guests has not been made (make web)")
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    own_cache(tmp_path, monkeypatch)
     (tmp_path / "slides.pdf").write_bytes(pdf(SLIDES))
     Image.new("RGB", (3000, 1500), "red").save(tmp_path / "wide.png")
     (tmp_path / "no.png").write_text("no picture")

@@ -52,14 +52,15 @@ class Played:
 
     def lag_ms(self, wave: F32, begin_s: float, end_s: float) -> tuple[float, float]:
         """How much later than it was captured a part of the wave is heard, and how alike the two are (correlation)."""
-        part = wave[round(begin_s * RATE) : round(end_s * RATE)]
-        found = [(np.corrcoef(part, self.sound[at : at + len(part)])[0, 1], at) for at in self._places(begin_s, len(part))]
-        alike, at = max((float(c), at) for c, at in found if np.isfinite(c))
-        return at / RATE * 1e3 - begin_s * 1e3, alike
-
-    def _places(self, begin_s: float, count: int) -> range:
-        first = round(begin_s * RATE)
-        return range(first, min(first + RATE // 2, len(self.sound) - count), 12)
+        first, part = round(begin_s * RATE), wave[round(begin_s * RATE) : round(end_s * RATE)].astype(np.float64)
+        heard, count = self.sound[first : first + RATE // 2 + len(part)].astype(np.float64), len(part)
+        part -= part.mean()
+        sums, squares = (np.concatenate(([0.0], np.cumsum(x))) for x in (heard, heard**2))
+        mean, square = ((x[count:] - x[:-count]) / count for x in (sums, squares))
+        spread = np.sqrt(np.maximum(square - mean**2, 1e-12) * (part @ part) * count)
+        seen, wanted = np.fft.rfft(heard), np.fft.rfft(part, len(heard))
+        alike = np.fft.irfft(seen * wanted.conj(), len(heard))[: len(spread)] / spread
+        return int(np.argmax(alike)) / RATE * 1e3, float(alike.max())
 
 
 def speech(seconds: float, seed: int = 3) -> F32:

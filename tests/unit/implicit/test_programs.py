@@ -67,7 +67,7 @@ def test_many_spheres_agree_on_a_lattice() -> None:
         *(vi.Sphere(tuple(c), r) for c, r in zip(rng.uniform(-1, 1, (200, 3)), rng.uniform(0.05, 0.4, 200), strict=True))
     )
     program = vi.compile(blobs)
-    axis = np.linspace(-1.5, 1.5, 70)
+    axis = np.linspace(-1.5, 1.5, 40)
     where = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1)
     exact = blobs.field(where)
     np.testing.assert_allclose(program.lattice(axis, axis, axis).field, exact, atol=2e-6 * exact.max())

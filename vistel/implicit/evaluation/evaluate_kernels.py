@@ -81,6 +81,7 @@ def evaluate_points(P, origin, points, out, slope):
     far = number[NUMBER_WORDS * (nodes - 1) + FAR]
     root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * channels * LANES)
     first_ = 4 if slope else 1
+    no_layers = np.int64(0)  # no literal: `block` is compiled once for points and lattices
 
     side = 1
     while side < 10 and side * side * side * 64 < total:
@@ -180,8 +181,8 @@ def evaluate_points(P, origin, points, out, slope):
                     (n + 15) & ~15,
                     slope,
                     leaf_box,
-                    0,
-                    0,
+                    no_layers,
+                    no_layers,
                 ):
                     if channels > first_:
                         normalise(at(root, first_ * LANES), pointer(P.group), P.group.shape[0], n)

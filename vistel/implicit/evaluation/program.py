@@ -96,7 +96,7 @@ class FieldProgram:
         threads: how many to use; by default as many as there are cores, one for few points.
         """
         form = np.shape(points)[:-1]
-        rows = query_points(points)
+        rows = np.ascontiguousarray(query_points(points))
         channels = (4 if gradient else 1) + (self.layout.channels if attributes else 0)
         out = np.empty((len(rows), channels), np.float32)
         machine, arrays = self._machine

@@ -238,7 +238,7 @@ def march(P, xs_, ys_, zs_, level, tolerance, table_, many_, want_cells, progres
     room = 2 * (nx * ny + ny * nz + nz * nx)
     points, normals, edges = np.empty((room, 3), np.float32), np.empty((room, 3), np.float32), np.empty(room, np.int64)
     triangles, cells = np.empty((2 * room, 3), np.int32), np.empty(2 * room if want_cells else 1, np.int64)
-    vertices = faces = sampled = 0
+    vertices = faces = sampled = np.int64(0)  # no literal: what counts on from them is compiled once
     worst = ZERO
     Q = Tables(
         pointer(P.leaf),

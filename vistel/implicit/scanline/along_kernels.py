@@ -72,7 +72,7 @@ LARGE = F(1e30)
 
 def scan_inner(function: Callable[..., Any]) -> Any:
     """A function that kernels call."""
-    return compiled(specialised=True, no_cpython_wrapper=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
+    return compiled(no_cpython_wrapper=True, nogil=True, error_model="numpy", fastmath={"contract"})(function)
 
 
 @scan_inner

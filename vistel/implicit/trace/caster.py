@@ -76,8 +76,8 @@ class RayCaster:
         o = np.ascontiguousarray(query_points(origins))
         d = np.ascontiguousarray(query_points(directions))
         n = len(o)
-        a = np.ascontiguousarray(np.broadcast_to(np.asarray(near, np.float64), n))
-        b = np.ascontiguousarray(np.broadcast_to(np.asarray(far, np.float64), n))
+        a, b = np.empty(n), np.empty(n)  # copies: what may not be written has kernels compiled once more
+        a[:], b[:] = near, far
         hits, count = np.empty((n, most)), np.zeros(n, np.int64)
         if len(self.program.arrays["leaf"]):
             self._solve(o, d, a, b, hits, count)

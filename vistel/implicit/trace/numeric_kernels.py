@@ -24,6 +24,8 @@ STEPS = 8
 CLOSE = F32(2e-7)
 """A bracket is closed when it is this short beside the scene, or its end this close to T."""
 PROBES = 8
+CHANNELS = 4
+"""Of `block`: the field and its gradient."""
 
 
 @fast_inner
@@ -53,8 +55,7 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
     child, child_weight, nodes = pointer(P.child), pointer(P.child_weight), P.node.shape[0]
     tree_box, tree_link, tree_order = pointer(P.tree_box), pointer(P.tree_link), pointer(P.tree_order)
     branches, leaves = P.tree_box.shape[0], P.leaf.shape[0]
-    channels = 4
-    regs_, rows_ = np.empty(P.registers * channels * LANES, np.float32), np.empty(10 * LANES, np.float32)
+    regs_, rows_ = np.empty(P.registers * CHANNELS * LANES, np.float32), np.empty(10 * LANES, np.float32)
     live_ = np.zeros(nodes, np.uint8)
     found_, near_list_ = np.empty(leaves + 1, np.int32), np.empty(leaves + 1, np.int32)
     range_ = np.empty(2 * leaves + 2, np.float32)
@@ -87,7 +88,7 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
     )
     task = pointer(task_)
     far_value = number[NUMBER_WORDS * (nodes - 1) + FAR]
-    root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * channels * LANES)
+    root = at(regs, node_table[NODE_WORDS * (nodes - 1) + REGISTER] * CHANNELS * LANES)
     level, most = F32(threshold), hits.shape[1]
     total = origins.shape[0]
     evaluations = 0
@@ -137,7 +138,7 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
                 break
             per = max(1, min(LANES // active - 1, 4 * STEPS))
             until = now + step * F32(per)
-            some, jump = 0, NEVER
+            some, jump = np.int64(0), NEVER  # no literal, with which `block` would be compiled once more
             for k in range(kept):
                 if range__[2 * k] <= until and range__[2 * k + 1] >= now:
                     near_list[some] = found[k]
@@ -192,7 +193,7 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
                 w,
                 regs,
                 live,
-                channels,
+                CHANNELS,
                 (m + 15) & ~15,
                 True,
                 leaf_box,
@@ -253,7 +254,6 @@ def trace_numeric(P, origin, centre, radius, origins, directions, near, far, thr
                     w,
                     regs,
                     live,
-                    channels,
                     leaf_box,
                     root,
                     far_value,
@@ -331,7 +331,6 @@ def _close(
     w,
     regs,
     live,
-    channels,
     leaf_box,
     root,
     far_value,
@@ -399,7 +398,7 @@ def _close(
             w,
             regs,
             live,
-            channels,
+            CHANNELS,
             (m + 15) & ~15,
             True,
             leaf_box,

@@ -27,7 +27,7 @@ from pathlib import Path
 import numpy as np
 
 from vistel.capture import body as capture
-from vistel.conference.files import load
+from vistel.conference.files import DEMO_FILE, load
 from vistel.conference.model import Conference
 from vistel.conference.room_things import extras_of
 from vistel.figure.avatar.cache_folder import file_lock
@@ -44,7 +44,7 @@ from vistel.space.room import meeting_room
 from vistel.space.world import World
 from vistel.wire import motion as motion_codec
 from vistel_cli.run.compile_in_turn import compile_in_turn
-from vistel_cli.run.prepared import INTERRUPTED, NO_FIGURES, is_prepared, lock_of_this_copy, people_of, stamp_of
+from vistel_cli.run.prepared import DRAWING, INTERRUPTED, KERNELS, NO_FIGURES, ROOM, lock_of_this_copy, people_of, stamps_of
 from vistel_services.world.service import warm_up
 from vistel_sim import rotations
 from vistel_sim.motion import open_motion
@@ -66,16 +66,22 @@ def _by_the_meeting(conference: Conference) -> Conference:
 
 
 def _steps(conference: Conference, *, draws: bool) -> list[Step]:
-    """In this order: neighbours share few kernels, and the long ones come first."""
-    steps: list[Step] = [
-        ("compiling the world", _compile_world, (conference,)),
-        ("compiling posture", _compile_posture, (conference,)),
-        ("compiling the motion codec", motion_codec.warm_up, ()),
-    ]
-    if draws and people_of(conference):
-        steps.insert(0, ("compiling deformation", _compile_figures, (conference,)))
-    for spec, name, height in people_of(conference) if draws else ():
-        if spec.startswith("builtin"):
+    """What is not made yet, in this order: neighbours share few kernels, and the long ones come first."""
+    steps: list[Step] = []
+    for part, stamp in stamps_of(conference, draws=draws).items():
+        if stamp.exists():
+            continue
+        if part == KERNELS:
+            demo = load(DEMO_FILE)  # of people enough for all that people do to each other
+            steps.append(("compiling the world", _compile_world, (demo,)))
+            steps.append(("compiling posture", _compile_posture, (demo,)))
+            steps.append(("compiling the motion codec", motion_codec.warm_up, ()))
+        elif part == ROOM:
+            steps.append(("compiling the room", _compile_world, (conference,)))
+        elif part == DRAWING:
+            steps.insert(0, ("compiling deformation", _compile_figures, (conference,)))
+        elif not isinstance(part, str) and part[0].startswith("builtin"):
+            spec, name, height = part
             steps.append((f"making the avatar of {name}", load_figure, (ParticipantInfo(name, name, spec, height),)))
     return steps
 
@@ -158,9 +164,8 @@ def _do(step: Step) -> str:
     return _doing
 
 
-def _run(conference: Conference, *, draws: bool) -> None:
+def _run(steps: list[Step]) -> None:
     """All steps, on all cores. Raises what a step raises."""
-    steps = _steps(conference, draws=draws)
     _say(f"steps {len(steps)}")
     context = multiprocessing.get_context("fork" if sys.platform == "linux" else "spawn")
     with ProcessPoolExecutor(os.cpu_count(), context, _begin_worker) as pool:
@@ -184,11 +189,10 @@ def main() -> None:
         print("begun waiting for another `vistel`, which prepares the same", flush=True)
         with file_lock(lock_of_this_copy()):
             print("begun loading", flush=True)
-            if is_prepared(conference, draws=draws):
-                return
-            _run(conference, draws=draws)
+            _run(_steps(conference, draws=draws))
             with contextlib.suppress(OSError):  # an unwritable cache only means preparing again
-                stamp_of(conference, draws=draws).touch()
+                for stamp in stamps_of(conference, draws=draws).values():
+                    stamp.touch()
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
 

@@ -31,6 +31,14 @@ INTERRUPTED = 130
 """Exit code of a preparation that was stopped."""
 NO_FIGURES = "--no-figures"
 """Given to `vistel_cli.run.prepare` where nothing is drawn."""
+KERNELS = "kernels"
+"""A part of what is made: what every conference runs."""
+ROOM = "room"
+"""Another: what a room with things of its own takes."""
+DRAWING = "drawing"
+"""Another: what deforms figures."""
+Person = tuple[str, str, float]
+"""Another: somebody's figure. Avatar, name and height [m]."""
 LINE_EVERY_S = 1.5
 """How often a line says how far it is, where there is no terminal for a bar."""
 _ONE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
@@ -97,12 +105,18 @@ async def show_steps(child: asyncio.subprocess.Process, silent: bool) -> None:
 
 def is_prepared(conference: Conference, *, draws: bool) -> bool:
     """Whether all has been made."""
-    return any(stamp_of(conference, draws=with_figures).exists() for with_figures in {True, draws})
+    return all(stamp.exists() for stamp in stamps_of(conference, draws=draws).values())
 
 
-def stamp_of(conference: Conference, *, draws: bool) -> Path:
-    """A file that is there when all has been made, draws: figures too."""
-    return default_cache().parent / f"prepared-{_fingerprint(conference, people_of(conference) if draws else [])}"
+def stamps_of(conference: Conference, *, draws: bool) -> dict[str | Person, Path]:
+    """What has to be made, each with a file that is there when it has been. draws: figures too."""
+    room, people = conference.room, people_of(conference) if draws else []
+    own_room = room.from_files or room.things
+    parts: list[str | Person] = [KERNELS, *([ROOM] if own_room else []), *([DRAWING] if people else []), *people]
+    code, folder = _fingerprint(), default_cache().parent
+    of_room = f"{room.model_dump_json()} {_newest(room)}"
+    texts = {part: f"{code} {part}" + (of_room if part == ROOM else "") for part in parts}
+    return {part: folder / f"prepared-{hashlib.sha256(text.encode()).hexdigest()[:16]}" for part, text in texts.items()}
 
 
 def lock_of_this_copy() -> Path:
@@ -111,18 +125,17 @@ def lock_of_this_copy() -> Path:
     return default_cache().parent / f"prepare-{copy}.lock"
 
 
-def people_of(conference: Conference) -> list[tuple[str, str, float]]:
-    """Avatar, name and height [m] of everybody."""
+def people_of(conference: Conference) -> list[Person]:
+    """Everybody."""
     return [(p.avatar, p.name, p.height) for s in conference.sites for p in s.participants]
 
 
-def _fingerprint(conference: Conference, people: list[tuple[str, str, float]]) -> str:
-    text = f"{sys.version} {metadata.version('numba')} {people}"
-    if conference.room.from_files:
-        text += f" {conference.room.model_dump_json()} {_newest(conference.room)}"
+def _fingerprint() -> str:
+    """Of all code."""
+    text = f"{sys.version} {metadata.version('numba')}"
     for source in sorted(Path(vistel.__file__).parent.rglob("*.py")):
         text += f" {source.name} {source.stat().st_mtime_ns}"
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    return text
 
 
 def _newest(room: RoomConfig) -> list[int]:

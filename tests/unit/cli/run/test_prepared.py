@@ -15,7 +15,7 @@ import pytest
 import vistel
 from vistel.conference.files import DEMO_FILE, load
 from vistel_cli.run import prepared
-from vistel_cli.run.prepared import NO_FIGURES, lock_of_this_copy, prepare, stamp_of
+from vistel_cli.run.prepared import KERNELS, NO_FIGURES, ROOM, lock_of_this_copy, prepare, stamps_of
 
 
 def test_looking_loads_neither_compiler_nor_renderer() -> None:
@@ -29,10 +29,10 @@ def test_what_is_prepared_is_not_made_again(monkeypatch: pytest.MonkeyPatch, tmp
     monkeypatch.setattr("sys.platform", "linux")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     conference = load(DEMO_FILE)
-    stamp = stamp_of(conference, draws=True)
-    assert stamp.is_relative_to(tmp_path)
-    stamp.parent.mkdir(parents=True)
-    stamp.touch()
+    for stamp in stamps_of(conference, draws=True).values():
+        assert stamp.is_relative_to(tmp_path)
+        stamp.parent.mkdir(parents=True, exist_ok=True)
+        stamp.touch()
     monkeypatch.setattr(asyncio, "create_subprocess_exec", None)  # would be called to make it
     for draws in (True, False):
         assert asyncio.run(prepare(conference, DEMO_FILE, asyncio.Event(), draws=draws))
@@ -46,13 +46,21 @@ def test_another_copy_prepares_at_the_same_time_and_the_same_copy_waits(monkeypa
     assert lock_of_this_copy().parent == mine.parent and lock_of_this_copy() != mine
 
 
-def test_other_people_need_another_preparation() -> None:
+def test_of_other_people_only_those_are_made_who_are_new() -> None:
     conference = load(DEMO_FILE)
     data = conference.model_dump(mode="json", exclude_none=True)
     data["sites"][0]["participants"][0]["height"] = 1.5
+    made, other = (stamps_of(c, draws=True) for c in (conference, type(conference).model_validate(data)))
+    assert [part for part, stamp in other.items() if stamp not in made.values()] == [("builtin:person=aiko", "aiko", 1.5)]
+
+
+def test_a_room_with_things_of_its_own_needs_a_preparation_of_its_own() -> None:
+    conference = load(DEMO_FILE)
+    data = conference.model_dump(mode="json", exclude_none=True)
+    data["room"]["things"] = [{"id": "marble", "shape": "ball", "size": 0.02, "at": [0.0, -0.3]}]
     other = type(conference).model_validate(data)
-    assert stamp_of(other, draws=True) != stamp_of(conference, draws=True)
-    assert stamp_of(other, draws=False) == stamp_of(conference, draws=False)
+    assert [*stamps_of(conference, draws=False)] == [KERNELS]
+    assert [*stamps_of(other, draws=False)] == [KERNELS, ROOM]
 
 
 def test_what_is_shown_is_a_step_that_goes_on_and_not_one_that_is_done(
@@ -78,4 +86,4 @@ def test_where_nothing_is_drawn_nobody_is_made(tmp_path: Path) -> None:
     said = subprocess.run(command, check=True, capture_output=True, text=True, env=environment).stdout
     assert "done compiling posture" in said and "making" not in said and "deformation" not in said
     conference = load(DEMO_FILE)
-    assert list(tmp_path.glob("**/prepared-*")) == [tmp_path / "vistel" / stamp_of(conference, draws=False).name]
+    assert list(tmp_path.glob("**/prepared-*")) == [tmp_path / "vistel" / stamps_of(conference, draws=False)[KERNELS].name]

@@ -8,7 +8,9 @@ import pytest
 
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.check import check_avatar
-from vistel.figure.body_model.person import Person, make
+from vistel.figure.body_model.assemble import assemble
+from vistel.figure.body_model.model import body_model
+from vistel.figure.body_model.person import Person, fit
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.cut import loops
 from vistel.figure.clothes.outfit import outfit
@@ -20,10 +22,10 @@ from vistel.figure.part import Part, joined
 from vistel.figure.posture.standard import standard_postures
 
 PEOPLE = {
-    "thin": Person("female", 28.0, 1.66, 52.0, dressed=False, hair="shaved", beard="none"),
-    "heavy": Person("male", 45.0, 1.76, 108.0, dressed=False, hair="shaved", beard="none"),
-    "child": Person("male", 7.0, dressed=False, hair="shaved", beard="none"),
-    "old": Person("female", 70.0, 1.58, 78.0, dressed=False, hair="shaved", beard="none"),
+    "thin": Person("female", 28.0, 1.66, 52.0),
+    "heavy": Person("male", 45.0, 1.76, 108.0),
+    "child": Person("male", 7.0),
+    "old": Person("female", 70.0, 1.58, 78.0),
 }
 MOST = (13_000, 4_750, 1_970)
 """Vertices of a dressed person on each level."""
@@ -31,7 +33,8 @@ MOST = (13_000, 4_750, 1_970)
 
 @cache
 def body(name: str) -> Avatar:
-    return make(PEOPLE[name], name)
+    """Bald and bare. A painted skin would take longer than all the rest."""
+    return assemble(body_model(), fit(PEOPLE[name]).shape, name=name)
 
 
 @cache

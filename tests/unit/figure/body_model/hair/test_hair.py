@@ -1,6 +1,5 @@
 """Hair: it fits every head, keeps its budget, and does not go through the body."""
 
-from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -12,12 +11,13 @@ import vistel.figure
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.check import check_avatar
+from vistel.figure.body_model.assemble import assemble
 from vistel.figure.body_model.hair.beard import BEARDS, beard
 from vistel.figure.body_model.hair.hair import hair
 from vistel.figure.body_model.hair.natural import usual_style
 from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.model import body_model
-from vistel.figure.body_model.person import Person, drawn, make
+from vistel.figure.body_model.person import Person, drawn, fit, make
 from vistel.figure.figure import Figure
 from vistel.figure.part import Part, joined
 from vistel.figure.posture.by_joint import with_joints
@@ -32,7 +32,8 @@ MOST = 3500, 1200, 350
 
 @cache
 def body(who: int) -> Avatar:
-    return make(replace(PEOPLE[who], hair="shaved", beard="none", dressed=False))
+    """Bald and bare. A painted skin would take longer than all the rest."""
+    return assemble(body_model(), fit(PEOPLE[who]).shape, name="person")
 
 
 def grown(who: int, style: str, seed: int = 0) -> Part:
@@ -41,32 +42,45 @@ def grown(who: int, style: str, seed: int = 0) -> Part:
     return part
 
 
-def depth(p: F64, skin: F64) -> F64:
-    """(N,) how far places are inside a closed skin of the body model (V, 3) [m]: behind the nearest of many places on it."""
-    corner = skin[body_model().closed]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    size = np.linalg.norm(normal, axis=1)
-    corner, normal = corner[size > 1e-9], normal[size > 1e-9] / size[size > 1e-9][:, None]
-    shares = np.array([(a, b, 1.0 - a - b) for a in (0.1, 1 / 3, 0.8) for b in (0.1, 1 / 3, 0.8) if a + b <= 0.95])
-    on: F64 = np.einsum("sk,fki->sfi", shares, corner).reshape(-1, 3)
-    tree: Any = KDTree(on)
-    which = np.asarray(tree.query(p)[1])
-    deep = -np.einsum("ni,ni->n", p - on[which], np.tile(normal, (len(shares), 1))[which])
-    # Beside sharp edges that may be the wrong side: the solid angle under which the skin is seen tells (Jacobson et al. 2013).
-    for k in np.flatnonzero(deep > 0.002):
-        a, b, c = np.moveaxis(corner - p[k], 1, 0)
-        la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-        below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
-        turns = np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2.0 * np.pi)
-        deep[k] = deep[k] if turns > 0.5 else 0.0
-    return deep
+class Skin:
+    """A closed skin of the body model."""
+
+    def __init__(self, skin: F64) -> None:
+        """skin: (V, 3) its vertices [m]."""
+        corner = skin[body_model().closed]
+        normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        size = np.linalg.norm(normal, axis=1)
+        self._corner, normal = corner[size > 1e-9], normal[size > 1e-9] / size[size > 1e-9][:, None]
+        shares = np.array([(a, b, 1.0 - a - b) for a in (0.1, 1 / 3, 0.8) for b in (0.1, 1 / 3, 0.8) if a + b <= 0.95])
+        self._on: F64 = np.einsum("sk,fki->sfi", shares, self._corner).reshape(-1, 3)
+        self._normal: F64 = np.tile(normal, (len(shares), 1))
+        self._tree: Any = KDTree(self._on)
+
+    def depth(self, p: F64) -> F64:
+        """(N,) how far places (N, 3) are inside [m]: behind the nearest of many places on it."""
+        which = np.asarray(self._tree.query(p)[1])
+        deep = -np.einsum("ni,ni->n", p - self._on[which], self._normal[which])
+        # Beside sharp edges that may be the wrong side: the solid angle under which the skin is seen tells (Jacobson et al. 2013).
+        for k in np.flatnonzero(deep > 0.002):
+            a, b, c = np.moveaxis(self._corner - p[k], 1, 0)
+            la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+            below = la * lb * lc + (a * b).sum(1) * lc + (b * c).sum(1) * la + (c * a).sum(1) * lb
+            turns = np.arctan2((a * np.cross(b, c)).sum(1), below).sum() / (2.0 * np.pi)
+            deep[k] = deep[k] if turns > 0.5 else 0.0
+        return deep
+
+
+@cache
+def skin(who: int) -> Skin:
+    """Of somebody as they were made."""
+    return Skin(body(who).mesh.vertices.astype(np.float64))
 
 
 @pytest.mark.parametrize("style", GROWN)
 def test_hair_stays_outside_the_skin_of_everybody(style: str) -> None:
     for who in range(len(PEOPLE)):
         for level in grown(who, style).levels:
-            inside = depth(level.vertices.astype(np.float64), body(who).mesh.vertices.astype(np.float64))
+            inside = skin(who).depth(level.vertices.astype(np.float64))
             assert inside.max() < 0.002, f"{PEOPLE[who]}: {1e3 * inside.max():.1f} mm"
 
 
@@ -86,7 +100,7 @@ def test_long_hair_lies_on_what_shoulders_wear() -> None:
     assert part is not None
     p = part.levels[0].vertices.astype(np.float64)
     low = p[p[:, 1] < body(3).skeleton.rest[JOINT_INDEX["neck"], 1] - 0.04]
-    off = -depth(low, body(3).mesh.vertices.astype(np.float64))
+    off = -skin(3).depth(low)
     assert len(low) > 50
     assert np.quantile(off, 0.05) > 0.010
 
@@ -114,7 +128,7 @@ def test_a_beard_moves_with_the_face_and_leaves_the_lips_free() -> None:
         finest = part.levels[0]
         opened = next(t for t in finest.targets if t.name == "jawOpen")
         assert style == "moustache" or np.linalg.norm(opened.offset, axis=1).max() > 0.01
-        inside = depth(finest.vertices.astype(np.float64), body(3).mesh.vertices.astype(np.float64))
+        inside = skin(3).depth(finest.vertices.astype(np.float64))
         assert np.mean(inside > 0.002) < 0.012
     with pytest.raises(ValueError, match=r"^beard: expected one of none, .*, got 'goatee'$"):
         vistel.figure.person("male", beard="goatee")
@@ -134,8 +148,8 @@ def test_long_hair_stays_out_of_the_shoulders_of_a_head_that_turns(turn: float) 
     bare = body(2)
     posture = with_joints(standing(), {"head": (0.0, turn, 0.0)})
     count = len(bare.mesh.vertices)
-    skin = Figure(bare).pose(posture).vertices.astype(np.float64)
+    turned = Skin(Figure(bare).pose(posture).vertices.astype(np.float64))
     moved = Figure(joined(bare, [part])).pose(posture).vertices[count:].astype(np.float64)
-    inside = depth(moved, skin)
+    inside = turned.depth(moved)
     assert np.mean(inside > 0.002) < 0.02
     assert np.mean(inside > 0.01) < 0.005
