@@ -3,11 +3,12 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from vistel.speech.automaton import Pattern
 from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.engine import EngineError
 from vistel.speech.grammar import Grammar, Language
 from vistel.speech.grammar_file import GrammarFault, load_grammar
-from vistel.speech.phones import kana_phones
+from vistel.speech.phones import PHONES, kana_phones, kana_ways
 from vistel.speech.recognition import Recogniser
 
 Maker = Callable[[Grammar, Path | None], Recogniser]
@@ -54,25 +55,37 @@ def checked_grammar(*extra: Path) -> tuple[Grammar, list[GrammarFault]]:
     return load_grammar(*extra, known=unrecognisable)
 
 
-def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
-    from vistel.speech import acoustic, enrolment, japanese
+def _hybrid(language: Language, patterns: list[Pattern], phones: tuple[str, ...], voice: Path | None) -> Recogniser:
+    from vistel.speech import acoustic, enrolment
     from vistel.speech.automaton import compile_automaton
-    from vistel.speech.phones import PHONES
+    from vistel.speech.hybrid import HybridRecogniser
 
     try:
-        model = acoustic.japanese()
+        model = acoustic.packaged(NAMES[language].lower())
         adaptation = enrolment.load(voice) if voice is not None else None
+        return HybridRecogniser(compile_automaton(patterns, phones), model, adaptation)
     except (OSError, ValueError) as e:
-        raise RecogniserError(f"Japanese cannot be recognised: {e}; `make speech-model` makes its model") from e
-    return japanese.JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), model, adaptation)
+        raise RecogniserError(f"{NAMES[language]} cannot be recognised: {e}; `make speech-model` makes its model") from e
 
 
-def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
+def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
+    return _hybrid("ja", grammar.patterns("ja", kana_ways), PHONES, voice)
+
+
+def english_hybrid(grammar: Grammar, voice: Path | None) -> Recogniser:
+    """The English one with the package's own net. Raises RecogniserError and EngineError."""
+    from vistel.speech.engines import sphinx
+
+    return _hybrid("en", grammar.patterns("en", sphinx.phrase_phones), sphinx.PHONES, voice)
+
+
+def pocketsphinx(grammar: Grammar, voice: Path | None) -> Recogniser:
+    """The English one with pocketsphinx's models, which learns no voice. Raises EngineError."""
     from vistel.speech.english import EnglishRecogniser
 
     return EnglishRecogniser(grammar)
 
 
 NAMES: Mapping[Language, str] = {"ja": "Japanese", "en": "English"}
-MAKERS: dict[Language, Maker] = {"ja": _japanese, "en": _english}
+MAKERS: dict[Language, Maker] = {"ja": _japanese, "en": pocketsphinx}
 """Of the package's own recognisers."""

@@ -334,7 +334,7 @@ def enrol(
     else:
         said = _read_aloud(known, microphone, sentences)
     try:
-        learnt = enrolment.adapt(acoustic.japanese(), said, tell=lambda line: out.print(line, style="dim"))
+        learnt = enrolment.adapt(acoustic.packaged("japanese"), said, tell=lambda line: out.print(line, style="dim"))
         result.parent.mkdir(parents=True, exist_ok=True)
         enrolment.save(learnt, result)
     except (OSError, ValueError) as e:
