@@ -13,17 +13,17 @@ from benchmarks.row import Row, Target, at_least, at_most
 from benchmarks.scores import wilson
 from benchmarks.voices.speech_score import share_of_core
 from scripts.speech_model.voices import RATE
-from vistel.speech.engines.engine import EngineError
+from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.sphinx import PACKAGE
 from vistel.speech.grammar import Grammar, Language
-from vistel.speech.recognisers import NAMES, Maker, RecogniserError, checked_grammar, pocketsphinx, recogniser
+from vistel.speech.recognisers import NAMES, RecogniserError, checked_grammar, recogniser
 from vistel.speech.recognition import Recogniser
 
 TARGETS: dict[Language, dict[str, Target]] = {
     "ja": {"clean": at_least(97), "20 dB": at_least(95), "10 dB": at_least(90), "reverberant": at_least(94)},
     "en": {"clean": at_least(97), "20 dB": at_least(95), "10 dB": at_least(85)},
 }
-PEERS: dict[Language, tuple[str, Maker]] = {"en": (PACKAGE.replace("==", " "), pocketsphinx)}
+PEERS: dict[Language, tuple[str, Chosen]] = {"en": (PACKAGE.replace("==", " "), Chosen("pocketsphinx"))}
 """What is scored beside the package's own recogniser, in turns with it."""
 COUNT, TALK_MIN = 24, 5
 
@@ -33,9 +33,9 @@ def rows(language: Language) -> Iterator[Row]:
     grammar, _ = checked_grammar()
     try:
         hears = recogniser(language, grammar)
-        name, make = PEERS.get(language, (None, None))
-        peer = None if make is None else make(grammar, None)
-    except (RecogniserError, EngineError) as e:
+        name, chosen = PEERS.get(language, (None, None))
+        peer = None if chosen is None else recogniser(language, grammar, chosen=chosen)
+    except RecogniserError as e:
         skipped(f"speech, {NAMES[language]}", str(e))
         return
     for some in (sets.tune(), sets.choose()):

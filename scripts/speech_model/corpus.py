@@ -20,7 +20,8 @@ class Corpus:
     name: of the model; phones: the pause first; lacking: why it cannot be spoken here, in one line, or None; prepare: what is done
     in a folder of its own before; packs: (voice, number) of each; say: a pack by voice, number, seed and that folder. first:
     packs, as "voice.number", whose times the synthesiser tells and from which the first net learns; aligned: voices whose times
-    that net finds. throats: as `frames.session`.
+    that net finds. rounds: how often each utterance is heard, each time somewhere else; share: of the frames of a round that are
+    learnt from. throats: as `frames.session`.
     """
 
     name: str
@@ -31,6 +32,8 @@ class Corpus:
     say: Callable[[str, int, int, Path], list[Spoken]]
     first: tuple[str, ...]
     aligned: tuple[str, ...]
+    rounds: int
+    share: float
     throats: bool = False
 
 

@@ -110,5 +110,7 @@ ENGLISH = Corpus(
     say_pack,
     tuple(f"{voice}.{k}" for voice in _TIMED for k in range(2)),
     tuple(voice for voice in _PACKS if voice not in _TIMED),
+    10,
+    0.6,
     throats=True,
 )

@@ -132,5 +132,14 @@ def _prepare(alike: Path) -> None:
 
 
 JAPANESE = Corpus(
-    "japanese", PHONES, _lacking, _prepare, tuple(packs()), say_pack, tuple(f"{voice}.0" for voice in HTS_TRAINING), ("espeak",)
+    "japanese",
+    PHONES,
+    _lacking,
+    _prepare,
+    tuple(packs()),
+    say_pack,
+    tuple(f"{voice}.0" for voice in HTS_TRAINING),
+    ("espeak",),
+    26,
+    0.75,
 )

@@ -139,8 +139,6 @@ def main() -> int:
     parser.add_argument("--folder", type=Path, default=Path("out/speech-model"), help="where speech and first net are kept")
     parser.add_argument("--out", type=Path, help="the file in the package, where it is not given")
     parser.add_argument("--seed", type=int, default=9)
-    parser.add_argument("--rounds", type=int, default=26, help="how often each utterance is heard, each time somewhere else")
-    parser.add_argument("--share", type=float, default=0.75, help="of the frames of a round that are learnt from")
     given = parser.parse_args()
     language = CORPORA[given.language]
     if (reason := language.lacking()) is not None:
@@ -158,7 +156,7 @@ def main() -> int:
         found = [timed for each in said[name] if (timed := aligned(first, each)) is not None]
         print(f"aligned: {name}, {len(found)} of {len(said[name])} utterances", flush=True)
         said[name] = found
-    save(trained(language, said, given.rounds, given.share, given.seed + 1), out)
+    save(trained(language, said, language.rounds, language.share, given.seed + 1), out)
     print(f"written: {out}, {out.stat().st_size} bytes")
     return 0
 

@@ -26,6 +26,8 @@ def recogniser(language: Language, grammar: Grammar, voice: Path | None = None, 
     try:
         if chosen is None or chosen.name == "own":
             return MAKERS[language](grammar, voice)
+        if chosen.name == "pocketsphinx":
+            return pocketsphinx(language, grammar)
         from vistel.speech.engines.adapter import made  # others are used by few
 
         return made(chosen, grammar, language)
@@ -72,20 +74,24 @@ def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
     return _hybrid("ja", grammar.patterns("ja", kana_ways), PHONES, voice)
 
 
-def english_hybrid(grammar: Grammar, voice: Path | None) -> Recogniser:
-    """The English one with the package's own net. Raises RecogniserError and EngineError."""
+def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
+    """Without `voice`: what is learnt of a voice is learnt from Japanese, and fits the Japanese net."""
+    from vistel.speech.combined import CombinedRecogniser
     from vistel.speech.engines import sphinx
 
-    return _hybrid("en", grammar.patterns("en", sphinx.phrase_phones), sphinx.PHONES, voice)
+    net = _hybrid("en", grammar.patterns("en", sphinx.phrase_phones), sphinx.PHONES, None)
+    return CombinedRecogniser((net, pocketsphinx("en", grammar)))
 
 
-def pocketsphinx(grammar: Grammar, voice: Path | None) -> Recogniser:
-    """The English one with pocketsphinx's models, which learns no voice. Raises EngineError."""
-    from vistel.speech.english import EnglishRecogniser
+def pocketsphinx(language: Language, grammar: Grammar) -> Recogniser:
+    """English with pocketsphinx's own models. Raises EngineError."""
+    if language != "en":
+        raise EngineError('pocketsphinx: its package holds a model of English only; language = "en" takes it')
+    from vistel.speech.engines.pocketsphinx import PocketsphinxRecogniser
 
-    return EnglishRecogniser(grammar)
+    return PocketsphinxRecogniser(grammar)
 
 
 NAMES: Mapping[Language, str] = {"ja": "Japanese", "en": "English"}
-MAKERS: dict[Language, Maker] = {"ja": _japanese, "en": pocketsphinx}
+MAKERS: dict[Language, Maker] = {"ja": _japanese, "en": _english}
 """Of the package's own recognisers."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import wave
 from pathlib import Path
 
@@ -97,9 +98,12 @@ def test_a_model_of_another_version_is_refused(tmp_path: Path) -> None:
         acoustic.load(path)
 
 
-def test_the_model_in_the_package_is_small_and_says_how_it_was_made() -> None:
-    assert model_file("japanese").stat().st_size < 2_000_000
-    assert "Creative Commons Attribution" in model_file("japanese").with_suffix(".md").read_text()
+def test_the_models_in_the_package_are_small_and_say_how_they_were_made() -> None:
+    for name, licence in (("japanese", "Creative Commons Attribution"), ("english", "Apache License")):
+        assert model_file(name).stat().st_size < 2_000_000
+        assert licence in model_file(name).with_suffix(".md").read_text()
+    digest = hashlib.sha256(model_file("english").read_bytes()).hexdigest()
+    assert digest in model_file("english").with_suffix(".md").read_text()
 
 
 def test_enrolment_undoes_a_change_of_voice(grammar: Grammar, tmp_path: Path) -> None:
