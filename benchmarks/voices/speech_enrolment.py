@@ -8,13 +8,13 @@ from benchmarks.row import Row
 from benchmarks.voices.speech_score import CommandScore, score
 from benchmarks.voices.speech_sounds import NoisyRoom, SpokenCommand, commands, held_out
 from scripts.speech_model.voices import Manner, missing, resampled
-from vistel.speech.acoustic import Adaptation, japanese
+from vistel.speech.acoustic import Adaptation, packaged
 from vistel.speech.automaton import compile_automaton
 from vistel.speech.enrolment import adapt
 from vistel.speech.grammar import Grammar
 from vistel.speech.grammar_file import load_grammar
-from vistel.speech.japanese import ACCEPT, JapaneseRecogniser
-from vistel.speech.phones import PHONES, kana_phones
+from vistel.speech.hybrid import ACCEPT, HybridRecogniser
+from vistel.speech.phones import PHONES, kana_ways
 from vistel.speech.recognition import Hypotheses
 
 COUNT, ENROLMENT_S = 50, 150.0
@@ -31,8 +31,8 @@ def rows() -> Iterator[Row]:
     yield from _enrolled(grammar)
 
 
-def _recogniser(grammar: Grammar, adaptation: Adaptation | None = None) -> JapaneseRecogniser:
-    return JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), adaptation=adaptation)
+def _recogniser(grammar: Grammar, adaptation: Adaptation | None = None) -> HybridRecogniser:
+    return HybridRecogniser(compile_automaton(grammar.patterns("ja", kana_ways), PHONES), packaged("japanese"), adaptation)
 
 
 def _scored(grammar: Grammar, said: list[SpokenCommand], place: NoisyRoom, adaptation: Adaptation | None = None) -> CommandScore:
@@ -51,7 +51,7 @@ def _enrolled(grammar: Grammar) -> Iterator[Row]:
     read = [_shorter(each) for each in commands(grammar, int(ENROLMENT_S / 2.5), voice, seed=21, manner=far)]
     said = [_shorter(each) for each in commands(grammar, COUNT, voice, seed=22, manner=far)]
     room = NoisyRoom("20 dB", [each.sound for each in read])
-    learnt = adapt(japanese(), [(room.heard(each.sound, 0.3, 0.3), each.said.spoken) for each in read])
+    learnt = adapt(packaged("japanese"), [(room.heard(each.sound, 0.3, 0.3), each.said.spoken) for each in read])
     case = f"{COUNT} commands, a voice far from the training, 20 dB"
     for what, adaptation in (("before enrolment", None), (f"after {ENROLMENT_S:.0f} s of it", learnt)):
         found = _scored(grammar, said, NoisyRoom("20 dB", [each.sound for each in said]), adaptation)

@@ -18,7 +18,7 @@ def aligned(model: AcousticModel, spoken: Spoken) -> Spoken | None:
     sound = np.concatenate([pad, spoken.sound * np.float32(0.05 / level(spoken.sound)), pad])
     frames = Normaliser(model.start_mean).feed(LogMel().feed(sound))
     scores = Acoustic(model).feed_all(frames)
-    states, owner = chain_of(spoken.phones)
+    states, owner = chain_of(spoken.phones, model.phones)
     path, fit = align(scores, states)
     if not fit > _WORST:
         return None

@@ -1,5 +1,6 @@
 """From clean speech to what the net is trained on: normalised frames and the state each belongs to."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,6 @@ from scripts.speech_model.voices import RATE, Spoken, resampled
 from vistel.arrays import F32, I16
 from vistel.speech.acoustic import state_of
 from vistel.speech.features import HOP, WINDOW, LogMel, Normaliser
-from vistel.speech.phones import PHONES
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class Session:
     states: I16
 
 
-def states_of(spoken: Spoken, start: int, count: int) -> I16:
+def states_of(spoken: Spoken, start: int, count: int, phones: Sequence[str]) -> I16:
     """States of the frames whose middle lies in the utterance that begins at sample `start`; pause elsewhere."""
     assert spoken.ends_s is not None
     middles = (np.arange(count) * HOP + WINDOW / 2 - start) / RATE
@@ -30,7 +30,7 @@ def states_of(spoken: Spoken, start: int, count: int) -> I16:
     index = np.minimum(index, len(spoken.phones) - 1)
     begins = np.concatenate([[0.0], spoken.ends_s[:-1]])
     late = middles >= 0.5 * (begins + spoken.ends_s)[index]
-    halves = np.array([[state_of(PHONES.index(phone), part) for part in (0.0, 0.5)] for phone in spoken.phones])
+    halves = np.array([[state_of(phones.index(phone), part) for part in (0.0, 0.5)] for phone in spoken.phones])
     return np.where(inside, halves[index, late.astype(int)], 0).astype(np.int16)
 
 
@@ -40,8 +40,19 @@ def stretched(spoken: Spoken, step: float) -> Spoken:
     return replace(spoken, sound=resampled(spoken.sound, step), ends_s=ends)
 
 
-def session(random: np.random.Generator, said: list[Spoken], noises: Noises, start_mean: F32) -> Session:
-    """Some utterances one after the other, in a place drawn at random, sometimes with a sudden sound between them."""
+def session(
+    random: np.random.Generator,
+    said: list[Spoken],
+    noises: Noises,
+    start_mean: F32,
+    phones: Sequence[str],
+    *,
+    throats: bool = False,
+) -> Session:
+    """Some utterances one after the other, in a place drawn at random, sometimes with a sudden sound between them.
+
+    phones: all of the language; throats: whether the mel bands are warped too, for a throat whose pitch and speed are another's.
+    """
     step = float(random.uniform(0.85, 1.18))
     said = [stretched(each, step) for each in said]
     gaps = [int(random.uniform(0.1, 0.9) * RATE) for _ in range(len(said) + 1)]
@@ -60,10 +71,20 @@ def session(random: np.random.Generator, said: list[Spoken], noises: Noises, sta
         begin = 0 if burst == 0 else starts[burst - 1] + len(said[burst - 1].sound)
         _sudden(random, sound[begin : begin + gaps[burst]], noises, level(sound))
     raw = LogMel().feed(heard_at(random, sound, noises))
+    if throats:
+        raw = warped(raw, float(random.uniform(0.9, 1.1)))
     states = np.zeros(len(raw), np.int16)
     for each, start in zip(said, starts, strict=True):
-        states = np.maximum(states, states_of(each, start, len(raw)))
+        states = np.maximum(states, states_of(each, start, len(raw), phones))
     return Session(_normaliser(random, start_mean).feed(raw).astype(np.float16), states)
+
+
+def warped(frames: F32, factor: float) -> F32:
+    """(n, BANDS) with what was in band b * factor in band b: above 1 a longer throat."""
+    at = np.clip(np.arange(frames.shape[1]) * factor, 0, frames.shape[1] - 1)
+    low = np.minimum(at.astype(int), frames.shape[1] - 2)
+    part = (at - low).astype(np.float32)
+    return frames[:, low] * (1.0 - part) + frames[:, low + 1] * part
 
 
 _SUDDEN = 0.3

@@ -13,6 +13,8 @@ import numpy as np
 _WORDS = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
 _COMMAND: dict[str, list[str]] = _WORDS["command"]
 _MORAE: list[str] = _WORDS["made_up"]["morae"]
+ENGLISH: dict[str, str] = _WORDS["english"]
+"""Lists, spaces between: common words in which every sound occurs; accents and variants of espeak-ng."""
 
 
 @dataclass(frozen=True)

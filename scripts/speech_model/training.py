@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from scripts.speech_model.frames import Session
 from vistel.arrays import F32
-from vistel.speech.acoustic import STATES, AcousticModel
+from vistel.speech.acoustic import AcousticModel
 from vistel.speech.confidence import FEATURES
 from vistel.speech.features import BANDS
 
@@ -44,17 +44,17 @@ class Frames:
         self.known = np.flatnonzero(self.states >= 0)
 
 
-def fresh(random: np.random.Generator, frames: Frames, start_mean: F32, stay: F32) -> AcousticModel:
+def fresh(random: np.random.Generator, frames: Frames, start_mean: F32, stay: F32, phones: tuple[str, ...]) -> AcousticModel:
     """A net of random weights, with the spread and the priors of the frames."""
     spread = frames.values[frames.known].std(0)
-    counts = np.bincount(frames.states[frames.known], minlength=STATES) + 1.0
-    widths = [len(OFFSETS) * BANDS, *HIDDEN, STATES]
+    counts = np.bincount(frames.states[frames.known], minlength=len(stay)) + 1.0
+    widths = [len(OFFSETS) * BANDS, *HIDDEN, len(stay)]
     weights = [(random.standard_normal((a, b)) * np.sqrt(2.0 / a)).astype(np.float32) for a, b in pairwise(widths)]
     weights[-1] *= np.float32(0.3)
     biases = tuple(np.zeros(b, np.float32) for b in widths[1:])
     prior = np.log(counts / counts.sum()).astype(np.float32)
     scale = (1.0 / spread).astype(np.float32)
-    return AcousticModel(OFFSETS, start_mean, scale, tuple(weights), biases, prior, stay, np.zeros(FEATURES, np.float32))
+    return AcousticModel(phones, OFFSETS, start_mean, scale, tuple(weights), biases, prior, stay, np.zeros(FEATURES, np.float32))
 
 
 def train(

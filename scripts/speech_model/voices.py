@@ -1,9 +1,10 @@
-"""Synthetic voices: Open JTalk with voices found in folders, espeak-ng, flite.
+"""Synthetic voices: Open JTalk with voices found in folders, espeak-ng, flite, SVOX Pico.
 
 Voices are looked for, never shipped: `VISTEL_VOICES` names folders with *.htsvoice (colon between them); Debian's
 /usr/share/hts-voice and the voice inside the Python package pyopenjtalk-plus are found without it.
 """
 
+import importlib
 import importlib.util
 import os
 import shutil
@@ -120,10 +121,11 @@ def mixed(text: str, shares: dict[str, float], folder: Path, manner: Manner) -> 
         return Spoken(_read(wav), *_timed(timed.read_text()))
 
 
-def _run(command: list[str], text: str, wav: Path) -> None:
+def _run(command: list[str], text: str, wav: Path) -> str:
     done = subprocess.run(command, input=text.encode(), capture_output=True, check=False)
     if done.returncode != 0 or not wav.is_file():
         raise RuntimeError(f"{command[0]} said nothing for {text!r}: {done.stderr.decode(errors='replace').strip()}")
+    return done.stdout.decode(errors="replace")
 
 
 def _timed(listing: str) -> tuple[tuple[str, ...], NDArray[np.float64]]:
@@ -157,6 +159,22 @@ def flite(text: str, voice: str, slowness: float) -> F32:
         command = ["flite", "-voice", voice, "--setf", f"duration_stretch={slowness:.3f}", "-t", text, "-o", str(wav)]
         _run(command, text, wav)
         return _read(wav)
+
+
+def flite_timed(text: str, voice: str, slowness: float) -> tuple[F32, list[tuple[str, float]]]:
+    """As `flite`, and its own names of the phones with where each ends [s]."""
+    with tempfile.TemporaryDirectory() as folder:
+        wav = Path(folder) / "speech.wav"
+        command = ["flite", "-voice", voice, "--setf", f"duration_stretch={slowness:.3f}", "-psdur", "-t", text, "-o", str(wav)]
+        listing = _run(command, text, wav)
+        ends = [each.split(":") for each in listing.split()]
+        return _read(wav), [(name, float(end)) for name, end in ends]
+
+
+def pico(text: str, language: str, speed: float, pitch: float) -> F32:
+    """English by SVOX Pico, language "en-US" or "en-GB", a woman each; raises ImportError without the package py-nanotts."""
+    sound = importlib.import_module("py_nanotts").NanoTTS().speak(text, voice=language, speed=speed, pitch=pitch)
+    return np.frombuffer(sound, np.int16).astype(np.float32) / np.float32(32768.0)
 
 
 def _read(path: Path) -> F32:

@@ -6,7 +6,7 @@ from typing import Literal, Self
 from pydantic import Field, model_validator
 
 from vistel.conference.devices import Checked, Name
-from vistel.speech.engines.choice import EngineName
+from vistel.speech.engines.choice import WITHOUT_MODEL, EngineName
 
 Spoken = Literal["ja", "en"]
 
@@ -30,13 +30,13 @@ class Speech(Checked):
     """Folder with what `vistel speech enrol` learnt, a file NAME.npz for each participant."""
 
     engine: EngineName = "own"
-    """The engine that recognises those who speak `language`; all but "own" need a model."""
+    """The engine that recognises those who speak `language`; all but "own" and "pocketsphinx" need a model."""
     model: Path | None = None
     """The engine's model: a folder or a file, beside the conference file."""
 
     @model_validator(mode="after")
     def _engine_has_a_model(self) -> Self:
-        if self.engine != "own" and self.model is None:
+        if self.engine not in WITHOUT_MODEL and self.model is None:
             raise ValueError(f'engine = "{self.engine}" needs a model; name it: model = "path"')
         return self
 

@@ -1,6 +1,6 @@
-"""The probability of each sound of Japanese at a moment: a small feed-forward net over a window of frames.
+"""The probability of each sound of a language at a moment: a small feed-forward net over a window of frames.
 
-The weights are one file in the package (`data/japanese.npz`; `data/japanese.md` beside it says how they were made).
+The weights of a language are one file in the package (`data/japanese.npz`; `data/japanese.md` beside it says how they were made).
 """
 
 from dataclasses import dataclass
@@ -12,17 +12,13 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32
 from vistel.speech.features import BANDS
-from vistel.speech.phones import PHONES
 
 VERSION = 2
 """Version of the weight file; it changes when its arrays or their meaning do."""
-STATES = 2 * len(PHONES) - 1
-"""Number of states: one for the pause (0), two, a beginning and an end, for every other phone."""
-FILE = Path(__file__).with_name("data") / "japanese.npz"
 
 
 def state_of(phone: int, part: float) -> int:
-    """State of a phone (an index into PHONES) when `part` of it, 0 to 1, has passed."""
+    """State of a phone (an index, the pause is 0) when `part` of it, 0 to 1, has passed: the pause has one, every other two."""
     return 0 if phone == 0 else 2 * phone - 1 + (part >= 0.5)
 
 
@@ -30,12 +26,14 @@ def state_of(phone: int, part: float) -> int:
 class AcousticModel:
     """A trained net and what the decoder needs beside it.
 
-    offsets: (window,) frames that are the net's input, relative to the one it classifies, rising; the last is how far it looks
-    ahead. start_mean, scale: (BANDS,) mean of the frames at the start of a stream, and one over their spread once it is subtracted.
+    phones: names, the pause first. offsets: (window,) frames that are the net's input, relative to the one it classifies, rising;
+    the last is how far it looks ahead. start_mean, scale: (BANDS,) mean of the frames at the start of a stream, and one over their
+    spread once it is subtracted.
     weights, biases: of the layers; all but the last are followed by max(0, x). (in, out) and (out,) float32. log_prior: (STATES,)
     logarithm of how often each state was trained on. stay: (STATES,) probability that a state lasts another frame. belief:
     (FEATURES,) weights of what `confidence.py` makes a confidence of."""
 
+    phones: tuple[str, ...]
     offsets: tuple[int, ...]
     start_mean: F32
     scale: F32
@@ -44,6 +42,11 @@ class AcousticModel:
     log_prior: F32
     stay: F32
     belief: F32
+
+    @property
+    def states(self) -> int:
+        """How many there are, called STATES elsewhere."""
+        return 2 * len(self.phones) - 1
 
     @property
     def past(self) -> int:
@@ -73,7 +76,7 @@ def save(model: AcousticModel, path: Path) -> None:
     """Writes a model; weights become bytes with a scale for each output (about 1 MB)."""
     arrays: dict[str, NDArray[np.generic]] = {
         "version": np.array(VERSION),
-        "phones": np.array(PHONES),
+        "phones": np.array(model.phones),
         "offsets": np.array(model.offsets, np.int16),
         "start_mean": model.start_mean,
         "scale": model.scale,
@@ -90,35 +93,38 @@ def save(model: AcousticModel, path: Path) -> None:
         np.savez_compressed(file, **arrays)  # pyright: ignore[reportArgumentType]
 
 
-def load(path: Path = FILE) -> AcousticModel:
-    """Raises ValueError, one line, where the file is not a model of this version and these phones."""
+def load(path: Path) -> AcousticModel:
+    """Raises ValueError, one line, where the file is not a model of this version."""
     try:
         with np.load(path) as data:
             arrays = dict(data)
     except (OSError, ValueError, EOFError) as error:
         raise ValueError(f"speech model {path}: cannot be read ({error}); make it anew with: make speech-model") from None
     version = int(arrays.get("version", np.array(0)))
-    if version != VERSION or tuple(arrays["phones"].tolist()) != PHONES:
-        raise ValueError(
-            f"speech model {path}: is of version {version} or other phones, expected version {VERSION}; "
-            "make it anew with: make speech-model"
-        )
+    if version != VERSION:
+        raise ValueError(f"speech model {path}: is of version {version}, expected {VERSION}; make it anew with: make speech-model")
+    phones = tuple(str(name) for name in arrays["phones"])
     layers = range(sum(name.startswith("weight") for name in arrays))
     weights = tuple(arrays[f"weight{k}"].astype(np.float32) * arrays[f"step{k}"] for k in layers)
     offsets = tuple(int(each) for each in arrays["offsets"])
     widths = [len(offsets) * BANDS, *(w.shape[1] for w in weights)]
-    if [w.shape[0] for w in weights] != widths[:-1] or widths[-1] != STATES:
+    if [w.shape[0] for w in weights] != widths[:-1] or widths[-1] != 2 * len(phones) - 1:
         raise ValueError(f"speech model {path}: layers of {widths} do not fit; make it anew with: make speech-model")
     biases = tuple(arrays[f"bias{k}"] for k in layers)
     start_mean, scale = arrays["start_mean"], arrays["scale"]
     log_prior, stay, belief = arrays["log_prior"], arrays["stay"], arrays["belief"]
-    return AcousticModel(offsets, start_mean, scale, weights, biases, log_prior, stay, belief)
+    return AcousticModel(phones, offsets, start_mean, scale, weights, biases, log_prior, stay, belief)
+
+
+def model_file(name: str) -> Path:
+    """Of a model of this package: "japanese"."""
+    return Path(__file__).with_name("data") / f"{name}.npz"
 
 
 @cache
-def japanese() -> AcousticModel:
-    """The model of this package, loaded once."""
-    return load()
+def packaged(name: str) -> AcousticModel:
+    """A model of this package, loaded once. Raises ValueError as `load`."""
+    return load(model_file(name))
 
 
 @dataclass(frozen=True)
@@ -151,6 +157,6 @@ class Acoustic:
         count = max(0, len(scaled) - past - self._model.future)
         self._kept = scaled[count:].copy()
         if count == 0:
-            return np.zeros((0, STATES), np.float32)
+            return np.zeros((0, self._model.states), np.float32)
         windows = self._model.windows(scaled, np.arange(past, past + count))
         return self._model.log_posteriors(windows.reshape(count, -1))

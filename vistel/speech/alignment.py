@@ -6,16 +6,16 @@ import numpy as np
 
 from vistel.arrays import F32, I32
 from vistel.speech.acoustic import state_of
-from vistel.speech.phones import PAUSE, PHONES
 
 
-def chain_of(phones: Sequence[str]) -> tuple[I32, I32]:
-    """(state, phone) of every step through the phones, one after the other."""
+def chain_of(phones: Sequence[str], known: Sequence[str]) -> tuple[I32, I32]:
+    """(state, phone) of every step through the phones, one after the other; known: all phones of the model, the pause first."""
     states: list[int] = []
     owner: list[int] = []
     for i, phone in enumerate(phones):
-        for part in (0.0,) if phone == PAUSE else (0.0, 0.5):
-            states.append(state_of(PHONES.index(phone), part))
+        number = known.index(phone)
+        for part in (0.0,) if number == 0 else (0.0, 0.5):
+            states.append(state_of(number, part))
             owner.append(i)
     return np.array(states, np.int32), np.array(owner, np.int32)
 

@@ -17,7 +17,7 @@ class Alternative:
     """A word as it is spoken. Several alternatives may carry the same word: ways of saying it.
 
     word: the name under which it is reported (`Heard.words`); "" for a filler that is not reported.
-    phones: names of `vistel.speech.phones.PHONES`; empty for a word that may be left unsaid.
+    phones: names of those of the acoustic model; empty for a word that may be left unsaid.
     """
 
     word: str

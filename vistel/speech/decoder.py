@@ -7,10 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F32, I32
-from vistel.speech.acoustic import STATES, AcousticModel
+from vistel.speech.acoustic import AcousticModel
 from vistel.speech.automaton import Automaton
 from vistel.speech.lattice_kernels import LINKS, NEVER, advance, arrive, round_the_loop
-from vistel.speech.phones import PHONES
 
 _PAUSE = -2
 """Word of the arc that waits at a junction."""
@@ -46,7 +45,7 @@ def network(automaton: Automaton, model: AcousticModel, word_cost: float = 0.0) 
 
     Raises ValueError where the automaton was compiled for other phones than the model's.
     """
-    if automaton.phones != PHONES:
+    if automaton.phones != model.phones:
         raise ValueError("speech: the grammar was compiled for other phones than the acoustic model has")
     waits = np.arange(automaton.junctions, dtype=np.int32)
     source = np.concatenate([automaton.arc_from, waits])
@@ -113,7 +112,7 @@ class SpeechDecoder:
         self._top = np.full(len(net.source), NEVER, np.float32)
         self._junction = np.full(net.junctions, NEVER, np.float32)
         self._junction[0] = 0.0
-        self._loop = np.full(STATES, NEVER, np.float32)
+        self._loop = np.full(len(net.loop_stay), NEVER, np.float32)
         self._loop_out = 0.0
         self._best = 0.0
         self.time = 0

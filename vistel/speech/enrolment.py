@@ -41,7 +41,7 @@ def adapt(
     said: list[tuple[F32, NDArray[np.int32]]] = []
     for sound, text in recordings:
         frames = normaliser.feed(LogMel().feed(as_float(sound)))
-        said.append((frames, chain_of((PAUSE, *kana_phones(text), PAUSE))[0]))
+        said.append((frames, chain_of((PAUSE, *kana_phones(text), PAUSE), model.phones)[0]))
     turn, shift = np.eye(BANDS, dtype=np.float32), np.zeros(BANDS, np.float32)
     for number in range(_ROUNDS):
         windows, states = _aligned(model, Adaptation(turn, shift), said)

@@ -92,15 +92,15 @@ class Grammar:
             out[language] = (*before, alone)
         return Grammar(out, self.wake)
 
-    def patterns(self, language: Language, phones: Callable[[str], Sequence[str]]) -> list[Pattern]:
-        """For `compile_automaton`; phones: those of a word as spoken. Raises what `phones` raises."""
-        known: dict[str, tuple[str, ...]] = {}
+    def patterns(self, language: Language, phones: Callable[[str], Iterable[Sequence[str]]]) -> list[Pattern]:
+        """For `compile_automaton`; phones: the ways to say a word as spoken. Raises what `phones` raises."""
+        known: dict[str, tuple[tuple[str, ...], ...]] = {}
 
         def slot(place: WordSlot) -> Slot:
             for word in place.words:
                 if word.spoken not in known:
-                    known[word.spoken] = tuple(phones(word.spoken))
-            return Slot(tuple(Alternative(w.name, known[w.spoken]) for w in place.words), place.optional)
+                    known[word.spoken] = tuple(map(tuple, phones(word.spoken)))
+            return Slot(tuple(Alternative(w.name, way) for w in place.words for way in known[w.spoken]), place.optional)
 
         return [tuple(slot(p) for p in s.places) for s in self.by_language.get(language, ())]
 

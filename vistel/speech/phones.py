@@ -72,6 +72,11 @@ def kana_phones(text: str) -> tuple[str, ...]:
     return tuple(said)
 
 
+def kana_ways(text: str) -> tuple[tuple[str, ...]]:
+    """The one way to say a word in kana, for `Grammar.patterns`. Raises as `kana_phones`."""
+    return (kana_phones(text),)
+
+
 _LABELS = {"sil": PAUSE, "v": "b", "xx": PAUSE}
 _SPLIT = {"ty": ("t", "y"), "dy": ("d", "y"), "kw": ("k", "w"), "gw": ("g", "w"), "fy": ("f", "y")}
 

@@ -3,11 +3,12 @@
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from vistel.speech.automaton import Pattern
 from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.engine import EngineError
 from vistel.speech.grammar import Grammar, Language
 from vistel.speech.grammar_file import GrammarFault, load_grammar
-from vistel.speech.phones import kana_phones
+from vistel.speech.phones import PHONES, kana_phones, kana_ways
 from vistel.speech.recognition import Recogniser
 
 Maker = Callable[[Grammar, Path | None], Recogniser]
@@ -25,6 +26,8 @@ def recogniser(language: Language, grammar: Grammar, voice: Path | None = None, 
     try:
         if chosen is None or chosen.name == "own":
             return MAKERS[language](grammar, voice)
+        if chosen.name == "pocketsphinx":
+            return pocketsphinx(language, grammar)
         from vistel.speech.engines.adapter import made  # others are used by few
 
         return made(chosen, grammar, language)
@@ -54,23 +57,39 @@ def checked_grammar(*extra: Path) -> tuple[Grammar, list[GrammarFault]]:
     return load_grammar(*extra, known=unrecognisable)
 
 
-def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
-    from vistel.speech import acoustic, enrolment, japanese
+def _hybrid(language: Language, patterns: list[Pattern], phones: tuple[str, ...], voice: Path | None) -> Recogniser:
+    from vistel.speech import acoustic, enrolment
     from vistel.speech.automaton import compile_automaton
-    from vistel.speech.phones import PHONES
+    from vistel.speech.hybrid import HybridRecogniser
 
     try:
-        model = acoustic.japanese()
+        model = acoustic.packaged(NAMES[language].lower())
         adaptation = enrolment.load(voice) if voice is not None else None
+        return HybridRecogniser(compile_automaton(patterns, phones), model, adaptation)
     except (OSError, ValueError) as e:
-        raise RecogniserError(f"Japanese cannot be recognised: {e}; `make speech-model` makes its model") from e
-    return japanese.JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES), model, adaptation)
+        raise RecogniserError(f"{NAMES[language]} cannot be recognised: {e}; `make speech-model` makes its model") from e
+
+
+def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
+    return _hybrid("ja", grammar.patterns("ja", kana_ways), PHONES, voice)
 
 
 def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
-    from vistel.speech.english import EnglishRecogniser
+    """Without `voice`: what is learnt of a voice is learnt from Japanese, and fits the Japanese net."""
+    from vistel.speech.combined import CombinedRecogniser
+    from vistel.speech.engines import sphinx
 
-    return EnglishRecogniser(grammar)
+    net = _hybrid("en", grammar.patterns("en", sphinx.phrase_phones), sphinx.PHONES, None)
+    return CombinedRecogniser((net, pocketsphinx("en", grammar)))
+
+
+def pocketsphinx(language: Language, grammar: Grammar) -> Recogniser:
+    """English with pocketsphinx's own models. Raises EngineError."""
+    if language != "en":
+        raise EngineError('pocketsphinx: its package holds a model of English only; language = "en" takes it')
+    from vistel.speech.engines.pocketsphinx import PocketsphinxRecogniser
+
+    return PocketsphinxRecogniser(grammar)
 
 
 NAMES: Mapping[Language, str] = {"ja": "Japanese", "en": "English"}

@@ -9,11 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.speech.acoustic import STATES, AcousticModel
+from vistel.speech.acoustic import AcousticModel
 from vistel.speech.automaton import Alternative, Automaton, Pattern, Slot, compile_automaton
 from vistel.speech.decoder import SpeechDecoder, network
 from vistel.speech.phones import PHONES
 
+STATES = 2 * len(PHONES) - 1
 WORDS = [Alternative("a", ("a",)), Alternative("ki", ("k", "i")), Alternative("m", ("m",)), Alternative("", ("e",))]
 slots = st.builds(Slot, st.lists(st.sampled_from(WORDS), min_size=1, max_size=2).map(tuple), st.booleans())
 patterns = st.lists(
@@ -24,7 +25,7 @@ patterns = st.lists(
 def model(random: np.random.Generator) -> AcousticModel:
     stay = random.uniform(0.3, 0.9, STATES).astype(np.float32)
     none = np.zeros(0, np.float32)
-    return AcousticModel((0,), none, none, (), (), none, stay, none)
+    return AcousticModel(PHONES, (0,), none, none, (), (), none, stay, none)
 
 
 def ways(automaton: Automaton, junction: int = 0) -> Iterator[list[int]]:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vistel.speech.acoustic import STATES, Acoustic, japanese
+from vistel.speech.acoustic import Acoustic, packaged
 from vistel.speech.features import BANDS, HOP, WINDOW, LogMel, Normaliser, Resampler, as_float
 
 
@@ -23,17 +23,17 @@ def sound(seed: int, seconds: float = 1.0, rate: int = 16000) -> np.ndarray:
 def test_a_stream_gives_the_same_in_pieces_as_at_once(cuts: list[int], seed: int) -> None:
     whole = sound(seed)
     start = np.full(BANDS, -8.0, np.float32)
-    mel, normaliser, net = LogMel(), Normaliser(start), Acoustic(japanese())
+    mel, normaliser, net = LogMel(), Normaliser(start), Acoustic(packaged("japanese"))
     pieces = [net.feed(normaliser.feed(mel.feed(each))) for each in np.split(whole, cuts)]
-    at_once = Acoustic(japanese()).feed(Normaliser(start).feed(LogMel().feed(whole)))
+    at_once = Acoustic(packaged("japanese")).feed(Normaliser(start).feed(LogMel().feed(whole)))
     np.testing.assert_allclose(np.concatenate(pieces), at_once, rtol=2e-3, atol=2e-3)
 
 
 def test_frames_come_every_ten_milliseconds_and_posteriors_are_probabilities() -> None:
     frames = LogMel().feed(sound(1))
     assert frames.shape == ((16000 - WINDOW) // HOP + 1, BANDS)
-    scores = Acoustic(japanese()).feed_all(Normaliser(japanese().start_mean).feed(frames))
-    assert scores.shape == (len(frames), STATES)
+    scores = Acoustic(packaged("japanese")).feed_all(Normaliser(packaged("japanese").start_mean).feed(frames))
+    assert scores.shape == (len(frames), packaged("japanese").states)
     np.testing.assert_allclose(np.exp(scores).sum(1), 1.0, rtol=1e-4)
 
 

@@ -201,7 +201,7 @@ def test_jsgf_has_each_word_and_no_class_twice() -> None:
 
 
 def test_patterns_for_the_automaton_have_the_words_of_the_sentences() -> None:
-    patterns = GRAMMAR.patterns("ja", list)
+    patterns = GRAMMAR.patterns("ja", lambda text: [list(text)])
     assert len(patterns) == len(GRAMMAR.by_language["ja"])
     words = {a.word for p in patterns for slot in p for a in slot.alternatives}
     assert {"colour.red.0", "to:pointer.this.0", "=を"} <= words

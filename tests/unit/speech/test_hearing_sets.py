@@ -9,7 +9,7 @@ import pytest
 
 from benchmarks.hearing import places, sets
 from benchmarks.hearing.scoring import commands_heard, talk_believed
-from scripts.speech_model.corpus import ESPEAK_TRAINING, HTS_MIXED
+from scripts.speech_model.japanese import ESPEAK_TRAINING, HTS_MIXED
 from scripts.speech_model.rooms import level
 from scripts.speech_model.voices import RATE
 from vistel.speech.grammar import Grammar

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import wave
 from pathlib import Path
 
@@ -9,14 +10,14 @@ import numpy as np
 import pytest
 
 from vistel.speech import acoustic, enrolment
-from vistel.speech.acoustic import Adaptation, japanese
+from vistel.speech.acoustic import Adaptation, model_file, packaged
 from vistel.speech.alignment import align, chain_of
 from vistel.speech.automaton import compile_automaton
 from vistel.speech.features import BANDS, LogMel, Normaliser, as_float
 from vistel.speech.grammar import Grammar
 from vistel.speech.grammar_file import load_grammar
-from vistel.speech.japanese import ACCEPT, JapaneseRecogniser
-from vistel.speech.phones import PHONES, kana_phones
+from vistel.speech.hybrid import ACCEPT, HybridRecogniser
+from vistel.speech.phones import PHONES, kana_phones, kana_ways
 from vistel.speech.recognition import Hypotheses
 
 RECORDINGS = sorted((Path(__file__).parent / "recordings").glob("*.wav"))
@@ -28,8 +29,8 @@ def grammar() -> Grammar:
 
 
 @pytest.fixture
-def recogniser(grammar: Grammar) -> JapaneseRecogniser:
-    return JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES))
+def recogniser(grammar: Grammar) -> HybridRecogniser:
+    return HybridRecogniser(compile_automaton(grammar.patterns("ja", kana_ways), PHONES), packaged("japanese"))
 
 
 def samples(path: Path) -> np.ndarray:
@@ -38,13 +39,13 @@ def samples(path: Path) -> np.ndarray:
         return np.frombuffer(file.readframes(file.getnframes()), np.int16)
 
 
-def heard(recogniser: JapaneseRecogniser, sound: np.ndarray, chunk: int = 320) -> list[Hypotheses]:
+def heard(recogniser: HybridRecogniser, sound: np.ndarray, chunk: int = 320) -> list[Hypotheses]:
     found = [each for at in range(0, len(sound), chunk) for each in recogniser.feed(sound[at : at + chunk])]
     return [*found, *recogniser.flush()]
 
 
 @pytest.mark.parametrize("path", RECORDINGS, ids=[p.stem for p in RECORDINGS])
-def test_a_recorded_command_is_understood_and_believed(path: Path, grammar: Grammar, recogniser: JapaneseRecogniser) -> None:
+def test_a_recorded_command_is_understood_and_believed(path: Path, grammar: Grammar, recogniser: HybridRecogniser) -> None:
     expected = path.with_suffix(".txt").read_text().strip()
     (found,) = heard(recogniser, samples(path))
     said = grammar.said(found[0].words, "ja")
@@ -57,15 +58,15 @@ def test_a_recorded_command_is_understood_and_believed(path: Path, grammar: Gram
     assert len({each.words for each in found}) == len(found)
 
 
-def test_how_the_stream_is_cut_does_not_change_what_is_heard(recogniser: JapaneseRecogniser, grammar: Grammar) -> None:
+def test_how_the_stream_is_cut_does_not_change_what_is_heard(recogniser: HybridRecogniser, grammar: Grammar) -> None:
     sound = samples(RECORDINGS[0])
-    again = JapaneseRecogniser(compile_automaton(grammar.patterns("ja", kana_phones), PHONES))
+    again = HybridRecogniser(compile_automaton(grammar.patterns("ja", kana_ways), PHONES), packaged("japanese"))
     (a,), (b,) = heard(recogniser, sound, 320), heard(again, sound, 1777)
     assert a[0].words == b[0].words
     assert a[0].confidence == pytest.approx(b[0].confidence, abs=0.05)
 
 
-def test_nobody_is_heard_in_silence_noise_clipping_and_numbers_that_are_none(recogniser: JapaneseRecogniser) -> None:
+def test_nobody_is_heard_in_silence_noise_clipping_and_numbers_that_are_none(recogniser: HybridRecogniser) -> None:
     random = np.random.default_rng(1)
     noise = (0.01 * random.standard_normal(16000 * 6)).astype(np.float32)
     square = np.sign(np.sin(2 * np.pi * 100.0 * np.arange(16000 * 3) / 16000)).astype(np.float32) * 5.0
@@ -73,7 +74,7 @@ def test_nobody_is_heard_in_silence_noise_clipping_and_numbers_that_are_none(rec
         assert [each for each in heard(recogniser, sound, 16000) if each[0].confidence >= ACCEPT] == []
 
 
-def test_talk_without_end_is_cut_and_forgotten(recogniser: JapaneseRecogniser) -> None:
+def test_talk_without_end_is_cut_and_forgotten(recogniser: HybridRecogniser) -> None:
     said = samples(RECORDINGS[0])
     pieces = said[: len(said) // 320 * 320].reshape(-1, 320).astype(float)
     loud = np.linalg.norm(pieces, axis=1)
@@ -88,25 +89,28 @@ def test_talk_without_end_is_cut_and_forgotten(recogniser: JapaneseRecogniser) -
 
 def test_a_model_of_another_version_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "model.npz"
-    with np.load(acoustic.FILE) as data:
+    with np.load(model_file("japanese")) as data:
         np.savez(path, **{**dict(data), "version": np.array(99)})
-    with pytest.raises(ValueError, match=r"is of version 99 .* make speech-model"):
+    with pytest.raises(ValueError, match=r"is of version 99, .* make speech-model"):
         acoustic.load(path)
     path.write_bytes(b"no model")
     with pytest.raises(ValueError, match="cannot be read"):
         acoustic.load(path)
 
 
-def test_the_model_in_the_package_is_small_and_says_how_it_was_made() -> None:
-    assert acoustic.FILE.stat().st_size < 2_000_000
-    assert "Creative Commons Attribution" in acoustic.FILE.with_suffix(".md").read_text()
+def test_the_models_in_the_package_are_small_and_say_how_they_were_made() -> None:
+    for name, licence in (("japanese", "Creative Commons Attribution"), ("english", "Apache License")):
+        assert model_file(name).stat().st_size < 2_000_000
+        assert licence in model_file(name).with_suffix(".md").read_text()
+    digest = hashlib.sha256(model_file("english").read_bytes()).hexdigest()
+    assert digest in model_file("english").with_suffix(".md").read_text()
 
 
 def test_enrolment_undoes_a_change_of_voice(grammar: Grammar, tmp_path: Path) -> None:
     """A turned spectrum fits the net better after it was learnt from than before, also in what was not read."""
     read = [(samples(p), p.with_suffix(".txt").read_text().strip()) for p in RECORDINGS]
     dull = [(_dull(sound), text) for sound, text in read]
-    learnt = enrolment.adapt(japanese(), dull[1:])
+    learnt = enrolment.adapt(packaged("japanese"), dull[1:])
     path = tmp_path / "voice.npz"
     enrolment.save(learnt, path)
     again = enrolment.load(path)
@@ -117,9 +121,9 @@ def test_enrolment_undoes_a_change_of_voice(grammar: Grammar, tmp_path: Path) ->
 
 def test_enrolment_names_what_it_cannot_use(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="is not kana"):
-        enrolment.adapt(japanese(), [(np.zeros(16000, np.int16), "赤い")])
+        enrolment.adapt(packaged("japanese"), [(np.zeros(16000, np.int16), "赤い")])
     with pytest.raises(ValueError, match="no recording holds the text"):
-        enrolment.adapt(japanese(), [(np.zeros(1600, np.int16), "あかいはこをうごかして")])
+        enrolment.adapt(packaged("japanese"), [(np.zeros(1600, np.int16), "あかいはこをうごかして")])
     with pytest.raises(ValueError, match="vistel speech enrol"):
         enrolment.load(tmp_path / "none.npz")
 
@@ -133,7 +137,7 @@ def _dull(sound: np.ndarray) -> np.ndarray:
 
 def _fit(adaptation: Adaptation | None, sound: np.ndarray, text: str) -> float:
 
-    frames = Normaliser(japanese().start_mean).feed(LogMel().feed(as_float(sound)))
+    frames = Normaliser(packaged("japanese").start_mean).feed(LogMel().feed(as_float(sound)))
     assert frames.shape[1] == BANDS
-    scores = acoustic.Acoustic(japanese(), adaptation).feed_all(frames)
-    return align(scores, chain_of(("pau", *kana_phones(text), "pau"))[0])[1]
+    scores = acoustic.Acoustic(packaged("japanese"), adaptation).feed_all(frames)
+    return align(scores, chain_of(("pau", *kana_phones(text), "pau"), PHONES)[0])[1]

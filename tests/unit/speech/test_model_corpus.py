@@ -7,15 +7,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.hearing import sets
 from scripts.speech_model.believe import fitted
-from scripts.speech_model.corpus import HTS_MIXED, seeded, shares
-from scripts.speech_model.frames import session
+from scripts.speech_model.corpus import seeded
+from scripts.speech_model.english import held_out, reading, texts
+from scripts.speech_model.frames import session, warped
+from scripts.speech_model.japanese import HTS_MIXED, shares
 from scripts.speech_model.rooms import Noises
+from scripts.speech_model.texts import ENGLISH
 from scripts.speech_model.training import OFFSETS, Frames
 from scripts.speech_model.voice_file import ORDER, alike
 from scripts.speech_model.voices import RATE, Spoken
-from vistel.speech.acoustic import japanese, state_of
+from vistel.speech.acoustic import packaged, state_of
 from vistel.speech.confidence import FEATURES
+from vistel.speech.features import BANDS
+from vistel.speech.grammar_file import load_grammar
 from vistel.speech.phones import PHONES
 
 
@@ -29,7 +35,7 @@ def spoken() -> Spoken:
 def test_whatever_sounds_between_the_utterances_is_a_pause() -> None:
     noises = Noises(seeded(1, "noises"), [spoken().sound])
     for seed in range(6):
-        made = session(seeded(seed, "session"), [spoken()] * 3, noises, japanese().start_mean)
+        made = session(seeded(seed, "session"), [spoken()] * 3, noises, packaged("japanese").start_mean, PHONES)
         said = int((made.states > 0).sum())
         assert set(made.states.tolist()) == {0, state_of(PHONES.index("a"), 0.0), state_of(PHONES.index("a"), 0.5)}
         assert 3 * 50 / 1.2 < said < 3 * 50 / 0.84
@@ -38,7 +44,7 @@ def test_whatever_sounds_between_the_utterances_is_a_pause() -> None:
 
 def test_no_window_of_frames_crosses_sessions() -> None:
     noises = Noises(seeded(1, "noises"), [spoken().sound])
-    made = [session(seeded(k, "session"), [spoken()], noises, japanese().start_mean) for k in range(2)]
+    made = [session(seeded(k, "session"), [spoken()], noises, packaged("japanese").start_mean, PHONES) for k in range(2)]
     frames = Frames(made)
     assert frames.known[0] + OFFSETS[0] >= 0
     assert frames.known[-1] + OFFSETS[-1] < len(frames.values)
@@ -115,3 +121,27 @@ def test_confidence_accepts_what_was_right_and_nothing_of_other_talk() -> None:
     belief = fitted(right, wrong, talk, sounds, 7.0)
     assert ((right @ belief) > 0).mean() > 0.95
     assert not ((talk @ belief) > 0).any()
+
+
+def test_english_is_trained_on_no_voice_and_no_command_of_the_other_sets() -> None:
+    grammar, _ = load_grammar()
+    others = (*sets.choose().voices["en"], *sets.report().voices["en"])
+    assert not {voice.rpartition("+")[2] for voice in others} & set(ENGLISH["variants"].split())
+    held = held_out(grammar)
+    assert {*sets.choose().sentences, *sets.report().sentences} <= held
+    said = [text for _, text in zip(range(400), texts(seeded(3), grammar), strict=False)]
+    assert not held & set(said)
+    assert all(len(reading(text)) > 2 for text in said)
+
+
+def test_the_is_said_otherwise_before_a_vowel() -> None:
+    assert reading("the box") == ("pau", "DH", "AH", "B", "AA", "K", "S", "pau")
+    assert reading("the apple")[1:4] == ("DH", "IY", "AE")
+
+
+def test_a_longer_throat_lowers_what_sounds() -> None:
+    frames = np.zeros((3, BANDS), np.float32)
+    frames[:, 22] = 1.0
+    np.testing.assert_array_equal(warped(frames, 1.0), frames)
+    assert warped(frames, 1.1).argmax(1).tolist() == [20] * 3
+    assert warped(frames, 0.9).argmax(1).tolist() == [24] * 3

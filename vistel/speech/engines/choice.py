@@ -4,9 +4,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, get_args
 
-EngineName = Literal["own", "vosk", "sherpa", "whisper", "julius"]
-"""own: the recogniser of the package, for Japanese its own net, for English pocketsphinx. Every other one is a module of its name
-beside this, with a function `make` (`engine.Maker`)."""
+EngineName = Literal["own", "pocketsphinx", "vosk", "sherpa", "whisper", "julius"]
+"""own: the recogniser of the package, its own net of the language. pocketsphinx: of English, with the models in its package. Every
+other one is a module of its name beside this, with a function `make` (`engine.Maker`)."""
+WITHOUT_MODEL: tuple[EngineName, ...] = ("own", "pocketsphinx")
+"""Those that need none."""
 ENGINES: tuple[EngineName, ...] = get_args(EngineName)
 """All of them."""
 

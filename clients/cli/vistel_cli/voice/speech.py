@@ -44,7 +44,7 @@ Extra = Annotated[
 ]
 Tongue = Annotated[str, typer.Option(help="ja or en.")]
 Voice = Annotated[Path | None, Takes(ARRAYS), typer.Option(help="Voice file that `vistel speech enrol` wrote.")]
-Engine = Annotated[str, typer.Option(help="own, vosk, sherpa, whisper or julius; all but own need --model.")]
+Engine = Annotated[str, typer.Option(help="own, pocketsphinx, vosk, sherpa, whisper or julius; the last four need --model.")]
 Model = Annotated[Path | None, typer.Option(help="Folder or file of the engine's model.")]
 Accept = Annotated[float, typer.Option(help="Least confidence of an accepted sentence.", min=0.0, max=1.0)]
 
@@ -334,7 +334,7 @@ def enrol(
     else:
         said = _read_aloud(known, microphone, sentences)
     try:
-        learnt = enrolment.adapt(acoustic.japanese(), said, tell=lambda line: out.print(line, style="dim"))
+        learnt = enrolment.adapt(acoustic.packaged("japanese"), said, tell=lambda line: out.print(line, style="dim"))
         result.parent.mkdir(parents=True, exist_ok=True)
         enrolment.save(learnt, result)
     except (OSError, ValueError) as e:

@@ -1,4 +1,4 @@
-"""The Japanese recogniser: features, net, endpoints and decoder in a row. A `Recogniser` of `recognition.py`."""
+"""Features, net, endpoints and decoder in a row: a hybrid of net and hidden Markov model. A `Recogniser` of `recognition.py`."""
 
 from collections import deque
 
@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32
-from vistel.speech.acoustic import Acoustic, AcousticModel, Adaptation, japanese
+from vistel.speech.acoustic import Acoustic, AcousticModel, Adaptation
 from vistel.speech.automaton import Automaton
 from vistel.speech.confidence import FEATURES, confidence, evidence
 from vistel.speech.decoder import DecodedSentence, SpeechDecoder, network
@@ -35,16 +35,14 @@ _PRIOR = 0.6
 _WORD_COST = 3.0
 
 
-class JapaneseRecogniser:
+class HybridRecogniser:
     """Recognises sentences of an automaton in a stream at 16 kHz.
 
     Other talk gives the most similar sentence with a low confidence, or nothing. Memory is bounded: an utterance ends after 10 s at
     the latest."""
 
-    def __init__(
-        self, automaton: Automaton, model: AcousticModel | None = None, adaptation: Adaptation | None = None, most: int = 5
-    ) -> None:
-        self._model = model or japanese()
+    def __init__(self, automaton: Automaton, model: AcousticModel, adaptation: Adaptation | None = None, most: int = 5) -> None:
+        self._model = model
         self._adaptation = adaptation
         self._network = network(automaton, self._model, _WORD_COST)
         self._most = most

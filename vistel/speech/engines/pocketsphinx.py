@@ -1,4 +1,4 @@
-"""The English recogniser: pocketsphinx with its own en-us model, over a graph of words. A `Recogniser` of `recognition.py`.
+"""English by pocketsphinx with its own en-us model, over a graph of words. A `Recogniser` of `recognition.py`.
 
 A loop of phones decodes the same sound beside the grammar; a sentence's confidence is how well it fits compared with that loop.
 This is not an `Engine` behind `engines.adapter`: it decodes the grammar itself, so that its texts need no mapping to the grammar,
@@ -26,7 +26,7 @@ second pass over a lattice of words (bestpath) ignores the sounds before and aft
 _ALTERNATIVES = 40
 
 
-class EnglishRecogniser:
+class PocketsphinxRecogniser:
     """Recognises English sentences of a grammar in a stream at 16 kHz. Raises EngineError."""
 
     def __init__(self, grammar: Grammar, most: int = 5) -> None:
