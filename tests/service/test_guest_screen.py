@@ -109,7 +109,7 @@ async def entered(folder: Path, patch: pytest.MonkeyPatch, *more: str) -> AsyncI
     """Ann in the room; more: arguments of her browser."""
     if not all((bundle.FOLDER / name).is_file() for name in (bundle.GUEST_BUNDLE, bundle.OF_SCREEN)):
         pytest.skip("the page for guests has not been made (make web)")
-    patch.setenv("XDG_CACHE_HOME", str(folder / "cache"))
+    own_cache(folder, patch)
     async with page(folder, *SOFTWARE_GL, *more) as tab, GuestRoom(folder).serving(patch) as room, room.led():
         yield tab, room, Watcher(room)
 
