@@ -1,5 +1,6 @@
-"""The page of a recorded meeting: plots and a note, another log as ghosts, and what presses on somebody: replay-*.png. Takes a log of the demo, else records
-one. Needs Chromium and the console's page (`make web`); takes two minutes."""
+"""The page of a recorded meeting: plots and a note, another log as ghosts, and what presses on somebody: replay-*.png.
+
+Takes a log of the demo, else records one. Needs Chromium and the console's page (`make web`); takes two minutes."""
 
 import asyncio
 import shutil
