@@ -117,14 +117,14 @@ class PressedSkin:
 
     def __init__(self, figure: Callable[[ParticipantInfo], PressedFigure | None]) -> None:
         self._figure, self._ghosts = figure, Ghosts()
-        self._looked: tuple[int, tuple[ActingGhost, ...]] | None = None
-        """In which period, at which pairs; None: not everybody's figure was there."""
+        self._looked: tuple[int, tuple[ActingGhost, ...], tuple[str, ...]] | None = None
+        """In which period, at which pairs, at whom; None: not everybody's figure was there."""
         self._told: dict[str, Pressed] = {}
         self._words = _NOBODY
 
     def words(self, now: Instant) -> str:
         """JSON: whose skin is pressed where, as of the last look."""
-        at = now.now_ns // PERIOD_NS, now.world.ghosts
+        at = now.now_ns // PERIOD_NS, now.world.ghosts, tuple(person.about.name for person in now.people)
         if at != self._looked:
             self._looked = at
             self._words = self._look(now)

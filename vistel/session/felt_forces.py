@@ -45,19 +45,18 @@ class FeltForces:
 
     def words(self, now_ns: int, delays_ns: Mapping[str, int]) -> str:
         """JSON of what is felt in the picture of `now_ns`, in which people are shown later by `delays_ns`; of others nothing."""
-        arrived = self._take()
-        for told in arrived:
+        for told in self._take():
             self._hands.setdefault((told.participant, told.right), deque(maxlen=_MOST_WAITING)).append(told)
-        if now_ns // PERIOD_NS != self._period or (arrived and now_ns == self._now_ns):  # a log that stands still
+        if now_ns // PERIOD_NS != self._period or now_ns == self._now_ns:  # a log that stands still
             self._period = now_ns // PERIOD_NS
             rows = list[dict[str, object]]()
             for (who, right), waiting in list(self._hands.items()):
                 shown_ns = now_ns - delays_ns.get(who, 0)
                 while len(waiting) > 1 and waiting[1].header.t_ns <= shown_ns:
                     waiting.popleft()
-                if who not in delays_ns or shown_ns - waiting[0].header.t_ns > FELT_NS:
+                if shown_ns - waiting[0].header.t_ns > FELT_NS:
                     del self._hands[who, right]
-                elif waiting[0].header.t_ns <= shown_ns:
+                elif waiting[0].header.t_ns <= shown_ns and who in delays_ns:
                     rows += _rows(waiting[0])
             self._words = _words(rows)
         self._now_ns = now_ns

@@ -76,10 +76,11 @@ def test_it_is_told_anew_only_where_one_sees_that_it_changed(meeting: tuple[Inst
     assert json.loads(skin.words(replace(later(now, 3), world=PlayoutWorld())))["people"] == []
 
 
-def test_who_has_no_figure_yet_is_looked_at_again_although_no_time_passes(meeting: tuple[Instant, Made]) -> None:
+def test_who_comes_or_has_no_figure_yet_is_looked_at_again_although_no_time_passes(meeting: tuple[Instant, Made]) -> None:
     now, figure = meeting
     there = False
     skin = PressedSkin(lambda about: figure(about) if there else None)
     assert json.loads(skin.words(now))["people"] == []
     there = True
+    assert json.loads(skin.words(replace(now, people=())))["people"] == []
     assert len(json.loads(skin.words(now))["people"]) == 2

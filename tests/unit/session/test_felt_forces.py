@@ -70,12 +70,13 @@ def test_what_is_weak_is_not_told_nor_who_is_not_shown_nor_anybody_of_a_crowd() 
     run(scene())
 
 
-def test_a_log_that_stands_still_tells_what_has_come_since() -> None:
+def test_a_log_that_stands_still_tells_what_and_who_has_come_since() -> None:
     async def scene() -> None:
         world, forces = room()
         now_ns = 10 * SECOND + PERIOD_NS
         assert told(forces, now_ns) == []
         feels(world, 10 * SECOND + PERIOD_NS - 2 * DELAY_NS, 3.0)
+        assert json.loads(forces.words(now_ns, {}))["touches"] == []
         assert len(told(forces, now_ns)) == 1
 
     run(scene())
