@@ -38,29 +38,29 @@ _GIVEN = {WHOLE: 0.3, PACE: -2.0, SHORTNESS: -2.0}
 examples are drawn out as a held tone is, or short and like something by chance."""
 _FALSE_PER_10_MIN = 0.5
 """False accepts the threshold is set for: half of what may be, since voices never heard are harder."""
-_MARGIN = 0.5
 
 
 @dataclass(frozen=True)
 class Speech:
-    """Of a language: its patterns, commands, and talk that holds none."""
+    """Of a language: its patterns, commands, and talk that holds none. margin: how far other talk stays under the threshold, more
+    where talk of voices that were never heard (the set `choose`) was believed at less."""
 
     language: Language
     patterns: list[Pattern]
     said: Sequence[SpokenCommand]
     talk: F32
+    margin: float
 
 
 def japanese(grammar: Grammar) -> Speech:
     said = list(commands(grammar, COMMANDS, VOICES, seed=77))
-    return Speech("ja", grammar.patterns("ja", kana_ways), said, other_talk(TALK_S, TALKERS, seed=12, talk=TRAIN))
+    return Speech("ja", grammar.patterns("ja", kana_ways), said, other_talk(TALK_S, TALKERS, seed=12, talk=TRAIN), 0.5)
 
 
 def english(grammar: Grammar) -> Speech:
     some = replace(sets.tune(), seed=77, voices={"en": (*_ESPEAK, *_FLITE)})
-    return Speech(
-        "en", grammar.patterns("en", phrase_phones), some.commands(grammar, "en", COMMANDS), some.other_talk("en", TALK_S)
-    )
+    said, talk = some.commands(grammar, "en", COMMANDS), some.other_talk("en", TALK_S)
+    return Speech("en", grammar.patterns("en", phrase_phones), said, talk, 0.7)
 
 
 def evidence_of(recogniser: HybridRecogniser, grammar: Grammar, speech: Speech) -> tuple[F64, F64, F64, F64]:
@@ -109,8 +109,8 @@ def _rows(found: list[F64]) -> F64:
     return np.array(found).reshape(-1, FEATURES)
 
 
-def fitted(right: F64, wrong: F64, talk: F64, sounds: F64, talk_minutes: float) -> NDArray[np.float32]:
-    """(FEATURES,) weights for `confidence`: logistic regression, then the constant set so that other talk stays _MARGIN
+def fitted(right: F64, wrong: F64, talk: F64, sounds: F64, talk_minutes: float, margin: float) -> NDArray[np.float32]:
+    """(FEATURES,) weights for `confidence`: logistic regression, then the constant set so that other talk stays `margin`
     under the threshold.
     """
     everything = np.concatenate([right, wrong, talk, sounds])
@@ -128,7 +128,7 @@ def fitted(right: F64, wrong: F64, talk: F64, sounds: F64, talk_minutes: float) 
     allowed = int(_FALSE_PER_10_MIN * talk_minutes / 10.0)
     highest = np.sort(talk @ weights)[::-1]
     bound = float(highest[allowed]) if len(highest) > allowed else -10.0
-    weights[0] -= bound + _MARGIN
+    weights[0] -= bound + margin
     return weights.astype(np.float32)
 
 
@@ -143,7 +143,8 @@ def main() -> int:
     model, speech = load(file), SPEECH[file.stem](grammar)
     recogniser = HybridRecogniser(compile_automaton(speech.patterns, model.phones), model)
     right, wrong, other, sounds = evidence_of(recogniser, grammar, speech)
-    save(replace(model, belief=fitted(right, wrong, other, sounds, TALK_S / 60.0)), file)
+    belief = fitted(right, wrong, other, sounds, TALK_S / 60.0, speech.margin)
+    save(replace(model, belief=belief), file)
     print(f"belief: {len(right)} commands understood, {len(wrong)} mistaken; finds: {len(other)} in talk, {len(sounds)} in sounds")
     return 0
 
