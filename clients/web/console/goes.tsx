@@ -111,9 +111,9 @@ function Figure({ value, unit, digits, bad }: { value: number | undefined; unit?
 function DeviceRow({ device }: { device: Device }) {
   const words = device.state === "streaming" ? panelText("sends") : device.state === "absent" ? panelText("absent") : "";
   return (
-    <tr>
+    <tr class={device.state === "absent" ? "absent" : ""}>
       <th scope="row">{device.name}</th>
-      <Figure value={device.frames_per_s} />
+      <Figure value={device.state === "absent" ? undefined : device.frames_per_s} />
       <td class={words ? "number" : "number bad"} title={device.detail}>
         {words || device.state}
       </td>

@@ -28,32 +28,6 @@ import { Wand, WandButton } from "./wand";
 import { text } from "./words";
 import { BoardChoice, WriteButtons, Writing } from "./writing";
 
-declare global {
-  interface Window {
-    /** For programs that drive the page. me: the guest's participant, once their figure is in the room; joints: places of somebody's
-     * joints in the room [m]; seen: where a point of the room is on the page [px]; ready: how many have
-     * their own figures; screens: pictures of somebody's screen that were decoded; sent: bytes of what the guest does and says. */
-    guest?: {
-      me(): string | null;
-      joints(name: string): [number, number, number][];
-      thing(id: string): [number, number, number] | null;
-      seen(at: [number, number, number]): [number, number];
-      held(): [string, string, string][];
-      own(): boolean;
-      ready(): number;
-      sent(): number;
-      sharp(): void;
-      voices: Voices;
-      microphone: Microphone;
-      camera: Camera;
-      headset: Headset;
-      wand: Wand;
-      sharing: Sharing;
-      screens(participant: string): number;
-    };
-  }
-}
-
 const SEND_MS = 1000 / 30;
 const MOST_LETTERS = 300; // of a line of the chat
 const STILL_MS = 3000; // without a move of the pointer for so long, the head turns to who speaks

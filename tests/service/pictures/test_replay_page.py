@@ -310,6 +310,7 @@ def test_a_page_whose_log_stands_still_draws_nothing_until_somebody_moves_the_pl
             if not await tab.value("window.vistel !== undefined"):
                 pytest.skip("this Chromium has no WebGL")
             await tab.until("window.vistel.ready() === 2")
+            await tab.until("window.vistel.pressed('ben').length > 0")  # that comes a little later than figures
 
             async def drawn_while(frames: int) -> int:
                 """How many pictures are drawn while the server sends so many frames."""
