@@ -10,13 +10,7 @@ from benchmarks.pages import guest_cost, guest_ink, guest_lag, guest_page, guest
 from benchmarks.parts import rows_of
 from benchmarks.row import Row
 
-PARTS = {
-    "page": guest_page.rows,
-    "lag": guest_lag.rows,
-    "ten": guest_cost.rows,
-    "slides": guest_slides.rows,
-    "ink": guest_ink.rows,
-}
+PARTS = {"page": guest_page.rows, "lag": guest_lag.rows, "ten": guest_cost.rows, "slides": guest_slides.rows, "ink": guest_ink.rows}
 
 
 def run(parts: Sequence[str] = ()) -> Iterator[Row]:
