@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Recogniser, Samples
 
-_WAIT_S = 0.2
-"""How long the others are waited for when one has understood something: their ends of an utterance differ by less in quiet, and in
-noise one may find no end for seconds."""
+_WAIT_S = 0.6
+"""How long the others are waited for when one has understood something: one may take a soft last sound for the end, which another
+hears half a second later, and in noise one may find no end for seconds."""
 _PIECE = SAMPLE_RATE // 50
 
 
@@ -33,27 +33,33 @@ class CombinedRecogniser:
             piece = samples[at : at + _PIECE]
             self._fed += len(piece)
             for number, each in enumerate(self._recognisers):
-                self._take(number, each.feed(piece))
+                found += self._take(number, each.feed(piece))
             if len(self._waiting) == len(self._recognisers) or self._fed - self._since >= _WAIT_S * SAMPLE_RATE:
                 found += self._surest()
         return found
 
     def flush(self) -> list[Hypotheses]:
         """As `Recogniser`."""
+        found: list[Hypotheses] = []
         for number, each in enumerate(self._recognisers):
-            self._take(number, each.flush())
-        return self._surest()
+            found += self._take(number, each.flush())
+        return found + self._surest()
 
-    def _take(self, number: int, heard: list[Hypotheses]) -> None:
-        """Keeps what has not been told already, of each recogniser what it is surest of."""
+    def _take(self, number: int, heard: list[Hypotheses]) -> list[Hypotheses]:
+        """Keeps what has not been told already, of each recogniser what it is surest of. Returns what waited if this is the next
+        utterance."""
+        found: list[Hypotheses] = []
         for each in heard:
             if each[0].start_s < self._told_s:
                 continue
+            if self._waiting and each[0].start_s >= max(other[0].end_s for other in self._waiting.values()):
+                found += self._surest()
             if not self._waiting:
                 self._since = self._fed
             before = self._waiting.get(number)
             if before is None or each[0].confidence > before[0].confidence:
                 self._waiting[number] = each
+        return found
 
     def _surest(self) -> list[Hypotheses]:
         if not self._waiting:

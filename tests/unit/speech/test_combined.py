@@ -50,7 +50,11 @@ def test_the_surer_one_counts(sure: float, expected: str) -> None:
 
 def test_what_comes_later_about_the_same_is_dropped_and_the_next_is_not() -> None:
     late = Finds((2.5, 0.4, 2.2, "ball", 1.0), (3.5, 2.8, 3.3, "cone", 0.8))
-    assert heard(Finds((1.5, 0.5, 1.3, "box", 0.6)), late) == [("box", 1.7), ("cone", 3.7)]
+    assert heard(Finds((1.5, 0.5, 1.3, "box", 0.6)), late, seconds=5.0) == [("box", 2.1), ("cone", 4.1)]
+
+
+def test_the_next_one_within_the_waiting_is_told_too() -> None:
+    assert [word for word, _ in heard(Finds((1.5, 0.5, 1.3, "box", 0.6), (1.9, 1.4, 1.7, "undo", 0.7)), Finds())] == ["box", "undo"]
 
 
 def test_nothing_is_told_of_silence_and_a_flush_ends_the_waiting() -> None:
@@ -60,6 +64,6 @@ def test_nothing_is_told_of_silence_and_a_flush_ends_the_waiting() -> None:
 
 def test_how_the_stream_is_cut_changes_nothing_but_the_time() -> None:
     one = (1.5, 0.5, 1.3, "box", 0.6), (3.1, 2.5, 2.9, "cone", 0.6)
-    other = (1.66, 0.5, 1.4, "ball", 0.7), (3.6, 2.5, 3.4, "lid", 0.9)
+    other = (1.66, 0.5, 1.4, "ball", 0.7), (3.9, 2.5, 3.4, "lid", 0.9)
     for chunk in (160, 320, 4000, 64000):
         assert [word for word, _ in heard(Finds(*one), Finds(*other), chunk=chunk)] == ["ball", "cone"]

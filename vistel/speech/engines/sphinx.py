@@ -21,6 +21,8 @@ def sphinx() -> Any:
 _ARPABET = "AA AE AH AO AW AY B CH D DH EH ER EY F G HH IH IY JH K L M N NG OW OY P R S SH T TH UH UW V W Y Z ZH"
 PHONES = ("pau", *_ARPABET.split())
 """The sounds of English as the dictionary has them (ARPAbet), after silence and noise."""
+_MOST_WAYS = 8
+"""Of a phrase: its words' ways multiply."""
 
 
 @cache
@@ -55,9 +57,6 @@ def phrase_phones(text: str) -> list[tuple[str, ...]]:
     Raises EngineError."""
     ways = product(*(_ways(word) for word in text.split()))
     return [tuple(" ".join(each).split()) for each in islice(ways, _MOST_WAYS)]
-
-
-_MOST_WAYS = 8
 
 
 def unknown_word(text: str) -> str | None:
