@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import base64
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,10 +20,10 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure import Figure
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
-from vistel.figure.rigid.weights import influences, joints_only
+from vistel.figure.rigid.weights import joints_only
 from vistel.implicit.deformation.ghost_source import GhostSource
 from vistel.render.figures.ghosts import Ghosts
-from vistel.render.stage.stage import Instant, ParticipantInfo
+from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow
 from vistel.render.stage.world_view import ActingGhost
 
 PERIOD_NS = 66_000_000
@@ -36,15 +36,16 @@ SEAT = "chair"
 """The shape of things which people sit on: where they press is not seen, and always there."""
 MOST_PEOPLE = 8
 """Whose skin is looked at, at most."""
+LEAST_VOLUME = 0.2
+"""Where bones fold the surroundings of a vertex to less of their volume, the page's skin has no inside to be pressed into."""
 _MOST = 127
-_NOBODY = json.dumps({"kind": "skin", "people": []})
 
 
 @dataclass(frozen=True, eq=False)
 class Pressed:
     """corner: (N,) of the figure's file; offset: (N, 3) [m] and normal: (N, 3) of each, in the frame of the figure at rest."""
 
-    corner: NDArray[np.uint16]
+    corner: NDArray[np.uint32]
     offset: F64
     normal: F64
 
@@ -61,7 +62,7 @@ class Pressed:
         return {
             "who": who,
             "step_m": step_m,
-            "corners": _text(self.corner.astype("<u2")),
+            "corners": _text(self.corner.astype("<u4")),
             "offsets": _text(np.rint(self.offset / step_m).astype(np.int8)),
             "normals": _text(np.rint(_MOST * self.normal).astype(np.int8)),
         }
@@ -73,12 +74,10 @@ class PressedFigure:
     def __init__(self, avatar: Avatar) -> None:
         self._figure, mesh = Figure(avatar), avatar.mesh
         self.body, self.skeleton = avatar.body, avatar.skeleton
-        bone, weight = mesh.bone, mesh.weight
-        if bone is None or weight is None:
-            bone, weight = influences(avatar.skeleton, mesh.vertices, mesh.triangles, avatar.body.joint[mesh.limb])
-        self._joint, self._share = joints_only(bone, weight)
+        bones = self._figure.skin.influences
+        self._joint, self._share = joints_only(bones.bone, bones.weight)
         order = np.argsort(mesh.corner_vertex, kind="stable")
-        self._corners = order.astype(np.uint16)
+        self._corners = order.astype(np.uint32)
         """Of the first vertex, then of the second ..."""
         self._first = np.searchsorted(mesh.corner_vertex[order], np.arange(len(mesh.vertices) + 1))
 
@@ -96,9 +95,11 @@ class PressedFigure:
         state = self._figure.pose(posture, ghosts)
         moved = state.vertices - alone
         at = np.flatnonzero(np.abs(moved).max(axis=1) > MOVED_M)
+        carried = self._carried(at, state.joints)
+        unfolded = np.linalg.det(carried) > LEAST_VOLUME
+        at, back = at[unfolded], np.linalg.inv(carried[unfolded])
         if not len(at):
             return None
-        back = np.linalg.inv(self._carried(at, state.joints))
         offset = np.einsum("nij,nj->ni", back, moved[at])
         normal = np.einsum("nij,nj->ni", back, state.normals[at])
         normal /= np.linalg.norm(normal, axis=1)[:, None]
@@ -118,36 +119,34 @@ class PressedSkin:
     def __init__(self, figure: Callable[[ParticipantInfo], PressedFigure | None]) -> None:
         self._figure, self._ghosts = figure, Ghosts()
         self._looked: tuple[int, tuple[ActingGhost, ...], tuple[str, ...]] | None = None
-        """In which period, at which pairs, at whom; None: not everybody's figure was there."""
+        """In which period, at which pairs, at whose figures."""
         self._told: dict[str, Pressed] = {}
-        self._words = _NOBODY
+        self._words = json.dumps({"kind": "skin", "people": []})
 
     def words(self, now: Instant) -> str:
         """JSON: whose skin is pressed where, as of the last look."""
-        at = now.now_ns // PERIOD_NS, now.world.ghosts, tuple(person.about.name for person in now.people)
+        seats = {thing.id for thing in now.things.values() if thing.shape == SEAT}
+        acting = tuple(ghost for ghost in now.world.ghosts if ghost.source not in seats)
+        touching = {name for ghost in acting for name in (ghost.target, ghost.source)}
+        people = [person for person in now.people if person.about.name in touching][:MOST_PEOPLE]
+        made = [(person, figure) for person in people if (figure := self._figure(person.about)) is not None]
+        at = now.now_ns // PERIOD_NS, acting, tuple(person.about.name for person, _ in made)
         if at != self._looked:
             self._looked = at
-            self._words = self._look(now)
+            self._look(replace(now, world=replace(now.world, ghosts=acting)), made)
         return self._words
 
-    def _look(self, now: Instant) -> str:
-        seats = {thing.id for thing in now.things.values() if thing.shape == SEAT}
-        world = replace(now.world, ghosts=tuple(g for g in now.world.ghosts if g.source not in seats))
-        now = replace(now, world=world)
-        pairs = {name for ghost in world.ghosts for name in (ghost.target, ghost.source)}
-        people = [p for p in now.people if p.about.name in pairs][:MOST_PEOPLE]
-        made = {p.about.name: (figure, p.posture) for p in people if (figure := self._figure(p.about)) is not None}
-        if len(made) < len(people):
-            self._looked = None
-        posed = {name: figure.posed(posture) for name, (figure, posture) in made.items()}
-        figures: Mapping[str, PressedFigure] = {name: figure for name, (figure, _) in made.items()}
-        acting = self._ghosts.of(now, figures, posed)
-        found = {name: figures[name].pressed(made[name][1], ghosts) for name, ghosts in acting.items()}
-        now_pressed = {name: pressed for name, pressed in found.items() if pressed is not None}
-        if now_pressed.keys() == self._told.keys() and not any(p.differs(self._told[name]) for name, p in now_pressed.items()):
-            return self._words
-        self._told = now_pressed
-        return json.dumps({"kind": "skin", "people": [p.row(name) for name, p in now_pressed.items()]})
+    def _look(self, now: Instant, people: list[tuple[PersonNow, PressedFigure]]) -> None:
+        figures = {person.about.name: figure for person, figure in people}
+        postures = {person.about.name: person.posture for person, _ in people}
+        posed = {name: figure.posed(postures[name]) for name, figure in figures.items()}
+        found = {
+            name: figures[name].pressed(postures[name], ghosts) for name, ghosts in self._ghosts.of(now, figures, posed).items()
+        }
+        pressed = {name: skin for name, skin in found.items() if skin is not None}
+        if pressed.keys() != self._told.keys() or any(skin.differs(self._told[name]) for name, skin in pressed.items()):
+            self._told = pressed
+            self._words = json.dumps({"kind": "skin", "people": [skin.row(name) for name, skin in pressed.items()]})
 
 
 def _text(array: NDArray[np.generic]) -> str:

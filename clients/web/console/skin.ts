@@ -5,7 +5,7 @@ import { type BufferAttribute, type SkinnedMesh, Vector3 } from "three";
 export interface SkinRow {
   who: string; // participant
   step_m: number; // of offsets
-  corners: string; // in base64: uint16 each
+  corners: string; // in base64: uint32 each
   offsets: string; // three int8 each
   normals: string; // three int8 each, of 127
 }
@@ -20,7 +20,7 @@ export class PressedSkin {
   private readonly place: BufferAttribute;
   private readonly normal: BufferAttribute;
   private readonly atRest: { place: Float32Array; normal: Float32Array };
-  private pressed = new Uint16Array();
+  private pressed = new Uint32Array();
 
   /** mesh: of the figure's file, whose first mesh is its skin. */
   constructor(private readonly mesh: SkinnedMesh) {
@@ -45,7 +45,7 @@ export class PressedSkin {
         this.place.array[at] = place[at]!;
         this.normal.array[at] = normal[at]!;
       }
-    this.pressed = row ? new Uint16Array(bytes(row.corners)) : new Uint16Array();
+    this.pressed = row ? new Uint32Array(bytes(row.corners)) : new Uint32Array();
     if (row) {
       const [offsets, normals] = [new Int8Array(bytes(row.offsets)), new Int8Array(bytes(row.normals))];
       this.pressed.forEach((corner, n) => {

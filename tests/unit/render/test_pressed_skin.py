@@ -50,7 +50,7 @@ def test_who_is_pressed_is_told_with_offsets_that_bones_carry_along(meeting: tup
     rows = {row["who"]: row for row in json.loads(PressedSkin(figure).words(now))["people"]}
     assert rows.keys() == {"aiko", "ben"}
     for row in rows.values():
-        corners = np.frombuffer(base64.b64decode(row["corners"]), "<u2")
+        corners = np.frombuffer(base64.b64decode(row["corners"]), "<u4")
         offsets = np.frombuffer(base64.b64decode(row["offsets"]), np.int8).reshape(-1, 3) * row["step_m"]
         normals = np.frombuffer(base64.b64decode(row["normals"]), np.int8).reshape(-1, 3) / 127
         assert len(corners) == len(offsets) == len(normals) == len(set(corners.tolist())) > 50
