@@ -213,17 +213,17 @@ class World:
             if figures.pop(name, None) is not None:
                 self._state = holding.drop(self._state, lambda g, name=name: g.participant == name)
                 self._state = forgotten(self._state, self._solids, name)
-                self._weigh()
+                self._renew_solids()
         self._state = self._state.but(figures=tuple(figures[name] for name in sorted(figures)))
 
     # -- commands ----------------------------------------------------------------------------------------------
 
     def _obey(self, command: CommandInput) -> Outcome:
         self._state, outcome = obey(self._state, self._solids, self._room, command)
-        self._weigh()
+        self._renew_solids()
         return outcome
 
-    def _weigh(self) -> None:
+    def _renew_solids(self) -> None:
         """Arrays of the things, where these have changed."""
         if self._state.things != self._solids.things:
             self._solids = solids(self._state.things, self._solids, self._room.joints)

@@ -7,7 +7,6 @@ import {
   Mesh,
   MeshBasicMaterial,
   MeshStandardMaterial,
-  Quaternion,
   Vector2,
   Vector3,
 } from "three";
@@ -103,7 +102,7 @@ function made(figure: Figure, { joint, a, b, radiusA, radiusB }: Primitives): Me
     const [from, to] = [new Vector3(...a[n]!), new Vector3(...b[n]!)];
     const shape = new Mesh(coneSphere(from.distanceTo(to), radiusA[n]!, radiusB[n]!), SHAPE);
     shape.position.copy(from).add(to).multiplyScalar(0.5);
-    shape.quaternion.copy(new Quaternion().setFromUnitVectors(UP, to.sub(from).normalize()));
+    shape.quaternion.setFromUnitVectors(UP, to.sub(from).normalize());
     shape.visible = false;
     figure.bone(bone).add(shape);
     return shape;

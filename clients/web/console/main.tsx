@@ -144,6 +144,7 @@ function showViews(now: string): void {
 }
 
 function hear(words: Words): void {
+  const live = travel.seesLog ? null : events; // what a log shows has not just happened
   if (words.kind === "hello") {
     document.title = `${words.log ?? words.conference} – VISTEL`;
     element("conference").textContent = words.log ?? words.conference;
@@ -156,7 +157,7 @@ function hear(words: Words): void {
     room?.begin(words);
   } else if (words.kind === "table") {
     page.table = words;
-    if (!travel.seesLog) events.receiveTable(words);
+    live?.receiveTable(words);
     room?.receiveTable(words);
     if (looking) showViews(view);
   } else if (words.kind === "ink") {
@@ -168,24 +169,24 @@ function hear(words: Words): void {
     room?.receiveForces(words);
   } else if (words.kind === "held") {
     page.held = words;
-    events.receiveHeld(words);
+    live?.receiveHeld(words);
     if (room) room.held = words;
   } else if (words.kind === "signals") {
     page.signals = words;
-    if (!travel.seesLog) events.receiveSignals(words);
+    live?.receiveSignals(words);
     if (room) room.signals = words;
   } else if (words.kind === "chat") {
     page.lines = words.lines;
   } else if (words.kind === "numbers") {
     page.numbers = words;
     history.add(words);
-    if (!travel.seesLog) events.receiveNumbers(words);
+    live?.receiveNumbers(words);
     const pictures = room ? panelText("picturesHere", room.picturesPerS.toFixed(0)) : panelText("tablesOnly");
     element("state").textContent = panelText("both", pictures, panelText(words.viewers === 1 ? "viewer" : "viewers", words.viewers));
   } else if (words.kind === "answers") {
-    if (!travel.seesLog) events.receiveAnswers(words);
+    live?.receiveAnswers(words);
   } else if (words.kind === "captions") {
-    if (!travel.seesLog) events.receiveCaptions(words.captions);
+    live?.receiveCaptions(words.captions);
   } else if (words.kind === "beside") {
     if (words.said.kind === "table") room?.receiveBeside(words.said);
   } else if (!isOfGuests(words)) {

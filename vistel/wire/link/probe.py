@@ -1,6 +1,7 @@
 """Measures what a process's uplink has room for, as long as the process runs."""
 
 import asyncio
+import logging
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +13,8 @@ from vistel.wire.link.queue_delay import NEWEST, QueueDelay
 from vistel.wire.release import release
 from vistel.wire.topics import BY_NAME, MESSAGE_VERSION
 from vistel.wire.uplink import SOON, Uplink
+
+log = logging.getLogger("vistel.uplink")
 
 LOOK_S = 0.1
 """From one look at questions that wait for their answers to the next [s]."""
@@ -35,6 +38,7 @@ async def follow_uplink(bus: Bus, clock: Clock, measured: Callable[[Uplink], Non
         if reply is None or reply.t_client_ns != asked_ns:
             return
         if way.answered(long, queue.longer(asked_ns, reply.t_server_ns, now_ns), now_ns):
+            log.info("uplink wide queue_ms=%.0f reason='the way became longer'", bus.uplink.queue_s * 1e3)
             queue = QueueDelay()
             bus.uplink.begin_anew()
         newest = SOON if bus.uplink.tries(now_ns) else NEWEST
