@@ -64,7 +64,7 @@ class Frame:
 class Painter:
     """Draws frames of `width` x `height` into its own picture. deformer: for figures that are `Planned`. fine: light
     as shaders/fine_light.glsl says; by default where a GPU draws. saves_shadows: they are drawn for every other picture
-    only. samples: of each pixel; by default 4 in fine light, else 1."""
+    only. samples: of each pixel; by default 4, but in fast light that the CPU draws 1."""
 
     def __init__(
         self,
@@ -87,7 +87,7 @@ class Painter:
             return texture_of(ctx, picture, self.software, texels)
 
         self.shadow = ShadowMap(ctx, 2048 if self.fine else 1024)
-        self._samples = min(samples or (4 if self.fine else 1), ctx.max_samples)
+        self._samples = min(samples or (1 if self.software and not self.fine else 4), ctx.max_samples)
         self._figures = DrawnFigures(ctx, deformer, light, painted, self.shadow, self.fine, self._samples > 1)
         light = light if self.fine else ("ONE_TAP",) if self.software else ()
         self._shell = Shell(ctx, self.shadow, light, self.software)

@@ -47,7 +47,7 @@ class Drawing:
     def __init__(self) -> None:
         self.surface = open_surface()
         self.deformer = GpuDeformer(self.surface.ctx)
-        self.painter = Painter(self.surface, SIZE, SIZE, self.deformer)
+        self.painter = Painter(self.surface, SIZE, SIZE, self.deformer, fine=False)
         self.painter.saves_shadows = False
 
     def picture(self, person: AvatarFigure, posed: PosedVertices, camera: Camera, *, creased: bool = True) -> U8:
