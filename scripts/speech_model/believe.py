@@ -33,9 +33,8 @@ TALKERS = ("takumi_sad", "takumi_sad", "nitech_jp_atr503_m001", "tohoku-f01-neut
 _FLITE = ("flite rms", "flite kal16")
 _ESPEAK = ("espeak en-us+f3", "espeak en-gb+travis", "espeak en-gb-scotland+max", "espeak en-us+max", "espeak en-gb+f3")
 COMMANDS, TALK_S, SOUNDS = 120, 420.0, 60
-_GIVEN = {WHOLE: 0.3, PACE: -2.0, SHORTNESS: -2.0}
-"""Weights that are not fitted: the whole goes with its worst word so closely that a fit may turn it round, and too few of the
-examples are drawn out as a held tone is, or short and like something by chance."""
+_GIVEN = {PACE: -2.0, SHORTNESS: -2.0}
+"""Weights that are not fitted: too few of the examples are drawn out as a held tone is, or short and like something by chance."""
 _FALSE_PER_10_MIN = 0.5
 """False accepts the threshold is set for: half of what may be, since voices never heard are harder."""
 
@@ -43,24 +42,26 @@ _FALSE_PER_10_MIN = 0.5
 @dataclass(frozen=True)
 class Speech:
     """Of a language: its patterns, commands, and talk that holds none. margin: how far other talk stays under the threshold, more
-    where talk of voices that were never heard (the set `choose`) was believed at less."""
+    where talk of voices that were never heard (the set `choose`) was believed at less. whole: weight of how well the whole fits,
+    which goes with its worst word so closely that a fit may turn it round."""
 
     language: Language
     patterns: list[Pattern]
     said: Sequence[SpokenCommand]
     talk: F32
     margin: float
+    whole: float
 
 
 def japanese(grammar: Grammar) -> Speech:
     said = list(commands(grammar, COMMANDS, VOICES, seed=77))
-    return Speech("ja", grammar.patterns("ja", kana_ways), said, other_talk(TALK_S, TALKERS, seed=12, talk=TRAIN), 0.5)
+    return Speech("ja", grammar.patterns("ja", kana_ways), said, other_talk(TALK_S, TALKERS, seed=12, talk=TRAIN), 0.5, 0.3)
 
 
 def english(grammar: Grammar) -> Speech:
     some = replace(sets.tune(), seed=77, voices={"en": (*_ESPEAK, *_FLITE)})
     said, talk = some.commands(grammar, "en", COMMANDS), some.other_talk("en", TALK_S)
-    return Speech("en", grammar.patterns("en", phrase_phones), said, talk, 0.7)
+    return Speech("en", grammar.patterns("en", phrase_phones), said, talk, 0.2, 0.0)
 
 
 def evidence_of(recogniser: HybridRecogniser, grammar: Grammar, speech: Speech) -> tuple[F64, F64, F64, F64]:
@@ -109,13 +110,14 @@ def _rows(found: list[F64]) -> F64:
     return np.array(found).reshape(-1, FEATURES)
 
 
-def fitted(right: F64, wrong: F64, talk: F64, sounds: F64, talk_minutes: float, margin: float) -> NDArray[np.float32]:
+def fitted(right: F64, wrong: F64, talk: F64, sounds: F64, talk_minutes: float, margin: float, whole: float) -> NDArray[np.float32]:
     """(FEATURES,) weights for `confidence`: logistic regression, then the constant set so that other talk stays `margin`
     under the threshold.
     """
     everything = np.concatenate([right, wrong, talk, sounds])
-    weights = np.array([_GIVEN.get(k, 0.0) for k in range(FEATURES)])
-    free = [k for k in range(FEATURES) if k not in _GIVEN]
+    known = {**_GIVEN, WHOLE: whole}
+    weights = np.array([known.get(k, 0.0) for k in range(FEATURES)])
+    free = [k for k in range(FEATURES) if k not in known]
     x, given = everything[:, free], everything @ weights
     y = np.concatenate([np.ones(len(right)), np.zeros(len(everything) - len(right))])
     fit = np.zeros(len(free))
@@ -143,7 +145,7 @@ def main() -> int:
     model, speech = load(file), SPEECH[file.stem](grammar)
     recogniser = HybridRecogniser(compile_automaton(speech.patterns, model.phones), model)
     right, wrong, other, sounds = evidence_of(recogniser, grammar, speech)
-    belief = fitted(right, wrong, other, sounds, TALK_S / 60.0, speech.margin)
+    belief = fitted(right, wrong, other, sounds, TALK_S / 60.0, speech.margin, speech.whole)
     save(replace(model, belief=belief), file)
     print(f"belief: {len(right)} commands understood, {len(wrong)} mistaken; finds: {len(other)} in talk, {len(sounds)} in sounds")
     return 0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F32
 from vistel.speech.features import BANDS
 
-VERSION = 2
+VERSION = 3
 """Version of the weight file; it changes when its arrays or their meaning do."""
 
 

@@ -1,4 +1,4 @@
-"""The confidence of a recognised sentence: how much better its words fit than arbitrary sounds."""
+"""The confidence of a recognised sentence: how much better its words fit than arbitrary sounds, and than other sentences."""
 
 from collections.abc import Sequence
 
@@ -7,23 +7,25 @@ from numpy.typing import NDArray
 
 from vistel.speech.decoder import DecodedSentence
 
-FEATURES = 5
+FEATURES = 6
 WHOLE = 1
 """Index of the feature for how well the whole sentence fits."""
 PACE = 3
 """Index of the feature for how far the speed of speech is from the usual."""
 SHORTNESS = 4
 """Index of the feature for how short the sentence was."""
+_FAR = 15.0
+"""How far [log] behind another sentence can be so that more makes no difference."""
 _USUAL = 3.8
 """Frames that a state lasts when people speak as usual."""
 _SHORT = 30.0
 """Frames of a short word: so little sound easily resembles a word by chance."""
 
 
-def evidence(sentence: DecodedSentence, garbage: Sequence[float]) -> NDArray[np.float64]:
+def evidence(sentence: DecodedSentence, garbage: Sequence[float], other: float = -np.inf) -> NDArray[np.float64]:
     """(FEATURES,) evidence for a sentence, each of the order of 1.
 
-    garbage: best score of the garbage loop after each number of frames.
+    garbage: best score of the garbage loop after each number of frames; other: score of the likeliest other sentence.
     """
     frames = max(1, sum(b - a for a, b in sentence.bounds))
     whole = (sentence.score - garbage[-1]) / frames
@@ -32,7 +34,8 @@ def evidence(sentence: DecodedSentence, garbage: Sequence[float]) -> NDArray[np.
         for (a, b), score in zip(sentence.bounds, sentence.word_scores, strict=True)
     ]
     pace = np.log(frames / max(1, sentence.states) / _USUAL)
-    return np.array([1.0, 4.0 * whole, 2.0 * min(words, default=-4.0), pace * pace, _SHORT / frames])
+    ahead = np.clip(sentence.score - other, -_FAR, _FAR) / 3.0
+    return np.array([1.0, 4.0 * whole, 2.0 * min(words, default=-4.0), pace * pace, _SHORT / frames, ahead])
 
 
 def confidence(belief: NDArray[np.float32], features: NDArray[np.float64]) -> float:

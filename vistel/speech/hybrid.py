@@ -122,7 +122,8 @@ class HybridRecogniser:
         sentences = decoder.sentences(self._most)
         if not sentences:
             return
-        found_of = [evidence(each, decoder.garbage) for each in sentences]
+        best, second = sentences[0].score, sentences[1].score if len(sentences) > 1 else -np.inf
+        found_of = [evidence(each, decoder.garbage, best if k else second) for k, each in enumerate(sentences)]
         self.last_evidence = found_of[0]
         pairs = zip(sentences, found_of, strict=True)
         found.append(tuple(self._heard(each, confidence(self._model.belief, features)) for each, features in pairs))

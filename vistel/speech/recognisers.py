@@ -74,13 +74,17 @@ def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
     return _hybrid("ja", grammar.patterns("ja", kana_ways), PHONES, voice)
 
 
+_DOUBT = 1.0
+"""Log odds taken off what pocketsphinx alone believes: of the set `choose` half of that is wrong."""
+
+
 def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
     """Without `voice`: what is learnt of a voice is learnt from Japanese, and fits the Japanese net."""
     from vistel.speech.combined import CombinedRecogniser
     from vistel.speech.engines import sphinx
 
     net = _hybrid("en", grammar.patterns("en", sphinx.phrase_phones), sphinx.PHONES, None)
-    return CombinedRecogniser((net, pocketsphinx("en", grammar)))
+    return CombinedRecogniser((net, pocketsphinx("en", grammar)), (0.0, _DOUBT))
 
 
 def pocketsphinx(language: Language, grammar: Grammar) -> Recogniser:

@@ -27,6 +27,11 @@ class Hypothesis:
     start_s: float
     end_s: float
 
+    @property
+    def sentence(self) -> tuple[str, ...]:
+        """The words without the last part of their names, which numbers the ways to say each."""
+        return tuple(word.rpartition(".")[0] or word for word in self.words)
+
 
 Hypotheses = tuple[Hypothesis, ...]
 """Readings of one utterance, the likeliest first, each with other words; never empty."""

@@ -118,7 +118,7 @@ def test_confidence_accepts_what_was_right_and_nothing_of_other_talk() -> None:
         return made
 
     right, wrong, talk, sounds = rows(200, -0.5), rows(20, -2.5), rows(60, -4.0), rows(20, -4.0)
-    belief = fitted(right, wrong, talk, sounds, 7.0, margin=0.5)
+    belief = fitted(right, wrong, talk, sounds, 7.0, margin=0.5, whole=0.3)
     assert ((right @ belief) > 0).mean() > 0.95
     assert not ((talk @ belief) > 0).any()
 
