@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from google.protobuf.message import DecodeError
 from prometheus_client import Counter, Gauge, Histogram
 
+from vistel.host import HOST
 from vistel.messages.world.decode import command_input, prop_input
 from vistel.messages.world.encode import bond_torn, button_event, carries_state, command_result, hand_force, input_person, ownership
 from vistel.messages.world.encoder import WorldEncoder
@@ -200,7 +201,7 @@ class Room:
             self._answer(*self._outcomes.popleft())
 
     def _may(self, who: str, command: Command) -> bool:
-        return not self._hosts or who in self._hosts or command.WhichOneof("action") != "reset"
+        return not self._hosts or who in {*self._hosts, HOST} or command.WhichOneof("action") != "reset"
 
     def answer(self, request: bytes) -> WorldSnapshot:
         """The whole room, for a late joiner."""
