@@ -22,8 +22,8 @@ from vistel_services.console.viewer import FRAME, Viewer
 from vistel_services.serving.server import prepared_socket
 
 if TYPE_CHECKING:
-    from vistel.log.notes import Note
     from vistel.log.questions import Lasting, Questions
+    from vistel.messages.notes import Note
 
 log = logging.getLogger("vistel.console")
 
@@ -167,9 +167,9 @@ class _Visit:
         self._viewer.put(f"beside {kind}", f'{{"kind": "beside", "said": {words}}}')
 
     def _hear(self, said: str) -> None:
-        from vistel.log.notes import NoteError, note
         from vistel.log.playhead import NotUnderstoodError, number, understood
         from vistel.log.questions import plot_asked
+        from vistel.messages.notes import NoteError, note
 
         try:
             asked = understood(said)

@@ -170,13 +170,8 @@ class Supervisor:
                 self.on_exit(child.spec.name, code)
             early = early + 1 if loop.time() - started < STEADY_S else 0
             wait_s = 0.0 if early < 2 else min(RESTART_MOST_S, RESTART_FIRST_S * 2 ** (early - 2))
-            log.error(
-                "crashed process=%s %s restart_in_s=%.1f log=%s",
-                child.spec.name,
-                _exit_text(code),
-                wait_s,
-                self.log_file(child.spec.name),
-            )
+            name, file = child.spec.name, self.log_file(child.spec.name)
+            log.error("crashed process=%s %s restart_in_s=%.1f log=%s", name, _exit_text(code), wait_s, file)
             await asyncio.sleep(wait_s)
             child.restarts += 1
             while not await self._spawned(child, afresh=wait_s > 0):

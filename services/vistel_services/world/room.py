@@ -227,15 +227,9 @@ class Room:
             self._states.put(encoded.state)
 
     def _answer(self, outcome: Outcome, t_ns: int) -> None:
-        _COMMANDS.labels("done" if outcome.done else "refused").inc()
-        log.info(
-            "command id=%s participant=%s outcome=%s reason=%r",
-            outcome.id,
-            outcome.participant,
-            "done" if outcome.done else "refused",
-            outcome.reason,
-        )
-        who = outcome.participant
+        who, became = outcome.participant, "done" if outcome.done else "refused"
+        _COMMANDS.labels(became).inc()
+        log.info("command id=%s participant=%s outcome=%s reason=%r", outcome.id, who, became, outcome.reason)
         if who not in self._results:
             self._results[who] = self._bus.publish(BY_NAME["command_result"], participant=who)
         self._results[who].put(command_result(outcome, t_ns))

@@ -41,12 +41,12 @@ def access_rules(
 ) -> dict[str, Any]:
     """The `access_control` section of a Zenoh router's configuration.
 
-    sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the
-    console of a conference, so it may say what the world says, and ask the world for something as the host; a `world` of its own may say only that. worlds: those of
-    the sites on whose machines a world runs; hosts: those of hosts; revoked: common names that count no more
-    (`vistel.wire.zenoh.common_names`). Everybody listed may subscribe to and ask for what the table of topics lets
-    them hear, topic by topic, and ask for what is under their own name; everything else is denied, silently as far as the one
-    denied can see.
+    sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the console of a
+    conference, so it may say what the world says, and ask the world as the host; a `world` of its own may say only what the
+    world says. worlds: those of the sites on whose machines a world runs; hosts: those of hosts; revoked: common names that
+    count no more (`vistel.wire.zenoh.common_names`). Everybody listed may subscribe to and ask for what the table of topics
+    lets them hear, topic by topic, and ask for what is under their own name; everything else is denied, silently as far as the
+    one denied can see.
     """
     rules: list[dict[str, Any]] = [
         _rule("presence", "ingress", _ASK, [f"vistel/{conference}/alive/**"]),
