@@ -58,7 +58,7 @@ def text_without_tokens(file: dict[str, Any], but_of: str = "") -> str:
     """What a conference's file holds, as others may see it: a page that asks for a token is left out with it, but for that of the
     site `but_of`."""
     shared = dict(file)
-    if {"token", "host_token"} & {name for name, value in shared.get("console", {}).items() if value}:
+    if shared.get("console", {}).get("token"):
         del shared["console"]
     shared["sites"] = [site if site["name"] == but_of else _without_page(site) for site in file.get("sites", [])]
     return tomli_w.dumps(shared)

@@ -24,7 +24,7 @@ export function AskLine({ things, completions, complete, ask }: Props) {
     setOpen(true);
     complete(line);
   };
-  const take = (word: string) => type(`${typed.slice(0, typed.length - lastWord(typed).length)}${word} `);
+  const take = ({ word, keep }: Offer) => type(`${typed.slice(0, keep)}${word} `);
   const key = (event: KeyboardEvent) => {
     const by = { ArrowDown: 1, ArrowUp: -1 }[event.key];
     if (by && found.length) {
@@ -64,13 +64,13 @@ export function AskLine({ things, completions, complete, ask }: Props) {
           onBlur={() => setOpen(false)}
         />
         <ul id="ask-found" role="listbox" aria-label={said("found")} hidden={!found.length}>
-          {found.map((word, n) => (
-            <li key={word} id={`ask-${n}`} role="option" aria-selected={n === at}
+          {found.map((offer, n) => (
+            <li key={offer.word} id={`ask-${n}`} role="option" aria-selected={n === at}
               onPointerDown={(event) => {
                 event.preventDefault(); // the field keeps the keyboard
-                take(word);
+                take(offer);
               }}>
-              {word}
+              {offer.word}
             </li>
           ))}
         </ul>
@@ -80,12 +80,21 @@ export function AskLine({ things, completions, complete, ask }: Props) {
   );
 }
 
-function lastWord(line: string): string {
-  return /\S*$/.exec(line)![0];
+interface Offer {
+  word: string;
+  keep: number; // letters of the line that stay before it
 }
 
-function offered(line: string, { words, thing }: Completions, things: readonly string[]): string[] {
-  const last = lastWord(line).toLowerCase();
-  const named = thing ? things.filter((name) => name.toLowerCase().split(" ").some((word) => word.startsWith(last))) : [];
-  return [...new Set([...words, ...named])].slice(0, SHOWN);
+function offered(line: string, { words, thing }: Completions, things: readonly string[]): Offer[] {
+  const keep = line.length - /\S*$/.exec(line)![0].length;
+  const named = thing ? [...new Set(things)].flatMap((name) => asName(line, name, keep)) : [];
+  const longest = Math.min(keep, ...named.map((offer) => offer.keep)); // whoever has typed "red b" does not mean the box
+  return [...words.map((word) => ({ word, keep })), ...named.filter((offer) => offer.keep === longest)].slice(0, SHOWN);
+}
+
+/** The name of a thing, in place of as many words at the line's end as it begins with, or of its last one that begins one of its words. */
+function asName(line: string, name: string, keep: number): Offer[] {
+  const [typed, known] = [line.toLowerCase(), name.toLowerCase()];
+  for (const { index } of typed.matchAll(/(?<=\s)\S/g)) if (known.startsWith(typed.slice(index))) return known === typed.slice(index) ? [] : [{ word: name, keep: index }];
+  return known.split(" ").some((word) => word.startsWith(typed.slice(keep))) ? [{ word: name, keep }] : [];
 }

@@ -17,7 +17,7 @@ export function Confirm({ question, close }: { question: Question; close(): void
       <h2 id="confirm-title">{question.title}</h2>
       <p id="confirm-about">{question.about}</p>
       <div class="choices">
-        <button type="button" autofocus onClick={close}>{said("cancel")}</button>
+        <button type="button" onClick={close}>{said("cancel")}</button>
         <button type="button" class="grave" onClick={() => (close(), question.then())}>{question.yes}</button>
       </div>
     </dialog>

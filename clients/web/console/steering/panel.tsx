@@ -118,7 +118,7 @@ export class SteeringPanel {
 
 function Group({ name, toggled, children }: { name: "people" | "services" | "faults" | "lines"; toggled?: (open: boolean) => void; children: ComponentChildren }) {
   return (
-    <details class={name} onToggle={(event) => toggled?.(event.currentTarget.open)}>
+    <details class={`steer-${name}`} onToggle={(event) => toggled?.(event.currentTarget.open)}>
       <summary>{said(name)}</summary>
       {children}
     </details>
