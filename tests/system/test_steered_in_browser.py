@@ -148,8 +148,8 @@ def test_the_host_asks_causes_a_fault_and_restarts_a_service_in_a_browser(tmp_pa
             return Path(run.folder)
 
     folder = asyncio.run(play())
-    with LogReader(folder / "conference.mcap") as log:
-        acts = [(r.message.action, r.message.text, r.message.done) for r in log.records(("host_action",))]
+    records = LogReader(folder / "conference.mcap").records(("host_action",))
+    acts = [(r.message.action, r.message.text, r.message.done) for r in records]
     assert acts == [
         ("ask", "paint the red baton blue", True),
         ("ask", "paint the elephant blue", False),

@@ -47,7 +47,9 @@ def test_what_is_written_later_comes_once_and_a_half_line_when_it_is_whole(tmp_p
 
 def test_what_is_hostile_is_bounded_and_without_steering_letters(tmp_path: Path) -> None:
     log = tmp_path / "hub-world.log"
-    log.write_bytes(b"\x00\xff" * MOST_BYTES + b"\n" + line(1, "x" * 10_000 + "\x1b[2J").encode() + line(2, "\x1b[2J\u202eend").encode())
+    log.write_bytes(
+        b"\x00\xff" * MOST_BYTES + b"\n" + line(1, "x" * 10_000 + "\x1b[2J").encode() + line(2, "\x1b[2J\u202eend").encode()
+    )
     lines = LogLines(tmp_path)
     lines.take()
     assert all(len(each.text) <= MOST_LETTERS and each.text.isprintable() for each in lines.newest())

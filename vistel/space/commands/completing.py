@@ -43,5 +43,5 @@ def _after_verb(command: Command, typed: Typed, said: list[str]) -> tuple[list[s
         return [*(UNITS if any(p.kind is Length for p in parameters) else ()), *offered], False
     for parameter in parameters:
         choices = choices_of(parameter)
-        offered += () if set(choices) & set(said) else choices
+        offered += () if said and said[-1] in choices else choices  # before it they may be part of a thing's name
     return offered, any(p.kind is Which for p in parameters)

@@ -19,6 +19,7 @@ from vistel.space.commands.phrase import read, typed_lines
         ("attach the box t", ("to",), True),
         ("create red b", ("ball", "box", "bar"), False),
         ("paint the ball red", (), True),
+        ("paint the red baton bl", ("blue", "black"), True),
         ("fly ", (), False),
         ("  ", completion("").words, False),
     ],
