@@ -11,6 +11,7 @@ from vistel.conference.model import Conference
 from vistel.host import HOST
 from vistel.messages.notes import NoteError, note
 from vistel.session.asking import Asker
+from vistel.session.moving import PresentWorlds, move_room
 from vistel.session.seating import give_seat, take_seat
 from vistel.space.commands.phrase import PhraseError
 from vistel.v1.audio_pb2 import Muting
@@ -46,6 +47,7 @@ class HostActions:
         self._conference, self._run, self._bus, self._clock = conference, run, bus, clock
         self._people = {p.name for site in conference.sites for p in site.participants}
         self._asker = Asker(bus, clock, HOST)
+        self.worlds = PresentWorlds(bus)
 
     def close(self) -> None:
         """Receive no more."""
@@ -61,6 +63,8 @@ class HostActions:
                     return await self._fault(asked, by)
                 case "start" | "stop" | "restart":
                     return await self._process(action, _word(asked, "process"), by)
+                case "move":
+                    return await self._move(_word(asked, "place"))
                 case "mute":
                     return self._mute(_word(asked, "participant"))
                 case "seat":
@@ -98,6 +102,12 @@ class HostActions:
         if reply is None:
             return Done(False, _NO_RUN, process)
         return Done(not reply.refused, reply.refused or reply.done, process)
+
+    async def _move(self, place: str) -> Done:
+        if place not in {world.place for world in self.worlds.now()}:
+            raise RefusedError(f"no world is at {place[:40]!r}; there are {', '.join(w.place for w in self.worlds.now())}")
+        reason, _ = await move_room(self._bus, self.worlds, place)
+        return Done(not reason, reason or f"the room is led at {place}", place)
 
     def _mute(self, participant: str) -> Done:
         if participant not in self._people:

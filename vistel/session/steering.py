@@ -12,6 +12,7 @@ from typing import Any, cast
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.host import HOST
 from vistel.messages.notes import MOST_LETTERS_OF_AUTHOR
 from vistel.protocol.pages.words import words_of
 from vistel.session.host_actions import MOST_LETTERS, Done, HostActions
@@ -100,7 +101,8 @@ class Steering:
             guests = {}
         told: dict[str, object] = {"kind": "steering", "runs": reply is not None, **_of_run(reply)}
         rows = [{"name": n, "site": s, "guest": n in seats, "invited": guests.get(n, "")} for n, s in people.items()]
-        return told | {"people": rows, "nodes": self.lines.nodes()}
+        worlds = [{"place": world.place, "leads": world.leads} for world in self._actions.worlds.now()]
+        return told | {"people": rows, "nodes": self.lines.nodes(), "worlds": worlds}
 
     def _refuse(self, put: Put, address: str) -> bool:
         self._refused += 1
@@ -175,7 +177,7 @@ class HostPage:
     async def _do(self, asked: dict[str, object], number: int) -> None:
         by = asked.get("by") or asked.get("author") or ""
         name = "".join(c for c in by if c.isprintable())[:MOST_LETTERS_OF_AUTHOR] if isinstance(by, str) else ""
-        self._answer(asked, number, await self._steering.do(_action(asked), asked, name, self._address))
+        self._answer(asked, number, await self._steering.do(_action(asked), asked, name or HOST, self._address))
 
     def _answer(self, asked: dict[str, object], number: int, done: Done) -> None:
         if _action(asked) != "note":

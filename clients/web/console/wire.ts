@@ -216,6 +216,7 @@ export interface Steering {
   faults: FaultRow[];
   people: SeatRow[];
   nodes: string[]; // whose log lines there are
+  worlds: { place: string; leads: boolean }[]; // the leader first
 }
 /** What became of an action. */
 export interface Steered {

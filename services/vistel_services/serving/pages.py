@@ -33,7 +33,7 @@ _SAID_EACH_NS = 60_000_000_000
 _PROGRAM = "Bearer "
 _FORWARDED = {"forwarded", "via", "x-forwarded-for"}
 """Headers of a proxy."""
-STEERS = "steers"
+STEERS = web.RequestKey("steers", bool)
 """Of a request that was admitted: whether it is the host's."""
 _POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
 

@@ -18,8 +18,10 @@ from waiting import until
 
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.invitations import invitations_in
+from vistel.conference.model import Conference
 from vistel.v1.service_pb2 import FaultReply, FaultRequest, RunProcess, RunReply, RunRequest
 from vistel.wire.topics import BY_NAME
+from vistel_services import world
 from vistel_services.world.service import warm_up
 
 TOKEN, HOST_TOKEN = "0123456789abcdef", "fedcba9876543210"
@@ -90,6 +92,32 @@ def test_what_the_host_asks_is_done_by_the_world_and_what_cannot_be_is_refused_i
             kept = [(s.message.who, s.message.action, s.message.text, s.message.done) for s in acts.take()]
             assert kept[0] == ("Hana", "ask", "paint the red baton blue", True) and len(kept) == 7
             assert not any(done for _, _, _, done in kept[1:])
+
+    warm_up()
+    asyncio.run(visit())
+
+
+def test_the_room_is_moved_to_a_world_that_waits(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    async def visit() -> None:
+        room = GuestRoom(tmp_path)
+        data = room.conference.model_dump(mode="json", exclude_none=True)
+        room.conference = Conference.model_validate(
+            data | {"world": {"on": "hub", "waiting": ["guests"], "folder": str(tmp_path / "r")}}
+        )
+        waits = world.configure(room.conference, room.conference.sites[0], room.paths)
+        async with room.serving(monkeypatch), room.led(), opened(room) as host:
+            while not any(w["leads"] for w in (await host.told("steering"))["worlds"]):
+                pass
+            waiting = asyncio.create_task(world.run(waits, room.network.bus("c", "hub", room.clock), room.clock))
+            while len((await host.told("steering"))["worlds"]) < 2:
+                pass
+            assert "no world is at 'paris'; there are hub, guests" in (await host.do("move", place="paris"))["answer"]
+            moved = await host.do("move", place="guests")
+            assert moved["done"], moved
+            while (await host.told("steering"))["worlds"][0] != {"place": "guests", "leads": True}:
+                pass
+            waiting.cancel()
+            await asyncio.gather(waiting, return_exceptions=True)
 
     warm_up()
     asyncio.run(visit())

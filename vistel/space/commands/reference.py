@@ -63,12 +63,7 @@ class Speaker:
         if towards in (Towards.UP, Towards.DOWN):  # which do not depend on the speaker
             return np.array([0.0, 1.0 if towards is Towards.UP else -1.0, 0.0])
         ahead, right = self.ahead, self.right
-        return {
-            Towards.RIGHT: right,
-            Towards.LEFT: -right,
-            Towards.AHEAD: ahead,
-            Towards.BACK: -ahead,
-        }[towards]
+        return {Towards.RIGHT: right, Towards.LEFT: -right, Towards.AHEAD: ahead, Towards.BACK: -ahead}[towards]
 
     def axis(self, along: Along) -> F64:
         """(3,) unit vector in the room of an axis that does not depend on the thing."""

@@ -1,10 +1,10 @@
 // What the host can start and stop, whom they can mute, seat and remove, and which faults they can cause.
 import { useState } from "preact/hooks";
-import type { FaultRow, ProcessRow, SeatRow } from "../wire";
+import type { FaultRow, ProcessRow, SeatRow, Steering } from "../wire";
 import type { Question } from "./confirm";
 import { faultText, said } from "./words";
 
-export type Action = "ask" | "fault" | "start" | "stop" | "restart" | "mute" | "seat" | "remove";
+export type Action = "ask" | "move" | "fault" | "start" | "stop" | "restart" | "mute" | "seat" | "remove";
 /** Asks for an action; text: what it is done to, for the list of answers. */
 export type Do = (action: Action, text: string, words: Record<string, string>) => void;
 
@@ -62,6 +62,20 @@ export function Processes({ processes, act, confirm }: Can & { processes: readon
         </tbody>
       </table>
     </div>
+  );
+}
+
+/** Where the room is led, and where it can be moved to. */
+export function Worlds({ worlds, act }: Pick<Can, "act"> & { worlds: Steering["worlds"] }) {
+  return (
+    <ul class="seats">
+      {worlds.map(({ place, leads }) => (
+        <li key={place}>
+          <span>{place} <small>{said(leads ? "leads" : "waits")}</small></span>
+          {!leads && <button type="button" aria-label={said("moveTo", place)} onClick={() => act("move", place, { place })}>{said("move")}</button>}
+        </li>
+      ))}
+    </ul>
   );
 }
 

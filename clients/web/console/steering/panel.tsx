@@ -3,7 +3,7 @@ import { type ComponentChildren, render } from "preact";
 import type { Completions, LogLines, Steered, Steering } from "../wire";
 import { AskLine } from "./ask";
 import { Confirm, type Question } from "./confirm";
-import { type Action, Faults, People, Processes, Recording } from "./groups";
+import { type Action, Faults, People, Processes, Recording, Worlds } from "./groups";
 import { type Filter, Lines } from "./lines";
 import { said } from "./words";
 
@@ -102,6 +102,7 @@ export class SteeringPanel {
               <Recording processes={state.processes} {...{ act, confirm }} />
               <Group name="people"><People people={state.people} links={this.links} {...{ act, confirm }} /></Group>
               {state.runs && <Group name="services"><Processes processes={state.processes} {...{ act, confirm }} /></Group>}
+              {state.worlds.length > 1 && <Group name="worlds"><Worlds worlds={state.worlds} act={act} /></Group>}
               {state.faults.length > 0 && <Group name="faults"><Faults faults={state.faults} {...{ act, confirm }} /></Group>}
               <Group name="lines" toggled={(open) => this.watch(open ? { level: "", node: "", text: "" } : null)}>
                 {this.filter && <Lines lines={this.lines} nodes={state.nodes} filter={(wanted) => this.watch(wanted)} />}
@@ -116,7 +117,7 @@ export class SteeringPanel {
   }
 }
 
-function Group({ name, toggled, children }: { name: "people" | "services" | "faults" | "lines"; toggled?: (open: boolean) => void; children: ComponentChildren }) {
+function Group({ name, toggled, children }: { name: "people" | "services" | "worlds" | "faults" | "lines"; toggled?: (open: boolean) => void; children: ComponentChildren }) {
   return (
     <details class={`steer-${name}`} onToggle={(event) => toggled?.(event.currentTarget.open)}>
       <summary>{said(name)}</summary>
