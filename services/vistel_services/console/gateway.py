@@ -16,7 +16,7 @@ from prometheus_client import Counter, Gauge
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.session.chat import Chat
-from vistel.session.steering import Steering
+from vistel.session.steering.page import Steering
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock

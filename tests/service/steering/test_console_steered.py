@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
+import shutil
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -14,11 +15,13 @@ import aiohttp
 import pytest
 from guest_room import GuestRoom
 from prometheus_client import REGISTRY
+from served_log import MEETING
 from waiting import until
 
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.invitations import invitations_in
 from vistel.conference.model import Conference
+from vistel.log.notes import beside
 from vistel.v1.service_pb2 import FaultReply, FaultRequest, RunProcess, RunReply, RunRequest
 from vistel.wire.topics import BY_NAME
 from vistel_services import world
@@ -58,10 +61,10 @@ class Steered:
 
 
 @contextlib.asynccontextmanager
-async def opened(room: GuestRoom, token: str = "", **headers: str) -> AsyncIterator[Steered]:
+async def opened(room: GuestRoom, token: str = "", path: str = "live", **headers: str) -> AsyncIterator[Steered]:
     """The console's page of whoever shows this token."""
     shown = headers | ({"Authorization": f"Bearer {token}"} if token else {})
-    async with aiohttp.ClientSession() as session, session.ws_connect(f"http://{room.address}/live", headers=shown) as socket:
+    async with aiohttp.ClientSession() as session, session.ws_connect(f"http://{room.address}/{path}", headers=shown) as socket:
         yield Steered(socket)
 
 
@@ -243,6 +246,21 @@ def test_who_shows_only_the_viewers_token_is_refused_counted_and_logged(
     with caplog.at_level(logging.WARNING):
         asyncio.run(visit())
     assert caplog.text.count("event=steering_refused from=127.0.0.1") == 1
+
+
+def test_a_note_on_a_log_is_the_hosts_as_well(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    async def visit() -> None:
+        room = GuestRoom(tmp_path, ConsoleConfig(at="127.0.0.1:0", token=TOKEN, host_token=HOST_TOKEN))
+        log = Path(shutil.copy(MEETING, room.paths.log))
+        async with room.serving(monkeypatch):
+            for token, kind in ((TOKEN, "refused"), (HOST_TOKEN, "notes")):
+                async with opened(room, token, path="past") as viewer:
+                    await viewer.told("notes")
+                    await viewer.socket.send_json({"note": "here", "author": "Eve"})
+                    await viewer.told(kind)
+                    assert beside(log).exists() == (token == HOST_TOKEN)
+
+    asyncio.run(visit())
 
 
 def test_without_a_token_who_comes_by_a_proxy_sees_and_does_not_steer(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

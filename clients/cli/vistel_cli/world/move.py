@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from vistel.session.moving import PresentWorlds, move_room
+from vistel.session.steering.moving import PresentWorlds, move_room
 from vistel.wire.bus import Bus
 from vistel.wire.world.presence import WorldAt
 from vistel_cli.conference_choice import Hub, RunningFile, chosen, joined, on_bus

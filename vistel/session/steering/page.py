@@ -15,9 +15,9 @@ from vistel.conference.paths import RunPaths
 from vistel.host import HOST
 from vistel.messages.notes import MOST_LETTERS_OF_AUTHOR
 from vistel.protocol.pages.words import words_of
-from vistel.session.host_actions import MOST_LETTERS, Done, HostActions
-from vistel.session.log_lines import LogLines
-from vistel.session.seating import guest_seats, seated
+from vistel.session.steering.actions import MOST_LETTERS, Done, HostActions
+from vistel.session.steering.log_lines import LogLines
+from vistel.session.steering.seating import guest_seats, seated
 from vistel.space.commands.completing import completion
 from vistel.v1.service_pb2 import HostAction, RunProcess, RunReply, RunRequest
 from vistel.wire import background
@@ -131,9 +131,10 @@ class HostPage:
             found = completion(line)
             self._tell("completions", line=line, words=found.words, thing=found.thing)
         elif "lines" in asked:
-            wanted = cast("dict[str, object]", asked["lines"])
+            wanted: object = asked["lines"]
+            given = cast("dict[str, object]", wanted) if isinstance(wanted, dict) else None
             fields = ("level", "node", "text")
-            self._filter = {f: str(wanted.get(f, ""))[:MOST_LETTERS] for f in fields} if isinstance(wanted, dict) else None
+            self._filter = None if given is None else {f: str(given.get(f, ""))[:MOST_LETTERS] for f in fields}
             self._shown = -1
             self._tell_lines()
         elif "do" in asked or "note" in asked or not asked:

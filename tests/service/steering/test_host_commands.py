@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from pathlib import Path
+from typing import Any
 
 import pytest
 from secured_bus import Secured, secured
@@ -21,7 +22,7 @@ PEOPLE = {"tokyo": "ann", "paris": "ben", "osaka": "cem"}
 CONFERENCE = Conference.model_validate({"sites": [{"name": s, "participants": [{"name": p}]} for s, p in PEOPLE.items()]})
 
 
-def _open_to_all() -> dict[str, object]:
+def _open_to_all() -> dict[str, Any]:
     """The router's rules as they would be if every certificate could say everything."""
     rules = access_rules("demo", list(PEOPLE), observers=["guest"])
     next(r for r in rules["rules"] if r["id"] == "paris-say")["key_exprs"] = ["vistel/demo/**"]
@@ -53,8 +54,8 @@ def test_nobody_but_the_hub_asks_the_world_as_the_host(tmp_path: Path, rule: boo
     secured(tmp_path, body)
 
 
-async def _ids(subscription: object, heard: set[str]) -> None:
-    async for sample in subscription:  # type: ignore[attr-defined]
+async def _ids(subscription: Any, heard: set[str]) -> None:
+    async for sample in subscription:
         heard.add(sample.message.id)
 
 
@@ -74,7 +75,7 @@ def test_processes_are_stopped_by_the_hub_and_by_nobody_else(tmp_path: Path, nam
 
 @pytest.mark.parametrize("topic", ["host_action", "muting"])
 def test_only_the_hub_mutes_and_says_what_the_host_did(tmp_path: Path, topic: str) -> None:
-    names = {"participant": "ann"} if topic == "muting" else {}
+    names: dict[str, Any] = {"participant": "ann"} if topic == "muting" else {}
 
     async def body(s: Secured) -> None:
         listener = await s.door("tokyo", owners=owners_of(CONFERENCE))
@@ -84,7 +85,7 @@ def test_only_the_hub_mutes_and_says_what_the_host_did(tmp_path: Path, topic: st
 
         def said() -> bool:
             for number, bus in enumerate(doors.values(), 1):
-                message = BY_NAME[topic].message()
+                message: Any = BY_NAME[topic].message()
                 message.header.t_ns = number
                 if isinstance(message, HostAction):
                     message.who = bus.site

@@ -11,8 +11,8 @@ from vistel.conference.model import Conference
 from vistel.host import HOST
 from vistel.messages.notes import NoteError, note
 from vistel.session.asking import Asker
-from vistel.session.moving import PresentWorlds, move_room
-from vistel.session.seating import give_seat, take_seat
+from vistel.session.steering.moving import PresentWorlds, move_room
+from vistel.session.steering.seating import give_seat, take_seat
 from vistel.space.commands.phrase import PhraseError
 from vistel.v1.audio_pb2 import Muting
 from vistel.v1.service_pb2 import FaultReply, FaultRequest, RunReply, RunRequest
