@@ -29,6 +29,8 @@ _log = logging.getLogger("vistel.console")
 
 MOST_PENDING = 8
 """Actions of a page that have not been answered."""
+MOST_UNREAD = 64
+"""Answers that wait for a page which does not read them."""
 TELL_S = 1.0
 """From one look at what runs, and at the logs, to the next."""
 REFUSED_EACH_NS = 60_000_000_000
@@ -182,7 +184,7 @@ class HostPage:
 
     def _answer(self, asked: dict[str, object], number: int, done: Done) -> None:
         if _action(asked) != "note":
-            self._tell("steered", f"steered {number}", id=number, done=done.done, answer=done.answer, token=done.token)
+            self._tell("steered", f"steered {number % MOST_UNREAD}", id=number, done=done.done, answer=done.answer, token=done.token)
         elif done.done:
             self._tell("noted", text=done.answer)
         else:
