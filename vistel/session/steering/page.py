@@ -184,7 +184,8 @@ class HostPage:
 
     def _answer(self, asked: dict[str, object], number: int, done: Done) -> None:
         if _action(asked) != "note":
-            self._tell("steered", f"steered {number % MOST_UNREAD}", id=number, done=done.done, answer=done.answer, token=done.token)
+            key = f"steered {number % MOST_UNREAD}"
+            self._tell("steered", key, id=number, done=done.done, answer=done.answer, token=done.token)
         elif done.done:
             self._tell("noted", text=done.answer)
         else:
