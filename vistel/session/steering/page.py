@@ -47,7 +47,7 @@ class Steering:
     def __init__(self, conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -> None:
         self._conference, self._paths, self.clock = conference, paths, clock
         self._actions = HostActions(conference, paths.run, bus, clock)
-        self.lines = LogLines(paths.out / "logs")
+        self.lines, self._looking = LogLines(paths.out / "logs"), asyncio.Lock()
         self._did = bus.publish(BY_NAME["host_action"])
         self._background = background.current()
         self._refused, self._said_ns = 0, -REFUSED_EACH_NS
@@ -91,6 +91,11 @@ class Steering:
         message.header.t_ns = self.clock.now_ns()
         self._did.put(message)
         return done
+
+    async def look(self) -> None:
+        """Read what has been logged: one page at a time."""
+        async with self._looking:
+            await asyncio.to_thread(self.lines.take)
 
     async def state(self) -> dict[str, object]:
         """What can be done, ready for JSON."""
@@ -156,7 +161,7 @@ class HostPage:
                 before = state
                 self._put("steering", state)
             if self._filter is not None:
-                await asyncio.to_thread(steering.lines.take)
+                await steering.look()
                 self._tell_lines()
             await sleep(steering.clock, TELL_S)
 
