@@ -6,6 +6,7 @@ import asyncio
 from collections.abc import Awaitable, Callable
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import zenoh
 
@@ -36,6 +37,11 @@ class Secured:
     def endpoint(self) -> str:
         """Where the router listens."""
         return f"{self._protocol}/localhost:{self.port}"
+
+    def open_with(self, rules: dict[str, Any]) -> None:
+        """Open the router again, with other access rules."""
+        self.router.close()
+        self.router = Router.open(f"{self._protocol}/127.0.0.1:{self.port}", tls=self.issue("hub"), access=rules)
 
     def issue(self, name: str) -> TlsFiles:
         """A certificate; the hub's is good for this machine's addresses."""

@@ -1,7 +1,8 @@
 """How a process of a conference joins its bus: with the conference's certificates, and receiving only from those in its file."""
 
 from vistel.conference.device_list import devices_of_site
-from vistel.conference.model import RESERVED, Conference
+from vistel.conference.model import HUB_PLACE, RESERVED, Conference
+from vistel.host import HOST
 from vistel.wire.clock import Clock
 from vistel.wire.owners import Owners
 from vistel.wire.zenoh.bus import BusError, ZenohBus
@@ -13,6 +14,7 @@ from vistel.wire.zenoh.endpoints import objection
 def owners_of(conference: Conference) -> Owners:
     """Which site may publish for which participants."""
     sites: dict[str, dict[str, frozenset[str]]] = {name: {} for name in RESERVED}
+    sites[HUB_PLACE]["participant"] = frozenset({HOST})
     for site in conference.sites:
         sites[site.name] = {
             "participant": frozenset(p.name for p in site.participants),

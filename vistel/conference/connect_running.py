@@ -1,6 +1,7 @@
 """How a command joins a conference that runs on this machine without its file, which takes long to load."""
 
 from vistel.conference.running import Running
+from vistel.host import HOST
 from vistel.wire.clock import Clock
 from vistel.wire.owners import Owners
 from vistel.wire.zenoh.access import HUB_NAME, WORLD_NAME
@@ -12,5 +13,5 @@ async def connect_running(running: Running, site: str, clock: Clock, hub: str) -
     own = {
         at: {"participant": frozenset(p for p, there in running.people.items() if there == at)} for at in running.people.values()
     }
-    owners = Owners({HUB_NAME: {}, WORLD_NAME: {}} | own)
+    owners = Owners({HUB_NAME: {"participant": frozenset({HOST})}, WORLD_NAME: {}} | own)
     return await ZenohBus.open(conference=running.name, site=site, clock=clock, endpoints=hub.split(","), owners=owners)

@@ -13,6 +13,8 @@ class ConsoleConfig(Checked):
     """"HOST:PORT", or a port of this machine only; "": nowhere, but `vistel up` takes a free port of this machine."""
     token: str = Field(default="", pattern=TOKEN)
     """What viewers show to see it; needed where other machines reach it: 16 to 64 letters, digits, _ and -."""
+    host_token: str = Field(default="", pattern=TOKEN)
+    """What the host shows to see it and to steer; without any token, everybody on its machine may."""
     tls: StreamTls | None = None
     """Its certificate; without one, it makes its own where other machines reach it."""
     insecure: bool = False
@@ -32,6 +34,10 @@ class ConsoleConfig(Checked):
     def _can_be(self) -> "ConsoleConfig":
         if not self.token and not page_is_local(self.at):
             raise ValueError("at: other machines reach it: expected a token that nobody guesses, of 16 letters or more")
+        if self.host_token and self.host_token == self.token:
+            raise ValueError("host_token: is the token of all viewers, who would steer; expected another one")
+        if self.host_token and not self.token:
+            raise ValueError("host_token: is for a console whose viewers show a token; give it a token as well")
         if self.tls is not None and self.insecure:
             raise ValueError("insecure: is for plain HTTP, and tls names a certificate; leave one of them out")
         return self

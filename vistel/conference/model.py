@@ -24,6 +24,7 @@ from vistel.conference.devices import (
 from vistel.conference.display import Display
 from vistel.conference.sound import Audio
 from vistel.conference.speech import Speech
+from vistel.host import HOST
 from vistel.wire.zenoh.endpoints import endpoint_fault, is_encrypted, is_local
 
 
@@ -428,6 +429,8 @@ class Conference(Checked):
             if name in RESERVED:
                 raise ValueError(f"sites: {name!r} is the name of the conference's own {name}; take another")
         _no_twice([(f"{place}.name", p.name) for place, p in people.items()])
+        if any(p.name == HOST for p in people.values()):
+            raise ValueError(f"participants: {HOST!r} is the name under which the console asks; take another")
         _no_twice([(f"{place}.props[{i}].thing", p.thing) for place, s in places.items() for i, p in enumerate(s.props)])
         trackers = {tracker_name(p.name): p.name for s in self.sites for p in s.participants}
         for prop in (p for s in self.sites for p in s.props):

@@ -9,53 +9,17 @@ from __future__ import annotations
 
 import json
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast
 
-from vistel.v1.envelope_pb2 import Header
-from vistel.v1.service_pb2 import Note as NoteMessage
+from vistel.messages.notes import Note, NoteError, note
 from vistel.wire.log import LogReader
 
-MOST_LETTERS = 500
-"""Of a note."""
-MOST_LETTERS_OF_AUTHOR = 40
-"""Of who wrote it."""
 MOST_NOTES = 2000
 """Of a log; those after them are counted only."""
 MOST_BYTES = 4 << 20
 """Of the file beside a log."""
 ENDING = ".notes"
-
-
-class NoteError(ValueError):
-    """A note that cannot be kept; the text is one line."""
-
-
-@dataclass(frozen=True)
-class Note:
-    """t_ns: the moment it is about, conference time; author: who wrote it, as they call themselves."""
-
-    t_ns: int
-    author: str
-    text: str
-
-    @property
-    def message(self) -> NoteMessage:
-        """For the bus."""
-        return NoteMessage(header=Header(t_ns=self.t_ns), author=self.author, text=self.text)
-
-
-def note(t_ns: int, author: object, text: object) -> Note:
-    """A note that somebody has written, on one line. Raises NoteError."""
-    if not isinstance(author, str) or not isinstance(text, str):
-        raise NoteError("a note: expected a text, and who wrote it")
-    said, who = (" ".join("".join(c if c.isprintable() else " " for c in words).split()) for words in (text, author))
-    if not said:
-        raise NoteError("a note: expected a text")
-    if len(said) > MOST_LETTERS or len(who) > MOST_LETTERS_OF_AUTHOR:
-        raise NoteError(f"a note: expected at most {MOST_LETTERS} letters, and {MOST_LETTERS_OF_AUTHOR} of who wrote it")
-    return Note(t_ns, who, said)
 
 
 def beside(log: Path) -> Path:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import secrets
 from dataclasses import dataclass
 
+from vistel.host import HOST
 from vistel.messages.commands import message_of
 from vistel.space.actions import Action, absent, unseen
 from vistel.space.commands.phrase import read
@@ -54,7 +55,8 @@ class Asker:
         Raises PhraseError for a line that is no command.
         """
         action = read(command) if isinstance(command, str) else command
-        coming, begin_ns = (absent(self.participant), unseen(self.participant)), self._clock.now_ns()
+        who, begin_ns = self.participant, self._clock.now_ns()
+        coming = () if who == HOST else (absent(who), unseen(who))
         while True:
             answer = await self._answer(action)
             if answer.reason not in coming or self._clock.now_ns() > begin_ns + ENTER_NS:

@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any
 
+from vistel.host import HOST
 from vistel.space.arguments import THIS, Along, Reaction, Towards, Where, Which
 from vistel.space.command_description import (
     Action,
@@ -42,6 +43,8 @@ def absent(participant: str) -> str:
 
 def unseen(participant: str) -> str:
     """Why a command of somebody who is in the room, but whose posture has not come yet, is refused."""
+    if participant == HOST:
+        return "the host stands nowhere in the room: name the thing, and say neither a direction nor here"
     return f"nobody knows yet where {participant} is"
 
 

@@ -38,6 +38,14 @@ class VoiceControl(_message.Message):
     talk: bool
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., participant: _Optional[str] = ..., muted: _Optional[bool] = ..., push_to_talk: _Optional[bool] = ..., talk: _Optional[bool] = ...) -> None: ...
 
+class Muting(_message.Message):
+    __slots__ = ("header", "participant")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    PARTICIPANT_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    participant: str
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., participant: _Optional[str] = ...) -> None: ...
+
 class Sound(_message.Message):
     __slots__ = ("header", "opus")
     HEADER_FIELD_NUMBER: _ClassVar[int]

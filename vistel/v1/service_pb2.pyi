@@ -1,5 +1,6 @@
 from vistel.v1 import envelope_pb2 as _envelope_pb2
 from google.protobuf.internal import containers as _containers
+from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message
 from collections.abc import Iterable as _Iterable, Mapping as _Mapping
@@ -113,16 +114,18 @@ class Heartbeat(_message.Message):
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., node: _Optional[str] = ..., services: _Optional[_Iterable[str]] = ..., uptime_ns: _Optional[int] = ..., pid: _Optional[int] = ..., metrics_port: _Optional[int] = ...) -> None: ...
 
 class FaultRequest(_message.Message):
-    __slots__ = ("name", "target", "seconds", "amount")
+    __slots__ = ("name", "target", "seconds", "amount", "by")
     NAME_FIELD_NUMBER: _ClassVar[int]
     TARGET_FIELD_NUMBER: _ClassVar[int]
     SECONDS_FIELD_NUMBER: _ClassVar[int]
     AMOUNT_FIELD_NUMBER: _ClassVar[int]
+    BY_FIELD_NUMBER: _ClassVar[int]
     name: str
     target: str
     seconds: float
     amount: float
-    def __init__(self, name: _Optional[str] = ..., target: _Optional[str] = ..., seconds: _Optional[float] = ..., amount: _Optional[float] = ...) -> None: ...
+    by: str
+    def __init__(self, name: _Optional[str] = ..., target: _Optional[str] = ..., seconds: _Optional[float] = ..., amount: _Optional[float] = ..., by: _Optional[str] = ...) -> None: ...
 
 class FaultReply(_message.Message):
     __slots__ = ("refused", "struck")
@@ -167,3 +170,89 @@ class Note(_message.Message):
     author: str
     text: str
     def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., author: _Optional[str] = ..., text: _Optional[str] = ...) -> None: ...
+
+class HostAction(_message.Message):
+    __slots__ = ("header", "who", "action", "text", "done", "answer")
+    HEADER_FIELD_NUMBER: _ClassVar[int]
+    WHO_FIELD_NUMBER: _ClassVar[int]
+    ACTION_FIELD_NUMBER: _ClassVar[int]
+    TEXT_FIELD_NUMBER: _ClassVar[int]
+    DONE_FIELD_NUMBER: _ClassVar[int]
+    ANSWER_FIELD_NUMBER: _ClassVar[int]
+    header: _envelope_pb2.Header
+    who: str
+    action: str
+    text: str
+    done: bool
+    answer: str
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., who: _Optional[str] = ..., action: _Optional[str] = ..., text: _Optional[str] = ..., done: _Optional[bool] = ..., answer: _Optional[str] = ...) -> None: ...
+
+class RunRequest(_message.Message):
+    __slots__ = ("action", "process", "by")
+    class Action(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        ACTION_UNSPECIFIED: _ClassVar[RunRequest.Action]
+        ACTION_START: _ClassVar[RunRequest.Action]
+        ACTION_STOP: _ClassVar[RunRequest.Action]
+        ACTION_RESTART: _ClassVar[RunRequest.Action]
+    ACTION_UNSPECIFIED: RunRequest.Action
+    ACTION_START: RunRequest.Action
+    ACTION_STOP: RunRequest.Action
+    ACTION_RESTART: RunRequest.Action
+    ACTION_FIELD_NUMBER: _ClassVar[int]
+    PROCESS_FIELD_NUMBER: _ClassVar[int]
+    BY_FIELD_NUMBER: _ClassVar[int]
+    action: RunRequest.Action
+    process: str
+    by: str
+    def __init__(self, action: _Optional[_Union[RunRequest.Action, str]] = ..., process: _Optional[str] = ..., by: _Optional[str] = ...) -> None: ...
+
+class RunReply(_message.Message):
+    __slots__ = ("refused", "done", "processes", "faults")
+    REFUSED_FIELD_NUMBER: _ClassVar[int]
+    DONE_FIELD_NUMBER: _ClassVar[int]
+    PROCESSES_FIELD_NUMBER: _ClassVar[int]
+    FAULTS_FIELD_NUMBER: _ClassVar[int]
+    refused: str
+    done: str
+    processes: _containers.RepeatedCompositeFieldContainer[RunProcess]
+    faults: _containers.RepeatedCompositeFieldContainer[RunFault]
+    def __init__(self, refused: _Optional[str] = ..., done: _Optional[str] = ..., processes: _Optional[_Iterable[_Union[RunProcess, _Mapping]]] = ..., faults: _Optional[_Iterable[_Union[RunFault, _Mapping]]] = ...) -> None: ...
+
+class RunProcess(_message.Message):
+    __slots__ = ("name", "state", "restarts")
+    class State(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+        __slots__ = ()
+        STATE_UNSPECIFIED: _ClassVar[RunProcess.State]
+        STATE_RUNNING: _ClassVar[RunProcess.State]
+        STATE_STARTING: _ClassVar[RunProcess.State]
+        STATE_STOPPED: _ClassVar[RunProcess.State]
+        STATE_ENDING: _ClassVar[RunProcess.State]
+    STATE_UNSPECIFIED: RunProcess.State
+    STATE_RUNNING: RunProcess.State
+    STATE_STARTING: RunProcess.State
+    STATE_STOPPED: RunProcess.State
+    STATE_ENDING: RunProcess.State
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    RESTARTS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    state: RunProcess.State
+    restarts: int
+    def __init__(self, name: _Optional[str] = ..., state: _Optional[_Union[RunProcess.State, str]] = ..., restarts: _Optional[int] = ...) -> None: ...
+
+class RunFault(_message.Message):
+    __slots__ = ("name", "about", "seconds", "amount", "unit", "targets")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    ABOUT_FIELD_NUMBER: _ClassVar[int]
+    SECONDS_FIELD_NUMBER: _ClassVar[int]
+    AMOUNT_FIELD_NUMBER: _ClassVar[int]
+    UNIT_FIELD_NUMBER: _ClassVar[int]
+    TARGETS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    about: str
+    seconds: float
+    amount: float
+    unit: str
+    targets: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, name: _Optional[str] = ..., about: _Optional[str] = ..., seconds: _Optional[float] = ..., amount: _Optional[float] = ..., unit: _Optional[str] = ..., targets: _Optional[_Iterable[str]] = ...) -> None: ...

@@ -12,6 +12,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from vistel.host import HOST
 from vistel.wire.bus import BusCounters
 from vistel.wire.topics import Delivery, Publisher, Topic
 
@@ -30,14 +31,16 @@ LOG_EVERY_NS = 60_000_000_000
 
 @dataclass(frozen=True)
 class Owners:
-    """What the conference file gives to each site: names by kind ("participant", "device", "equipment", "prop"). A place that has
-    no people and no devices, such as the hub, has an empty entry; who has none is unknown."""
+    """What the conference file gives to each site: names by kind ("participant", "device", "equipment", "prop"). The hub has one
+    participant, the host (`vistel.host`); a place without people and devices has an empty entry; who has none is unknown."""
 
     sites: Mapping[str, Mapping[str, Collection[str]]]
 
     def digests(self) -> dict[str, bytes]:
-        """Of each site with something of its own: what tells whether another file gives it the same."""
-        own = {site: sorted((kind, sorted(names)) for kind, names in given.items()) for site, given in self.sites.items() if given}
+        """Of each site with something of its own: what tells whether another file gives it the same. The hub has the host in
+        every file."""
+        given_to = {site: given for site, given in self.sites.items() if given and HOST not in given.get("participant", ())}
+        own = {site: sorted((kind, sorted(names)) for kind, names in given.items()) for site, given in given_to.items()}
         return {site: hashlib.sha256(repr(given).encode()).digest()[:8] for site, given in own.items()}
 
     def owner(self, kind: str, name: str) -> str:

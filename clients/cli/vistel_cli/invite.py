@@ -17,6 +17,7 @@ from vistel.conference.invitations import invite as add
 from vistel.conference.model import Conference, Participant
 from vistel.conference.page_address import page_is_local
 from vistel.conference.running import Running, running_conferences
+from vistel.session.steering.seating import guest_seats
 from vistel.wire.clock import SystemClock
 from vistel_cli.conference_choice import newest
 from vistel_cli.inputs import Takes
@@ -90,7 +91,7 @@ def _newest_with_seats() -> Running:
     """The newest conference on this machine that has seats for guests; where none has, the newest."""
     for running in here if len(here := running_conferences()) > 1 else ():
         try:
-            if _seats(load(Path(running.file))):
+            if guest_seats(load(Path(running.file))):
                 return running
         except (ConferenceError, OSError):
             continue  # its file is gone or was changed since it began
@@ -102,14 +103,9 @@ def _running(name: str) -> Running:
     return here[0] if here else fail(f"{name} does not run on this machine; start it with `vistel up`")
 
 
-def _seats(conference: Conference) -> dict[str, Participant]:
-    """Participants who come by a link, by name."""
-    return {p.name: p for site in conference.sites for p in site.participants if p.by_link}
-
-
 def _seat(conference: Conference, wanted: str, name: str, taken: dict[str, str]) -> Participant:
     """The participant whose seat it is: the wanted one, the guest's own of before, or the first that nobody is invited to."""
-    seats = _seats(conference)
+    seats = guest_seats(conference)
     if not seats:
         fail("this conference has no seats for guests; give participants of its file guest = true (docs/how-to/invite-guests.md)")
     if wanted:

@@ -12,6 +12,7 @@ import { Looking } from "./looking";
 import { panelText } from "./panel_words";
 import { Pictures } from "./pictures";
 import { Room } from "./room";
+import { SteeringPanel } from "./steering/panel";
 import { Travel } from "./travel";
 import { text } from "./words";
 import {
@@ -80,6 +81,7 @@ const page: {
   lines: [],
 };
 const history = new History();
+const steering = new SteeringPanel(element("steering"), (said) => travel.link.send(JSON.stringify(said)));
 const events = new Events();
 let joints: Joints | null = null;
 let view = "round";
@@ -149,6 +151,7 @@ function hear(words: Words): void {
     document.title = `${words.log ?? words.conference} – VISTEL`;
     element("conference").textContent = words.log ?? words.conference;
     travel.hello(words);
+    steering.begin(Boolean(words.steers));
     events.begin();
     if (!words.beside) room?.receiveBeside(null);
     showSound();
@@ -157,6 +160,7 @@ function hear(words: Words): void {
     room?.begin(words);
   } else if (words.kind === "table") {
     page.table = words;
+    steering.seeThings(words.things.map((thing) => thing.name));
     live?.receiveTable(words);
     room?.receiveTable(words);
     if (looking) showViews(view);
@@ -185,6 +189,8 @@ function hear(words: Words): void {
     element("state").textContent = panelText("both", pictures, panelText(words.viewers === 1 ? "viewer" : "viewers", words.viewers));
   } else if (words.kind === "answers") {
     live?.receiveAnswers(words);
+  } else if (words.kind === "steering" || words.kind === "steered" || words.kind === "completions" || words.kind === "lines") {
+    return steering.receive(words);
   } else if (words.kind === "captions") {
     live?.receiveCaptions(words.captions);
   } else if (words.kind === "beside") {

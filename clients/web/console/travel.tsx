@@ -59,6 +59,7 @@ export class Travel {
       const named = this.plots.chosen.length ? [...this.plots.chosen] : inAddress().getAll("plot");
       this.plots.begin(named, Boolean(words.beside));
     } else this.timeline.end();
+    document.getElementById("notes")!.hidden = !words.log && !words.steers;
     this.notes.begin(words.log ? (t) => this.timeline.goTo(t) : null);
     this.offer(Boolean(words.recorded));
   }

@@ -127,6 +127,7 @@ export interface Hello {
   kind: "hello";
   conference: string;
   recorded?: boolean; // of the live room: it can be gone back in
+  steers?: boolean; // of the live room: the page is the host's
   log?: string; // the name of the log that is seen in place of the live room
   grows?: boolean; // it is being written, or was cut off
   damage?: string[];
@@ -188,6 +189,55 @@ export interface Shown {
   panels: number;
   live?: boolean; // it was a panel for what they show live
 }
+export interface ProcessRow {
+  name: string;
+  state: "running" | "starting" | "stopped" | "ending";
+  restarts: number;
+}
+export interface FaultRow {
+  name: string;
+  about: string;
+  seconds: number; // how long it lasts; 0: it happens in a moment
+  amount: number;
+  unit: string;
+  targets: string[];
+}
+export interface SeatRow {
+  name: string;
+  site: string;
+  guest: boolean; // of a seat for guests
+  invited: string; // the guest's name; empty: nobody
+}
+/** What the host can steer. */
+export interface Steering {
+  kind: "steering";
+  runs: boolean; // whether a `vistel up` answers
+  processes: ProcessRow[];
+  faults: FaultRow[];
+  people: SeatRow[];
+  nodes: string[]; // whose log lines there are
+  worlds: { place: string; leads: boolean }[]; // the leader first
+}
+/** What became of an action. */
+export interface Steered {
+  kind: "steered";
+  id: number;
+  done: boolean;
+  answer: string;
+  token: string; // of a guest's link
+}
+/** How a line can go on. */
+export interface Completions {
+  kind: "completions";
+  line: string;
+  words: string[];
+  thing: boolean; // the name of a thing can follow
+}
+/** The newest that the filter lets through. */
+export interface LogLines {
+  kind: "lines";
+  lines: [time: string, level: string, node: string, text: string][];
+}
 export interface Refused {
   kind: "refused";
   reason: string;
@@ -238,7 +288,7 @@ export interface Captions {
   kind: "captions";
   captions: Caption[]; // the oldest first
 }
-export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin | Forces | Answers;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin | Forces | Answers | Steering | Steered | Completions | LogLines;
 
 export interface PersonFrame {
   who: number;

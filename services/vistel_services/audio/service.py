@@ -11,6 +11,7 @@ from vistel.audio.capture import MicrophoneCapture
 from vistel.audio.microphone_switches import PAGE, MicrophoneSwitches
 from vistel.audio.opus import FRAME_NS, Encoder, version
 from vistel.audio.received_voices import ReceivedVoices
+from vistel.session.microphone_controls import MicrophoneControls
 from vistel.v1.audio_pb2 import Sound, SoundStatus
 from vistel.wire.bus import Bus, Publication
 from vistel.wire.clock import Clock
@@ -94,7 +95,7 @@ class _Site:
         self._voices = VoiceSubscriptions(bus, config.crowd, [m.participant for m in config.microphones])
         self._replies = bus.subscribe(BY_NAME["spoken_reply"], queue_all=True, polled=True, site=config.site)
         self._images = bus.subscribe(BY_NAME["image_delay"], polled=True, site=config.site)
-        self._controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
+        self._controls = MicrophoneControls(bus, config.site, self._switches)
         self._heads = Heads(bus, config.listener, config.crowd) if config.spatial != "off" else None
         self._unit = DelayUnit(bus, config.delay_unit, config.site) if config.delay_unit else None
         self._directions_ns = self._report_ns = 0
@@ -139,8 +140,7 @@ class _Site:
             self._voices_received.receive(f"reply-to-{sample.names['participant']}", sample.message, sample.received_ns)
         for sample in self._images.take():
             self._voices_received.receive_image_delay(sample.message)
-        for sample in self._controls.take():
-            self._switches.follow(sample.names["participant"], sample.message)
+        self._controls.take()
         if self._unit is not None:
             self._unit.take()
 

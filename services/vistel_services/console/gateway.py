@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 import logging
-from collections.abc import Callable, Generator
+from collections.abc import Generator
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -14,12 +14,14 @@ from aiohttp import web
 from prometheus_client import Counter, Gauge
 
 from vistel.conference.model import Conference
+from vistel.conference.paths import RunPaths
 from vistel.session.chat import Chat
+from vistel.session.steering.page import Steering
 from vistel.wire import background, motion
-from vistel.wire.bus import Bus, Publication
+from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
-from vistel.wire.topics import BY_NAME
 from vistel_services.console.viewer import FRAME, Viewer
+from vistel_services.serving.pages import STEERS
 from vistel_services.serving.server import CLOSING_S, prepared_socket
 
 if TYPE_CHECKING:
@@ -29,6 +31,7 @@ log = logging.getLogger("vistel.console")
 
 _VIEWERS = Gauge("vistel_console_viewers_count", "Browsers that watch the console")
 _SENT = Counter("vistel_console_sent_bytes_total", "Bytes sent to viewers of the console")
+_REFUSED = Counter("vistel_console_steering_refused_total", "Messages of viewers who may not steer")
 _LEFT_OUT = Counter("vistel_console_left_out_total", "Frames left out for viewers of the console that are slow")
 
 MOST_VIEWERS = 100
@@ -48,16 +51,15 @@ _FOR_EVER = "private, max-age=31536000, immutable"
 class Gateway:
     """Lives on the event loop."""
 
-    def __init__(self, conference: Conference, bus: Bus, clock: Clock, recorded: Callable[[], bool] = lambda: False) -> None:
-        """recorded: whether there is a log of the conference now."""
-        self._conference, self._bus, self._clock, self._recorded = conference, bus, clock, recorded
+    def __init__(self, conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -> None:
+        self._conference, self._bus, self._clock, self._paths = conference, bus, clock, paths
+        self._steering = Steering(conference, paths, bus, clock)
         self._chat = Chat(bus)  # from the beginning: who comes later reads what was written before
         self._viewers: set[Viewer] = set()
         self._connections: set[web.WebSocketResponse] = set()
         self._somebody = asyncio.Event()
         self._feed: Feed | None = None
         self._background = background.current()
-        self._notes: Publication | None = None
 
     async def run(self) -> None:
         """Make frames while somebody watches, until cancelled."""
@@ -106,34 +108,21 @@ class Gateway:
         if len(self._viewers) >= MOST_VIEWERS:
             raise web.HTTPServiceUnavailable(text=f"{MOST_VIEWERS} are watching already\n")
         connection = await prepared_socket(request, _MOST_SAID_BYTES)
-        viewer = Viewer()
-        with self.viewing(connection, viewer):
-            async for said in connection:  # JSON of a note, "hear" or anything else; how much it may be is limited
+        viewer = Viewer(steers=request[STEERS])
+        steered = self._steering.page(viewer.put, request.remote or "", steers=viewer.steers)
+        with self.viewing(connection, viewer), steered as take:
+            async for said in connection:  # JSON of what steers, "hear" or anything else; how much it may be is limited
                 if isinstance(said.data, str) and said.data.startswith("{"):
-                    self._note(said.data, viewer)
+                    _REFUSED.inc(not take(said.data))
                 else:
                     viewer.hears = said.data == HEAR
         return connection
 
-    def _note(self, said: str, viewer: Viewer) -> None:
-        from vistel.log.notes import NoteError, note
-        from vistel.log.playhead import NotUnderstoodError, understood
-
-        try:
-            asked = understood(said)
-            new = note(self._clock.now_ns(), asked.get("author"), asked.get("note"))
-        except (NotUnderstoodError, NoteError) as e:
-            viewer.put("refused", json.dumps({"kind": "refused", "reason": str(e), "code": 0}))
-            return
-        self._notes = self._notes or self._bus.publish(BY_NAME["note"])
-        self._notes.put(new.message)
-        log.info("event=noted author=%r text=%r", new.author, new.text)
-        viewer.put("noted", json.dumps({"kind": "noted", "text": new.text}))
-
     @contextlib.contextmanager
     def viewing(self, connection: web.WebSocketResponse, viewer: Viewer) -> Generator[None]:
         """While entered, the room is sent there."""
-        viewer.put("hello", json.dumps({"kind": "hello", "conference": self._conference.name, "recorded": self._recorded()}))
+        hello = {"kind": "hello", "conference": self._conference.name, "recorded": bool(self._paths.logs), "steers": viewer.steers}
+        viewer.put("hello", json.dumps(hello))
         self._viewers.add(viewer)
         self._connections.add(connection)
         self._somebody.set()
@@ -165,6 +154,7 @@ class Gateway:
     async def close(self) -> None:
         """Tell viewers that the conference ends."""
         self._chat.close()
+        self._steering.close()
         ending = [background.start(c.close(code=_ENDED), "console end") for c in self._connections]
         if ending:
             await asyncio.wait(ending, timeout=CLOSING_S)

@@ -14,16 +14,18 @@ from typing import TYPE_CHECKING, Any
 from aiohttp import WSMsgType, web
 
 from vistel.conference.model import Conference
+from vistel.session.steering.page import MAY_NOT
 from vistel.wire import background, motion
 from vistel.wire.clock import Clock, within
 from vistel.wire.log import LogError, LogReader
 from vistel_services.console.gateway import RATE_HZ, glb, send
 from vistel_services.console.viewer import FRAME, Viewer
+from vistel_services.serving.pages import STEERS
 from vistel_services.serving.server import prepared_socket
 
 if TYPE_CHECKING:
-    from vistel.log.notes import Note
     from vistel.log.questions import Lasting, Questions
+    from vistel.messages.notes import Note
 
 log = logging.getLogger("vistel.console")
 
@@ -72,6 +74,7 @@ class Replays:
         await asyncio.to_thread(load)
         connection = await prepared_socket(request, _MOST_SAID_BYTES)
         visit = _Visit(self, connection, readers, self._conference, self._clock)
+        visit.viewer.steers = request[STEERS]
         self._visits.add(visit)
         try:
             await visit.stay()
@@ -127,8 +130,8 @@ class _Visit:
 
         self._replays, self._connection, self._clock = replays, connection, clock
         self._reader, self._others = readers[0], readers[1:]
-        self._viewer = Viewer()
-        self.players = [Player(conference, self._reader, self._viewer.put)]
+        self.viewer = Viewer()
+        self.players = [Player(conference, self._reader, self.viewer.put)]
         self.players += [Player(_conference(r, conference), r, self._tell_beside, numbers=False) for r in self._others]
         self._head = Playhead(length(self._reader))
         self._offset = usual_offset(self._reader, self._others[0]) if self._others else 0.0
@@ -138,13 +141,13 @@ class _Visit:
         hello |= {"end": self._head.end, "grows": self._reader.grows, "damage": self._reader.damage}
         hello |= {"path": str(self._reader.path), "people": [p.name for s in conference.sites for p in s.participants]}
         hello |= {"beside": self._others[0].path.name, "offset": round(self._offset, 4)} if self._others else {}
-        self._viewer.put("hello", json.dumps(hello))
+        self.viewer.put("hello", json.dumps(hello))
 
     async def stay(self) -> None:
         self.tell_notes(self._reader.path)
-        tasks = [background.start(send(self._connection, self._viewer), "replay viewer"), background.start(self._play(), "replay")]
+        tasks = [background.start(send(self._connection, self.viewer), "replay viewer"), background.start(self._play(), "replay")]
         try:
-            with self._replays.lanes(self._reader).told_to(self._viewer.put):
+            with self._replays.lanes(self._reader).told_to(self.viewer.put):
                 async for said in self._connection:
                     if said.type is WSMsgType.TEXT:
                         self._hear(said.data)
@@ -161,15 +164,15 @@ class _Visit:
         from vistel.log.notes import words
 
         if path == self._reader.path:
-            self._viewer.put("notes", words(self._reader))
+            self.viewer.put("notes", words(self._reader))
 
     def _tell_beside(self, kind: str, words: str) -> None:
-        self._viewer.put(f"beside {kind}", f'{{"kind": "beside", "said": {words}}}')
+        self.viewer.put(f"beside {kind}", f'{{"kind": "beside", "said": {words}}}')
 
     def _hear(self, said: str) -> None:
-        from vistel.log.notes import NoteError, note
         from vistel.log.playhead import NotUnderstoodError, number, understood
         from vistel.log.questions import plot_asked
+        from vistel.messages.notes import NoteError, note
 
         try:
             asked = understood(said)
@@ -179,14 +182,16 @@ class _Visit:
                 self._asked().ask("fields")
             if "plot" in asked:
                 self._asked().ask("plot", plot_asked(asked["plot"], self._offset))
+            if "note" in asked and not self.viewer.steers:
+                raise NoteError(MAY_NOT)
             if "note" in asked:
                 t_ns = self._reader.begin_ns + round(self._head.t * 1e9)
                 self._replays.note(self._reader.path, note(t_ns, asked.get("author"), asked["note"]))
             if "hears" in asked:
-                self._viewer.hears = asked["hears"] is True
+                self.viewer.hears = asked["hears"] is True
             self._head = self._head.told(asked)
         except (NotUnderstoodError, NoteError) as e:
-            self._viewer.put("refused", json.dumps({"kind": "refused", "reason": str(e), "code": 0}))
+            self.viewer.put("refused", json.dumps({"kind": "refused", "reason": str(e), "code": 0}))
         self._said.set()
 
     def _asked(self) -> Questions:
@@ -195,7 +200,7 @@ class _Visit:
 
         if self._questions is None:
             other = self._others[0].path if self._others else None
-            self._questions = Questions(self._reader.path, other, self._viewer.put)
+            self._questions = Questions(self._reader.path, other, self.viewer.put)
         return self._questions
 
     async def _play(self) -> None:
@@ -221,10 +226,10 @@ class _Visit:
             there = head.moved(self._offset, length(reader))
             frame += (await other.show(there))[0]
         if head.playing and head.speed == 1.0:
-            self._viewer.put_voices(spoken)
-        self._viewer.put_screens(self.players[0].feed.screens.take())
-        self._viewer.put("playhead", head.words())
-        self._viewer.put(FRAME, frame)
+            self.viewer.put_voices(spoken)
+        self.viewer.put_screens(self.players[0].feed.screens.take())
+        self.viewer.put("playhead", head.words())
+        self.viewer.put(FRAME, frame)
 
     def _grow(self) -> None:
         if self._reader.grow():

@@ -34,6 +34,7 @@ SERVED = _OF_GUESTS | {
     "/": "index.html",
     "/console.css": "console.css",
     "/timeline.css": "timeline.css",
+    "/steering.css": "steering.css",
     f"/{bundle.BUNDLE}": bundle.BUNDLE,
 }
 _VISIT = "/guest"
@@ -46,7 +47,7 @@ POLICY = "connect-src 'self' blob:; img-src 'self' data: blob:"
 async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -> None:
     """Serve until cancelled."""
     address = console_address(conference.console)
-    gateway = Gateway(conference, bus, clock, lambda: bool(paths.logs))
+    gateway = Gateway(conference, paths, bus, clock)
     guests = Guests(conference, paths, bus, clock, gateway.viewing, gateway.shows_live)
     replays = Replays(conference, lambda: paths.logs[-1] if paths.logs else None, clock)
 

@@ -16,10 +16,10 @@ FRAME = "frame"
 
 class Viewer:
     """Lives on the event loop. Whatever a viewer does, one message of each kind waits for it, no more, and few packets of voices.
-    own: whose voice is not sent there; hears: whether voices are."""
+    own: whose voice is not sent there; steers: whether it is the host's; hears: whether voices are sent."""
 
-    def __init__(self, own: str = "") -> None:
-        self.own, self.hears = own, False
+    def __init__(self, own: str = "", *, steers: bool = False) -> None:
+        self.own, self.steers, self.hears = own, steers, False
         self.left_out = 0
         """Frames that a newer one has replaced before they were sent."""
         self._waiting: dict[str, str | bytes] = {}

@@ -20,6 +20,7 @@ from vistel.messages.chat import ChatError, line_message
 from vistel.protocol.pages.pointer import asked_of, line_of, picture_of
 from vistel.protocol.pages.screen import part_of
 from vistel.session.chat import lines_of
+from vistel.session.microphone_controls import MicrophoneControls
 from vistel.session.page_writing import GUEST_COMMANDS
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Bus
@@ -58,8 +59,8 @@ def microphones(conference: Conference, site: Site, paths: RunPaths) -> Micropho
 
 async def run_microphones(config: Microphones, bus: Bus, clock: Clock) -> None:
     """Publish the voices of guests until cancelled."""
-    controls = bus.subscribe(BY_NAME["voice_control"], polled=True, site=config.site)
     switches = MicrophoneSwitches(dict.fromkeys(config.files, False), config.memory)
+    controls = MicrophoneControls(bus, config.site, switches)
     status = bus.publish(BY_NAME["sound_status"])
     with contextlib.ExitStack() as open_now:
         open_now.callback(controls.close)
@@ -68,8 +69,7 @@ async def run_microphones(config: Microphones, bus: Bus, clock: Clock) -> None:
             open_now.callback(transport.close)
         due_ns = reported_ns = clock.now_ns()
         while True:
-            for sample in controls.take():
-                switches.follow(sample.names["participant"], sample.message)
+            controls.take()
             if config.reports and due_ns - reported_ns >= _REPORT_NS:
                 reported_ns = due_ns
                 status.put(_report(config, switches, due_ns))

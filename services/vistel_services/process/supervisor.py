@@ -63,6 +63,8 @@ class Child:
     exits: list[int] = field(default_factory=list)
     killed: bool = False
     """By somebody else, while everything was about to stop."""
+    halted: bool = False
+    """By the host: it does not run until it is told to."""
 
     @property
     def pid(self) -> int | None:
@@ -97,9 +99,27 @@ class Supervisor:
         if server in self.fork_servers:
             await self.fork_servers[server].settled()
         for name, child in self.children.items():
-            if child.spec.server == server:
-                await self._spawn(child)
-                self._tasks[name] = background.start(self._watch(child), f"watch {name}")
+            if child.spec.server == server and not child.halted:
+                await self._begin(name)
+
+    async def _begin(self, name: str) -> None:
+        await self._spawn(self.children[name])
+        self._tasks[name] = background.start(self._watch(self.children[name]), f"watch {name}")
+
+    async def halt(self, name: str) -> None:
+        """Stop one process, as `stop` does, until `resume`."""
+        child = self.children[name]
+        child.halted = True
+        if (watching := self._tasks.pop(name, None)) is not None:
+            watching.cancel()
+            await asyncio.gather(watching, return_exceptions=True)
+        await _stop(child, asyncio.Event())
+        log.info("halted process=%s", name)
+
+    async def resume(self, name: str) -> None:
+        """Start one that was halted. Raises OSError where the system cannot."""
+        await self._begin(name)
+        self.children[name].halted = False
 
     def log_file(self, name: str) -> Path:
         return self._folder / f"{name.replace('/', '-')}.log"
@@ -141,20 +161,17 @@ class Supervisor:
         while child.process is not None:
             started = loop.time()
             watchdog = background.start(self._watchdog(child.spec, child.process), f"watchdog {child.spec.name}")
-            code = await child.process.wait()
-            watchdog.cancel()
+            try:
+                code = await child.process.wait()
+            finally:
+                watchdog.cancel()
             child.exits.append(code)
             if self.on_exit:
                 self.on_exit(child.spec.name, code)
             early = early + 1 if loop.time() - started < STEADY_S else 0
             wait_s = 0.0 if early < 2 else min(RESTART_MOST_S, RESTART_FIRST_S * 2 ** (early - 2))
-            log.error(
-                "crashed process=%s %s restart_in_s=%.1f log=%s",
-                child.spec.name,
-                _exit_text(code),
-                wait_s,
-                self.log_file(child.spec.name),
-            )
+            name, file = child.spec.name, self.log_file(child.spec.name)
+            log.error("crashed process=%s %s restart_in_s=%.1f log=%s", name, _exit_text(code), wait_s, file)
             await asyncio.sleep(wait_s)
             child.restarts += 1
             while not await self._spawned(child, afresh=wait_s > 0):
@@ -190,11 +207,11 @@ class Supervisor:
         await asyncio.gather(*(server.stop() for server in self.fork_servers.values()))
         for rank in sorted({c.spec.stop_rank for c in self.children.values()}, reverse=True):
             await asyncio.gather(*(_stop(c, hurry) for c in self.children.values() if c.spec.stop_rank == rank))
-        return {n: 0 if c.killed else c.process.returncode or 0 for n, c in self.children.items() if c.process}
+        return {n: 0 if c.killed or c.halted else c.process.returncode or 0 for n, c in self.children.items() if c.process}
 
 
 async def _stop(child: Child, hurry: asyncio.Event) -> None:
-    if child.process is None:
+    if child.process is None or (child.halted and child.pid is None):
         return
     send_signal(child.process, signal.SIGTERM)
     if impatience := await _not_ended(child.process, child.spec, hurry):

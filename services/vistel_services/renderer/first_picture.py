@@ -39,14 +39,8 @@ class FirstPicture:
         seconds = self._age_s + self._since - self._began
         _FIRST_PICTURE.labels(self._site).set(seconds)
         parts = " ".join(f"{part}_s={took:.2f}" for part, took in self._parts)
-        log.info(
-            "event=first_picture seconds=%.2f processor_s=%.2f %s people=%d stand_ins=%d",
-            seconds,
-            time.process_time(),
-            parts,
-            people,
-            stand_ins,
-        )
+        line = "event=first_picture seconds=%.2f processor_s=%.2f %s people=%d stand_ins=%d"
+        log.info(line, seconds, time.process_time(), parts, people, stand_ins)
 
 
 def process_age_s() -> float:

@@ -23,13 +23,14 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class PageAddress:
     """host: of this machine, an address or a name; port: 0 takes a free one; token: what readers show, "" for none; certificate:
-    of HTTPS, None for plain HTTP; insecure: plain HTTP beyond this machine is meant."""
+    of HTTPS, None for plain HTTP; insecure: plain HTTP beyond this machine is meant; host_token: what the host shows."""
 
     host: str
     port: int
     token: str = field(default="", repr=False)
     certificate: ServerFiles | None = None
     insecure: bool = False
+    host_token: str = field(default="", repr=False)
 
     @property
     def local(self) -> bool:
@@ -65,7 +66,7 @@ def console_address(shown: ConsoleConfig) -> PageAddress:
     from vistel.wire.certificates.server import ServerFiles
 
     named = shown.tls and ServerFiles(shown.tls.certificate, shown.tls.key)
-    return PageAddress(*(page_at(shown.at) or ("127.0.0.1", 0)), shown.token, named, shown.insecure)
+    return PageAddress(*(page_at(shown.at) or ("127.0.0.1", 0)), shown.token, named, shown.insecure, shown.host_token)
 
 
 def with_certificate(address: PageAddress, site: str, now: datetime, folder: Path | None = None) -> PageAddress:

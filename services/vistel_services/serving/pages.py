@@ -31,6 +31,10 @@ _HEADERS = {
 STYLE_OF_FORM = "/token.css"
 _SAID_EACH_NS = 60_000_000_000
 _PROGRAM = "Bearer "
+_FORWARDED = {"forwarded", "via", "x-forwarded-for"}
+"""Headers of a proxy."""
+STEERS = web.RequestKey("steers", bool)
+"""Of a request that was admitted: whether it is the host's."""
 _POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
 
 
@@ -54,8 +58,6 @@ class Pages:
     def __init__(self, files: PageFiles, address: PageAddress, names: frozenset[str], clock: Clock) -> None:
         self._files, self.address, self._names, self._clock = files, address, names, clock
         self._refused, self._said_ns = 0, -_SAID_EACH_NS
-        # What the cookie holds: other servers of the machine get to see it, and must not learn the token.
-        self._ticket = hmac.digest(address.token.encode(), b"vistel stream, cookie", "sha256").hex()
 
     async def page(self, request: web.Request) -> web.Response:
         """What is at a path of the served ones. 404 where that file is missing."""
@@ -100,6 +102,7 @@ class Pages:
         async def checked(request: web.Request) -> web.StreamResponse:
             self.check_place(request)
             self.check_token(request)
+            request[STEERS] = self._is_host(request)
             return await handler(request)
 
         return checked
@@ -107,23 +110,30 @@ class Pages:
     async def enter(self, request: web.Request) -> web.Response:
         """Take the form: a cookie for the token, and on to the page."""
         self.check_place(request)
-        shown = (await request.post()).get("token")
-        if not (isinstance(shown, str) and self.address.token and _same(shown.strip(), self.address.token)):
+        shown, known = (await request.post()).get("token"), (self.address.token, self.address.host_token)
+        token = next((t for t in known if t and isinstance(shown, str) and _same(shown.strip(), t)), "")
+        if not token:
             self._refuse(request, "wrong token")
             return self._form(wrong=True)
         entered = web.Response(status=303, headers={"Location": "/", "Cache-Control": "no-store"})
         secure = self.address.certificate is not None
-        entered.set_cookie(self._cookie, self._ticket, httponly=True, samesite="Strict", secure=secure, path="/")
+        entered.set_cookie(self._cookie, _ticket(token), httponly=True, samesite="Strict", secure=secure, path="/")
         return entered
 
     def _admits(self, request: web.Request) -> bool:
+        token, host = self.address.token, self.address.host_token
+        return not token or self._shows(request, token) or self._shows(request, host) or self._files.also(request)
+
+    def _is_host(self, request: web.Request) -> bool:
+        """Who shows the host's token; where the file has no token at all, who is at this machine and did not come by a proxy."""
+        if self.address.token:
+            return self._shows(request, self.address.host_token)
+        return self.address.local and not _FORWARDED & {name.lower() for name in request.headers}
+
+    def _shows(self, request: web.Request, token: str) -> bool:
         shown = request.headers.get("Authorization", "")
-        return (
-            not self.address.token
-            or _same(request.cookies.get(self._cookie, ""), self._ticket)
-            or (shown.startswith(_PROGRAM) and _same(shown.removeprefix(_PROGRAM), self.address.token))
-            or self._files.also(request)
-        )
+        by_program = shown.startswith(_PROGRAM) and _same(shown.removeprefix(_PROGRAM), token)
+        return bool(token) and (by_program or _same(request.cookies.get(self._cookie, ""), _ticket(token)))
 
     def _form(self, *, wrong: bool = False) -> web.Response:
         text = (_FORM / "token.html").read_text("utf-8")
@@ -146,6 +156,11 @@ class Pages:
         if now_ns - self._said_ns >= _SAID_EACH_NS:
             log.warning("event=%s_refused by=%s reason=%r refused=%d", self._files.what, request.remote, why, self._refused)
             self._said_ns, self._refused = now_ns, 0
+
+
+def _ticket(token: str) -> str:
+    """What the cookie holds: other servers of the machine get to see it, and must not learn the token."""
+    return hmac.digest(token.encode(), b"vistel stream, cookie", "sha256").hex()
 
 
 def _same(shown: str, wanted: str) -> bool:

@@ -11,6 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from google.protobuf.message import DecodeError
 from prometheus_client import Counter, Gauge, Histogram
 
+from vistel.host import HOST
 from vistel.messages.world.decode import command_input, prop_input
 from vistel.messages.world.encode import bond_torn, button_event, carries_state, command_result, hand_force, input_person, ownership
 from vistel.messages.world.encoder import WorldEncoder
@@ -200,7 +201,7 @@ class Room:
             self._answer(*self._outcomes.popleft())
 
     def _may(self, who: str, command: Command) -> bool:
-        return not self._hosts or who in self._hosts or command.WhichOneof("action") != "reset"
+        return not self._hosts or who in {*self._hosts, HOST} or command.WhichOneof("action") != "reset"
 
     def answer(self, request: bytes) -> WorldSnapshot:
         """The whole room, for a late joiner."""
@@ -226,15 +227,9 @@ class Room:
             self._states.put(encoded.state)
 
     def _answer(self, outcome: Outcome, t_ns: int) -> None:
-        _COMMANDS.labels("done" if outcome.done else "refused").inc()
-        log.info(
-            "command id=%s participant=%s outcome=%s reason=%r",
-            outcome.id,
-            outcome.participant,
-            "done" if outcome.done else "refused",
-            outcome.reason,
-        )
-        who = outcome.participant
+        who, became = outcome.participant, "done" if outcome.done else "refused"
+        _COMMANDS.labels(became).inc()
+        log.info("command id=%s participant=%s outcome=%s reason=%r", outcome.id, who, became, outcome.reason)
         if who not in self._results:
             self._results[who] = self._bus.publish(BY_NAME["command_result"], participant=who)
         self._results[who].put(command_result(outcome, t_ns))

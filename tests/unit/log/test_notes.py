@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vistel.log import notes
-from vistel.log.notes import MOST_LETTERS, Note, NoteError, add, beside, note, notes_of, words
+from vistel.log.notes import add, beside, notes_of, words
+from vistel.messages.notes import MOST_LETTERS, Note, NoteError, note
 from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.topics import BY_NAME
 

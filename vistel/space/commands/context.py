@@ -35,10 +35,11 @@ class Context:
     @cached_property
     def speaker(self) -> Speaker:
         """The participant who asks."""
-        figure = next(f for f in self.state.figures if f.name == self.who)
+        figure = next((f for f in self.state.figures if f.name == self.who), None)  # the host has none
         selected = dict(self.state.selected).get(self.who, ())
         held = tuple(g.thing for g in self.state.grasps if g.participant == self.who)
-        return Speaker(self.who, pose_figure(figure, self.state.t_ns), selected, held)
+        posed = pose_figure(figure, self.state.t_ns) if figure is not None else None
+        return Speaker(self.who, posed, selected, held)
 
     def rows(self, which: Which, *, hidden: bool = False, among: Sequence[int] = ()) -> list[int]:
         """hidden: of the hidden things. among: rows of those one of which is meant; none given: of all."""

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vistel.space.actions import Action, Refused, absent
+from vistel.host import HOST
+from vistel.space.actions import Action, RaiseHand, React, Refused, absent
 from vistel.space.commands import (
     choosing,
     denting,
@@ -30,6 +31,10 @@ from vistel.space.view import Outcome
 
 PERFORMING = (choosing, denting, edges, lining, moving_on_joint, noting, placing, presenting, shaping, signalling, writing)
 """The modules whose functions are under `context.performs`."""
+
+
+OF_FIGURES = (RaiseHand, React)
+"""What is shown at the figure of who asks, so that the host, who has none, cannot ask for it."""
 
 
 def obey(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[State, Outcome]:
@@ -67,7 +72,8 @@ def forgotten(state: State, s: Solids, participant: str) -> State:
 def _done(state: State, s: Solids, room: Room, command: CommandInput) -> tuple[State, tuple[str, ...]]:
     if not command.id:
         raise Refused("the command has no id; give each command its own")
-    if all(f.name != command.participant for f in state.figures):
+    seen = any(f.name == command.participant for f in state.figures)
+    if not seen and (command.participant != HOST or isinstance(command.action, OF_FIGURES)):
         raise Refused(absent(command.participant))
     if command.action is None:
         raise Refused("the command asks for nothing this world can do")

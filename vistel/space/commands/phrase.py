@@ -32,11 +32,11 @@ def read(line: str) -> Action:
     words = [word.lower() for word in as_typed]
     if not words:
         raise PhraseError("expected a command, such as: move this left 10 cm")
-    known = {typed.verb: (command, typed) for command, typed in _lines()}
+    known = {typed.verb: (command, typed) for command, typed in typed_lines()}
     for verb, rest in ((" ".join(words[:2]), words[2:]), (words[0], words[1:])):
         if verb in known:
             command, typed = known[verb]
-            written = any(p.kind is str for p, _ in _parameters(command, typed.rest))
+            written = any(p.kind is str for p, _ in parameters_of(command, typed.rest))
             given = as_typed[len(words) - len(rest) :] if written else rest
             return command.action(**_fields(command, typed, typed.rest, given), **typed.fixed)
     raise PhraseError(f"there is no command {words[0]!r}; there are {', '.join(known)}")
@@ -45,7 +45,7 @@ def read(line: str) -> Action:
 def usage() -> str:
     """What can be typed, one or two commands a line."""
     verbs: dict[tuple[str, str], list[str]] = {}
-    for command, typed in _lines():
+    for command, typed in typed_lines():
         rest = " ".join(_placeholder(command, token) for token in typed.rest)
         group = command.name if rest or " " in typed.verb else ""
         verbs.setdefault((group, rest), []).append(typed.verb)
@@ -59,7 +59,8 @@ def usage() -> str:
     return "\n".join(lines[1:])
 
 
-def _lines() -> Iterator[tuple[Command, Typed]]:
+def typed_lines() -> Iterator[tuple[Command, Typed]]:
+    """Every way in which a command can be typed."""
     return ((command, typed) for command in COMMANDS.values() for typed in command.typed)
 
 
@@ -68,7 +69,13 @@ def _parameter(command: Command, token: str) -> Parameter | None:
     return None if token.islower() else command.parameters[token.strip("[]").lower()]
 
 
-def _parameters(command: Command, tokens: Sequence[str]) -> list[tuple[Parameter, str]]:
+def choices_of(parameter: Parameter) -> tuple[str, ...]:
+    """The words of which one stands for a parameter; none for what has others, such as numbers and things."""
+    return tuple(_QUESTIONS[parameter.kind][1]) if parameter.kind in _QUESTIONS else ()
+
+
+def parameters_of(command: Command, tokens: Sequence[str]) -> list[tuple[Parameter, str]]:
+    """The parameters among the tokens of a line, each with its token."""
     return [(p, token) for token in tokens if (p := _parameter(command, token)) is not None]
 
 
@@ -89,7 +96,7 @@ def _fields(command: Command, typed: Typed, tokens: Sequence[str], words: list[s
                 raise PhraseError(f"{typed.verb} it {token} what? expected: {typed.verb} {expected}")
             k = words.index(token)
             return _fields(command, typed, tokens[:n], words[:k]) | _fields(command, typed, tokens[n + 1 :], words[k + 1 :])
-    parameters = _parameters(command, tokens)
+    parameters = parameters_of(command, tokens)
     things = any(p.kind in (Which, str) for p, _ in parameters)
     if not things:
         words = [w for w in words if w not in _ARTICLES]

@@ -60,19 +60,16 @@ class Speaker:
 
     def direction(self, towards: Towards) -> F64:
         """(3,) unit vector in the room."""
+        if towards in (Towards.UP, Towards.DOWN):  # which do not depend on the speaker
+            return np.array([0.0, 1.0 if towards is Towards.UP else -1.0, 0.0])
         ahead, right = self.ahead, self.right
-        return {
-            Towards.UP: np.array([0.0, 1.0, 0.0]),
-            Towards.DOWN: np.array([0.0, -1.0, 0.0]),
-            Towards.RIGHT: right,
-            Towards.LEFT: -right,
-            Towards.AHEAD: ahead,
-            Towards.BACK: -ahead,
-        }[towards]
+        return {Towards.RIGHT: right, Towards.LEFT: -right, Towards.AHEAD: ahead, Towards.BACK: -ahead}[towards]
 
     def axis(self, along: Along) -> F64:
         """(3,) unit vector in the room of an axis that does not depend on the thing."""
-        return {Along.UP: np.array([0.0, 1.0, 0.0]), Along.ACROSS: self.right, Along.AHEAD: self.ahead}[along]
+        if along is Along.UP:
+            return np.array([0.0, 1.0, 0.0])
+        return {Along.ACROSS: self.right, Along.AHEAD: self.ahead}[along]
 
     @cached_property
     def ahead(self) -> F64:

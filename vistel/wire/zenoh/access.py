@@ -8,7 +8,8 @@ the hub's router is the one that decides, and their routers show their site's ce
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from vistel.wire.topics import TOPICS, Audience, Publisher
+from vistel.host import HOST
+from vistel.wire.topics import BY_NAME, TOPICS, Audience, Publisher
 from vistel.wire.zenoh.common_names import common_name
 
 WORLD_NAME = "world"
@@ -40,12 +41,12 @@ def access_rules(
 ) -> dict[str, Any]:
     """The `access_control` section of a Zenoh router's configuration.
 
-    sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the
-    console of a conference, so it may say what the world says; a `world` of its own may say only that. worlds: those of
-    the sites on whose machines a world runs; hosts: those of hosts; revoked: common names that count no more
-    (`vistel.wire.zenoh.common_names`). Everybody listed may subscribe to and ask for what the table of topics lets
-    them hear, topic by topic, and ask for what is under their own name; everything else is denied, silently as far as the one
-    denied can see.
+    sites, observers, world, hub: common names of certificates. The hub runs the world, the recorder and the console of a
+    conference, so it may say what the world says, and ask the world as the host; a `world` of its own may say only what the
+    world says. worlds: those of the sites on whose machines a world runs; hosts: those of hosts; revoked: common names that
+    count no more (`vistel.wire.zenoh.common_names`). Everybody listed may subscribe to and ask for what the table of topics
+    lets them hear, topic by topic, and ask for what is under their own name; everything else is denied, silently as far as the
+    one denied can see.
     """
     rules: list[dict[str, Any]] = [
         _rule("presence", "ingress", _ASK, [f"vistel/{conference}/alive/**"]),
@@ -79,7 +80,8 @@ def access_rules(
         else:
             allow(site, own, hears=[Audience.EVERYBODY, *([Audience.HOSTS] if site in hosts else [])])
     allow(world, world_keys + _keys(Publisher.SITE, conference, world, "heartbeat", "clock_offset"), hears=_WORLDS_HEAR)
-    allow(hub, world_keys + _keys(Publisher.HUB, conference, hub) + hub_site, hears=_HUB_HEARS)
+    host_asks = BY_NAME["command"].pattern(conference, site=hub, participant=HOST)
+    allow(hub, [*world_keys, *_keys(Publisher.HUB, conference, hub), *hub_site, host_asks], hears=_HUB_HEARS)
     allow(ROUTER_NAME, [f"vistel/{conference}/**"], "*", hears=list(Audience))
     for observer in observers:
         allow(observer, [])

@@ -51,7 +51,7 @@ class Striker:
             return FaultReply(refused=str(e))
         text = _said(kind, target) + (f" {amount:g} {kind.unit}" if kind.unit else "")
         text += f" for {seconds:g} s" if seconds else ""
-        log.warning("event=fault name=%s target=%s seconds=%g amount=%g", kind.name, target or "-", seconds, amount)
+        log.warning("event=fault name=%s target=%s seconds=%g amount=%g by=%r", kind.name, target or "-", seconds, amount, asked.by)
         self._struck.tell(f"fault: {text}")
         task = background.start(self._strike(kind, target, lasting, seconds), f"fault {kind.name}")
         self.active[kind.name, target] = task

@@ -42,7 +42,7 @@ from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.terminal import FAILED, USAGE, err, fail, indented, out, print_error, print_warning
 from vistel_cli.waiting import waiting
 from vistel_services.process import logs
-from vistel_services.process.plan import HUB, hub_processes, site_processes
+from vistel_services.process.plan import HUB, further_recorder, hub_processes, site_processes
 from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 if TYPE_CHECKING:
@@ -119,6 +119,7 @@ class ConferenceRun:
         from vistel_cli.faults.effects import Struck  # loads simulated links
         from vistel_cli.faults.links import endpoint_of
         from vistel_cli.faults.striker import Striker
+        from vistel_cli.run.told import Told
         from vistel_services.process.monitoring import monitored  # loads an HTTP server
 
         bus = await connect(conference, HUB, clock, endpoint)
@@ -131,16 +132,21 @@ class ConferenceRun:
             specs.append(host_spec(plan, file, endpoint_of(link) if link else endpoint, paths, measure_uplink=bool(link)))
         if simulators:
             specs.insert(len(first), sim_spec(file, paths))
+        if not conference.record:  # for a host who wants to record after all
+            specs.append(host_spec(further_recorder(HUB), file, endpoint, paths))
         supervisor = Supervisor(specs, logs_folder, servers)
+        if not conference.record:
+            supervisor.children[specs[-1].name].halted = True
         tell = print_warning if self.as_json else events.add
         supervisor.on_exit = lambda name, code: tell(ended(name, code, supervisor.log_file(name)))
         struck = Struck(supervisor, router, links, clock, conference.world.folder or paths.run, events.add)
         striker = Striker(struck, bus)
+        told = Told(supervisor, links, bus, events.add)
         started = time.monotonic()
         lead_to(self.out)
         running = _running(conference, self.source, endpoint, paths)
         if not self.as_json:
-            self._print_beginning(running, len(specs))
+            self._print_beginning(running, sum(not c.halted for c in supervisor.children.values()))
         cpu = CpuUse(supervisor)
         try:
             nodes = [p.node for p in plans]
@@ -155,6 +161,7 @@ class ConferenceRun:
                 out.print("stopping …")
             with waiting(ENDING, silent_s=1.0):
                 await striker.mend()
+                await told.end()
                 codes = await supervisor.stop(self.at_once)
                 await bus.close()
                 if struck.router:
@@ -246,10 +253,11 @@ class ConferenceRun:
         report["processes"] = {
             n: {"exit_code": codes.get(n), "restarts": c.restarts, "cpu_percent": cpu.percent(n)}
             for n, c in supervisor.children.items()
+            if c.process is not None
         }
         films = [s.name for s in self.conference.sites if s.draws and s.display.video]
         files = [film for name in films for film in paths.videos(name) or [paths.video(name)]]
-        files += (paths.logs or [paths.log]) if self.conference.record else []
+        files += paths.logs or ([paths.log] if self.conference.record else [])
         report["files"] = {f.name: f.stat().st_size if f.exists() else None for f in files}
         paths.report.write_text(json.dumps(report, indent=2) + "\n", "utf-8")
         stopped_early = ready_s is None and self.stop.is_set()

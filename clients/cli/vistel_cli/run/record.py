@@ -70,7 +70,7 @@ def record(
 
 
 def _note(conference: Conference, endpoint: str, text: str) -> None:
-    from vistel.log.notes import NoteError, note
+    from vistel.messages.notes import NoteError, note
 
     try:
         new = note(0, getpass.getuser(), text)

@@ -8,11 +8,9 @@ from typing import Annotated
 
 import typer
 
-from vistel.v1.world_pb2 import WorldMoveReply, WorldMoveRequest
+from vistel.session.steering.moving import PresentWorlds, move_room
 from vistel.wire.bus import Bus
-from vistel.wire.topics import BY_NAME
-from vistel.wire.world.presence import WorldAt, worlds_of
-from vistel.wire.zenoh.access import HUB_NAME
+from vistel.wire.world.presence import WorldAt
 from vistel_cli.conference_choice import Hub, RunningFile, chosen, joined, on_bus
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 from vistel_cli.waiting import waiting
@@ -23,8 +21,6 @@ LEADER_S = 3.0
 """Longest time until one that leads is seen, on a machine that is busy [s]."""
 SETTLE_S = 0.05
 """The others are told together with it [s]."""
-MOVE_S = 20.0
-"""Longest wait until a room has moved."""
 
 
 def where(
@@ -91,46 +87,17 @@ def check_place(place: str) -> None:
 
 async def moved(bus: Bus, to: str, *, force: bool) -> str:
     """Make the world at a place the leader. Returns the reason when that fails, else ""."""
-    watch = _Watch(bus)
+    worlds = PresentWorlds(bus)
     await asyncio.sleep(LOOK_S)
-    reply: WorldMoveReply | None = await bus.query(BY_NAME["world_move"], WorldMoveRequest(place=to, force=force))
-    if reply is None:
-        there = ", ".join(f"{w.place} ({'leads' if w.leads else 'waits'})" for w in watch.worlds()) or "none at all"
-        return f"no world waits at {to}; there is {there}. Start one there: vistel world serve FILE --place {to} --wait"
-    if reply.outcome == WorldMoveReply.OUTCOME_LEADS:
-        return ""
-    if reply.outcome == WorldMoveReply.OUTCOME_BEHIND:
-        return f"not moved: {reply.reason}. With --anyway it goes on from the newest state received there; later steps are lost"
-    for _ in range(int(MOVE_S / 0.05)):
-        await asyncio.sleep(0.05)
-        if any(w.leads and w.place == to for w in watch.worlds()):
-            return ""
-    return f"the world at {to} did not take the room over within {MOVE_S:.0f} s; its log says why"
-
-
-class _Watch:
-    """Which worlds are present."""
-
-    def __init__(self, bus: Bus) -> None:
-        self._tokens: set[str] = set()
-        self.leader = asyncio.Event()
-        bus.watch_presence(self._seen)
-
-    def worlds(self) -> list[WorldAt]:
-        """The worlds by place, the leader first."""
-        return worlds_of(self._tokens)
-
-    def _seen(self, site: str, token: str, alive: bool) -> None:
-        if site == HUB_NAME:
-            (self._tokens.add if alive else self._tokens.discard)(token)
-            if any(world.leads for world in self.worlds()):
-                self.leader.set()
+    reason, forced = await move_room(bus, worlds, to, force=force)
+    more = ". With --anyway it goes on from the newest state received there; later steps are lost" if forced else ""
+    return reason + more
 
 
 async def gathered(bus: Bus) -> list[WorldAt]:
     """The worlds of a conference, the leader first."""
-    watch = _Watch(bus)
+    worlds = PresentWorlds(bus)
     with contextlib.suppress(TimeoutError):
-        await asyncio.wait_for(watch.leader.wait(), LEADER_S)
+        await asyncio.wait_for(worlds.leader.wait(), LEADER_S)
         await asyncio.sleep(SETTLE_S)
-    return watch.worlds()
+    return worlds.now()

@@ -1,0 +1,98 @@
+"""Starts, stops and restarts the processes of a run of `vistel up`, as the host tells it over the bus, and tells of them."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections.abc import Callable
+
+from google.protobuf.message import DecodeError
+
+from vistel.v1.service_pb2 import RunFault, RunProcess, RunReply, RunRequest
+from vistel.wire import background
+from vistel.wire.bus import Bus
+from vistel.wire.topics import BY_NAME
+from vistel_cli.faults.links import Links
+from vistel_services.process.plan import HUB
+from vistel_services.process.supervisor import Child, Supervisor
+from vistel_sim.chaos.kinds import KINDS, Target
+
+log = logging.getLogger("vistel.supervisor")
+
+CONSOLE = f"{HUB}/console"
+"""Where the host sits: one that is stopped could not be started again."""
+_DOING = {RunRequest.ACTION_START: "starting", RunRequest.ACTION_STOP: "stopping", RunRequest.ACTION_RESTART: "restarting"}
+
+
+class Told:
+    """Answers the console for one run."""
+
+    def __init__(self, supervisor: Supervisor, links: Links, bus: Bus, tell: Callable[[str], None]) -> None:
+        """links: of sites, empty where none are simulated; tell: tells who sees the terminal what is done."""
+        self._supervisor, self._links, self._tell = supervisor, links, tell
+        self._under_way: dict[str, asyncio.Task[None]] = {}
+        bus.serve(BY_NAME["run"], self.answer)
+
+    def answer(self, request: bytes) -> RunReply:
+        """Begin what is asked, or say why not; and what runs."""
+        reply = RunReply(faults=self._faults())
+        try:
+            asked = RunRequest.FromString(request)
+        except DecodeError:
+            return RunReply(refused="no request for a process")
+        if asked.action:
+            reply.refused = self._objection(asked)
+            if not reply.refused:
+                reply.done = f"{_DOING[asked.action]} {asked.process}"
+                log.warning("event=told by=%r action=%s process=%s", asked.by, _DOING[asked.action], asked.process)
+                self._tell(f"host: {reply.done}")
+                self._under_way[asked.process] = background.start(self._do(asked), f"told {asked.process}")
+        reply.processes.extend(
+            RunProcess(name=name, state=self._state(name, child), restarts=child.restarts)
+            for name, child in self._supervisor.children.items()
+        )
+        return reply
+
+    async def end(self) -> None:
+        """Finish what is under way."""
+        await asyncio.gather(*self._under_way.values(), return_exceptions=True)
+
+    def _objection(self, asked: RunRequest) -> str:
+        name, child = asked.process, self._supervisor.children.get(asked.process)
+        if child is None:
+            return f"no process {name[:64]!r}; there are {', '.join(self._supervisor.children)}"
+        if asked.action not in _DOING:
+            return f"{name}: expected start, stop or restart"
+        if name in self._under_way:
+            return f"{name}: the last order is still being carried out; wait a moment"
+        if asked.action == RunRequest.ACTION_STOP and name == CONSOLE:
+            return f"{name}: is this console, which nobody could start again; restart it, or end `vistel up`"
+        if child.halted != (asked.action == RunRequest.ACTION_START):
+            return f"{name}: {'is stopped; start it' if child.halted else 'runs already'}"
+        return ""
+
+    async def _do(self, asked: RunRequest) -> None:
+        try:
+            if asked.action != RunRequest.ACTION_START:
+                await self._supervisor.halt(asked.process)
+            if asked.action != RunRequest.ACTION_STOP:
+                await self._supervisor.resume(asked.process)
+        except OSError as e:
+            log.error("event=not_started process=%s reason=%r", asked.process, str(e))
+        finally:
+            del self._under_way[asked.process]
+
+    def _state(self, name: str, child: Child) -> RunProcess.State:
+        if child.halted and child.pid is not None:
+            return RunProcess.STATE_ENDING
+        if child.halted and name not in self._under_way:
+            return RunProcess.STATE_STOPPED
+        return RunProcess.STATE_RUNNING if child.pid is not None else RunProcess.STATE_STARTING
+
+    def _faults(self) -> list[RunFault]:
+        targets = {Target.PROCESS: list(self._supervisor.children), Target.SITE: list(self._links), Target.CONFERENCE: []}
+        return [
+            RunFault(name=k.name, about=k.about, seconds=k.seconds, amount=k.amount, unit=k.unit, targets=targets[k.target])
+            for k in KINDS.values()
+            if k.target is not Target.SITE or self._links
+        ]

@@ -1,0 +1,1 @@
+"""What the host of a conference does to it from the console."""
