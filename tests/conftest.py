@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -35,6 +36,18 @@ def _no_words_while_commands_wait() -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(waiting, "SILENT_S", 3600.0)
         yield
+
+
+def pytest_collection() -> None:
+    """Half a million objects are made now, hardly one of them garbage."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """They stay: whoever looks for garbage from now on need not look through them."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)
