@@ -4,6 +4,10 @@ PY := $(VENV)/bin/python
 DEMO ?= --seconds 20
 # Tests and conferences start many processes: what one has compiled the next one takes.
 unexport PYTHONDONTWRITEBYTECODE
+# Tests of fields, which compile what no conference does: the longest kernels.
+COMPILING := tests/unit/implicit/polygonise/test_polygonise.py::test_triangles_face_outwards \
+	tests/unit/cli/test_scanline_command.py::test_a_scene_becomes_a_picture_and_a_report \
+	tests/unit/implicit/pictures/test_trace.py::test_all_three_ways_agree_on_sums_of_round_primitives
 SITE := mkdocs-material==9.8.2
 SBOM := cyclonedx-bom==7.5.0
 AUDIT := pip-audit==2.10.1
@@ -39,6 +43,7 @@ check: setup  ## style, types, import arrows
 warm: setup  ## compile kernels and tests and make the people of the demo, once
 	@$(PY) -m vistel_cli.run.prepare vistel/conference/demo.toml >/dev/null
 	@$(PY) -m pytest --collect-only >/dev/null
+	@$(PY) -m pytest --numprocesses auto --dist loadscope $(COMPILING) >/dev/null || true  # what fails here fails again
 
 docs-commands: setup  ## run every command of every page as printed (half an hour)
 	@$(PY) -m pytest tests/system/test_docs_commands.py

@@ -39,6 +39,21 @@ def chromium() -> str:
     return found
 
 
+_DRAWN_EVERY_MS = 100
+"""Least time between two pictures of a page that is drawn seldom: without a graphics card sixty a second keep every core busy."""
+_SELDOM = f"""
+(() => {{
+  const soon = window.requestAnimationFrame.bind(window);
+  let last = -{_DRAWN_EVERY_MS};
+  window.requestAnimationFrame = (draw) => soon(function show(now) {{
+    if (now !== last && now - last < {_DRAWN_EVERY_MS}) return soon(show);
+    last = now;
+    draw(now);
+  }});
+}})();
+"""
+
+
 class Page:
     """One tab. messages: what its console said, errors included; events: whom to tell of what else it says of itself, by method."""
 
@@ -109,8 +124,9 @@ class Page:
 
 
 @contextlib.asynccontextmanager
-async def page(folder: Path, *more: str) -> AsyncIterator[Page]:
-    """A tab of a browser of its own, which keeps what it keeps in `folder`; more: arguments of it."""
+async def page(folder: Path, *more: str, seldom: bool = True) -> AsyncIterator[Page]:
+    """A tab of a browser of its own, which keeps what it keeps in `folder`; more: arguments of it; seldom: it draws as on a slow
+    screen, which leaves room for other tests."""
     profile = folder / "chromium"
     process = await asyncio.create_subprocess_exec(
         chromium(),
@@ -139,6 +155,8 @@ async def page(folder: Path, *more: str) -> AsyncIterator[Page]:
                 listening = asyncio.create_task(opened.listen())
                 for domain in ("Page", "Runtime", "Log"):
                     await opened.call(f"{domain}.enable")
+                if seldom:
+                    await opened.call("Page.addScriptToEvaluateOnNewDocument", source=_SELDOM)
                 yield opened
                 listening.cancel()
     finally:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Iterator
 from pathlib import Path
@@ -37,6 +38,18 @@ def _no_words_while_commands_wait() -> Iterator[None]:
         yield
 
 
+def pytest_collection() -> None:
+    """Half a million objects are made now, hardly one of them garbage."""
+    gc.disable()
+
+
+def pytest_collection_finish() -> None:
+    """They stay: whoever looks for garbage from now on need not look through them."""
+    gc.collect()
+    gc.freeze()
+    gc.enable()
+
+
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers() -> int:
     """Two more than there are cores: whole conferences, which come first, wait for most of their time."""
@@ -44,6 +57,12 @@ def pytest_xdist_auto_num_workers() -> int:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files with slow tests come first: run side by side, none of them is left for one process at the end."""
+    """Files with slow tests come first: run side by side, none of them is left for one process at the end. Then those that compute
+    and those that mostly wait for processes, browsers and clocks come by turns, so that neither cores nor clocks are idle."""
     slow = {item.path for item in items if item.get_closest_marker("slow")}
-    items.sort(key=lambda item: item.path not in slow)
+    place = dict.fromkeys(slow, -1.0)
+    quick = dict.fromkeys(item.path for item in items if item.path not in slow)
+    for computes in (True, False):
+        files = [path for path in quick if path.is_relative_to(ROOT / "tests/unit") == computes]
+        place |= {path: n / len(files) for n, path in enumerate(files)}
+    items.sort(key=lambda item: place[item.path])

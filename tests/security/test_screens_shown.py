@@ -30,7 +30,7 @@ from vistel.wire.topics import BY_NAME
 from vistel_services.console import guests as gateway
 
 SAID = {"codec": "vp8", "width": 320, "height": 180}
-STREAM = stream_of("vp8", [plain((n * 9, 90, 90)) for n in range(25)])
+STREAM = stream_of("vp8", [plain((n * 9, 90, 90)) for n in range(8)])
 
 
 def record(n: int, data: bytes | None = None) -> bytes:

@@ -31,8 +31,8 @@ FILE = re.compile(
 """A file that the reader writes, or whose end they change: how, its name, the text."""
 FAILS = re.compile(r"\s*This time it fails")
 """Follows a command that must not end well."""
-QUICK = {"docs/how-to/make-wrinkles.md"}
-"""A page whose commands take half a minute."""
+QUICK = {"docs/how-to/calibrate.md", "docs/how-to/simulated-devices.md"}
+"""Pages whose commands take some seconds: one that ends, and two that go on until they are stopped."""
 NOT_RUN = {
     r"make test$": "it runs this test",
     r"sudo ": "needs another user's rights",
@@ -49,7 +49,7 @@ NOT_RUN = {
     r"make replays": "make test runs tests/replay",
     r"log (grep|diff) |--against ": "its exit code says what it found",
     r"(take|snatch) the baton": "needs a hand that is at the baton at this moment",
-    r"import rosbag2_walk": "needs a recording of somebody else",
+    r"import (rosbag2_walk|grab)": "needs a recording of somebody else",
     r"--wav ": "needs somebody who speaks",
     r"dist/vistel": "make wheel makes and installs it",
 }

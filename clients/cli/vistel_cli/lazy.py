@@ -86,6 +86,7 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
         def __init__(self, **given: Any) -> None:
             super().__init__(**given)
             _tuned(self)
+            self._loaded: dict[str, Any] = {}
             for name, lazy in commands.items():
                 self.add_command(TyperCommand(name, rich_help_panel=lazy.panel))
 
@@ -113,8 +114,12 @@ def lazy_group(commands: Mapping[str, Lazy]) -> type[TyperGroup]:
             sys.exit(code)
 
         def loaded(self, name: str) -> Any:
-            """The command of that name, imported."""
-            return commands[name].load(name) if name in commands else self.commands[name]
+            """The command of that name, imported once."""
+            if name not in commands:
+                return self.commands[name]
+            if name not in self._loaded:
+                self._loaded[name] = commands[name].load(name)
+            return self._loaded[name]
 
     return LazyGroup
 

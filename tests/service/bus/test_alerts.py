@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -26,6 +27,7 @@ TOKEN = re.compile(
 )
 
 
+@cache
 def known() -> dict[str, set[str]]:
     """Every series there is, and its labels."""
     out = {"up": {"job", "instance"}}

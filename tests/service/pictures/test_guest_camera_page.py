@@ -34,7 +34,7 @@ async def in_the_room(folder: Path, patch: pytest.MonkeyPatch, *more: str) -> As
     """A guest who has chosen a person. Skips where the pages have not been made."""
     if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
         pytest.skip("the page for guests has not been made (make web)")
-    async with page(folder, *SOFTWARE_GL, *CAMERA, *more) as tab, GuestRoom(folder).serving(patch) as room:
+    async with page(folder, *SOFTWARE_GL, *CAMERA, *more, seldom=False) as tab, GuestRoom(folder).serving(patch) as room:
         await at_the_door(tab, room, room.invited(), 480, 320)
         await tab.click(".people button[aria-current=true]")
         await tab.until("window.guest.me() === 'guest-1'")

@@ -50,7 +50,7 @@ def test_a_voice_is_heard_when_its_picture_is_seen_also_while_the_page_is_held_u
 
     async def visit() -> None:
         async with (
-            page(tmp_path, *FLAGS) as tab,
+            page(tmp_path, *FLAGS, seldom=False) as tab,
             GuestRoom(tmp_path).serving(monkeypatch) as room,
             room.opened(room.invited("guest-2", "Bob")) as other,
         ):

@@ -29,8 +29,13 @@ RIGHT_KIND = ("broken TOML", *(f"head.{ending}" for ending in ("mcap", "usdc", "
 
 
 @cache
+def vistel() -> Any:
+    return typer.main.get_command(app)
+
+
+@cache
 def commands() -> dict[str, Any]:
-    return {path: c for path, c in every_command(typer.main.get_command(app), "vistel") if not hasattr(c, "commands")}
+    return {path: c for path, c in every_command(vistel(), "vistel") if not hasattr(c, "commands")}
 
 
 def paths_of(command: Any) -> list[Any]:
@@ -84,7 +89,7 @@ def answer(path: str, arguments: list[str], capsys: pytest.CaptureFixture[str], 
     usage."""
     line = f"{path} {' '.join(arguments)}"
     with pytest.raises(SystemExit) as end:
-        typer.main.get_command(app).main([*path.split()[1:], *arguments], prog_name="vistel")
+        vistel().main([*path.split()[1:], *arguments], prog_name="vistel")
     told = " ".join("".join(capsys.readouterr()).split())
     assert end.value.code in (codes or (2,)), (line, end.value.code, told)
     assert "Traceback" not in told and "pydantic" not in told, (line, told)

@@ -6,8 +6,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 from vistel.jit.kernel_jit import imported_files, stamp_of
 
 
@@ -45,8 +43,7 @@ def test_files_that_import_each_other_have_a_stamp(tmp_path):
     assert stamp_of(tmp_path / "vistel/a.py", tmp_path) == stamp_of(tmp_path / "vistel/b.py", tmp_path)
 
 
-@pytest.mark.parametrize("damage", ["cut", "module", "noise"])
-def test_a_cache_that_cannot_be_read_any_more_is_compiled_anew(tmp_path, damage):
+def test_a_cache_that_cannot_be_read_any_more_is_compiled_anew(tmp_path):
     (tmp_path / "kept.py").write_text(
         "from vistel.jit.kernel_jit import compiled\n\n\n@compiled\ndef twice(x):\n    return 2 * x\n"
     )
@@ -60,5 +57,7 @@ def test_a_cache_that_cannot_be_read_any_more_is_compiled_anew(tmp_path, damage)
     (index,) = tmp_path.rglob("*.nbi")
     whole = index.read_bytes()
     version = pickle.dumps(pickle.loads(whole), protocol=-1)
-    index.write_bytes({"cut": whole[:-9], "module": version + b"cvistel.gone\nthing\n.", "noise": version + b"\x93"}[damage])
-    assert [answer(), answer()] == ["42 0", "42 1"]
+    for damaged in (whole[:-9], version + b"cvistel.gone\nthing\n.", version + b"\x93"):
+        index.write_bytes(damaged)
+        assert answer() == "42 0", damaged
+    assert answer() == "42 1"

@@ -262,6 +262,7 @@ def test_a_way_that_becomes_longer_is_no_queue_for_long(jitter_s: float) -> None
     assert sum(at_s - begun_s > 20.0 for at_s, _ in site.ages_s) == pytest.approx(30 * 60, rel=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("bits_per_s", "queue_bytes"), [(24_000, 2000), (48_000, 65_536), (96_000, 65_536), (256_000, 2000)])
 def test_a_queue_is_never_taken_for_a_longer_way(bits_per_s: float, queue_bytes: int, monkeypatch: pytest.MonkeyPatch) -> None:
     async def scene() -> None:

@@ -153,9 +153,9 @@ def _fit(cone: F64, p: F64, area: F64, anchored: bool) -> F64:
     free = np.arange(3 if anchored else 0, 8)
     low, high = p.min(axis=0), p.max(axis=0)
     widest = 0.6 * float(np.sort(high - low)[1])
-    damping, error = 1e-3, _error(cone, p, area)
+    foot, normal, d = cone_feet(cone, p)
+    damping, error = 1e-3, float(area @ np.square(d))
     for _ in range(_STEPS):
-        foot, normal, d = cone_feet(cone, p)
         jacobian = -np.column_stack([(1 - foot)[:, None] * normal, foot[:, None] * normal, 1 - foot, foot])[:, free]
         weighted = jacobian * area[:, None]
         square = jacobian.T @ weighted
@@ -167,16 +167,13 @@ def _fit(cone: F64, p: F64, area: F64, anchored: bool) -> F64:
             new[:3] = np.clip(new[:3], low, high)
         new[6:] = np.clip(new[6:], 0.003, max(widest, 0.004))
         length = float(np.linalg.norm(new[3:6] - new[:3]))
-        found = np.inf if abs(new[7] - new[6]) > 0.8 * length + 1e-6 else _error(new, p, area)
-        if found < error:
-            cone, error, damping = new, found, 0.3 * damping
+        steep = abs(new[7] - new[6]) > 0.8 * length + 1e-6
+        feet = None if steep else cone_feet(new, p)
+        if feet is not None and (found := float(area @ np.square(feet[2]))) < error:
+            cone, (foot, normal, d), error, damping = new, feet, found, 0.3 * damping
         else:
             damping *= 10.0
     return cone
-
-
-def _error(cone: F64, p: F64, area: F64) -> float:
-    return float(area @ np.square(cone_feet(cone, p)[2]))
 
 
 def _split(body: Body, skeleton: Skeleton, points: F64, limb: I32, i: int) -> tuple[I32, Body]:

@@ -185,7 +185,7 @@ def cone_feet(cone: F64, p: F64) -> tuple[F64, F64, F64]:
     w = p - cone[:3]
     foot = np.zeros(len(p))
     if length > 1e-9:
-        k = float(np.clip((cone[7] - cone[6]) / length, -0.999, 0.999))
+        k = min(max(float(cone[7] - cone[6]) / length, -0.999), 0.999)
         x = w @ (axis / length)
         rho = np.sqrt(np.maximum(0.0, np.square(w).sum(axis=1) - x * x))
         foot = np.clip(x + k * rho / np.sqrt(1.0 - k * k), 0.0, length) / length

@@ -5,12 +5,13 @@ roughness (Karis 2013).
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import cv2
 import moderngl
 import numpy as np
+from scipy.spatial import KDTree  # pyright: ignore[reportMissingTypeStubs]
 
 from vistel.arrays import F32, F64
 from vistel.render.view.camera import Camera
@@ -44,7 +45,7 @@ def surroundings(picture: Callable[[Camera], F32]) -> Surroundings:
     light, towards, share = _seen(picture)
     light = np.minimum(light, 8.0)
     light = light * (MEAN / max(1e-6, float((light.mean(axis=1) * share).sum())))
-    maps = [_polished(light, towards), *(_spread(light, towards, share, rough) for rough in ROUGHNESSES[1:])]
+    maps = [_polished(light, towards), *_spread(light, towards, share, ROUGHNESSES[1:])]
     return Surroundings(np.concatenate(maps).astype(np.float32), _harmonics(light, towards, share).astype(np.float32))
 
 
@@ -104,24 +105,28 @@ def _sphere(width: int, height: int) -> F64:
 
 def _polished(light: F64, towards: F64) -> F32:
     """(HEIGHT, WIDTH, 3): what a mirror shows."""
-    ways, seen = _sphere(WIDTH, HEIGHT).astype(np.float32), towards.T.astype(np.float32)
-    nearest = np.concatenate([np.argmax(way @ seen, axis=1) for way in np.array_split(ways, HEIGHT)])
+    nearest = np.asarray(KDTree(towards).query(_sphere(WIDTH, HEIGHT))[1])
     return light[nearest].reshape(HEIGHT, WIDTH, 3).astype(np.float32)
 
 
-def _spread(light: F64, towards: F64, share: F64, rough: float) -> F32:
-    """(HEIGHT, WIDTH, 3): what a surface of that roughness mirrors, seen straight on (GGX)."""
+def _spread(light: F64, towards: F64, share: F64, roughnesses: Sequence[float]) -> list[F32]:
+    """(HEIGHT, WIDTH, 3) for each: what a surface of that roughness mirrors, seen straight on (GGX)."""
     width, height = _COARSE
-    a2 = rough**4
     weighted = np.column_stack((light * share[:, None], share)).astype(np.float32)
-    rows: list[F32] = []
+    rows: list[list[F32]] = [[] for _ in roughnesses]
     for way in np.array_split(_sphere(width, height), height):
         cosine = np.clip(way.astype(np.float32) @ towards.T.astype(np.float32), -1.0, 1.0)
         nh2 = 0.5 + 0.5 * cosine  # of the half vector between the mirrored direction and the light's
-        total = (np.maximum(cosine, 0.0) / (nh2 * (a2 - 1.0) + 1.0) ** 2) @ weighted
-        rows.append(np.asarray(total[:, :3] / total[:, 3:], np.float32))
-    image = np.concatenate(rows).reshape(height, width, 3).astype(np.float32)
-    # Round the sphere, so that the map's ends meet.
+        facing = np.maximum(cosine, 0.0)
+        for row, rough in zip(rows, roughnesses, strict=True):
+            total = (facing / np.square(nh2 * (rough**4 - 1.0) + 1.0)) @ weighted
+            row.append(np.asarray(total[:, :3] / total[:, 3:], np.float32))
+    images = [np.concatenate(row).reshape(height, width, 3).astype(np.float32) for row in rows]
+    return [_finer(image) for image in images]
+
+
+def _finer(image: F32) -> F32:
+    """A map of WIDTH and HEIGHT; round the sphere, so that its ends meet."""
     wide = cv2.resize(np.hstack((image, image, image)), (3 * WIDTH, HEIGHT), interpolation=cv2.INTER_CUBIC)
     return np.maximum(np.asarray(wide, np.float32)[:, WIDTH : 2 * WIDTH], 0.0)
 
