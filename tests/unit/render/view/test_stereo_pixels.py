@@ -32,7 +32,8 @@ def flat(gain: tuple[float, float, float] = (1.0, 1.0, 1.0), blend: tuple[float,
 
 @pytest.fixture
 def painter(surface: GlContext) -> Iterator[Painter]:
-    painter = Painter(surface, WIDTH, HEIGHT, fine=False)  # a GPU would draw fine light, in which a room without surroundings is dark
+    # A GPU would draw fine light, in which a room without surroundings is dark.
+    painter = Painter(surface, WIDTH, HEIGHT, fine=False)
     yield painter
     assert painter.error() == "GL_NO_ERROR"
 
