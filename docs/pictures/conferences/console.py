@@ -1,5 +1,5 @@
 """The demo's console in a browser, day and night, on a desk and on a phone: console-*.png. Needs Chromium and the console's page
-(`make web`); takes two minutes."""
+(`make web`); takes three minutes."""
 
 import asyncio
 import signal
@@ -52,7 +52,28 @@ async def watch(folder: Path, url: str) -> None:
             else:
                 await _resize(tab, width, height)
             await asyncio.sleep(SETTLED_S)
-            cv2.imwrite(str(HERE / f"{shot}.png"), np.ascontiguousarray((await tab.picture())[..., ::-1]))
+            await _keep(tab, shot)
+        await steer(tab)
+
+
+async def steer(tab: Page) -> None:
+    """What the host steers with, on a phone by night, where it was left, and on a desk by day."""
+    await tab.value("document.querySelectorAll('.steer details').forEach((group) => (group.open = true))")
+    await tab.value("document.querySelector('.steer').scrollIntoView()")
+    await asyncio.sleep(SETTLED_S)
+    await _keep(tab, "console-steer-phone")
+    await tab.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "light"}])
+    await _resize(tab, 1280, 800)
+    await tab.value("document.querySelector('.steer-lines').open = false")
+    await tab.value("document.querySelector('[name=ask]').focus()")
+    await tab.call("Input.insertText", text="paint the red b")
+    await tab.value("document.querySelector('.steer').scrollIntoView()")
+    await asyncio.sleep(SETTLED_S)
+    await _keep(tab, "console-steer")
+
+
+async def _keep(tab: Page, name: str) -> None:
+    cv2.imwrite(str(HERE / f"{name}.png"), np.ascontiguousarray((await tab.picture())[..., ::-1]))
 
 
 async def _resize(tab: Page, width: int, height: int) -> None:
