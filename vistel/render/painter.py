@@ -222,12 +222,13 @@ class Painter:
         shared |= self.shadow.use(1, 2 if self.fine else None)
         if self._mirrors is not None:
             shared |= self._mirrors.use(3)
+        self._shell.draw(shared, tables=True)  # first: what is under them is then not lit
         self._figures.draw(seen, shared)
         marked = {o.thing: o.colours for o in frame.outlines}
         self._solids.draw([(as_gl(thing.matrix), solid) for thing, solid in things if thing.id not in marked], 0.35, shared)
         if self._furniture is not None:
             self._solids.draw([(as_gl(np.eye(4)), self._furniture)], 0.12, shared)
-        self._shell.draw(shared)
+        self._shell.draw(shared, tables=False)
         box = sight.box or self._whole
         # A selected thing comes after its lines, and these after all they may be seen against.
         for name, colours in marked.items():

@@ -51,10 +51,19 @@ class FigureModel:
 
 @dataclass(frozen=True, eq=False)
 class Corners:
-    """Drawn vertices of a figure, room frame: positions and normals (n, 3)."""
+    """Drawn vertices of a figure, room frame: rows (n, 6) of a position and a normal."""
 
-    positions: F32
-    normals: F32
+    rows: F32
+
+    @property
+    def positions(self) -> F32:
+        """(n, 3) [m]."""
+        return self.rows[:, :3]
+
+    @property
+    def normals(self) -> F32:
+        """(n, 3), of length 1."""
+        return self.rows[:, 3:]
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +161,7 @@ class DrawnFigures:
         """The figure's vertices into the buffer that is drawn."""
         buffers, skin = self._figure(view), view.skin
         if isinstance(skin, Corners):
-            buffers.dynamic.write(np.hstack((skin.positions, skin.normals)))
+            buffers.dynamic.write(skin.rows)
             return
         if buffers.gpu is None:
             if self._deformer is None:

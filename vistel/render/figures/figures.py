@@ -31,6 +31,7 @@ from vistel.figure.swing.swing import Swing, SwungLevel
 from vistel.implicit.contacts.contact_set import PrimitiveSet
 from vistel.implicit.deformation.ghost_source import GhostSource, ghosts_of
 from vistel.render.figures.bare_skin import bare_skin, is_bare
+from vistel.render.figures.corner_kernels import lay_corners  # pyright: ignore[reportUnknownVariableType]
 from vistel.render.figures.drawn import Corners, Creases, FigureModel, Planned
 from vistel.render.figures.gpu_deform import SkinShape
 from vistel.render.figures.wrinkles import WrinkleState
@@ -222,7 +223,7 @@ class StandIn:
         r = joints.rotation[self._joint].astype(np.float32)
         positions = np.einsum("nij,nj->ni", r, self._vertices) + joints.position[self._joint]
         normals = np.einsum("nij,nj->ni", r, self._normals)
-        skin = Corners(positions.astype(np.float32), normals)
+        skin = Corners(np.hstack((positions, normals)).astype(np.float32))
         return PosedVertices(self._model, skin, joints, pose_body(self.body, joints))
 
     def ghosts(self, posed: PosedBody, target: NDArray[np.bool_] | None) -> GhostSource:
@@ -358,8 +359,7 @@ class _Level:
         self.figure = Figure(avatar, same_body=finest)
         self._planner: tuple[FigurePlanner, SkinShape] | None = None
         self._corners = [mesh.corner_vertex for mesh in (avatar.mesh, *avatar.eyeballs)]
-        count = len(self.model.uv)
-        self._positions, self._normals = np.empty((count, 3), np.float32), np.empty((count, 3), np.float32)
+        self._rows = np.empty((len(self.model.uv), 6), np.float32)
 
     def forget_layers(self) -> None:
         """Let the skin follow the joints alone from now on."""
@@ -375,10 +375,9 @@ class _Level:
         start = 0
         for corner, (vertices, normals) in zip(self._corners, ((state.vertices, state.normals), *state.eyeballs), strict=True):
             end = start + len(corner)
-            np.take(vertices, corner, axis=0, out=self._positions[start:end])
-            np.take(normals, corner, axis=0, out=self._normals[start:end])
+            lay_corners(vertices, normals, corner, self._rows[start:end])
             start = end
-        return PosedVertices(self.model, Corners(self._positions, self._normals), state.joints, state.posed, moved.shader_weights)
+        return PosedVertices(self.model, Corners(self._rows), state.joints, state.posed, moved.shader_weights)
 
     def plan(self, posture: Posture, ghosts: Sequence[GhostSource], moved: _Moved) -> PosedVertices:
         """As `pose`, for the GPU to do."""

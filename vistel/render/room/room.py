@@ -31,7 +31,7 @@ class ShellPanel:
 
     key: "KEY_SHADOWED" where the roof's key light falls and shadows with it, or "FINISHED" where nothing changes.
     texture: (h, w, 4) first row at the top; of a finished panel what is seen, else the square roots of linear colour
-    and of baked light / 1.6. gloss: of its varnish. casts: it throws a shadow itself.
+    and of baked light / 1.6. gloss: of its varnish. casts: it throws a shadow itself, as table tops do.
     """
 
     positions: F32

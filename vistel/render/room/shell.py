@@ -52,13 +52,14 @@ class Shell:
         """Whether there is a room at all."""
         return bool(self._parts)
 
-    def draw(self, shared: dict[str, object]) -> None:
-        """Draw it, with what all shaders share."""
+    def draw(self, shared: dict[str, object], *, tables: bool) -> None:
+        """Draw its table tops, or all else of it, with what all shaders share."""
         for variant in self._programs.values():
             put(variant, baked=0, **shared)
-        for part in reversed(self._parts):  # the table top comes last and hides much of the floor
-            part.texture.use(0)
-            part.vao.render()
+        for part in self._parts:
+            if part.panel.casts == tables:
+                part.texture.use(0)
+                part.vao.render()
 
     def light_seen(self, camera: Camera) -> F32:
         """What `camera` sees of it while nobody is in it: (SIDE, SIDE, 3) linear light, first row at the bottom."""

@@ -45,7 +45,7 @@ def figure(
         uv.astype(np.float32), np.zeros(len(uv), np.float32), triangles, triangles, texture(colour), patches=patches
     )
     limbs = np.array([[*positions.mean(axis=0), 1e-3, *positions.mean(axis=0), 1e-3]], np.float32)
-    return FigureView(name, model, Corners(positions.astype(np.float32), normals.astype(np.float32)), limbs)
+    return FigureView(name, model, Corners(np.hstack((positions, normals)).astype(np.float32)), limbs)
 
 
 def ball(patch: Patch | None, colour: tuple[int, int, int] = WHITE) -> FigureView:
