@@ -116,7 +116,6 @@ function showPanel(): void {
   const { table, held, forces, signals, numbers, chosen, talks, lines } = page;
   render(
     <>
-      {numbers && <Troubles numbers={numbers} />}
       {table && <Who people={table.people} things={table.things} {...{ held, forces, signals, numbers, talks, chosen, choose }} />}
       {lines.length > 0 && (
         <section>
@@ -129,6 +128,7 @@ function showPanel(): void {
     </>,
     element("panel"),
   );
+  render(numbers && <Troubles numbers={numbers} />, element("troubles"));
 }
 
 function showViews(now: string): void {
