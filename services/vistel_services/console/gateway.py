@@ -108,7 +108,7 @@ class Gateway:
         if len(self._viewers) >= MOST_VIEWERS:
             raise web.HTTPServiceUnavailable(text=f"{MOST_VIEWERS} are watching already\n")
         connection = await prepared_socket(request, _MOST_SAID_BYTES)
-        viewer = Viewer(steers=request[STEERS])
+        viewer = Viewer(steers=request.get(STEERS, False))
         steered = self._steering.page(viewer.put, request.remote or "", steers=viewer.steers)
         with self.viewing(connection, viewer), steered as take:
             async for said in connection:  # JSON of what steers, "hear" or anything else; how much it may be is limited

@@ -74,7 +74,7 @@ class Replays:
         await asyncio.to_thread(load)
         connection = await prepared_socket(request, _MOST_SAID_BYTES)
         visit = _Visit(self, connection, readers, self._conference, self._clock)
-        visit.viewer.steers = request[STEERS]
+        visit.viewer.steers = request.get(STEERS, False)
         self._visits.add(visit)
         try:
             await visit.stay()
