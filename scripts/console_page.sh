@@ -7,7 +7,7 @@ missing() { echo "console: its page cannot be made: $1; run \`make web\` later" 
 
 pages=services/vistel_services/console/page
 stamp=clients/web/node_modules/.console-page
-wanted=$(cat clients/web/{connection,console,join,sound}/* clients/web/package-lock.json clients/web/build.mjs "$0" | sha256sum)
+wanted=$(find clients/web/{connection,console,join,sound} clients/web/package-lock.json clients/web/build.mjs "$0" -type f -print0 | LC_ALL=C sort -z | xargs -0 cat | sha256sum)
 made=yes
 for page in console join connection microphone player landmarks/camera_worker; do [ -f "$pages/$page.js" ] || made=no; done
 if [ $made = yes ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
