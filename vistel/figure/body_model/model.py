@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vistel.arrays import F32, F64, I32, U8
 from vistel.figure.body_model.look import Look, rule, shares
+from vistel.undisturbed import undisturbed
 
 VERSION = 1
 """Version of the file; it changes when its arrays or their meaning do."""
@@ -157,6 +158,7 @@ def paired(names: tuple[str, ...]) -> dict[str, tuple[int, int]]:
     return out | {name: (-1, k) for name, k in index.items()}
 
 
+@undisturbed
 def load(path: Path = FILE) -> BodyModel:
     """Raises BodyModelError, one line, where the file is not a model of this version, whole."""
     mend = "make it anew with: make body-model WHEEL=FILE"

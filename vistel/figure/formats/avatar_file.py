@@ -14,6 +14,7 @@ from vistel.figure.avatar.check import MOST_TEXELS, AvatarFileError
 from vistel.figure.avatar.patch import from_arrays, to_arrays
 from vistel.figure.body import Body
 from vistel.figure.skeleton import Skeleton
+from vistel.undisturbed import undisturbed
 from vistel.whole_file import whole_file
 
 FORMAT = 2
@@ -55,6 +56,7 @@ def save_avatar(avatar: Avatar, path: Path, *, small: bool = False) -> None:
         np.savez_compressed(stream, **arrays)
 
 
+@undisturbed
 def load_avatar(path: Path) -> Avatar:
     """Reads what `save_avatar` wrote. Raises AvatarFileError when it is damaged or of another format, OSError."""
     try:

@@ -18,6 +18,7 @@ from vistel.figure.body_model import person as body_model
 from vistel.figure.body_model.person import Person
 from vistel.figure.formats.avatar_file import load_avatar, save_avatar
 from vistel.figure.people.measured import measured
+from vistel.undisturbed import undisturbed
 from vistel.whole_file import whole_file
 
 _log = logging.getLogger(__name__)
@@ -46,6 +47,7 @@ def builtin_avatar(spec: str, *, name: str, height: float, cache: Path | None = 
     return _made(who, path, name)
 
 
+@undisturbed
 def builtin_proportions(spec: str, *, name: str, height: float, cache: Path | None = None) -> Proportions:
     """Joint chain and primitives of the avatar that `builtin_avatar` gives, sooner. Raises ValueError as it does."""
     who, path = _place(spec, name, height, cache)

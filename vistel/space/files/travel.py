@@ -19,6 +19,7 @@ from vistel.arrays import U8
 from vistel.figure.making.source import Finish, SourceMaterial
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Polymesh
+from vistel.undisturbed import undisturbed
 
 MOST_UNPACKED = 256 << 20
 """Bytes that a polymesh may have in memory; a picture as many texels as a quarter of it."""
@@ -112,6 +113,7 @@ def packers(interior: Interior) -> dict[str, Callable[[], bytes]]:
     return out
 
 
+@undisturbed
 def _read(data: bytes) -> dict[str, NDArray[Any]]:
     """The arrays of a packed polymesh. Raises ValueError."""
     try:
@@ -120,6 +122,8 @@ def _read(data: bytes) -> dict[str, NDArray[Any]]:
                 raise ValueError("polymesh: too large")
         with np.load(io.BytesIO(data), allow_pickle=False) as found:
             return {name: found[name] for name in (*_ARRAYS, "materials")}
+    except SystemError:
+        raise
     except Exception as fault:  # zip, zlib and numpy raise errors of many types
         raise ValueError(f"polymesh: damaged ({fault})") from fault
 
