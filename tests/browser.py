@@ -115,8 +115,10 @@ class Page:
     async def click(self, selector: str) -> None:
         """As somebody's mouse does."""
         box = await self.value(
-            f"(() => {{ const e = document.querySelector({json.dumps(selector)});"
+            f"(async () => {{ const e = document.querySelector({json.dumps(selector)});"
             " e.scrollIntoView({ block: 'nearest', inline: 'nearest' });"
+            " const drawn = new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));"
+            " await Promise.race([drawn, new Promise((done) => setTimeout(done, 500))]);"  # what is not drawn yet is not hit
             " const r = e.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; })()"
         )
         for kind in ("mousePressed", "mouseReleased"):
