@@ -2,6 +2,7 @@
 
 import secrets
 
+from vistel.one_line import one_line
 from vistel.v1.speech_pb2 import ChatLine
 
 MOST_LETTERS = 300
@@ -17,7 +18,7 @@ class ChatError(ValueError):
 def line_message(text: str, t_ns: int, line_id: str = "") -> ChatLine:
     """A line, written at conference time `t_ns` [ns]; line_id: its id, where it has one already. Raises ChatError for a text
     that is empty or too long."""
-    line = _one_line(text)
+    line = one_line(text)
     if not line:
         raise ChatError("expected a text, got nothing to read")
     if len(line) > MOST_LETTERS:
@@ -29,14 +30,9 @@ def line_message(text: str, t_ns: int, line_id: str = "") -> ChatLine:
 
 def text_of(message: ChatLine) -> str:
     """What is shown of a line, whoever wrote it: one line of letters that can be read, cut to `MOST_LETTERS`."""
-    return _one_line(message.text[: 2 * MOST_LETTERS])[:MOST_LETTERS]
+    return one_line(message.text[: 2 * MOST_LETTERS])[:MOST_LETTERS]
 
 
 def id_of(message: ChatLine) -> str:
     """Its id, cut."""
     return message.id[:_MOST_ID]
-
-
-def _one_line(text: str) -> str:
-    """Without letters that steer a terminal or the direction of writing; white space is one blank."""
-    return " ".join("".join(c if c.isprintable() else " " for c in text).split())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from vistel.one_line import one_line
 from vistel.v1.envelope_pb2 import Header
 from vistel.v1.service_pb2 import Note as NoteMessage
 
@@ -35,7 +36,7 @@ def note(t_ns: int, author: object, text: object) -> Note:
     """A note that somebody has written, on one line. Raises NoteError."""
     if not isinstance(author, str) or not isinstance(text, str):
         raise NoteError("a note: expected a text, and who wrote it")
-    said, who = (" ".join("".join(c if c.isprintable() else " " for c in words).split()) for words in (text, author))
+    said, who = one_line(text), one_line(author)
     if not said:
         raise NoteError("a note: expected a text")
     if len(said) > MOST_LETTERS or len(who) > MOST_LETTERS_OF_AUTHOR:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from vistel.session.steering.log_lines import KEPT, MOST_BYTES, MOST_LETTERS, SHOWN, LogLines
+from vistel.session.log_files import MOST_BYTES
+from vistel.session.steering.log_lines import KEPT, MOST_LETTERS, SHOWN, LogLines
 
 
 def line(second: int, text: str, level: str = "INFO", node: str = "hub/world") -> str:

@@ -10,6 +10,7 @@ from vistel.conference.invitations import RefusedError
 from vistel.conference.model import Conference
 from vistel.host import HOST
 from vistel.messages.notes import NoteError, note
+from vistel.one_line import one_line
 from vistel.session.asking import Asker
 from vistel.session.steering.moving import PresentWorlds, move_room
 from vistel.session.steering.seating import give_seat, take_seat
@@ -148,4 +149,4 @@ def _number(asked: dict[str, object], name: str) -> float | None:
 def _text(asked: dict[str, object]) -> str:
     """What was asked, for the log, where it was refused."""
     words = [str(v) for k, v in asked.items() if k not in ("do", "id", "by", "author")]
-    return " ".join("".join(c if c.isprintable() else " " for c in " ".join(words)).split())[:MOST_LETTERS]
+    return one_line(" ".join(words))[:MOST_LETTERS]

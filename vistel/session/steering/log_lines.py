@@ -7,16 +7,14 @@ from collections import deque
 from dataclasses import dataclass
 from pathlib import Path
 
+from vistel.session.log_files import LogFiles
+
 KEPT = 2000
 """Lines, the newest of all processes."""
 SHOWN = 200
 """Of those that a filter lets through, the newest."""
 MOST_LETTERS = 400
 """Of a line; the rest is cut off."""
-MOST_BYTES = 256_000
-"""Of one file, read at once; of more, the end."""
-MOST_FILES = 100
-"""Of a folder."""
 LEVELS = ("DEBUG", "INFO", "WARNING", "ERROR", "CRITICAL")
 _LINE = re.compile(r"(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d\.\d{3}Z) +([A-Z]+) +(\S+) (.*)")
 
@@ -37,23 +35,17 @@ class LogLine:
 
 
 class LogLines:
-    """Follows the log files of a folder, also where one is kept under another name and a new one begins."""
+    """Follows the log files of a folder."""
 
     def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._read: dict[Path, tuple[int, int]] = {}
+        self._files = LogFiles(folder, newest=True)
         self._lines = deque[LogLine](maxlen=KEPT)
         self.changes = 0
         """How often lines have come."""
 
     def take(self) -> None:
         """Read what has been written since the last call."""
-        new: list[LogLine] = []
-        for path in sorted(self._folder.glob("*.log"))[:MOST_FILES]:
-            try:
-                new += self._of(path)
-            except OSError:  # kept under another name just now
-                continue
+        new = [line for path, lines in self._files.new() for line in _parsed(lines, path.stem.replace("-", "/", 1))]
         if new:
             self._lines.extend(sorted(new, key=lambda line: line.time))
             self.changes += 1
@@ -71,21 +63,6 @@ class LogLines:
     def nodes(self) -> list[str]:
         """The processes that have said something."""
         return sorted({line.node for line in self._lines})
-
-    def _of(self, path: Path) -> list[LogLine]:
-        with path.open("rb") as file:
-            now = path.stat()
-            known, begin = self._read.get(path, (now.st_ino, 0))
-            if known != now.st_ino or begin > now.st_size:
-                begin = 0
-            cut = now.st_size - begin > MOST_BYTES
-            begin = now.st_size - MOST_BYTES if cut else begin
-            file.seek(begin)
-            data = file.read(MOST_BYTES)
-        end = data.rfind(b"\n") + 1
-        self._read[path] = now.st_ino, begin + end
-        lines = data[:end].decode("utf-8", "replace").splitlines()[1 if cut else 0 :]
-        return _parsed(lines, path.stem.replace("-", "/", 1))
 
 
 def _parsed(lines: list[str], node: str) -> list[LogLine]:

@@ -14,6 +14,7 @@ from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.host import HOST
 from vistel.messages.notes import MOST_LETTERS_OF_AUTHOR
+from vistel.one_line import one_line
 from vistel.protocol.pages.words import words_of
 from vistel.session.steering.actions import MOST_LETTERS, Done, HostActions
 from vistel.session.steering.log_lines import LogLines
@@ -51,6 +52,7 @@ class Steering:
         self._did = bus.publish(BY_NAME["host_action"])
         self._background = background.current()
         self._refused, self._said_ns = 0, -REFUSED_EACH_NS
+        self._state, self._state_ns = "", None
 
     def close(self) -> None:
         """Receive no more."""
@@ -97,8 +99,14 @@ class Steering:
         async with self._looking:
             await asyncio.to_thread(self.lines.take)
 
-    async def state(self) -> dict[str, object]:
-        """What can be done, ready for JSON."""
+    async def state(self) -> str:
+        """What can be done, in JSON: looked up for all pages together, as often as one of them is told."""
+        async with self._looking:
+            if self._state_ns is None or self.clock.steady_ns() - self._state_ns >= TELL_S * 0.5e9:
+                self._state, self._state_ns = json.dumps(await self._now()), self.clock.steady_ns()
+            return self._state
+
+    async def _now(self) -> dict[str, object]:
         reply = await self._actions.run(RunRequest())
         people = {p.name: site.name for site in self._conference.sites for p in site.participants}
         seats = guest_seats(self._conference)
@@ -156,7 +164,7 @@ class HostPage:
         """What can be done and what is logged, when it has changed, until cancelled."""
         steering, before = self._steering, ""
         while True:
-            state = json.dumps(await steering.state())
+            state = await steering.state()
             if state != before:
                 before = state
                 self._put("steering", state)
@@ -184,7 +192,7 @@ class HostPage:
 
     async def _do(self, asked: dict[str, object], number: int) -> None:
         by = asked.get("by") or asked.get("author") or ""
-        name = "".join(c for c in by if c.isprintable())[:MOST_LETTERS_OF_AUTHOR] if isinstance(by, str) else ""
+        name = one_line(by)[:MOST_LETTERS_OF_AUTHOR] if isinstance(by, str) else ""
         self._answer(asked, number, await self._steering.do(_action(asked), asked, name or HOST, self._address))
 
     def _answer(self, asked: dict[str, object], number: int, done: Done) -> None:

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.geometry.rotation import quaternion_from_matrix
+from vistel.one_line import one_line
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
 from vistel.space.arguments import Towards, Where
 from vistel.space.commands.context import Answer, Context, changed, performs
 from vistel.space.commands.create import unused
 from vistel.space.commands.placing import free_spot, place_meant
-from vistel.space.commands.presenting import one_line
 from vistel.space.history import PlacedThing
 from vistel.space.notes.note import MOST_TEXT, SHAPE, note, text_of
 from vistel.space.things.things import Thing

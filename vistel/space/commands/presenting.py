@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+from vistel.one_line import one_line
 from vistel.space import actions as ask
 from vistel.space.actions import Refused
 from vistel.space.arguments import Which
@@ -68,11 +69,6 @@ def put_away(context: Context, action: ask.PutAway) -> Answer:
 def name_from(title: str) -> str:
     """A title as the name of a thing for people: in one line, and not too long."""
     return one_line(title)[:MOST_TITLE]
-
-
-def one_line(text: str) -> str:
-    """What can be printed of a text, in one line."""
-    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
 def _check(context: Context, action: ask.Present) -> None:

@@ -8,13 +8,13 @@ from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
+from vistel.session.log_files import LogFiles
+
 _LINE = re.compile(r"\S+Z ERROR\s+(?P<node>\S+) \S+ event=(?P<event>\w+) (?P<fields>.*reason=.*)")
 _FIELD = re.compile(r"""(\w+)=('(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|.*?)(?=\s\w+=|\s*$)""")
 _FOR_PROGRAMMERS = ("task_failed", "message_not_written", "engine_failed", "parcel_refused", "asset_not_packed")
 _AFTER = ("shown", "using", "mend")
 """Fields that stand behind the reason."""
-MOST_BYTES = 1 << 18
-"""Of a log, that are read at once."""
 
 
 class LoggedErrors:
@@ -22,32 +22,17 @@ class LoggedErrors:
 
     def __init__(self, folder: Path) -> None:
         """folder: where the processes' logs are."""
-        self._folder = folder
-        self._read: dict[Path, int] = {}
+        self._files = LogFiles(folder)
         self._told: set[str] = set()
 
     def new(self) -> Iterator[str]:
         """Those logged since the last call, such as "tokyo/capture: avatar refused (aiko, me.usda): no file; shown: stand-in"."""
-        for path in sorted(self._folder.glob("*.log")):
-            for line in self._lines(path):
+        for _, lines in self._files.new():
+            for line in lines:
                 text = told(line)
                 if text and text not in self._told:
                     self._told.add(text)
                     yield text
-
-    def _lines(self, path: Path) -> list[str]:
-        """The lines of a log that are new and whole."""
-        read = self._read.get(path, 0)
-        with suppress(OSError):
-            if path.stat().st_size == read:
-                return []
-        with suppress(OSError), path.open("rb") as stream:
-            stream.seek(read if read <= stream.seek(0, 2) else 0)  # a new one began
-            data = stream.read(MOST_BYTES)
-            whole = data.rfind(b"\n") + 1 or (len(data) if len(data) == MOST_BYTES else 0)
-            self._read[path] = stream.tell() - len(data) + whole
-            return data[:whole].decode("utf-8", "replace").splitlines()
-        return []
 
 
 def told(line: str) -> str:
