@@ -32,8 +32,8 @@ guest = true
 
 
 @contextlib.asynccontextmanager
-async def running(folder: Path) -> AsyncIterator[Running]:
-    """`vistel up`, until everything has begun."""
+async def running(folder: Path) -> AsyncIterator[tuple[Running, psutil.Process]]:
+    """`vistel up`, once everything has begun, and its process."""
     (folder / "steered.toml").write_text(CONFERENCE)
     with (folder / "up.log").open("wb") as output:
         process = await asyncio.create_subprocess_exec(
@@ -42,20 +42,20 @@ async def running(folder: Path) -> AsyncIterator[Running]:
     try:
         await until(lambda: running_conferences("steered") or process.returncode is not None, "the conference")
         assert process.returncode is None, (folder / "up.log").read_text()
-        yield running_conferences("steered")[0]
+        yield running_conferences("steered")[0], psutil.Process(process.pid)
     finally:
         with contextlib.suppress(ProcessLookupError):
             process.send_signal(signal.SIGINT)
         await process.wait()
 
 
-def pids(node: str, run: Running) -> set[int]:
-    """Of the processes that are the node of this run."""
+def pids(node: str, up: psutil.Process) -> set[int]:
+    """Of the processes that are the node of this conference: others of the same name may run beside it."""
     found: set[int] = set()
-    for process in psutil.process_iter():
+    for process in up.children(recursive=True):
         with contextlib.suppress(psutil.Error):
             words = process.cmdline()
-            if f"vistel: {node}" in " ".join(words) or (node in words and run.run in words):
+            if f"vistel: {node}" in words or node in words:
                 found.add(process.pid)
     return found
 
@@ -91,7 +91,7 @@ async def choose(tab: Page, words: str, wanted: str) -> None:
     await tab.until(f"document.querySelector('[name=ask]').value.endsWith({wanted + ' '!r})")
 
 
-async def steer(tab: Page, run: Running) -> None:
+async def steer(tab: Page, run: Running, up: psutil.Process) -> None:
     """What the host does on the page, and what comes of it outside of it."""
     await tab.open(run.console, 1280, 800)
     await tab.until("document.querySelector('.steer-services')")
@@ -106,8 +106,8 @@ async def steer(tab: Page, run: Running) -> None:
     await tab.until("document.querySelector('.answers .bad')?.innerText.includes('elephant')")
 
     await tab.value("document.querySelectorAll('.steer details').forEach(group => (group.open = true))")
-    await until(lambda: len(pids("hub/world", run)) == 1, "the world's process")
-    world = pids("hub/world", run)
+    await until(lambda: len(pids("hub/world", up)) == 1, "the world's process")
+    world = pids("hub/world", up)
     await tab.until("document.querySelector('.faults select')")
     assert await tab.value("document.querySelector('.faults select').value") == "kill"
     await tab.until("document.querySelectorAll('.faults select')[1]?.value === 'hub/world'")
@@ -115,20 +115,20 @@ async def steer(tab: Page, run: Running) -> None:
     await tab.until("document.querySelector('dialog[open]')")
     await tab.click("dialog .choices button:first-child")
     await tab.until("!document.querySelector('dialog')")
-    assert not await tab.value(answered("Fault")) and pids("hub/world", run) == world
+    assert not await tab.value(answered("Fault")) and pids("hub/world", up) == world
     await tab.click(".faults .grave")
     await tab.until("document.querySelector('dialog[open]')")
     await tab.click("dialog .grave")
     await tab.until(answered("Fault kill hub/world done"))
-    await until(lambda: len(pids("hub/world", run) - world) == 1, "another process of the world")
+    await until(lambda: len(pids("hub/world", up) - world) == 1, "another process of the world")
 
-    capture = pids("lab/capture", run)
+    capture = pids("lab/capture", up)
     await tab.until(f"{row('lab/capture')}?.innerText.includes('runs')")
     await tab.value(f"{row('lab/capture')}.querySelector('button').click()")
     await tab.until("document.querySelector('dialog[open]')")
     await tab.click("dialog .grave")
     await tab.until(answered("Restart lab/capture done"))
-    await until(lambda: len(pids("lab/capture", run) - capture) == 1, "another process of the site")
+    await until(lambda: len(pids("lab/capture", up) - capture) == 1, "another process of the site")
     await tab.until(f"{row('lab/capture')}?.innerText.includes('runs')")
     await tab.value(
         "Object.assign(document.querySelector('.filters input'), { value: 'event=told' }).dispatchEvent(new Event('input'))"
@@ -142,8 +142,8 @@ def test_the_host_asks_causes_a_fault_and_restarts_a_service_in_a_browser(tmp_pa
     monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path))
 
     async def play() -> Path:
-        async with running(tmp_path) as run, page(tmp_path, *SOFTWARE_GL) as tab:
-            await steer(tab, run)
+        async with running(tmp_path) as (run, up), page(tmp_path, *SOFTWARE_GL) as tab:
+            await steer(tab, run, up)
             assert not [m for m in tab.messages if "Error" in m and "WebSocket" not in m], tab.messages
             return Path(run.folder)
 
