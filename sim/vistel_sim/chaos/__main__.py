@@ -27,7 +27,7 @@ def main() -> int:
         print(f"NOT JUDGED: {e or 'the conference took too long to begin'}; logs in {folder}", flush=True)
         return 2
     save(outcome, folder / "outcome.json")
-    found = examine(folder, outcome, faults=not args.no_faults)
+    found = examine(folder, outcome, faults=not args.no_faults, begun=lambda line: print(line, flush=True))
     for line in found.told:
         print(line)
     for invariant, lines in found.violations.items():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -27,11 +27,13 @@ class Found:
     told: list[str]
 
 
-def examine(folder: Path, outcome: Outcome, *, faults: bool) -> Found:
-    """Hold the logs of a run against every invariant. faults: whether it was struck; else memory and files are judged strictly."""
+def examine(folder: Path, outcome: Outcome, *, faults: bool, begun: Callable[[str], None] = lambda _: None) -> Found:
+    """Hold the logs of a run against every invariant. faults: whether it was struck; else memory and files are judged strictly;
+    begun: is told what takes minutes."""
     logs = {path.name: path for path in (folder / "heard.mcap", *sorted((folder / "out").glob("*.mcap")))}
     heard = logs["heard.mcap"]
     growth, most = (invariants.MOST_GROWTH, invariants.MOST_GROWTH_BYTES) if faults else (invariants.SOAK_GROWTH, 0)
+    begun(f"reading what was heard, {heard.stat().st_size / 1e6:.0f} MB")
     violations = {
         "one leader": invariants.one_leader(read(heard, *invariants.TOLD_BY_LEADER)),
         "every acknowledged command once and in order": invariants.commands_once_and_in_order(read(heard, *HEARD)),
@@ -46,6 +48,7 @@ def examine(folder: Path, outcome: Outcome, *, faults: bool) -> Found:
         f"commands: {outcome.asked} asked, {outcome.done} done, {outcome.refused} refused, {outcome.late} not answered in time",
     ]
     for name, path in logs.items():
+        begun(f"re-running {name}, {path.stat().st_size / 1e6:.0f} MB")
         report = verify(read(path, *HEARD))
         told.append(f"{name}: {report.steps} states re-run, {report.skipped} not compared {dict(report.skipped_because)}")
         violations.setdefault("replays bit for bit", []).extend([] if report.equal else [f"{name}: {report.difference}"])
