@@ -177,8 +177,8 @@ async def taken(tab: Page) -> tuple[float, float]:
         for thing in THINGS:
             await asyncio.sleep(1.0)  # for hands to be out of the way
             x, y = await tab.value(f"window.guest.seen(window.guest.thing({thing!r}))")
-            if not (0 < x < QUICK[0] and 0 < y < QUICK[1]):
-                continue  # it is not in the picture: somebody may have pushed it off the table
+            if await tab.value(f"document.elementFromPoint({x}, {y})?.tagName") != "CANVAS":
+                continue  # it is off the picture or under a button
             await mouse(tab, "mouseMoved", x, y)
             await mouse(tab, "mousePressed", x, y, clickCount=1)
             with contextlib.suppress(TimeoutError):
