@@ -195,7 +195,8 @@ def elbow(log: vistel.log.Log, who: str, when: F64) -> F64:
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n0.01,nose,0,1.6,0,0,0,0,1\n", "line 3: no sensor is called 'nose'"),
         ("x.csv", f"{HEADING}\n0,head,nan,1.6,0,0,0,0,1\n", "line 2: expected finite numbers"),
         ("x.csv", f"{HEADING}\n0,head,0,1.6,0,90,0,0,0\n", "are these angles?"),
-        ("x.csv", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n", "at least two rows"),
+        ("x.csv", f"{HEADING}\n0,head,0,1.6,0,0,0,0,1\n", "at least two rows of each sensor; there is one of head"),
+        ("x.csv", f"{HEADING}\n", "has no rows below its heading"),
         ("x.csv", "\x00\xff", "expected recorded motion (BVH) or motion that a laboratory captured (C3D) or a table (CSV)"),
         ("x.vrpn", "nothing", "expected recorded motion (BVH) or motion that a laboratory captured (C3D) or a table (CSV)"),
         ("x.vrpn", "vrpn: ver. 07.38  0\0\0\0\0\0", "no pose of a tracker"),
@@ -241,3 +242,9 @@ def test_no_capture_does_more_than_be_refused(tmp_path_factory: pytest.TempPathF
         assert read_capture(path).devices
     except SensorError as e:
         assert "\n" not in str(e)
+
+
+def test_who_already_faces_ahead_is_not_turned_by_minus_nothing(tmp_path: Path) -> None:
+    ahead = tmp_path / "ahead.csv"
+    ahead.write_text(f"{HEADING}\n" + "".join(f"{t},head,0.1,1.6,0,0,0,0,1\n" for t in (0.0, 0.01)))
+    assert at_a_seat(read_table(ahead)).remark == "moved by 0.10 m and turned by 0° to the seat"

@@ -47,14 +47,21 @@ def name_shown(conference: Conference, site: str) -> str:
     return site if site in found else found[0]
 
 
-async def connect(conference: Conference, site: str, clock: Clock, *routers: str) -> ZenohBus:
-    """Join as `site`, over the first of `routers` that answers, and over another one when it is gone. A router is an endpoint, or
-    several with commas between them. Raises BusError, also for plain TCP beyond this machine that the file does not allow."""
+def endpoints_of(conference: Conference, site: str, *routers: str) -> tuple[list[str], TlsFiles | None]:
+    """Where `site` may connect to, and with which certificates. A router is an endpoint, or several with commas between them.
+    Raises BusError, also for plain TCP beyond this machine that the file does not allow."""
     tls = tls_files(conference, site) if conference.bus.mode == "routed" else None
     endpoints = [endpoint for each in routers for endpoint in each.split(",")]
     for endpoint in endpoints:
         if fault := objection(endpoint, tls=tls is not None, insecure=conference.bus.insecure):
             raise BusError(fault)
+    return endpoints, tls
+
+
+async def connect(conference: Conference, site: str, clock: Clock, *routers: str) -> ZenohBus:
+    """Join as `site`, over the first of `routers` that answers, and over another one when it is gone. Raises BusError, as
+    `endpoints_of` does."""
+    endpoints, tls = endpoints_of(conference, site, *routers)
     return await ZenohBus.open(
         conference=conference.name, site=site, clock=clock, endpoints=endpoints, tls=tls, owners=owners_of(conference)
     )

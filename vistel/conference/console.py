@@ -41,3 +41,8 @@ class ConsoleConfig(Checked):
         if self.tls is not None and self.insecure:
             raise ValueError("insecure: is for plain HTTP, and tls names a certificate; leave one of them out")
         return self
+
+
+def certificate_name(conference: str) -> str:
+    """The name under which the certificate that the console has made for itself is kept."""
+    return f"{conference}-console"

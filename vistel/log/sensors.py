@@ -134,8 +134,10 @@ def _of_lines(path: Path, lines: Iterator[list[str]]) -> dict[str, list[list[flo
         if not 0.9 < float(np.linalg.norm(numbers[4:])) < 1.1:
             raise SensorError(f"{path}: line {k}: expected a unit quaternion qx,qy,qz,qw; are these angles?")
         rows.setdefault(sensor, []).append(numbers)
-    if not rows or min(map(len, rows.values())) < 2:
-        raise SensorError(f"{path}: expected at least two rows of each sensor")
+    if not rows:
+        raise SensorError(f"{path}: has no rows below its heading")
+    if single := [sensor for sensor, measured in rows.items() if len(measured) < 2]:
+        raise SensorError(f"{path}: expected at least two rows of each sensor; there is one of {', '.join(single)}")
     return rows
 
 
@@ -178,7 +180,7 @@ def at_a_seat(take: Take) -> Take:
     heading = _heading(tracks, middle)
     turn = rotation_y(-heading)
     moved = {s: Track(k.t, (k.position - shift) @ turn.T, turn @ k.rotation) for s, k in tracks.items()}
-    told = f"moved by {np.linalg.norm(shift):.2f} m and turned by {np.degrees(-heading):.0f}° to the seat"
+    told = f"moved by {np.linalg.norm(shift):.2f} m and turned by {np.degrees(-heading):z.0f}° to the seat"
     return Take(moved, take.back, told)
 
 

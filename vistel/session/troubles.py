@@ -1,4 +1,6 @@
-"""What is wrong in a conference, in words that say what to do, from figures of how it goes."""
+"""What is wrong in a conference, in words that say what to do, from figures of how it goes.
+
+The words stay the same while the figures change: each trouble is one."""
 
 from __future__ import annotations
 
@@ -14,22 +16,17 @@ FEW_PICTURES = 10.0
 
 def troubles(rows: dict[str, list[dict[str, Any]]], devices: list[dict[str, Any]]) -> list[str]:
     """What is wrong, a line each with what to do."""
-    out = [
-        f"{s['node']} has been silent for {s['silent_s']:.0f} s; its log says why"
-        for s in rows["services"]
-        if s["silent_s"] > SILENT_S
-    ]
+    out = [f"{s['node']} is silent; its log says why" for s in rows["services"] if s["silent_s"] > SILENT_S]
     for site in (s for s in rows["sites"] if s["draws"]):
         if site.get("silent_s", 0.0) > SILENT_S:
             out.append(f"{site['name']} draws no pictures; see the log of its renderer")
         elif site.get("pictures_per_s", FEW_PICTURES) < FEW_PICTURES:
-            out.append(f"{site['name']} draws {site['pictures_per_s']:.1f} pictures a second; its machine is busy")
+            out.append(f"{site['name']} draws less than {FEW_PICTURES:.0f} pictures a second; its machine is busy")
     down: dict[str, list[str]] = {}
     for device in devices:
         if device["state"] not in ("streaming", "absent"):
             down.setdefault(device["detail"] or device["state"], []).append(device["name"])
     out += [f"{', '.join(names)}: {why}; vistel doctor looks at devices" for why, names in down.items()]
-    for person in rows["people"]:
-        if person["age_ms"] > OLD_S * 1e3:
-            out.append(f"{person['shown']} stands still: no motion for {person['age_ms'] * 1e-3:.0f} s; see the site's devices")
-    return out
+    return out + [
+        f"{p['shown']} stands still: no motion comes; see the site's devices" for p in rows["people"] if p["age_ms"] > OLD_S * 1e3
+    ]

@@ -3,6 +3,7 @@ import { panelText } from "./panel_words";
 import type { Answers, Caption, Held, Numbers, Signals, Table } from "./wire";
 
 const KEPT = 100;
+const OVER_MS = 30e3; // a trouble that comes back sooner was not over
 
 interface Event {
   at: Date;
@@ -19,7 +20,7 @@ export class Events {
   private raised: string[] | null = null;
   private states: Map<string, string> | null = null;
   private answered: Set<string> | null = null; // by participant and command
-  private readonly troubles = new Set<string>();
+  private readonly troubles = new Map<string, number>(); // when each was last there
   private readonly heard = new Set<string>(); // captions that are still shown
 
   /** now: of the day. */
@@ -83,9 +84,11 @@ export class Events {
       this.add(() => panelText(sends ? "deviceBack" : "deviceLost", name, detail || state), !sends);
     }
     this.states = states;
-    for (const line of troubles) if (!this.troubles.has(line)) this.add(() => line, true);
-    this.troubles.clear();
-    for (const line of troubles) this.troubles.add(line);
+    const now = this.now().getTime();
+    for (const line of troubles) {
+      if (now - (this.troubles.get(line) ?? -Infinity) > OVER_MS) this.add(() => line, true);
+      this.troubles.set(line, now);
+    }
   }
 
   /** The newest first. */

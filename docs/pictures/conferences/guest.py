@@ -34,9 +34,10 @@ CAMERA = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"
 SIZE = (1120, 700)
 QUICK = (480, 300)
 """While nothing is looked at."""
-THINGS = ("box", "ball", "can")
+THINGS = ("box", "ball", "can", "ring", "cone")
 """One after the other, until one is taken: somebody else may have it, or it is out of reach."""
-TRY_S = 10.0
+TRY_S = 30.0
+"""For a hand to reach a thing, on a busy machine too."""
 LIFT_PX = 90
 TURNS = 4
 """To the right, towards who writes."""
@@ -174,7 +175,10 @@ async def taken(tab: Page) -> tuple[float, float]:
     """Where the pointer holds a thing."""
     while True:
         for thing in THINGS:
+            await asyncio.sleep(1.0)  # for hands to be out of the way
             x, y = await tab.value(f"window.guest.seen(window.guest.thing({thing!r}))")
+            if await tab.value(f"document.elementFromPoint({x}, {y})?.tagName") != "CANVAS":
+                continue  # it is off the picture or under a button
             await mouse(tab, "mouseMoved", x, y)
             await mouse(tab, "mousePressed", x, y, clickCount=1)
             with contextlib.suppress(TimeoutError):
@@ -182,7 +186,6 @@ async def taken(tab: Page) -> tuple[float, float]:
                     await tab.until("window.guest.held().some(([who]) => who === window.guest.me())")
                     return x, y
             await mouse(tab, "mouseReleased", x, y, clickCount=1)
-            await asyncio.sleep(1.0)  # for the hand to be out of the way
 
 
 async def mouse(tab: Page, kind: str, x: float, y: float, **more: object) -> None:

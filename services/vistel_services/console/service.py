@@ -7,6 +7,7 @@ from datetime import UTC, datetime
 
 from aiohttp import web
 
+from vistel.conference.console import certificate_name
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.wire.bus import Bus
@@ -65,7 +66,7 @@ async def run(conference: Conference, paths: RunPaths, bus: Bus, clock: Clock) -
     files = PageFiles("console", bundle.FOLDER, SERVED, POLICY, also)
     try:
         now, posted = datetime.now(UTC), {_SHOWN: guests.show}
-        server = await open_server(f"{conference.name}-console", files, address, more, clock, now, posted)
+        server = await open_server(certificate_name(conference.name), files, address, more, clock, now, posted)
     except (CertificateError, OSError) as e:
         mend = "a certificate" if isinstance(e, CertificateError) else "another port"
         log.error("event=no_console address=%s reason=%r mend=%r", address, getattr(e, "strerror", None) or str(e), mend)

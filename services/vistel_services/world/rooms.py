@@ -1,5 +1,4 @@
-"""Several rooms in one process. Each has its own world, its own bus and its own disk; an error in one
-ends that one, which then begins again from its disk, and the others go on."""
+"""Several rooms in one process, each with its own world, bus and disk. One that fails begins again from its disk; others go on."""
 
 from __future__ import annotations
 
@@ -12,6 +11,7 @@ from typing import Any
 from vistel.wire import background
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, sleep
+from vistel.wire.zenoh.bus import BusError
 from vistel_services.world.service import Config, run
 
 log = logging.getLogger("vistel.world")
@@ -53,8 +53,8 @@ async def _keep(room: Served) -> None:
             await _one_life(room)
         except Exception as e:
             wait_s = AGAIN_FIRST_S if room.clock.now_ns() - began_ns > STEADY_S * 1e9 else wait_s
-            seen = None if isinstance(e, background.TaskFailedError) else e
-            log.error("room failed room=%s again_in_s=%.1f", room.name, wait_s, exc_info=seen)
+            said = isinstance(e, background.TaskFailedError | BusError)
+            log.error("room failed room=%s again_in_s=%.1f reason=%r", room.name, wait_s, str(e), exc_info=None if said else e)
         await sleep(room.clock, wait_s)
         wait_s = min(AGAIN_MOST_S, 2 * wait_s)
 

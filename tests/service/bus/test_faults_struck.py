@@ -140,6 +140,7 @@ def test_the_router_closes_and_opens_again_and_the_host_is_answered_afterwards(t
     async def play(s: Scene) -> None:
         assert (await s.ask("router-failure", seconds=0.2)).struck == "router-failure for 0.2 s"
         await until(s.over)
+        assert s.told == ["fault: router-failure for 0.2 s", "over: router-failure"]
         assert (await s.ask("signal-reconnect", "paris")).struck == "signal-reconnect paris"
 
     scene(tmp_path, play)

@@ -17,13 +17,14 @@ import pytest
 from browser import page
 from test_stream_watched import HEIGHT, RATE, WIDTH, draw
 
+from vistel.conference.console import ConsoleConfig, certificate_name
 from vistel.conference.display import Display, StreamTls
-from vistel.conference.model import Participant, Site
+from vistel.conference.model import Conference, Participant, Site
 from vistel.wire.certificates.authority import Authority, read_certificate
 from vistel.wire.certificates.errors import CertificateError
 from vistel.wire.certificates.server import OWN_VALID, ServerFiles, fingerprint
 from vistel.wire.clock import SystemClock
-from vistel_cli.run.pages import pages_of
+from vistel_cli.run.pages import console_line, pages_of
 from vistel_services.renderer.out.outputs import Out, Outputs
 from vistel_services.renderer.out.stream import Stream
 from vistel_services.serving.address import PageAddress, stream_address, with_certificate
@@ -255,6 +256,18 @@ def test_the_fingerprint_is_printed_with_the_address_that_shows_it() -> None:
     assert certificate is not None
     shown = fingerprint(read_certificate(certificate.certificate))
     assert printed == {"tokyo": f"https://192.168.1.7:8090/  certificate SHA-256 {shown}", "paris": "http://127.0.0.1:8090/"}
+
+
+def test_the_consoles_fingerprint_is_printed_too() -> None:
+    def printed(console: ConsoleConfig) -> str:
+        site = Site(name="tokyo", participants=[Participant(name="aiko")])
+        return console_line(Conference(name="demo", sites=[site], console=console), NOW)["console"]
+
+    certificate = with_certificate(REACHED, certificate_name("demo"), NOW).certificate
+    assert certificate is not None
+    shown = fingerprint(read_certificate(certificate.certificate))
+    assert f"  certificate SHA-256 {shown}" in printed(ConsoleConfig(at="0.0.0.0:8440", token=TOKEN))
+    assert "SHA-256" not in printed(ConsoleConfig(at="8440"))
 
 
 def test_in_a_browser_the_token_is_typed_once_and_the_picture_comes_decoded(tmp_path: Path) -> None:

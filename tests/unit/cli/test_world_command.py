@@ -241,4 +241,5 @@ def test_serve_says_what_is_missing(tmp_path: Path) -> None:
     solo.write_text(SOLO)
     _refused("serve", tmp_path / "gone.toml", says="gone.toml")
     _refused("serve", solo, says="does not run on this machine")
+    _refused("serve", solo, "--hub", "tls/192.0.2.7:7447", says="needs certificates")
     _refused("serve", solo, solo, "--hub", "tcp/127.0.0.1:1", says="each needs a name of its own")

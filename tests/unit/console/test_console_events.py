@@ -10,10 +10,12 @@ globalThis.document = { documentElement: {} };
 globalThis.navigator ??= { language: "en" };
 globalThis.localStorage = { getItem: () => null };
 const { Events } = await import("./module.mjs");
-const events = new Events(() => new Date(0));
+let seconds = 0;
+const events = new Events(() => new Date(seconds * 1e3));
 const kinds = { table: "receiveTable", held: "receiveHeld", signals: "receiveSignals", numbers: "receiveNumbers" };
 for (const words of given) {
   if (words === "begin") events.begin();
+  else if (words.kind === "wait") seconds += words.seconds;
   else if (words.kind === "captions") events.receiveCaptions(words.captions);
   else if (words.kind === "answers") events.receiveAnswers(words);
   else events[kinds[words.kind]](words);
@@ -54,6 +56,13 @@ def test_who_comes_goes_takes_and_lets_go_is_listed_the_newest_first(said: Any) 
 def test_what_breaks_and_comes_back_is_listed_and_marked(said: Any) -> None:
     told = [device("streaming"), device("lost"), device("lost", "no world"), device("streaming", "no world"), device("absent")]
     assert said(told) == [["glove sends again", False], ["no world", True], ["glove sends no more: no answer", True]]
+
+
+@pytest.mark.parametrize(("seconds", "lines"), [(20, 1), (40, 2)])
+def test_a_trouble_that_comes_back_soon_was_not_over(said: Any, seconds: int, lines: int) -> None:
+    busy = device("streaming", "its machine is busy")
+    told = [busy, device("streaming"), {"kind": "wait", "seconds": seconds}, busy]
+    assert said(told) == [["its machine is busy", True]] * lines
 
 
 def test_commands_and_their_answers_are_listed_once_and_hands_as_they_go_up(said: Any) -> None:

@@ -57,7 +57,7 @@ def examples(
 
 def _record(folder: Path) -> None:
     """Hold a meeting in the folder."""
-    out.print("A meeting of three people is recorded; it takes half a minute.")
+    out.print("A meeting of three people is recorded. It takes half a minute, the first time some minutes more.")
     meeting = [sys.executable, "-m", "vistel_cli.main", "up", "conference.toml", "--seconds", str(MEETING_S)]
     if subprocess.run(meeting, cwd=folder, check=False).returncode:
         fail(f"{folder}: the meeting failed, everything else is there; see {folder}/out/latest/logs", FAILED)

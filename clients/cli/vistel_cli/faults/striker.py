@@ -69,6 +69,8 @@ class Striker:
         try:
             async with lasting:
                 await asyncio.sleep(seconds)
+            if seconds:
+                self._struck.tell(f"over: {_said(kind, target)}")
         finally:
             del self.active[kind.name, target]
             log.warning("event=fault_over name=%s target=%s", kind.name, target or "-")

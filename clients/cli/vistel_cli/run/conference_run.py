@@ -170,10 +170,11 @@ class ConferenceRun:
 
     def _print_beginning(self, running: Running, processes: int) -> None:
         title = Text.assemble((self.source.stem, "bold"), f": {len(self.conference.sites)} sites, {processes} processes")
+        now = datetime.now(UTC)
         lines = {
             "bus": running.hub,
-            **pages_of(self.conference.sites, datetime.now(UTC)),
-            **console_line(self.conference.console),
+            **pages_of(self.conference.sites, now),
+            **console_line(self.conference, now),
             **guests_line(self.conference),
             **self.kept,
             "metrics": str(self.out / "metrics"),

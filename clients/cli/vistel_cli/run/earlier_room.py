@@ -14,8 +14,19 @@ from vistel.conference.paths import RunPaths
 from vistel.persistence.folder import RESUMED_S, RoomFolder
 from vistel_cli.terminal import fail
 
+
+def _there(earlier: Path | None) -> Path | None:
+    """An earlier room that is asked for, before anything else is done. Ends the command with one line where it is not there."""
+    if earlier is not None and not earlier.exists():
+        rooms = [folder.name for folder in sorted(earlier.parent.glob("*Z")) if folder.is_dir()]
+        there = f"in {earlier.parent} are {', '.join(rooms)}" if rooms else f"no earlier room is kept in {earlier.parent}"
+        fail(f"--from {earlier}: no such file or folder; {there}")
+    return earlier
+
+
 FromRoom = Annotated[
-    Path | None, typer.Option("--from", help="Earlier room to begin with: the folder in which it was kept, or a snapshot.")
+    Path | None,
+    typer.Option("--from", help="Earlier room to begin with: the folder in which it was kept, or a snapshot.", callback=_there),
 ]
 
 
@@ -24,10 +35,6 @@ def resume(conference: Conference, paths: RunPaths, earlier: Path | None, place:
     with one line where it cannot."""
     if earlier is None:
         return
-    if not earlier.exists():
-        rooms = [folder.name for folder in sorted(earlier.parent.glob("*Z")) if folder.is_dir()]
-        there = f"in {earlier.parent} are {', '.join(rooms)}" if rooms else f"no earlier room is kept in {earlier.parent}"
-        fail(f"--from {earlier}: no such file or folder; {there}")
     from vistel_services.world import service as world  # loads the mathematics
 
     site = next((s for s in conference.sites if s.name == (place or conference.world.on)), None)

@@ -20,7 +20,7 @@ from vistel_cli.run.conference_run import at_the_end, ended
 from vistel_cli.run.earlier_room import resume
 from vistel_cli.run.folders import forget, lead_to
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
-from vistel_cli.run.pages import pages_of
+from vistel_cli.run.pages import console_line, pages_of
 from vistel_cli.run.prepared import STOPPED_PREPARING, prepare
 from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.terminal import FAILED, err, out, print_error, print_warning
@@ -100,8 +100,12 @@ async def _run(
                     f"running {', '.join(s.name for s in specs)} on {hub}; Ctrl-C stops; logs in {output / 'logs'}", soft_wrap=True
                 )
                 drawing = {plan.site for plan in plans if "renderer" in plan.services}
-                for site, page in pages_of((s for s in conference.sites if s.name in drawing), datetime.now(UTC)).items():
-                    out.print(f"  {site:10}{page}", soft_wrap=True)
+                now = datetime.now(UTC)
+                pages = pages_of((s for s in conference.sites if s.name in drawing), now)
+                if "console" in services:
+                    pages |= console_line(conference, now)
+                for name, page in pages.items():
+                    out.print(f"  {name:10}{page}", soft_wrap=True)
                 with contextlib.suppress(TimeoutError):
                     async with asyncio.timeout(seconds or None):
                         await stop.wait()

@@ -7,15 +7,22 @@ import socket
 from collections.abc import Iterable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from datetime import datetime
+from typing import TYPE_CHECKING
 
-from vistel.conference.console import ConsoleConfig
+from vistel.conference.console import ConsoleConfig, certificate_name
 from vistel.conference.model import Conference, Site
+
+if TYPE_CHECKING:
+    from vistel_services.serving.address import PageAddress
 
 
 def pages_of(sites: Iterable[Site], now: datetime) -> dict[str, str]:
     """The page of each site that has one, by its name; with the certificate's fingerprint where no authority has signed that, for
     viewers to compare."""
-    return {s.name: s.display.stream_page + _certificate(s, now) for s in sites if s.draws and s.display.stream_page}
+    from vistel_services.serving.address import stream_address
+
+    shown = {s.name: (s.display.stream_page, stream_address(s.display)) for s in sites if s.draws and s.display.stream_page}
+    return {name: page + _certificate(address, name, now) for name, (page, address) in shown.items()}
 
 
 CONSOLE_PORT = 8440
@@ -38,13 +45,16 @@ def with_console(conference: Conference) -> Iterator[Conference]:
         yield conference.model_copy(update={"console": ConsoleConfig(at=f"127.0.0.1:{port}")})
 
 
-def console_line(console: ConsoleConfig) -> dict[str, str]:
-    """What is said of it at the start."""
-    if not console.page:
+def console_line(conference: Conference, now: datetime) -> dict[str, str]:
+    """What is said of the console at the start; its certificate as those of the sites' pages."""
+    if not conference.console.page:
         return {}
     from vistel_services.console.bundle import bundle_missing
+    from vistel_services.serving.address import console_address
 
-    return {"console": console.page + ("  its page is not made yet: make web" if bundle_missing() else "")}
+    missing = "  its page is not made yet: make web" if bundle_missing() else ""
+    certificate = _certificate(console_address(conference.console), certificate_name(conference.name), now)
+    return {"console": conference.console.page + certificate + missing}
 
 
 def guests_line(conference: Conference) -> dict[str, str]:
@@ -69,19 +79,17 @@ def _chosen_port(held: ExitStack, wanted: int) -> int:
     raise OSError(errno.EADDRINUSE, "no port of this machine is free for the console: --no-console")
 
 
-def _certificate(site: Site, now: datetime) -> str:
-    if not site.display.stream_https:
-        return ""
+def _certificate(address: PageAddress | None, name: str, now: datetime) -> str:
+    """name: under which the certificate is kept."""
     from vistel.wire.certificates.authority import read_certificate
     from vistel.wire.certificates.errors import CertificateError
     from vistel.wire.certificates.server import fingerprint
-    from vistel_services.serving.address import stream_address, with_certificate
+    from vistel_services.serving.address import with_certificate
 
     try:
-        address = stream_address(site.display)
-        shown = address and with_certificate(address, site.name, now).certificate
+        shown = address and with_certificate(address, name, now).certificate
         certificate = shown and read_certificate(shown.certificate)
-    except CertificateError:  # the renderer says so
+    except CertificateError:  # who serves the page says so
         return ""
     own = certificate is not None and certificate.issuer == certificate.subject
     return f"  certificate SHA-256 {fingerprint(certificate)}" if certificate and own else ""

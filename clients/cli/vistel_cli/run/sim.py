@@ -23,7 +23,7 @@ from vistel_cli.lazy import Lazy, lazy_group
 from vistel_cli.run.up import with_motion
 from vistel_cli.terminal import USAGE, err, fail, load_conference, out
 from vistel_cli.waiting import waiting
-from vistel_sim.faults import fault_from_text
+from vistel_sim.faults import Fault, fault_from_text
 
 MOST_S = 60.0
 """Longest wait for ports [s]."""
@@ -81,7 +81,7 @@ def devices(
     with tempfile.TemporaryDirectory(prefix="vistel-") as run:
         paths = RunPaths(ports or Path(run), Path(run))
         paths.run.mkdir(parents=True, exist_ok=True)
-        raise typer.Exit(asyncio.run(_run(write_conference(conference, Path(run)), paths, names, seconds, fault or [])))
+        raise typer.Exit(asyncio.run(_run(write_conference(conference, Path(run)), paths, names, seconds, faults)))
 
 
 async def until_there(ports: Sequence[Path], process: asyncio.subprocess.Process) -> None:
@@ -92,8 +92,16 @@ async def until_there(ports: Sequence[Path], process: asyncio.subprocess.Process
                 await asyncio.sleep(0.1)
 
 
-async def _run(file: Path, paths: RunPaths, names: Sequence[str], seconds: float, faults: list[str]) -> int:
-    given = [word for text in faults for word in ("--fault", text)] + ["--quiet"]
+async def tell(fault: Fault) -> None:
+    """Say when a fault begins and when it is over. The devices have just started."""
+    await asyncio.sleep(fault.at_s)
+    err.print(f"{fault.device}: {fault.kind} for {fault.for_s:g} s")
+    await asyncio.sleep(fault.for_s)
+    err.print(f"{fault.device}: {fault.kind} is over")
+
+
+async def _run(file: Path, paths: RunPaths, names: Sequence[str], seconds: float, faults: Sequence[Fault]) -> int:
+    given = [word for f in faults for word in ("--fault", f"{f.device}:{f.kind}:{f.at_s}:{f.for_s}")] + ["--quiet"]
     process = await asyncio.create_subprocess_exec(
         sys.executable, "-m", "vistel_sim.process", str(file), "--run", str(paths.run), *given, process_group=0
     )
@@ -105,9 +113,11 @@ async def _run(file: Path, paths: RunPaths, names: Sequence[str], seconds: float
         out.print(str(paths.device(name)), soft_wrap=True)
     if process.returncode is None:
         err.print(f"the devices send for {seconds:g} s; Ctrl-C ends it" if seconds else "the devices send until Ctrl-C")
+    telling = asyncio.gather(*map(tell, faults))
     try:
         code = await asyncio.wait_for(process.wait(), seconds or None)
     except TimeoutError:
         process.terminate()
         code = await process.wait()
+    telling.cancel()
     return 0 if code in (0, -signal.SIGTERM) else 1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from vistel.conference.connect import connect
+from vistel.conference.connect import connect, endpoints_of
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
 from vistel.conference.running import running_conferences
@@ -70,6 +70,8 @@ def serve(
     endpoints = [endpoint_of(c, hub) for c in conferences]
     logs.configure("hub/worlds")
     try:
+        for conference, endpoint in zip(conferences, endpoints, strict=True):
+            endpoints_of(conference, HUB, endpoint)
         serving = _serve([(kept_in(c, keep), e) for c, e in zip(conferences, endpoints, strict=True)], seconds, place, wait, begin)
         event_loop.run(background.as_service("worlds", serving))
     except BusError as e:
