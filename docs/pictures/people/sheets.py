@@ -2,6 +2,7 @@
 soft (fine) and in hard (fast) light. MakeHuman's own man and woman too, where their files are in ../shared/data.
 
     python -m docs.pictures.people.sheets [--out FOLDER] [--size PIXELS] [PERSON ...]
+    python -m docs.pictures.people.sheets --glasses           # glasses.png, each kind on somebody
 
 PERSON: one of the ten, all by default, or what follows "builtin:". Needs an OpenGL context (software is fine).
 """
@@ -46,6 +47,7 @@ FACES: dict[str, tuple[dict[str, float], tuple[float, float]]] = {
     "eyes shut": ({}, (0.0, 0.0)),
 }
 HANDS = {"open hand": FLAT, "fist": FIST, "pointing": POINT}
+_WEARERS = {"ben": "round", "aiko": "rectangular", "david": "half_rim"}
 _STEPS, _STEP_NS = 3, 400_000_000
 _NO_TIMING = Timing(0, 0, 0, False)
 
@@ -101,6 +103,15 @@ class Sheets:
                 out.paste(tile, (column * self._size, row * high))
         return out
 
+    def glasses(self) -> Image.Image:
+        """Each kind of glasses on somebody, side by side."""
+        out = Image.new("RGB", (len(_WEARERS) * self._size, self._size), "white")
+        for column, (who, kind) in enumerate(_WEARERS.items()):
+            name = f"person={who},glasses={kind}"
+            tile = self._tile(name, kind, "soft", *self._face(name, "neutral", SIDES["three quarters"]))
+            out.paste(tile.crop((0, 0, self._size, self._size)), (column * self._size, 0))
+        return out
+
     def _lines(self, name: str) -> Iterator[list[tuple[str, tuple[Posture, Camera]]]]:
         for side, angle in SIDES.items():
             yield [(f"{face}, {side}", self._face(name, face, angle)) for face in FACES]
@@ -136,10 +147,12 @@ class Sheets:
         self._renderer.camera = camera
         self._renderer.relight(LIGHTS[light])
         # Levels of detail are chosen by how large people were in the picture before, and faces take their time.
-        for _ in range(_STEPS):
-            self._now_ns += _STEP_NS
-            picture = self._renderer.render_complete(Instant(self._now_ns, who, PlayoutWorld(1, {}), {}))
-        return label(Image.fromarray(np.ascontiguousarray(picture[::-1, :, :3])), f"{word}, {light} light")
+        shown = [self._renderer.render_complete(Instant(self._later(), who, PlayoutWorld(1, {}), {})) for _ in range(_STEPS)]
+        return label(Image.fromarray(np.ascontiguousarray(shown[-1][::-1, :, :3])), f"{word}, {light} light")
+
+    def _later(self) -> int:
+        self._now_ns += _STEP_NS
+        return self._now_ns
 
     def _load(self, about: ParticipantInfo) -> AvatarFigure:
         figure = cached_figure(peer(about.avatar)) if about.avatar in PEERS else load_figure(about)
@@ -169,9 +182,13 @@ def main() -> None:
     parser.add_argument("people", nargs="*", metavar="PERSON")
     parser.add_argument("--out", type=Path, default=Path())
     parser.add_argument("--size", type=int, default=360)
+    parser.add_argument("--glasses", action="store_true")
     arguments = parser.parse_args()
     sheets = Sheets(arguments.size)
     try:
+        if arguments.glasses:
+            sheets.glasses().save(Path(__file__).with_name("glasses.png"), optimize=True)
+            return
         for name in arguments.people or (*PEOPLE, *(PEERS if has_peers() else ())):
             sheets.sheet(name).save(arguments.out / f"{name.replace(' ', '-')}.png")
     finally:

@@ -1,7 +1,6 @@
 """Glasses: they sit on any head without cutting it, move with the head alone, are kept by files, and leave the face as it was."""
 
 import warnings
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -12,10 +11,10 @@ import vistel.figure
 from vistel.arrays import F64
 from vistel.figure.avatar.avatar import Avatar, Mesh, clothes, flesh, rigid
 from vistel.figure.avatar.check import check_avatar
-from vistel.figure.avatar.patch import of_numbers
+from vistel.figure.avatar.patch import of_numbers, patch_of
 from vistel.figure.body_model.assemble import assemble
 from vistel.figure.body_model.model import body_model
-from vistel.figure.body_model.person import Person, drawn, fit
+from vistel.figure.body_model.person import drawn, fit
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.rules import builtin_rules
 from vistel.figure.face.shape import Expression
@@ -24,6 +23,7 @@ from vistel.figure.figure import Figure
 from vistel.figure.formats.avatar_file import load_avatar, save_avatar
 from vistel.figure.formats.gltf import save_gltf
 from vistel.figure.formats.load import load_any
+from vistel.figure.formats.obj import export_obj
 from vistel.figure.formats.usd import save_usd
 from vistel.figure.glasses.glasses import GLASSES, glasses
 from vistel.figure.making.assembly.piece import closest
@@ -65,7 +65,7 @@ def depth(body: Avatar, p: F64) -> F64:
     at, skin = mesh.vertices.astype(np.float64), body_model().levels[0].vertex < body_model().body
     closed = mesh.triangles[skin[mesh.triangles].all(axis=1)]  # not lashes, which have two sides
     tri = closed[(at[closed, 1] > eyes[1] - 0.12).all(axis=1)]
-    on, share, far = closest(p, at[tri], 60)
+    on, share, far = closest(p, at[tri], 32)
     normal = np.einsum("nk,nki->ni", share, vertex_normals(at, closed)[tri[on]])
     nearest = np.einsum("nk,nki->ni", share, at[tri[on]])
     return far * -np.sign(((p - nearest) * normal).sum(axis=1))
@@ -147,6 +147,16 @@ def test_files_keep_them(ending: str, tmp_path: Path) -> None:
     assert [p.film for p in read.patches] == [p.film for p in avatar.patches]
 
 
+def test_an_obj_has_the_frame_and_no_lenses(tmp_path: Path) -> None:
+    avatar, part = wearing(3, "round"), worn(3, "round")
+    export_obj(avatar, tmp_path / "made.obj")
+    faces = sum(line.startswith("f ") for line in (tmp_path / "made.obj").read_text("utf-8").splitlines())
+    mesh = part.levels[0]
+    lenses = int((patch_of(part.patches, mesh.uv, mesh.corner_triangles) == 1).sum())
+    assert lenses > 0
+    assert faces == sum(len(m.triangles) for m in (avatar.mesh, *avatar.eyeballs)) - lenses
+
+
 def test_a_patch_of_an_older_file_is_not_rigid() -> None:
     lens = worn(3, "round").patches[1]
     assert lens.film
@@ -156,9 +166,6 @@ def test_a_patch_of_an_older_file_is_not_rigid() -> None:
         of_numbers(lens.numbers[:11], {})
 
 
-def test_a_person_has_those_that_are_told_and_an_unknown_word_is_refused() -> None:
+def test_an_unknown_kind_is_refused() -> None:
     with pytest.raises(ValueError, match="glasses: expected one of none, round, rectangular, half_rim, got 'monocle'"):
         vistel.figure.person(glasses="monocle")
-    told = Person(height=1.7, weight=62.0, glasses="round")
-    assert int(rigid(wearing(3, "round")).sum()) == len(worn(3, "round").levels[0].vertices)
-    assert replace(told, glasses="none") != told

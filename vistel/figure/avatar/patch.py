@@ -117,8 +117,10 @@ def of_numbers(numbers: Sequence[float], pictures: Mapping[str, U8]) -> Patch:
     if len(numbers) not in (12, 13):
         raise ValueError(f"{len(numbers)} numbers, expected 13")
     u, v, right, top, rough, metal, r, g, b, cutoff, blend, both, *rigid = numbers
-    flags = {"blend": blend > 0.5, "both_sides": both > 0.5, "rigid": bool(rigid) and rigid[0] > 0.5}
-    return Patch((u, v, right, top), rough, metal, glow=(r, g, b), cutoff=cutoff, **flags, **pictures)
+    shown: dict[str, Any] = dict(pictures)
+    stiff = bool(rigid) and rigid[0] > 0.5
+    box = u, v, right, top
+    return Patch(box, rough, metal, glow=(r, g, b), cutoff=cutoff, blend=blend > 0.5, both_sides=both > 0.5, rigid=stiff, **shown)
 
 
 def to_arrays(patches: tuple[Patch, ...], *, small: bool = False) -> dict[str, Any]:
