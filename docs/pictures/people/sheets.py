@@ -48,7 +48,8 @@ FACES: dict[str, tuple[dict[str, float], tuple[float, float]]] = {
 }
 HANDS = {"open hand": FLAT, "fist": FIST, "pointing": POINT}
 _WEARERS = {"ben": "round", "aiko": "rectangular", "david": "half_rim"}
-_STEPS, _STEP_NS = 3, 400_000_000
+_STEPS = 3
+_STEP_NS = 400_000_000
 _NO_TIMING = Timing(0, 0, 0, False)
 
 

@@ -207,9 +207,10 @@ class Frame:
         x = np.append(_taut(-straight[:, 1], beside[:count]), beside[count:])
         corner = np.array((hinge_x - 0.0012 * scale, y, hinge_z + 0.0045 * scale))
         path = np.vstack([rim - (0.0008 * scale, 0.0, 0.0), corner, np.column_stack([x, over])])
-        along = np.append([0.0], np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
-        thick: F64 = np.interp(along / along[-1], (0.0, 0.08, 0.6, 0.75, 1.0), (style.deep / _THIN, 1.3, 1.0, 1.1, 1.4)) * _THIN
-        tall: F64 = np.interp(along / along[-1], (0.0, 0.12, 0.7, 1.0), (1.0, 1.0, 0.8, 0.9)) * style.temple
+        way = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(path, axis=0), axis=1)))
+        along: F64 = way / float(way[-1])
+        thick = _THIN * np.interp(along, (0.0, 0.08, 0.6, 0.75, 1.0), (style.deep / _THIN, 1.3, 1.0, 1.1, 1.4))
+        tall = style.temple * np.interp(along, (0.0, 0.12, 0.7, 1.0), (1.0, 1.0, 0.8, 0.9))
         return bar(path, carried(path, np.eye(3)[1]), tall * scale, thick * scale)
 
 

@@ -26,8 +26,10 @@ _FINENESS = Fineness(20, 2, 5, 2), Fineness(12, 1, 3, 1), Fineness(7, 1, 2, 0)
 _CLEAR = 0.05
 """Share of light that a lens holds back."""
 _TEXELS = 32
-_FRAME, _LENS = (0.0, 0.0, 0.5, 1.0), (0.5, 0.0, 1.0, 1.0)
-"""Lowest u and v, highest u and v in the picture."""
+_FRAME = (0.0, 0.0, 0.5, 1.0)
+"""Lowest u and v, highest u and v of it in the picture."""
+_LENS = (0.5, 0.0, 1.0, 1.0)
+"""The same of both lenses."""
 
 
 def glasses(body: Avatar, kind: str) -> Part | None:

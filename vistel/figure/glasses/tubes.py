@@ -10,7 +10,7 @@ Shape = tuple[F64, I32]
 """Points (V, 3) [m] and triangles (F, 3), counter-clockwise seen from outside."""
 
 
-def bar(path: F64, across: F64, wide: Sequence[float] | float, deep: Sequence[float] | float, *, closed: bool = False) -> Shape:
+def bar(path: F64, across: F64, wide: F64 | float, deep: F64 | float, *, closed: bool = False) -> Shape:
     """A tube along a path (N, 3). across: (N, 3) unit, about at right angles to it; wide, deep: half its size along `across` and at
     right angles to both [m]. closed: its end is its beginning; else both ends are shut."""
     count = len(path)
