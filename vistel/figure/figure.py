@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F32
-from vistel.figure.avatar.avatar import Avatar, Mesh, flesh
+from vistel.figure.avatar.avatar import Avatar, Mesh, flesh, rigid
 from vistel.figure.body import PosedBody, pose_body
 from vistel.figure.figure_limbs import limbs_of
 from vistel.figure.hems import with_hems_outwards
@@ -51,9 +51,9 @@ shallow: the rise beside a finger on the cheek would throw them aside by centime
 
 
 def _held_by_the_skull(embedding: Embedding, avatar: Avatar) -> Embedding:
-    names = np.isin(avatar.body.names, _ON_BONE)[avatar.mesh.limb]
+    names, stiff = np.isin(avatar.body.names, _ON_BONE)[avatar.mesh.limb], rigid(avatar)
     inward, outward = (
-        np.where(names, np.minimum(room, most), room).astype(room.dtype)
+        np.where(stiff, 0.0, np.where(names, np.minimum(room, most), room)).astype(room.dtype)
         for room, most in ((embedding.inward, _DENT), (embedding.outward, _RISE))
     )
     return replace(embedding, inward=inward, outward=outward)

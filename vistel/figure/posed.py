@@ -72,6 +72,7 @@ def person(
     hair: str = "",
     beard: str = "",
     outfit: Outfit | None = None,
+    glasses: str = "",
 ) -> PosedFigure:
     """A person by measures, standing: `person(sex="male", age=40, height=1.82, weight=85, face_seed=7, skin=0.6)`.
 
@@ -79,11 +80,12 @@ def person(
     skin: 0 the lightest to 1 the darkest. origin: shares of African, Asian and Caucasian features. measures: others that are known,
     such as {"chest girth": 1.02, "waist girth": 0.9} [m]; see `vistel.figure.body_model.measures.COLUMNS`. hair: one of
     `vistel.figure.body_model.hair.styles.STYLES`, such as "bob"; beard: one of `vistel.figure.body_model.hair.beard.BEARDS`;
-    outfit: what they wear (`vistel.figure.clothes.wardrobe.Outfit`): by default usual ones for sex, age and face_seed. What is not
-    told is as people of that height and weight have it, a little different with every face_seed. What the model does not cover is
-    brought to its bounds, with a PersonWarning. Raises ValueError, in one line, for words that are not known.
+    outfit: what they wear (`vistel.figure.clothes.wardrobe.Outfit`): by default usual ones for sex, age and face_seed; glasses:
+    one of `vistel.figure.glasses.glasses.GLASSES`, such as "round": by default none. What is not told is as people of that height
+    and weight have it, a little different with every face_seed. What the model does not cover is brought to its bounds, with a
+    PersonWarning. Raises ValueError, in one line, for words that are not known.
     """
-    told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, hair, beard, outfit)
+    told = Person(sex, age, height, weight, muscle, origin, face_seed, skin, measures or {}, hair, beard, outfit, glasses=glasses)
     return PosedFigure(make(told, name))
 
 

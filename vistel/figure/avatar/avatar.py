@@ -120,8 +120,8 @@ def scaled(avatar: Avatar, height: float) -> Avatar:
 
 def flesh(avatar: Avatar) -> Bool:
     """(V,) which vertices of an avatar are its body or lie on it: not those of hair and lashes, whose surface has holes. All,
-    where most is of that kind: files call bodies that, too."""
-    mesh, holed = avatar.mesh, [patch.opacity is not None and not patch.blend for patch in avatar.patches]
+    where most is of that kind: files call bodies that, too. Nor what is rigid."""
+    mesh, holed = avatar.mesh, [patch.rigid or (patch.opacity is not None and not patch.blend) for patch in avatar.patches]
     out = np.ones(len(mesh.vertices), np.bool_)
     if any(holed):
         on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
@@ -137,7 +137,17 @@ def clothes(avatar: Avatar) -> I32:
     on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
     face = np.array([name == "face" for name in avatar.body.names])[mesh.limb][mesh.triangles].all(axis=1)
     skin = int(np.bincount(on[face] + 1).argmax()) - 1 if face.any() else -1
-    cloth = np.array([patch.opacity is None and not patch.blend for patch in avatar.patches] + [False])[on] & (on != skin)
+    soft = [patch.opacity is None and not patch.blend and not patch.rigid for patch in avatar.patches]
+    cloth = np.array([*soft, False])[on] & (on != skin)
     out = np.full(len(mesh.vertices), -1, np.int32)
     out[mesh.triangles[cloth]] = on[cloth, None]
     return out if cloth.any() else np.zeros_like(out)
+
+
+def rigid(avatar: Avatar) -> Bool:
+    """(V,) which vertices of an avatar keep their places on their bone, whatever the skin beneath does: glasses."""
+    mesh, out = avatar.mesh, np.zeros(len(avatar.mesh.vertices), np.bool_)
+    if any(patch.rigid for patch in avatar.patches):
+        on = patch_of(avatar.patches, mesh.uv, mesh.corner_triangles)
+        out[mesh.triangles[np.array([*(patch.rigid for patch in avatar.patches), False])[on]]] = True
+    return out

@@ -1,8 +1,9 @@
 """Patches: surface properties of parts of an avatar's texture besides colour, as in UsdPreviewSurface and glTF."""
 
 import io
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,8 @@ class Patch:
     box: lowest u and v, highest u and v. roughness, metallic: 0 to 1, where there is no `finish`. finish: (H, W, 3) occlusion,
     roughness, metallic as 0 to 255. normal: (H, W, 3) in the tangent frame, red along u, green along v (up), 128 for none. glow:
     linear light that it emits, times `glow_picture` (H, W, 3) sRGB where there is one. opacity: (H, W), 255 opaque; below `cutoff`
-    (0 to 1) nothing is drawn. blend: values between are half transparent. both_sides: it is drawn from behind too."""
+    (0 to 1) nothing is drawn. blend: values between are half transparent. both_sides: it is drawn from behind too. rigid: what has
+    it keeps its shape, whatever the skin beneath does: glasses."""
 
     box: tuple[float, float, float, float] = WHOLE
     roughness: float = 0.5
@@ -39,6 +41,7 @@ class Patch:
     cutoff: float = 0.5
     blend: bool = False
     both_sides: bool = False
+    rigid: bool = False
 
     @property
     def pictures(self) -> dict[str, U8]:
@@ -60,10 +63,21 @@ class Patch:
         solid. Matt cloth that is seen from within, too, is taken for that."""
         return self.opacity is not None or (self.both_sides and not self.relief)
 
+    @cached_property
+    def film(self) -> bool:
+        """Whether it is nowhere solid, as glass is: what lies behind is seen through it, and it shows what it mirrors."""
+        return self.blend and self.opacity is not None and int(self.opacity.max(initial=0)) < 255.0 * self.cutoff
+
     @property
     def matt(self) -> bool:
         """Whether it neither mirrors nor shines: from far its light differs little from pixel to pixel."""
         return self.roughness >= MATT and not self.metallic and self.finish is None and not any(self.glow) and not self.blend
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """All of it but pictures, as files keep it."""
+        flags = float(self.blend), float(self.both_sides), float(self.rigid)
+        return (*self.box, self.roughness, self.metallic, *self.glow, self.cutoff, *flags)
 
     @property
     def key(self) -> tuple[Any, ...]:
@@ -82,7 +96,7 @@ class Patch:
         finish = None if self.finish is None else self.finish.reshape(-1, 3).mean(axis=0) / 255.0
         rough, metal = (self.roughness, self.metallic) if finish is None else (float(finish[1]), float(finish[2]))
         glow = (0.0, 0.0, 0.0) if self.glow_picture is not None else self.glow
-        return Patch(self.box, rough, metal, glow=glow, both_sides=self.both_sides)
+        return Patch(self.box, rough, metal, glow=glow, both_sides=self.both_sides, rigid=self.rigid)
 
     def reduced(self, largest: int) -> "Patch":
         """With pictures of at most `largest` texels along a side."""
@@ -98,13 +112,23 @@ def patch_of(patches: tuple[Patch, ...], uv: NDArray[np.floating], corner_triang
     return out
 
 
+def of_numbers(numbers: Sequence[float], pictures: Mapping[str, U8]) -> Patch:
+    """The patch that had these `Patch.numbers` and pictures; older files do not say whether it is rigid. Raises ValueError."""
+    if len(numbers) not in (12, 13):
+        raise ValueError(f"{len(numbers)} numbers, expected 13")
+    u, v, right, top, rough, metal, r, g, b, cutoff, blend, both, *rigid = numbers
+    shown: dict[str, Any] = dict(pictures)
+    stiff = bool(rigid) and rigid[0] > 0.5
+    box = u, v, right, top
+    return Patch(box, rough, metal, glow=(r, g, b), cutoff=cutoff, blend=blend > 0.5, both_sides=both > 0.5, rigid=stiff, **shown)
+
+
 def to_arrays(patches: tuple[Patch, ...], *, small: bool = False) -> dict[str, Any]:
     """As named arrays, pictures encoded as PNG, or as JPEG where small differences are allowed."""
     out: dict[str, Any] = {}
     for k, p in enumerate(patches):
         at = _LEFT.format(k)
-        flags = (p.roughness, p.metallic, *p.glow, p.cutoff, float(p.blend), float(p.both_sides))
-        out[f"{at}numbers"] = np.array((*p.box, *flags), np.float64)
+        out[f"{at}numbers"] = np.array(p.numbers, np.float64)
         for name, picture in p.pictures.items():
             out[f"{at}{name}"] = np.frombuffer(_encoded(picture, small and name != "opacity"), np.uint8)
     return out
@@ -114,23 +138,11 @@ def from_arrays(file: Mapping[str, Any], most_texels: int) -> tuple[Patch, ...]:
     """What `to_arrays` gave. Raises ValueError for what is damaged or larger."""
     out: list[Patch] = []
     while len(out) <= MOST_PATCHES and (at := _LEFT.format(len(out))) + "numbers" in file:
-        n = np.asarray(file[f"{at}numbers"], np.float64)
-        if n.shape != (12,):
-            raise ValueError(f"patch {len(out)}: {n.shape} numbers, expected 12")
-        f: list[float] = n.tolist()
         pictures = {k: _decoded(bytes(file[at + k]), most_texels, k) for k in _PICTURES if at + k in file}
-        out.append(
-            Patch(
-                (f[0], f[1], f[2], f[3]),
-                f[4],
-                f[5],
-                glow=(f[6], f[7], f[8]),
-                cutoff=f[9],
-                blend=f[10] > 0.5,
-                both_sides=f[11] > 0.5,
-                **pictures,
-            )
-        )
+        try:
+            out.append(of_numbers(np.asarray(file[f"{at}numbers"], np.float64).tolist(), pictures))
+        except (ValueError, TypeError) as fault:
+            raise ValueError(f"patch {len(out)}: {fault}") from fault
     return tuple(out)
 
 

@@ -21,6 +21,7 @@ from vistel.figure.body_model.model import BodyModel, body_model
 from vistel.figure.body_model.paint import Colours, paint
 from vistel.figure.clothes.outfit import outfit
 from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
+from vistel.figure.glasses.glasses import GLASSES, glasses
 from vistel.figure.part import joined
 from vistel.figure.skeleton import Skeleton
 
@@ -61,7 +62,8 @@ class Person:
     muscle: 0 little .. 1 much, 1/2 usual; origin: shares of `ORIGINS`; skin: 0 the lightest .. 1 the darkest; measures: others that
     are known, by the names of `vistel.figure.body_model.measures.COLUMNS` [m]; hair: one of
     `vistel.figure.body_model.hair.styles.STYLES`, beard: one of `vistel.figure.body_model.hair.beard.BEARDS`, empty for usual ones;
-    outfit: what they wear, None for what is drawn from the face's seed; dressed: whether they wear anything but painted clothes."""
+    outfit: what they wear, None for what is drawn from the face's seed; dressed: whether they wear anything but painted clothes;
+    glasses: one of `vistel.figure.glasses.glasses.GLASSES`, empty for none."""
 
     sex: str = "female"
     age: float = 30.0
@@ -76,6 +78,7 @@ class Person:
     beard: str = ""
     outfit: Outfit | None = None
     dressed: bool = True
+    glasses: str = ""
 
 
 def checked(told: Person) -> Person:
@@ -90,6 +93,8 @@ def checked(told: Person) -> Person:
         raise ValueError(f"hair: expected one of {', '.join(STYLES)}, got {told.hair!r}")
     if told.beard and told.beard not in BEARDS:
         raise ValueError(f"beard: expected one of {', '.join(BEARDS)}, got {told.beard!r}")
+    if told.glasses and told.glasses not in GLASSES:
+        raise ValueError(f"glasses: expected one of {', '.join(GLASSES)}, got {told.glasses!r}")
     told = _within(told, ("age", "muscle", "skin", "height", "weight"))
     if len(told.origin) != len(ORIGINS) or not np.isfinite(told.origin).all() or min(told.origin) < 0.0 or not sum(told.origin):
         raise ValueError(f"origin: expected shares of {', '.join(ORIGINS)}, got {told.origin}")
@@ -132,6 +137,7 @@ def make(told: Person, name: str = "person") -> Avatar:
         grown = (
             hair(body, style, colours.hair, rng, receding=back, over=_OF_CLOTHES * person.dressed),
             beard(model, body, of_chin, colours.hair, rng),
+            glasses(body, person.glasses or "none"),
         )
         worn = outfit(body, person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)) if person.dressed else ()
     return joined(painted(body, *skin.result()), [part for part in (*grown, *worn) if part is not None])

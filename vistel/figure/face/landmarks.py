@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh, rigid
 from vistel.figure.face.marks import MARK_INDEX, MARKS
 from vistel.figure.face.targets import meant
 from vistel.figure.skeleton import JOINT_INDEX
@@ -81,11 +81,11 @@ def landmarks_of(avatar: Avatar) -> Landmarks:
     for name, place in _MIDDLE_MM.items():
         at[MARK_INDEX[name]] = place
     wanted = middle[:2] + 1e-3 * scale * at
-    between = _between_lips(avatar.mesh, middle, scale)
+    between, skin = _between_lips(avatar.mesh, middle, scale), avatar.mesh.vertices[~rigid(avatar)]
     if between is None:
-        return Landmarks.of_marks(_on_the_front(avatar.mesh.vertices, wanted, middle, scale), eyes)
+        return Landmarks.of_marks(_on_the_front(skin, wanted, middle, scale), eyes)
     wanted[_OF_MOUTH, 1] += between[1] - wanted[_LIPS, 1].mean()
-    marks = _on_the_front(avatar.mesh.vertices, wanted, middle, scale)
+    marks = _on_the_front(skin, wanted, middle, scale)
     found = Landmarks.of_marks(marks, eyes, np.array((middle[0], between[1], marks[_LIPS, 2].mean())))
     ball = float(np.median(np.linalg.norm(avatar.eyeballs[0].vertices - eyes[0], axis=1))) if avatar.eyeballs else 0.0
     return replace(found, ball=ball)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.arrays import F32, F64, I64
+from vistel.arrays import F32, F64, I64, Bool
 from vistel.figure.avatar.avatar import Target
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.lids import Lids, before_the_eye, lids_of, off_the_eye
@@ -63,15 +63,18 @@ class FaceShape:
         rules: FaceRules | None = None,
         triangles: NDArray[np.integer] | None = None,
         targets: Sequence[Target] = (),
+        still: Bool | None = None,
     ) -> None:
         """vertices: (V, 3) at rest, of skin that may move. triangles: (T, 3) of it; None: taken for closed between the lips.
-        targets: the head's own shapes, which take the place of the rules for the units that they mean."""
+        targets: the head's own shapes, which take the place of the rules for the units that they mean. still: (V,) vertices of
+        what is worn over the face and takes no part in it (`vistel.figure.avatar.avatar.rigid`)."""
         self.rules = builtin_rules() if rules is None else rules
         self.landmarks = marks
         scale = self._scale = marks.scale
         v = np.asarray(vertices, np.float64)
         near = np.abs(v - marks.middle) < np.array((0.11, 0.16, 0.12)) * scale
-        self.vertex: I64 = np.flatnonzero(near.all(axis=1) & (v[:, 2] > marks.hinge[2] - 0.02 * scale))
+        may = near.all(axis=1) & (v[:, 2] > marks.hinge[2] - 0.02 * scale)
+        self.vertex: I64 = np.flatnonzero(may if still is None else may & ~still)
         """(F,) those that may move at all."""
         # After them the marks themselves, which show how far the rules move them.
         self._p = np.concatenate((v[self.vertex], marks.marks))

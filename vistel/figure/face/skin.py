@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vistel.arrays import F32, F64
+from vistel.arrays import F32, F64, Bool
 from vistel.figure.avatar.avatar import Mesh
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.rules import FaceRules
@@ -13,8 +13,9 @@ from vistel.figure.moved_part import MovedPart
 class FaceSkin:
     """Adds expressions to a posed skin after its deformation, so that a contact moves a cheek and the smile stays."""
 
-    def __init__(self, mesh: Mesh, marks: Landmarks, rules: FaceRules | None = None) -> None:
-        self.shape = FaceShape(mesh.vertices, marks, rules, mesh.triangles, mesh.targets)
+    def __init__(self, mesh: Mesh, marks: Landmarks, rules: FaceRules | None = None, still: Bool | None = None) -> None:
+        """still: as `FaceShape` has it."""
+        self.shape = FaceShape(mesh.vertices, marks, rules, mesh.triangles, mesh.targets, still)
         self._part = MovedPart(mesh, self.shape.vertex)
         self.vertex = self._part.vertex
 

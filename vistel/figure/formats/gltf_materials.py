@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from vistel.figure.avatar.avatar import Avatar, Mesh
-from vistel.figure.avatar.patch import Patch, patch_of
+from vistel.figure.avatar.patch import Patch, of_numbers, patch_of
 from vistel.figure.formats.gltf_binary import INDICES, Binary, smallest
 from vistel.figure.making.files.gltf import Document
 from vistel.figure.making.pictures import alpha_of, decode
@@ -41,7 +41,7 @@ def write_materials(into: Binary, avatar: Avatar) -> tuple[dict[str, Any], list[
 
     rows: list[dict[str, Any]] = [_plain("skin", _ROUGHNESS, 0.0)]
     for k, p in enumerate(avatar.patches):
-        kept.append({"numbers": [*p.box, p.roughness, p.metallic, *p.glow, p.cutoff, float(p.blend), float(p.both_sides)]})
+        kept.append({"numbers": list(p.numbers)})
         row = _plain(f"patch {k}", 1.0 if p.finish is not None else p.roughness, 1.0 if p.finish is not None else p.metallic)
         if p.opacity is not None:
             kept[-1]["opacitySize"] = list(p.opacity.shape)
@@ -73,18 +73,12 @@ def read_patches(document: Document, kept: dict[str, Any]) -> tuple[Patch, ...]:
     """What `write_materials` kept. Raises MakingError for pictures that cannot be read, ValueError, KeyError, TypeError."""
     out: list[Patch] = []
     for row in kept.get("patches", []):
-        f = [float(x) for x in row["numbers"]]
         found = {field: decode(document.picture(row[field]), _LARGEST) for field in _PICTURES if field in row}
         if "opacity" in found:  # a picture of its own, as older versions wrote
             found["opacity"] = np.ascontiguousarray(found["opacity"][..., 0])
         elif "opacitySize" in row:
             found["opacity"] = _opacity(document.picture(row["colour"]), row["opacitySize"])
-        u, v, right, top, rough, metal, r, g, b, cutoff, blend, both = f
-        out.append(
-            Patch(
-                (u, v, right, top), rough, metal, glow=(r, g, b), cutoff=cutoff, blend=blend > 0.5, both_sides=both > 0.5, **found
-            )
-        )
+        out.append(of_numbers([float(x) for x in row["numbers"]], found))
     return tuple(out)
 
 

@@ -14,7 +14,7 @@ from PIL import Image
 from pxr import Gf, Sdf, UsdGeom, UsdShade, Vt
 
 from vistel.figure.avatar.avatar import Mesh
-from vistel.figure.avatar.patch import Patch, patch_of
+from vistel.figure.avatar.patch import Patch, of_numbers, patch_of
 
 _PICTURES = {"finish": "finish", "normal": "normal", "glow_picture": "glow", "opacity": "opacity"}
 """Fields of a patch, and what their pictures' names end in."""
@@ -84,10 +84,8 @@ class _Material:
 
     def keep(self, patch: Patch) -> None:
         """Attributes for data without an input, and exact numbers."""
-        flags = float(patch.blend), float(patch.both_sides)
-        numbers = (*patch.box, patch.roughness, patch.metallic, *patch.glow, patch.cutoff, *flags)
         attribute = self.material.GetPrim().CreateAttribute("vistel:patch", self._types.DoubleArray, True, Sdf.VariabilityUniform)
-        attribute.Set(list(numbers))
+        attribute.Set(list(patch.numbers))
 
     def value(self, name: str, number: float) -> None:
         self._surface.CreateInput(name, self._types.Float).Set(float(number))
@@ -168,25 +166,14 @@ def read_patches(stage: Any, root: Any, picture_of: Callable[[Any], Any]) -> tup
     out: list[Patch] = []
     names = {"finish": "Finish", "normal": "Normal", "glow_picture": "Glow", "opacity": "Opacity"}
     while prim := stage.GetPrimAtPath(f"{root.GetPath()}/Materials/Patch_{len(out)}"):
-        f = [float(x) for x in prim.GetAttribute("vistel:patch").Get()]
-        if len(f) != 12:
-            raise ValueError(f"{prim.GetPath()}: {len(f)} numbers, expected 12")
         found: dict[str, Any] = {}
         for field, name in names.items():
             shader = stage.GetPrimAtPath(f"{prim.GetPath()}/{name}")
             if shader:
                 picture = picture_of(shader.GetAttribute("inputs:file").Get())
                 found[field] = np.ascontiguousarray(picture[..., 0]) if field == "opacity" else picture
-        out.append(
-            Patch(
-                (f[0], f[1], f[2], f[3]),
-                f[4],
-                f[5],
-                glow=(f[6], f[7], f[8]),
-                cutoff=f[9],
-                blend=f[10] > 0.5,
-                both_sides=f[11] > 0.5,
-                **found,
-            )
-        )
+        try:
+            out.append(of_numbers([float(x) for x in prim.GetAttribute("vistel:patch").Get()], found))
+        except ValueError as fault:
+            raise ValueError(f"{prim.GetPath()}: {fault}") from fault
     return tuple(out)

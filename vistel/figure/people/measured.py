@@ -10,11 +10,12 @@ from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.person import SEXES, Person, drawn
 from vistel.figure.clothes.wardrobe import Outfit, drawn_outfit
 from vistel.figure.clothes.weave import WEAVES
+from vistel.figure.glasses.glasses import GLASSES
 
 _NUMBERS = {"age": (3.0, 90.0), "weight": (10.0, 200.0), "muscle": (0.0, 1.0), "skin": (0.0, 1.0)}
 _SEEDS = {"seed": (0.0, 2.0**31), "face": (0.0, 2.0**31)}
 _WEARS = ("top", "pattern", "bottom", "shoes")
-KEYS = ("person", "sex", *_NUMBERS, *_SEEDS, "hair", "beard", *_WEARS)
+KEYS = ("person", "sex", *_NUMBERS, *_SEEDS, "hair", "beard", "glasses", *_WEARS)
 """Words of such a specification."""
 
 
@@ -39,6 +40,7 @@ def measured(spec: str, name: str, height: float) -> Person:
         face_seed=seeds.get("face", person.face_seed),
         hair=_one_of(spec, "hair", given["hair"], STYLES) if "hair" in given else person.hair,
         beard=_one_of(spec, "beard", given["beard"], BEARDS) if "beard" in given else person.beard,
+        glasses=_one_of(spec, "glasses", given["glasses"], GLASSES) if "glasses" in given else person.glasses,
         **numbers,
     )
     wears = {key: given[key] for key in _WEARS if key in given}

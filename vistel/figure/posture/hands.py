@@ -46,5 +46,5 @@ OPEN = finger_posture((-12, 25, 0, 0), (12, 16, 8), 5.0, 2.0)
 FIST = finger_posture((78, 60, 75, 0), (84, 98, 55))
 """The thumb over the fingers, which lie side by side."""
 FIST[5::4] = np.radians((4.0, -4.0, 4.0, 4.0))
-POINT = finger_posture((40, -10, 35, 30), (55, 65, 40), 0.0)
+POINT = finger_posture((40, 20, 35, 30), (55, 65, 40), 0.0)
 POINT[4:8] = np.radians((6.0, 2.0, 6.0, 4.0))

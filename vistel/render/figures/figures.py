@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree  # pyright: ignore[reportMissingTypeStubs]
 
 from vistel.arrays import F32, F64, I32, U8
-from vistel.figure.avatar.avatar import Avatar, Mesh
+from vistel.figure.avatar.avatar import Avatar, Mesh, rigid
 from vistel.figure.avatar.detail import coarser, of_triangles
 from vistel.figure.avatar.patch import patch_of
 from vistel.figure.avatar.proportions import Proportions
@@ -268,7 +268,7 @@ class AvatarFigure:
             return
         self._countenance = Countenance()
         for level in self._levels:
-            level.face = FaceSkin(level.figure.avatar.mesh, marks)
+            level.face = FaceSkin(level.figure.avatar.mesh, marks, still=rigid(level.figure.avatar))
 
     def _let_hang(self, avatar: Avatar) -> None:
         """Let swing what hangs loose."""

@@ -20,6 +20,9 @@ _ALPHA_TO_COVERAGE = 0x809E
 _ALPHA_TO_ONE = 0x809F
 """GL_SAMPLE_ALPHA_TO_ONE."""
 
+_OVER = moderngl.ONE, moderngl.ONE_MINUS_SRC_ALPHA, moderngl.ZERO, moderngl.ONE
+"""What a film shows is added to the share that it lets through of what is behind; the picture stays opaque."""
+
 
 @dataclass(frozen=True, eq=False)
 class DrawBatch:
@@ -45,7 +48,7 @@ class Patches:
 
     def program(self, patch: Patch, more: tuple[str, ...] = (), *, small: bool = False) -> moderngl.Program:
         """The one that draws such patches; more: defines; small: where they are small in the picture."""
-        said = {"GLOW": any(patch.glow), "BLEND": patch.blend, "BOTH_SIDES": patch.both_sides}
+        said = {"GLOW": any(patch.glow), "BLEND": patch.blend, "FILM": patch.film, "BOTH_SIDES": patch.both_sides}
         words = (*(_DEFINES[name] for name in patch.pictures), *(word for word, there in said.items() if there))
         shader, light = "patch", self._light
         if small and patch.matt and self._by_vertex is not None:
@@ -80,13 +83,20 @@ class Patches:
             )
             for name, picture in patch.pictures.items():
                 self._texture(picture).use(_UNITS[name])
-            covers = self._sampled and patch.opacity is not None
+            covers = self._sampled and patch.opacity is not None and not patch.film
             if patch.both_sides:
                 ctx.disable(moderngl.CULL_FACE)
             if covers:
                 ctx.enable_direct(_ALPHA_TO_COVERAGE)
                 ctx.enable_direct(_ALPHA_TO_ONE)
+            if patch.film:
+                ctx.enable(moderngl.BLEND)
+                ctx.blend_func = _OVER  # pyright: ignore[reportAttributeAccessIssue]  of moderngl's two forms its types know one
+                ctx.fbo.depth_mask = False  # walls behind it are drawn later
             part.vao.render()
+            if patch.film:
+                ctx.fbo.depth_mask = True
+                ctx.disable(moderngl.BLEND)
             if covers:
                 ctx.disable_direct(_ALPHA_TO_COVERAGE)
                 ctx.disable_direct(_ALPHA_TO_ONE)

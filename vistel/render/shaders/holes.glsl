@@ -1,10 +1,13 @@
-// What of a surface is there. SAMPLED: pixels have samples, of which a share is covered; else a place is there or it is not.
+// What of a surface is there. SAMPLED: pixels have samples, of which a share is covered; else a place is there or it is not. FILM:
+// it is nowhere solid, and mixed with what is behind it.
 uniform sampler2D opacity;
 uniform float cutoff;
 
 float solid_at(vec2 place) {
     float a = texture(opacity, place).r;
-#ifdef SAMPLED
+#ifdef FILM
+    return a;
+#elif defined(SAMPLED)
 #ifdef BLEND
     return a;
 #else

@@ -34,6 +34,9 @@ uniform sampler2D glow_picture;
 #ifdef HOLES
 #include "holes.glsl"
 #endif
+#ifdef FILM
+const float BEHIND_FILM = 0.18;
+#endif
 in float kind;  // 0 cloth and hair, 1 skin, between them at its edge, 2 eye
 out vec4 colour;
 
@@ -63,6 +66,9 @@ void main() {
 #ifdef WRINKLED
     vec4 lit = 1.0 + fold * (texture(wrinkle_light, fold_at) * 2.0 - 256.0 / 255.0);
     base *= max(lit.x * lit.y * lit.z * lit.w, 0.0);
+#endif
+#ifdef FILM
+    base *= alpha;  // what it mirrors is added whole
 #endif
     vec3 n = normalize(n_room);
 #ifdef BOTH_SIDES
@@ -97,5 +103,10 @@ void main() {
 #endif
     shown += own;
 #endif
+#ifdef FILM
+    // It is added to what is displayed already: as much as it would add to what is of middling brightness.
+    colour = vec4(display(shown + BEHIND_FILM) - display(vec3(BEHIND_FILM)), alpha);
+#else
     colour = vec4(display(shown), alpha);
+#endif
 }

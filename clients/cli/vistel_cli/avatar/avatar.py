@@ -42,8 +42,12 @@ def generate(
     look: Annotated[
         str,
         typer.Option(
-            help="word=value,...: person, seed, sex, age, weight, muscle, face, skin, hair, beard, top, pattern, bottom, shoes."
+            help="word=value,...: person, seed, sex, age, weight, muscle, face, skin, hair, beard, glasses, top, pattern, "
+            "bottom, shoes."
         ),
+    ] = "",
+    glasses: Annotated[
+        str, typer.Option(help="Glasses: none, round, rectangular or half_rim; the same as glasses=KIND in --look.")
     ] = "",
     as_json: Json = False,
     force: Force = False,
@@ -57,9 +61,12 @@ def generate(
 
       vistel avatar generate -o eva.usda --height 1.68 --look sex=female,age=41,weight=62,hair=bob
 
+      vistel avatar generate -o ben.usda --look person=ben --glasses round
+
       vistel avatar generate -o somebody.usdz
     """
     check_output(output)
+    look = ",".join(filter(None, (look, f"glasses={glasses}" if glasses else "")))
     name = name or output.stem
     began = time.perf_counter()
     try:

@@ -35,6 +35,7 @@ def test_words_are_taken_and_the_rest_stays_as_drawn() -> None:
     assert told.outfit is not None
     assert told.outfit.top == "sweater"
     assert person("builtin:skin=0.6,muscle=0.5").age == drawn.age
+    assert person("builtin:person=ben,glasses=round").glasses == "round"
 
 
 def test_a_known_person_of_another_height_is_as_heavy_for_it() -> None:
@@ -62,6 +63,7 @@ def test_with_a_seed_a_person_does_not_depend_on_the_name() -> None:
         ("builtin:face=1,hair=mohawk", "hair: expected one of shaved"),
         ("builtin:face=1,beard=long", "beard: expected one of none"),
         ("builtin:face=1,top=coat", "top: expected one of t-shirt"),
+        ("builtin:face=1,glasses=monocle", "glasses: expected one of none, round"),
         ("builtin:face=1,pattern=dots", "pattern: expected one of plain"),
         ("builtin:face=1,hat=3", "got 'hat=3'"),
         ("builtin:seed=-1", "seed: expected a number from 0"),
