@@ -239,6 +239,8 @@ export interface Steered {
   done: boolean;
   answer: string;
   token: string; // of a guest's link
+  why?: string; // of a refusal: see connection/refusals.ts
+  values?: string[];
 }
 /** How a line can go on. */
 export interface Completions {
@@ -256,6 +258,8 @@ export interface Refused {
   kind: "refused";
   reason: string;
   code: number;
+  why?: string; // see connection/refusals.ts
+  values?: string[];
 }
 export interface Time {
   kind: "time";

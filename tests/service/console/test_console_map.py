@@ -1,4 +1,4 @@
-"""The console's map of who sends what to whom, in a browser: what it says stands in the log, and what is lossy or silent is marked."""
+"""The console's map of who sends what to whom, in a browser: what it says stands in the log, and what is lossy is marked."""
 
 from __future__ import annotations
 
