@@ -40,7 +40,7 @@ def with_gaps(log: Path) -> Path:
 
 async def at_the_moment(tab: Page, url: str, width: int) -> None:
     await tab.open(url, width, 800)
-    await tab.until("window.vistelTravel && document.querySelector('#panel table')")
+    await tab.until("Boolean(window.vistelTravel && document.querySelector('#panel table'))")
     await tab.value(f"window.vistelTravel.goTo({MOMENT})")
     await tab.until(f"Math.abs(window.vistelTravel.t() - {MOMENT}) < 1e-3")
     await tab.value(OPEN)
@@ -73,8 +73,8 @@ def test_the_map_says_what_flows_marks_what_is_lost_and_is_gone_through_by_keys(
             await tab.until("!document.querySelector('.map') && !document.querySelector('#room').hidden")
 
             await at_the_moment(tab, url, 390)
-            await tab.until("document.querySelector('.flows .motion.bad')")
-            assert not await tab.value("document.querySelector('.map')")
+            await tab.until("Boolean(document.querySelector('.flows .motion.bad'))")
+            assert not await tab.value("Boolean(document.querySelector('.map'))")
             assert await tab.value("document.querySelectorAll('.flows section').length") == 2 + 3
             assert await tab.value("document.querySelector('.flows').scrollWidth <= 390")
             assert not [m for m in tab.messages if "Error" in m], tab.messages
