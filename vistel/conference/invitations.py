@@ -32,7 +32,12 @@ class Invitation:
 
 
 class RefusedError(Exception):
-    """A link that does not count; one line for who opened it."""
+    """A link that does not count, or something that cannot be done; one line for who asked. why: the same for pages, which have
+    words of their own for it, with the values that belong in them; empty: they have none."""
+
+    def __init__(self, said: str, why: str = "", *values: str) -> None:
+        super().__init__(said)
+        self.why, self.values = why, values
 
 
 def digest_of_token(token: str) -> str:
@@ -71,9 +76,11 @@ def invited(invitations: Sequence[Invitation], token: str, now_ns: int) -> Invit
     digest = digest_of_token(token[:_MOST_TOKEN])
     found = next((i for i in invitations if hmac.compare_digest(i.digest, digest)), None)
     if found is None:
-        raise RefusedError("This link does not count, or does no longer: there may be a newer one. Ask the host for a link.")
+        raise RefusedError(
+            "This link does not count, or does no longer: there may be a newer one. Ask the host for a link.", "link_gone"
+        )
     if now_ns >= found.until_ns:
-        raise RefusedError("This invitation has ended. Ask the host for a new link.")
+        raise RefusedError("This invitation has ended. Ask the host for a new link.", "link_ended")
     return replace(found, name=found.name[:MOST_NAME])
 
 

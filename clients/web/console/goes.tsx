@@ -2,14 +2,9 @@
 import type { ComponentChildren } from "preact";
 import type { History } from "./history";
 import { panelText } from "./panel_words";
+import { FEW_MOTIONS, FEW_PICTURES, LATE_MS, OFF_MS, OLD_MS, SILENT_S } from "./thresholds";
 import type { Device, Numbers, Site } from "./wire";
 
-const FEW_PICTURES = 10; // per second; fewer are marked
-const FEW_MOTIONS = 50;
-const LATE_MS = 300; // delay of a picture after what it shows
-const OLD_MS = 250; // age of the newest motion
-const OFF_MS = 5; // how well a clock is known
-const SILENT_S = 3;
 const WIDE = 56;
 const HIGH = 18;
 

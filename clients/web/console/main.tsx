@@ -9,6 +9,8 @@ import { History } from "./history";
 import { Labels } from "./labels";
 import { switchLanguage } from "./language";
 import { Looking } from "./looking";
+import { FlowList, FlowMap } from "./map/map";
+import { mapText } from "./map/words";
 import { panelText } from "./panel_words";
 import { Pictures } from "./pictures";
 import { Room } from "./room";
@@ -70,6 +72,7 @@ const page: {
   chosen: Chosen;
   talks: Set<string>;
   lines: Line[];
+  map: boolean; // it is seen
 } = {
   table: null,
   held: { kind: "held", grasps: [], touching: [] },
@@ -79,7 +82,9 @@ const page: {
   chosen: null,
   talks: new Set(),
   lines: [],
+  map: false,
 };
+const narrow = matchMedia("(max-width: 60rem)"); // as console.css has it
 const history = new History();
 const steering = new SteeringPanel(element("steering"), (said) => travel.link.send(JSON.stringify(said)));
 const events = new Events();
@@ -124,11 +129,28 @@ function showPanel(): void {
         </section>
       )}
       <EventList events={events} />
-      {numbers && <Goes numbers={numbers} history={history} />}
+      {numbers && (
+        <>
+          <p>
+            <button type="button" aria-pressed={page.map} onClick={() => showMap(!page.map)}>{mapText("map")}</button>
+          </p>
+          {page.map && narrow.matches && <FlowList numbers={numbers} />}
+          <Goes numbers={numbers} history={history} />
+        </>
+      )}
     </>,
     element("panel"),
   );
+  const covered = page.map && !narrow.matches; // the map takes the place of the room
+  element("map").hidden = !covered;
+  canvas.hidden = covered || !room;
+  render(covered && numbers && <FlowMap numbers={numbers} close={() => showMap(false)} />, element("map"));
   render(numbers && <Troubles numbers={numbers} />, element("troubles"));
+}
+
+function showMap(seen: boolean): void {
+  page.map = seen;
+  showPanel();
 }
 
 function showViews(now: string): void {
@@ -136,7 +158,7 @@ function showViews(now: string): void {
   render(
     <>
       {views.map(([name, text]) => (
-        <button type="button" key={name} aria-pressed={name === now} onClick={() => looking?.choose(name!)}>
+        <button type="button" key={name} aria-pressed={name === now} onClick={() => (showMap(false), looking?.choose(name!))}>
           {text}
         </button>
       ))}
@@ -295,6 +317,7 @@ const travel = new Travel(
   (sounding) => voices.leap(sounding),
   () => room?.screens.leap(),
 );
+narrow.addEventListener("change", showPanel);
 showSound();
 trouble.textContent = panelText("waiting");
 element("nopicture").textContent = panelText("noPicture");

@@ -1,4 +1,5 @@
 // The live room or a log of it: which of the two is seen, and how one gets from one to the other.
+import { refusal } from "../connection/refusals";
 import { render } from "preact";
 import { Link, type Listener } from "../connection/link";
 import type { Lanes, Playhead } from "./lanes";
@@ -90,7 +91,7 @@ export class Travel {
     if (words.kind === "lanes") return this.timeline.receiveLanes(words);
     if (words.kind === "plot" || words.kind === "fields") return this.plots.receive(words);
     if (words.kind === "noted") return this.notes.say(text("noted", words.text));
-    if (words.kind === "refused") return this.notes.say(words.reason);
+    if (words.kind === "refused") return this.notes.say(refusal(words.why, words.values, words.reason));
     if (words.kind === "notes") {
       this.timeline.receiveNotes(words.notes);
       return this.notes.receive(words.notes, words.faults);

@@ -90,10 +90,12 @@ export interface Site {
   delay_ms?: number;
   stand_ins?: number;
   silent_s?: number;
+  shows?: string[]; // the participants in its pictures
 }
 export interface PersonNumbers {
   name: string;
   shown: string;
+  site: string;
   motions_per_s: number;
   age_ms: number;
   jitter_ms: number;
@@ -102,6 +104,7 @@ export interface PersonNumbers {
 }
 export interface Service {
   node: string;
+  site: string;
   services: string[];
   up_s: number;
   silent_s: number;
@@ -110,12 +113,23 @@ export interface Service {
 }
 export interface Device {
   name: string;
+  site: string;
   state: string;
   frames_per_s: number;
   detail: string;
 }
+/** What of a kind reaches the gateway (vistel/session/going/flows.py). */
+export interface Flow {
+  site: string; // empty: the world
+  flow: "motion" | "voice" | "screen" | "command" | "reports" | "world" | "force" | "answer";
+  age_ms: number; // of the newest
+  per_s?: number; // messages
+  kbit_s?: number;
+  lost?: number; // share of those that were sent
+}
 export interface Numbers {
   kind: "numbers";
+  flows: Flow[];
   sites: Site[];
   people: PersonNumbers[];
   services: Service[];
@@ -225,6 +239,8 @@ export interface Steered {
   done: boolean;
   answer: string;
   token: string; // of a guest's link
+  why?: string; // of a refusal: see connection/refusals.ts
+  values?: string[];
 }
 /** How a line can go on. */
 export interface Completions {
@@ -242,6 +258,8 @@ export interface Refused {
   kind: "refused";
   reason: string;
   code: number;
+  why?: string; // see connection/refusals.ts
+  values?: string[];
 }
 export interface Time {
   kind: "time";

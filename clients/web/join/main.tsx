@@ -1,4 +1,5 @@
 // The page of a guest: whoever has the link chooses a person, enters, and is in the room, led by mouse, keys, camera or headset.
+import { refusal } from "../connection/refusals";
 import { render } from "preact";
 import { Vector3 } from "three";
 import { Link } from "../connection/link";
@@ -95,7 +96,7 @@ function hear(words: Words): void {
     document.title = `${words.conference} – VISTEL`;
     element("conference").textContent = words.conference;
   } else if (words.kind === "refused") {
-    say(words.reason, true);
+    say(refusal(words.why, words.values, words.reason), true);
   } else if (words.kind === "numbers") {
     const now = words.people.some((p) => p.muted && p.name === invited?.participant);
     if (now !== muted) {

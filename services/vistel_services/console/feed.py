@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections import Counter
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -71,8 +70,6 @@ class Feed:
         self._commands = ToldCommands(bus)
         self._skin, self._forces = PressedSkin(self._assets.pressed), FeltForces(bus, crowd=bool(conference.crowd))
         self._faces: dict[str, Countenance] = {}
-        self.received = Counter[str]()
-        """Motions of each participant since the beginning."""
         self._table, self._stale, self._newcomers = 0, True, True
         self._listed: tuple[tuple[ParticipantInfo, ...], Mapping[str, Thing]] = ((), {})
         self._shown: tuple[str, ...] = ()
@@ -142,9 +139,9 @@ class Feed:
         self._furniture.want(stage.looks - stage.pages - self._assets.models_here)
         self._furniture.show(stage.pages)
         for sample in self._motion.take():
-            who = sample.names["participant"]
-            self.received[who] += 1
-            stage.receive_motion(who, sample.message, sample.received_ns, thin=sample.topic.name == "motion_thin")
+            stage.receive_motion(
+                sample.names["participant"], sample.message, sample.received_ns, thin=sample.topic.name == "motion_thin"
+            )
         for now, received_ns in self._world.take():
             stage.receive_world(now, received_ns)
         for sample in self._said.take():

@@ -20,6 +20,7 @@ from vistel.session.steering.page import Steering
 from vistel.wire import background, motion
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
+from vistel.wire.link.arrivals import Arrivals
 from vistel_services.console.viewer import FRAME, Viewer
 from vistel_services.serving.pages import STEERS
 from vistel_services.serving.server import CLOSING_S, prepared_socket
@@ -69,12 +70,13 @@ class Gateway:
             await self._watched()
 
     async def _watched(self) -> None:
-        from vistel.session.numbers import Numbers
+        from vistel.session.going.numbers import Numbers
         from vistel_services.console.feed import Feed
 
         clock, period_ns = self._clock, round(1e9 / RATE_HZ)
-        feed = self._feed = Feed(self._conference, self._bus, clock, self._chat)
-        numbers = Numbers(self._conference, self._bus)
+        arrivals = Arrivals(self._bus)
+        feed = self._feed = Feed(self._conference, arrivals.bus, clock, self._chat)
+        numbers = Numbers(self._conference, arrivals)
         try:
             due_ns = told_ns = clock.now_ns()
             left_ns = due_ns
@@ -84,11 +86,8 @@ class Gateway:
                 numbers.take()
                 if instant.now_ns - told_ns >= _NUMBERS_NS:
                     told_ns = instant.now_ns
-                    now = numbers.now(instant.now_ns, instant.people, feed.received) | {
-                        "kind": "numbers",
-                        "viewers": len(self._viewers),
-                    }
-                    told.append(("numbers", json.dumps(now)))
+                    now = numbers.now(instant.now_ns, instant.people)
+                    told.append(("numbers", json.dumps(now | {"kind": "numbers", "viewers": len(self._viewers)})))
                 spoken, screens = feed.voices(instant), feed.screens.take()
                 for viewer in self._viewers:
                     viewer.put_voices(spoken)
@@ -171,7 +170,7 @@ def glb(data: bytes | None) -> web.Response:
 def _load() -> None:
     """What is slow to load, beside the rest of a start: who comes first waits for it no more."""
     import_module("vistel_services.console.feed")
-    import_module("vistel.session.numbers")
+    import_module("vistel.session.going.numbers")
     motion.warm_up()
 
 

@@ -203,7 +203,7 @@ class Guests:
                 _REFUSED.inc()
                 log.warning("event=guest_refused reason=%r", str(e))
                 await sleep(self._clock, _GUESS_S)
-                await _close(connection, REFUSED, str(e))
+                await _close(connection, REFUSED, str(e), e.why)
                 return connection, None, said
         finally:
             self._strangers -= 1
@@ -213,11 +213,11 @@ class Guests:
             guest = invited(invitations_in(self._paths.run), token, self._clock.now_ns())
         except (OSError, ValueError) as e:
             log.error("event=invitations_unreadable reason=%r", str(e))
-            raise RefusedError("The host's machine cannot read its invitations; its log says why.") from e
+            raise RefusedError("The host's machine cannot read its invitations; its log says why.", "unreadable") from e
         if guest.participant not in self._seats:
-            raise RefusedError("The seat of this invitation is not in the conference any more. Ask the host for a new link.")
+            raise RefusedError("The conference has no such seat any more. Ask the host for a new link.", "seat_gone")
         if not self._paths.device(pointer_name(guest.participant)).exists():
-            raise RefusedError("The site of the guests does not run on the console's machine now. Tell the host.")
+            raise RefusedError("The site of the guests does not run on the console's machine now. Tell the host.", "site_off")
         return guest
 
     async def _visited(self, connection: web.WebSocketResponse, guest: Invitation) -> None:
@@ -371,7 +371,7 @@ class _Visit:
         _REFUSED.inc()
 
 
-async def _close(connection: web.WebSocketResponse, code: int, reason: str) -> None:
+async def _close(connection: web.WebSocketResponse, code: int, reason: str, why: str = "") -> None:
     with suppress(ConnectionError, RuntimeError):
-        await connection.send_str(json.dumps({"kind": "refused", "reason": reason, "code": code}))
+        await connection.send_str(json.dumps({"kind": "refused", "reason": reason, "code": code, "why": why}))
     await connection.close(code=code)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-from collections import Counter
 
 from vistel.conference.model import Conference
 from vistel.log.feeding import BEFORE_NS, LogFeed
@@ -12,7 +11,8 @@ from vistel.log.playhead import Playhead
 from vistel.log.questions import Tell
 from vistel.render.stage.stage import looks_before
 from vistel.session.chat import Chat
-from vistel.session.numbers import Numbers
+from vistel.session.going.numbers import Numbers
+from vistel.wire.link.arrivals import Arrivals
 from vistel.wire.log import LogReader
 from vistel_services.console.feed import Feed
 
@@ -33,8 +33,9 @@ class Player:
         self._reader, self._tell = reader, tell
         self._log = LogFeed(reader)
         self._chat = Chat(self._log.bus)
-        self.feed = Feed(conference.model_copy(update={"playout": playout}), self._log.bus, self._log.clock, self._chat)
-        self._numbers = Numbers(conference, self._log.bus) if numbers else None
+        self._arrivals = Arrivals(self._log.bus)
+        self.feed = Feed(conference.model_copy(update={"playout": playout}), self._arrivals.bus, self._log.clock, self._chat)
+        self._numbers = Numbers(conference, self._arrivals) if numbers else None
         self._conference = conference
         self._shown_ns: int | None = None
         self._told_ns = 0
@@ -58,7 +59,7 @@ class Player:
             self._numbers.take()
             if leapt or abs(now_ns - self._told_ns) >= _NUMBERS_NS * max(1.0, head.speed):
                 self._told_ns = now_ns
-                now = self._numbers.now(instant.now_ns, instant.people, self.feed.received) | {"kind": "numbers", "viewers": 1}
+                now = self._numbers.now(instant.now_ns, instant.people) | {"kind": "numbers", "viewers": 1}
                 told.append(("numbers", json.dumps(now)))
         for kind, words in told:
             self._tell(kind, words)
@@ -72,8 +73,10 @@ class Player:
             await asyncio.sleep(0)
         if self._numbers is not None:
             self._numbers.close()
-            self._numbers = Numbers(self._conference, self._log.bus)
-            self._numbers.now(now_ns - BEFORE_NS, (), Counter(self.feed.received))
+            self._arrivals.begin_again()
+            self._numbers = Numbers(self._conference, self._arrivals)
+            self._numbers.take()
+            self._numbers.now(now_ns - BEFORE_NS, ())
 
     def grown(self) -> None:
         """The log has more."""

@@ -36,6 +36,7 @@ SERVED = _OF_GUESTS | {
     "/console.css": "console.css",
     "/timeline.css": "timeline.css",
     "/steering.css": "steering.css",
+    "/map.css": "map.css",
     f"/{bundle.BUNDLE}": bundle.BUNDLE,
 }
 _VISIT = "/guest"

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from waiting import until
 
-from vistel.v1.service_pb2 import RunProcess, RunReply, RunRequest
+from vistel.v1.service_pb2 import HostAction, RunProcess, RunReply, RunRequest
 from vistel.wire import background
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
@@ -20,7 +20,7 @@ from vistel_cli.run.told import Told
 from vistel_services.process.supervisor import ProcessSpec, Supervisor
 
 WAIT = "import signal, sys; signal.signal(signal.SIGTERM, lambda *_: sys.exit(0)); print('up', flush=True); signal.pause()"
-NAMES = ("hub/world", "hub/console", "tokyo/renderer")
+NAMES = ("hub/world", "hub/console", "hub/recorder", "tokyo/renderer")
 
 
 class Scene:
@@ -41,6 +41,10 @@ class Scene:
     async def reaches(self, process: str, state: RunProcess.State) -> None:
         while await self.state(process) != state:
             await asyncio.sleep(0.01)  # the reply says what is now
+
+    def acted(self, process: str) -> None:
+        """Publish that the host stopped it, as the console does once it is answered."""
+        self._host.publish(BY_NAME["host_action"]).put(HostAction(who="Hana", action="stop", text=process, done=True))
 
     def pid(self, process: str) -> int | None:
         return self.supervisor.children[process].pid
@@ -85,6 +89,19 @@ def test_a_process_stops_until_it_is_started_and_the_others_go_on(tmp_path: Path
     play(tmp_path, body)
 
 
+def test_a_recorder_is_ended_once_it_can_have_recorded_who_ended_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vistel_cli.run.told.SAID_S", 600.0)
+
+    async def body(scene: Scene) -> None:
+        assert (await scene.tell(RunRequest.ACTION_STOP, "hub/recorder")).done
+        for _ in range(20):
+            assert await scene.state("hub/recorder") == RunProcess.STATE_RUNNING
+        scene.acted("hub/recorder")
+        await scene.reaches("hub/recorder", RunProcess.STATE_STOPPED)
+
+    play(tmp_path, body)
+
+
 def test_a_restart_is_another_process(tmp_path: Path) -> None:
     async def body(scene: Scene) -> None:
         before = scene.pid("hub/world")
@@ -98,7 +115,7 @@ def test_a_restart_is_another_process(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("action", "process", "why"),
     [
-        (RunRequest.ACTION_STOP, "paris/renderer", "no process 'paris/renderer'; there are hub/world, hub/console, tokyo/renderer"),
+        (RunRequest.ACTION_STOP, "paris/renderer", "no process 'paris/renderer'; there are hub/world, hub/console, hub/recorder"),
         (RunRequest.ACTION_STOP, "hub/console", "is this console"),
         (RunRequest.ACTION_START, "hub/world", "runs already"),
         (17, "hub/world", "expected start, stop or restart"),

@@ -1,6 +1,6 @@
 """What the console says is wrong: a line each, with names and what to do."""
 
-from vistel.session.troubles import troubles
+from vistel.session.going.troubles import troubles
 
 WELL = {
     "services": [{"node": "hub/world", "silent_s": 0.4}],

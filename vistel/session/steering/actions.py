@@ -32,12 +32,14 @@ _NO_RUN = "no `vistel up` answers; only what it started can be steered so"
 @dataclass(frozen=True)
 class Done:
     """What became of an action. done: false where it was refused; answer: one line for a person; text: what it was done to, or
-    with; token: of a guest's link, which is told to nobody but the host's page."""
+    with; token: of a guest's link, which is told to nobody but the host's page; why, values: of a refusal, as of `RefusedError`."""
 
     done: bool
     answer: str
     text: str = ""
     token: str = ""
+    why: str = ""
+    values: tuple[str, ...] = ()
 
 
 class HostActions:
@@ -77,7 +79,9 @@ class HostActions:
                     return self._note(asked.get("author", by), asked.get("note"))
                 case _:
                     raise RefusedError(f"no action is called {action[:40]!r}")
-        except (RefusedError, PhraseError, NoteError) as e:
+        except RefusedError as e:
+            return Done(False, str(e), _text(asked), why=e.why, values=e.values)
+        except (PhraseError, NoteError) as e:
             return Done(False, str(e), _text(asked))
         except (OSError, ValueError) as e:
             return Done(False, f"the invitations of this run cannot be used: {e}", _text(asked))
@@ -95,24 +99,25 @@ class HostActions:
         request = FaultRequest(name=name, target=target, by=by, seconds=_number(asked, "seconds"), amount=_number(asked, "amount"))
         reply: FaultReply | None = await self._bus.query(BY_NAME["fault"], request, ANSWER_S)
         if reply is None:
-            return Done(False, _NO_RUN, f"{name} {target}".strip())
+            return Done(False, _NO_RUN, f"{name} {target}".strip(), why="no_run")
         return Done(not reply.refused, reply.refused or reply.struck, f"{name} {target}".strip())
 
     async def _process(self, action: str, process: str, by: str) -> Done:
         reply = await self.run(RunRequest(action=_DO[action], process=process, by=by))
         if reply is None:
-            return Done(False, _NO_RUN, process)
+            return Done(False, _NO_RUN, process, why="no_run")
         return Done(not reply.refused, reply.refused or reply.done, process)
 
     async def _move(self, place: str) -> Done:
         if place not in {world.place for world in self.worlds.now()}:
-            raise RefusedError(f"no world is at {place[:40]!r}; there are {', '.join(w.place for w in self.worlds.now())}")
+            there = ", ".join(w.place for w in self.worlds.now())
+            raise RefusedError(f"no world is at {place[:40]!r}; there are {there}", "no_world", place[:40], there)
         reason, _ = await move_room(self._bus, self.worlds, place)
         return Done(not reason, reason or f"the room is led at {place}", place)
 
     def _mute(self, participant: str) -> Done:
         if participant not in self._people:
-            raise RefusedError(f"no participant is called {participant[:40]!r}")
+            raise RefusedError(f"no participant is called {participant[:40]!r}", "no_participant", participant[:40])
         message = Muting(participant=participant)
         message.header.t_ns = self._clock.now_ns()
         self._bus.publish(BY_NAME["muting"], participant=participant).put(message)

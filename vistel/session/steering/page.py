@@ -125,7 +125,7 @@ class Steering:
         if now_ns - self._said_ns >= REFUSED_EACH_NS:
             _log.warning("event=steering_refused from=%s refused=%d", address, self._refused)
             self._said_ns, self._refused = now_ns, 0
-        put("refused", json.dumps({"kind": "refused", "reason": MAY_NOT, "code": 0}))
+        put("refused", json.dumps({"kind": "refused", "reason": MAY_NOT, "code": 0, "why": "may_not"}))
         return False
 
 
@@ -184,7 +184,9 @@ class HostPage:
         number = asked.get("id")
         number = number if isinstance(number, int) else 0
         if len(self._pending) >= MOST_PENDING:
-            self._answer(asked, number, Done(False, f"more than {MOST_PENDING} actions at once; wait for their answers"))
+            self._answer(
+                asked, number, Done(False, f"more than {MOST_PENDING} actions at once; wait for their answers", why="busy")
+            )
             return
         task = self._steering.start(self._do(asked, number), "console action")
         self._pending.add(task)
@@ -198,7 +200,8 @@ class HostPage:
     def _answer(self, asked: dict[str, object], number: int, done: Done) -> None:
         if _action(asked) != "note":
             key = f"steered {number % MOST_UNREAD}"
-            self._tell("steered", key, id=number, done=done.done, answer=done.answer, token=done.token)
+            words = {"answer": done.answer, "token": done.token, "why": done.why, "values": done.values}
+            self._tell("steered", key, id=number, done=done.done, **words)
         elif done.done:
             self._tell("noted", text=done.answer)
         else:

@@ -36,12 +36,14 @@ def give_seat(conference: Conference, run: Path, name: str, seat: str, now_ns: i
     takes the place of the old one. Raises RefusedError, OSError, ValueError."""
     seats, taken = guest_seats(conference), seated(run, now_ns)
     if not 0 < len(name) <= MOST_NAME or not name.isprintable():
-        raise RefusedError(f"a guest's name: expected 1 to {MOST_NAME} letters")
+        raise RefusedError(f"a guest's name: expected 1 to {MOST_NAME} letters", "guest_name", str(MOST_NAME))
     free = [s for s in seats if s not in taken]
     if seat not in ("", *seats):
         raise RefusedError(f"no seat for guests is called {seat[:MOST_NAME]!r}; there are {', '.join(seats) or 'none'}")
     if not seat and not free:
-        raise RefusedError("no seat for guests is free; remove a guest, or give participants of the file guest = true")
+        raise RefusedError(
+            "no seat for guests is free; remove a guest, or give participants of the file guest = true", "no_seat_free"
+        )
     chosen, token = seats[seat or free[0]], secrets.token_urlsafe(TOKEN_BYTES)
     invite(run, Invitation(chosen.name, name, chosen.avatar, digest_of_token(token), now_ns + LASTS_NS))
     return chosen.name, token
@@ -50,7 +52,9 @@ def give_seat(conference: Conference, run: Path, name: str, seat: str, now_ns: i
 def take_seat(conference: Conference, run: Path, participant: str) -> str:
     """Take a guest's invitation back; they leave. Returns what has become of it. Raises RefusedError, OSError, ValueError."""
     if participant not in guest_seats(conference):
-        raise RefusedError(f"{participant[:MOST_NAME]!r} is no guest: only who came by a link can be removed")
+        raise RefusedError(
+            f"{participant[:MOST_NAME]!r} is no guest: only who came by a link can be removed", "no_guest", participant[:MOST_NAME]
+        )
     if not withdraw(run, participant):
-        raise RefusedError(f"nobody is invited to the seat {participant}")
+        raise RefusedError(f"nobody is invited to the seat {participant}", "nobody_invited", participant)
     return f"the link to the seat {participant} counts no more"

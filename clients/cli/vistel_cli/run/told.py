@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import logging
 from collections.abc import Callable
 
@@ -10,7 +11,7 @@ from google.protobuf.message import DecodeError
 
 from vistel.v1.service_pb2 import RunFault, RunProcess, RunReply, RunRequest
 from vistel.wire import background
-from vistel.wire.bus import Bus
+from vistel.wire.bus import Bus, Subscription
 from vistel.wire.topics import BY_NAME
 from vistel_cli.faults.links import Links
 from vistel_services.process.plan import HUB
@@ -21,6 +22,10 @@ log = logging.getLogger("vistel.supervisor")
 
 CONSOLE = f"{HUB}/console"
 """Where the host sits: one that is stopped could not be started again."""
+RECORDERS = (f"{HUB}/recorder", f"{HUB}/record")
+"""What writes who ended it into the log that ends: it is halted once that has been said."""
+SAID_S = 3.0
+"""How long the console may take to say it [s]."""
 _DOING = {RunRequest.ACTION_START: "starting", RunRequest.ACTION_STOP: "stopping", RunRequest.ACTION_RESTART: "restarting"}
 
 
@@ -31,6 +36,8 @@ class Told:
         """links: of sites, empty where none are simulated; tell: tells who sees the terminal what is done."""
         self._supervisor, self._links, self._tell = supervisor, links, tell
         self._under_way: dict[str, asyncio.Task[None]] = {}
+        self._said = {name: asyncio.Event() for name in RECORDERS}
+        self._listening = background.start(self._listen(bus.subscribe(BY_NAME["host_action"])), "told acts")
         bus.serve(BY_NAME["run"], self.answer)
 
     def answer(self, request: bytes) -> RunReply:
@@ -46,6 +53,8 @@ class Told:
                 reply.done = f"{_DOING[asked.action]} {asked.process}"
                 log.warning("event=told by=%r action=%s process=%s", asked.by, _DOING[asked.action], asked.process)
                 self._tell(f"host: {reply.done}")
+                if asked.process in self._said:
+                    self._said[asked.process].clear()
                 self._under_way[asked.process] = background.start(self._do(asked), f"told {asked.process}")
         reply.processes.extend(
             RunProcess(name=name, state=self._state(name, child), restarts=child.restarts)
@@ -56,6 +65,7 @@ class Told:
     async def end(self) -> None:
         """Finish what is under way."""
         await asyncio.gather(*self._under_way.values(), return_exceptions=True)
+        self._listening.cancel()
 
     def _objection(self, asked: RunRequest) -> str:
         name, child = asked.process, self._supervisor.children.get(asked.process)
@@ -74,6 +84,9 @@ class Told:
     async def _do(self, asked: RunRequest) -> None:
         try:
             if asked.action != RunRequest.ACTION_START:
+                if asked.process in self._said:  # the console says so after it is answered
+                    with contextlib.suppress(TimeoutError):
+                        await asyncio.wait_for(self._said[asked.process].wait(), SAID_S)
                 await self._supervisor.halt(asked.process)
             if asked.action != RunRequest.ACTION_STOP:
                 await self._supervisor.resume(asked.process)
@@ -81,6 +94,11 @@ class Told:
             log.error("event=not_started process=%s reason=%r", asked.process, str(e))
         finally:
             del self._under_way[asked.process]
+
+    async def _listen(self, acts: Subscription) -> None:
+        async for act in acts:
+            if act.message.text in self._said:
+                self._said[act.message.text].set()
 
     def _state(self, name: str, child: Child) -> RunProcess.State:
         if child.halted and child.pid is not None:

@@ -1,5 +1,6 @@
 // The host steers the conference: a line for the world, and what else they can do; each action with its answer. Shown to hosts alone.
 import { type ComponentChildren, render } from "preact";
+import { refusal } from "../../connection/refusals";
 import type { Completions, LogLines, Steered, Steering } from "../wire";
 import { AskLine } from "./ask";
 import { Confirm, type Question } from "./confirm";
@@ -56,7 +57,8 @@ export class SteeringPanel {
     this.things = names;
   }
 
-  private answer({ id, done, answer, token }: Steered): void {
+  private answer({ id, done, answer: english, token, why, values }: Steered): void {
+    const answer = refusal(why, values, english);
     this.answers = this.answers.map((one) => (one.id === id ? { ...one, done, answer } : one));
     const asked = this.answers.find((one) => one.id === id);
     if (token && asked) {

@@ -8,11 +8,13 @@ from typing import Any, Protocol
 
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.model import Conference
-from vistel.session.troubles import troubles
+from vistel.session.going.flows import FLOWS, Flows
+from vistel.session.going.troubles import troubles
 from vistel.v1.audio_pb2 import SoundStatus
 from vistel.v1.device_pb2 import DeviceStatus
 from vistel.v1.service_pb2 import ClockOffset, Heartbeat, ImageDelay
-from vistel.wire.bus import Bus, Sample
+from vistel.wire.bus import Sample
+from vistel.wire.link.arrivals import Arrivals
 from vistel.wire.topics import BY_NAME
 
 _TOPICS = ("image_delay", "device_status", "heartbeat", "clock_offset", "sound_status")
@@ -51,9 +53,11 @@ class Person(Protocol):
 class Numbers:
     """Lives on the event loop; call `take` often and `now` once a second."""
 
-    def __init__(self, conference: Conference, bus: Bus) -> None:
-        self._conference = conference
-        self._subscriptions = [bus.subscribe(BY_NAME[topic], polled=True) for topic in _TOPICS]
+    def __init__(self, conference: Conference, arrivals: Arrivals) -> None:
+        """arrivals: of the bus that is listened to, with what the others on it take."""
+        self._conference, self._arrivals, self._flows = conference, arrivals, Flows()
+        self._at = {p.name: site.name for site in conference.sites for p in site.participants}
+        self._subscriptions = [arrivals.bus.subscribe(BY_NAME[topic], polled=True) for topic in _TOPICS]
         self._newest: dict[str, dict[str, Sample]] = {topic: {} for topic in _TOPICS}
         self._counted, self._counted_ns = Counter[str](), 0
 
@@ -68,11 +72,11 @@ class Numbers:
         for subscription in self._subscriptions:
             subscription.close()
 
-    def now(self, t_ns: int, people: Sequence[Person], received: Counter[str]) -> dict[str, Any]:
-        """The figures at conference time `t_ns`, ready for JSON. people: who is shown then; received: motions of each participant
-        since the beginning."""
-        out = {"sites": self._sites(t_ns), "people": self._people(t_ns, people, received), "services": self._services(t_ns)}
-        return out | {"devices": self._devices(), "troubles": troubles(out, self._devices())}
+    def now(self, t_ns: int, people: Sequence[Person]) -> dict[str, Any]:
+        """The figures at conference time `t_ns`, ready for JSON. people: who is shown then."""
+        out = {"sites": self._sites(t_ns), "people": self._people(t_ns, people), "services": self._services(t_ns)}
+        flows = self._flows.now(t_ns, self._arrivals.of_key)
+        return out | {"devices": self._devices(), "flows": flows, "troubles": troubles(out, self._devices())}
 
     def _sites(self, t_ns: int) -> list[dict[str, Any]]:
         images: dict[str, tuple[ImageDelay, float]] = {
@@ -93,20 +97,25 @@ class Numbers:
                 image, age_s = images[site.name]
                 delay = max((s.delay_s for s in image.streams), default=0.0)
                 row |= {"pictures_per_s": image.frames_per_s, "frame_ms": image.frame_time_s * 1e3, "delay_ms": delay * 1e3}
-                row |= {"stand_ins": image.stand_ins, "silent_s": age_s}
+                row |= {"stand_ins": image.stand_ins, "silent_s": age_s, "shows": [s.participant for s in image.streams]}
             rows.append(row)
         return rows
 
-    def _people(self, t_ns: int, people: Sequence[Person], received: Counter[str]) -> list[dict[str, Any]]:
+    def _people(self, t_ns: int, people: Sequence[Person]) -> list[dict[str, Any]]:
         seconds = (t_ns - self._counted_ns) * 1e-9
+        received = Counter[str]()
+        for arrived in self._arrivals.of_key.values():
+            if arrived.topic in FLOWS["motion"]:
+                received[arrived.names["participant"]] += arrived.messages
         since = received - self._counted if self._counted_ns else Counter[str]()
         sounds: list[SoundStatus] = [s.message for s in self._newest["sound_status"].values()]
         muted = {m.participant for sound in sounds for m in sound.microphones if m.muted}
-        self._counted, self._counted_ns = received.copy(), t_ns
+        self._counted, self._counted_ns = received, t_ns
         return [
             {
                 "name": p.about.name,
                 "shown": p.about.display_name,
+                "site": self._at.get(p.about.name, ""),
                 "motions_per_s": since[p.about.name] / seconds,
                 "age_ms": p.timing.age_ns * 1e-6,
                 "jitter_ms": p.timing.jitter_ns * 1e-6,
@@ -117,15 +126,16 @@ class Numbers:
         ]
 
     def _devices(self) -> list[dict[str, Any]]:
-        states: list[DeviceStatus] = [s.message for s in self._newest["device_status"].values()]
+        states: list[tuple[DeviceStatus, str]] = [(s.message, s.names["site"]) for s in self._newest["device_status"].values()]
         return [
             {
                 "name": d.device,
+                "site": site,
                 "state": DeviceStatus.State.Name(d.state).removeprefix("STATE_").lower(),
                 "frames_per_s": d.rate_hz,
                 "detail": d.detail,
             }
-            for d in sorted(states, key=lambda d: d.device)
+            for d, site in sorted(states, key=lambda state: state[0].device)
         ]
 
     def _services(self, t_ns: int) -> list[dict[str, Any]]:
@@ -136,7 +146,7 @@ class Numbers:
         for key in sorted(self._newest["heartbeat"]):
             sample = self._newest["heartbeat"][key]
             beat: Heartbeat = sample.message
-            row = {"node": beat.node, "services": list(beat.services), "up_s": beat.uptime_ns * 1e-9}
+            row = {"node": beat.node, "site": sample.names["site"], "services": list(beat.services), "up_s": beat.uptime_ns * 1e-9}
             row |= {"silent_s": (t_ns - sample.received_ns) * 1e-9}
             clock = clocks.get((sample.names["site"], sample.names["node"]))
             if clock is not None:

@@ -1,0 +1,110 @@
+"""What the host clicks on the console's page, in a browser, is done: a guest is seated, muted and removed, and the room moved; why
+something is refused stands in the language of the page."""
+
+from __future__ import annotations
+
+import asyncio
+from pathlib import Path
+
+import pytest
+from browser import Page, page
+from guest_room import GuestRoom
+from served_log import SOFTWARE_GL
+from waiting import until
+
+from vistel.conference.invitations import invitations_in
+from vistel.conference.model import Conference
+from vistel.wire.topics import BY_NAME
+from vistel_services import world
+from vistel_services.console import bundle
+from vistel_services.world.service import warm_up
+
+
+def answered(text: str) -> str:
+    return f"[...document.querySelectorAll('.answers li')].some((li) => li.innerText.includes({text!r}))"
+
+
+async def ready(tab: Page) -> None:
+    await tab.until("document.querySelector('.steer-people') && document.querySelector('.steer-worlds')")
+    await tab.value("document.querySelectorAll('.steer-people, .steer-worlds').forEach((group) => (group.open = true))")
+
+
+async def press(tab: Page, selector: str) -> None:
+    """Click what may still be moved by what comes above it."""
+    await tab.value(f"document.querySelector({selector!r}).click()")
+
+
+async def seat(tab: Page, name: str) -> None:
+    await tab.value("document.querySelector('[name=guest]').focus()")
+    await tab.call("Input.insertText", text=name)
+    await press(tab, ".seat button")
+
+
+async def steer(tab: Page, room: GuestRoom) -> None:
+    mutings = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["muting"], queue_all=True, polled=True)
+    muted: list[str] = []
+
+    def look() -> bool:
+        muted.extend(sample.message.participant for sample in mutings.take())
+        return bool(muted)
+
+    def guests() -> list[str]:
+        return [invitation.name for invitation in invitations_in(room.paths.run)]
+
+    await tab.open(f"http://{room.address}/", 1280, 800)
+    await ready(tab)
+    await seat(tab, "Ann")
+    await tab.until("document.querySelector('.link input')?.value.includes('/join#')")
+    assert guests() == ["Ann"]
+    await tab.until("document.querySelector('[aria-label=\"Mute Ann\"]')")
+    await press(tab, '[aria-label="Mute Ann"]')
+    await until(look, "the muting of the guest")
+    assert muted == ["guest-1"]
+    await press(tab, '[aria-label="Remove Ann"]')
+    await tab.until("document.querySelector('dialog[open]')")
+    await tab.click("dialog .choices button:first-child")
+    await tab.until("!document.querySelector('dialog')")
+    assert guests() == ["Ann"]
+    await press(tab, '[aria-label="Remove Ann"]')
+    await tab.until("document.querySelector('dialog[open]')")
+    await tab.click("dialog .grave")
+    await until(lambda: not guests(), "the end of the invitation")
+    await tab.until("!document.querySelector('.link')")
+
+    await press(tab, '[aria-label="Move the room to guests"]')
+    await tab.until(answered("Move the room to guests done"))
+    await tab.until("document.querySelector('[aria-label=\"Move the room to hub\"]')")
+
+    await press(tab, "#language")
+    await tab.until("document.documentElement.lang === 'ja' && document.querySelector('.steer-people')")
+    await ready(tab)
+    for name in ("Ann", "Bea"):
+        await seat(tab, name)
+        await until(lambda name=name: name in guests(), name)
+    await seat(tab, "Cho")
+    await tab.until(answered("空いているゲスト席がありません"))
+    assert guests() == ["Ann", "Bea"]
+
+
+def test_a_guest_is_seated_muted_and_removed_and_the_room_moved_by_clicks(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    if bundle.bundle_missing():
+        pytest.skip("the console's page has not been made (make web)")
+
+    async def visit() -> None:
+        room = GuestRoom(tmp_path)
+        data = room.conference.model_dump(mode="json", exclude_none=True)
+        room.conference = Conference.model_validate(
+            data | {"world": {"on": "hub", "waiting": ["guests"], "folder": str(tmp_path / "r")}}
+        )
+        waits = world.configure(room.conference, room.conference.sites[0], room.paths)
+        async with room.serving(monkeypatch), room.led(), page(tmp_path, *SOFTWARE_GL) as tab:
+            waiting = asyncio.create_task(world.run(waits, room.network.bus("c", "hub", room.clock), room.clock))
+            try:
+                await steer(tab, room)
+            finally:
+                waiting.cancel()
+                await asyncio.gather(waiting, return_exceptions=True)
+            assert not [m for m in tab.messages if "Error" in m and "WebSocket" not in m], tab.messages
+
+    warm_up()
+    asyncio.run(visit())
