@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from vistel.conference.model import PREDICTED_S
 from vistel.messages.world.verify import Record
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.log import LogRecord
@@ -72,6 +73,8 @@ class _Command:
 @dataclass
 class _Heard:
     commands: dict[str, _Command] = field(default_factory=dict[str, _Command])
+    results: dict[str, list[CommandResult]] = field(default_factory=dict[str, list[CommandResult]])
+    """Of commands that have not been heard: the world may hear one, and its answer come, before who asked is heard."""
     differing: list[str] = field(default_factory=list[str])
     first: tuple[int, frozenset[str]] = (0, frozenset())
     last: tuple[int, frozenset[str]] = (0, frozenset())
@@ -104,19 +107,27 @@ def commands_once_and_in_order(records: Iterable[Record]) -> list[str]:
 def _check_things(heard: _Heard, done: Sequence[tuple[tuple[int, int], str, _Command]], found: _Lines) -> None:
     """The things that the acknowledged commands made and took away, against those of the last room."""
     alive, (end, room) = set(heard.first[1]), heard.last
-    for at, name, c in done:
+    open_ = [c for c in heard.commands.values() if c.result is None]
+    taken = [(c.at, "", c) for c in open_ if c.at is not None]
+    perhaps_gone, perhaps_made = set[str](), 0
+    for at, name, c in sorted([*done, *taken], key=lambda d: d[0]):
         if not heard.first[0] < at[0] <= end:
             continue
         things = set(c.result.things if c.result is not None else ())
-        if c.creates:
-            for thing in sorted(things & alive):
+        if c.result is None:  # done, or refused; nobody was told
+            perhaps_gone |= {c.deletes} & alive
+            perhaps_made += c.creates
+        elif c.creates:
+            for thing in sorted(things & alive - perhaps_gone):
                 found.add(f"{thing} was made by {name}, and was there before")
             alive |= things
         elif c.deletes:
-            for thing in sorted(things - alive):
+            strange = sorted(things - alive)
+            for thing in strange[perhaps_made:]:
                 found.add(f"{thing} was taken away by {name}, and was not there")
+            perhaps_made -= min(perhaps_made, len(strange))
             alive -= things
-    open_ = [c for c in heard.commands.values() if c.result is None]
+        perhaps_gone -= things
     maybe_gone = {c.deletes for c in open_ if c.deletes}
     for thing in sorted(alive - room - maybe_gone):
         found.add(f"{thing} was made, and is not there at the end")
@@ -138,6 +149,8 @@ def _heard(records: Iterable[Record]) -> _Heard:
                 c = _Command(who, numbers[who], message.HasField("create"), which)
                 c.at = waiting.pop(message.id, None)
                 heard.commands.setdefault(message.id, c)
+                for result in heard.results.pop(message.id, []):
+                    _answered(heard, result)
             case "world_inputs":
                 for place, name in enumerate(message.command_ids):
                     if name not in heard.commands:  # the world may be heard before who asked
@@ -157,8 +170,9 @@ def _heard(records: Iterable[Record]) -> _Heard:
 
 def _answered(heard: _Heard, result: CommandResult) -> None:
     asked = heard.commands.get(result.id)
-    if asked is None:
-        return  # asked before the log began
+    if asked is None:  # or it was asked before the log began
+        heard.results.setdefault(result.id, []).append(result)
+        return
     if asked.result is None:
         asked.result = result
     elif CommandResult.OUTCOME_DONE in (asked.result.outcome, result.outcome):
@@ -173,7 +187,8 @@ def _outcome(result: CommandResult) -> str:
 
 
 def no_stale_motion(records: Iterable[Record], clock_steps: Sequence[Span] = ()) -> list[str]:
-    """No picture showed a participant as they were before what an earlier picture of the same renderer had shown.
+    """No picture showed a participant as they were before what an earlier picture of the same renderer had shown; where nothing new
+    came, by no more than had been predicted.
 
     clock_steps: while clocks were set, times cannot be compared."""
     found = _Lines()
@@ -185,7 +200,7 @@ def no_stale_motion(records: Iterable[Record], clock_steps: Sequence[Span] = ())
             key = message.site, stream.participant
             before = shown.get(key)
             compared = before is not None and message.frames > before[1] and not any(s.holds(log_ns) for s in clock_steps)
-            if before is not None and compared and stream.shown_ns < before[0]:
+            if before is not None and compared and stream.shown_ns < before[0] - PREDICTED_S * 1e9:
                 found.add(f"{message.site} showed {stream.participant} {(before[0] - stream.shown_ns) * 1e-9:.2f} s back in time")
             shown[key] = (stream.shown_ns, message.frames)
     return found.lines()

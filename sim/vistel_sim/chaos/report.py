@@ -14,6 +14,7 @@ from vistel_sim.chaos import invariants
 from vistel_sim.chaos.run import Outcome, counts
 from vistel_sim.chaos.witness import HEARD
 
+_STRUCK = re.compile(r"event=fault name=(\S+) target=(\S+)")
 _ENDED = re.compile(r"crashed process=(\S+) (?:signal=(\w+)|exit_code=(-?\d+))")
 STRIKES = ("kill", "world-failure")
 """Faults of which a process dies."""
@@ -39,7 +40,7 @@ def examine(folder: Path, outcome: Outcome, *, faults: bool, begun: Callable[[st
         "every acknowledged command once and in order": invariants.commands_once_and_in_order(read(heard, *HEARD)),
         "no stale motion shown": invariants.no_stale_motion(read(heard, "image_delay"), outcome.clock_steps),
         "memory back where it was": invariants.memory_back(outcome.memory_before, outcome.memory_after, growth, most),
-        "nothing died of what it should stand": died(folder / "out/logs/supervisor.log", outcome),
+        "nothing died of what it should stand": died(folder / "out/logs/supervisor.log"),
     }
     if not faults:
         violations["no file more is open"] = invariants.files_back(outcome.files_before, outcome.files_after)
@@ -63,15 +64,17 @@ def read(path: Path, *topics: str) -> Iterator[Record]:
     return ((r.topic.name, r.names, r.message, r.log_ns) for r in LogReader(path).records(topics))
 
 
-def died(log: Path, outcome: Outcome) -> list[str]:
-    """Processes that ended otherwise than by a fault that kills."""
-    struck = Counter(str(s["said"]).split()[1] for s in outcome.struck if s["name"] in STRIKES and "refused" not in s["said"])
-    return [*_ends(log.read_text("utf-8").splitlines(), struck)]
+def died(log: Path) -> list[str]:
+    """Processes that ended otherwise than by a fault that kills, by the log of who struck and watched them."""
+    return [*_ends(log.read_text("utf-8").splitlines())]
 
 
-def _ends(lines: Iterable[str], struck: Counter[str]) -> Iterable[str]:
+def _ends(lines: Iterable[str]) -> Iterator[str]:
+    struck = Counter[str]()
     for line in lines:
-        if found := _ENDED.search(line):
+        if (fault := _STRUCK.search(line)) and fault[1] in STRIKES:
+            struck[fault[2]] += 1
+        elif found := _ENDED.search(line):
             if found[2] == "SIGKILL" and struck[found[1]] > 0:
                 struck[found[1]] -= 1
             else:

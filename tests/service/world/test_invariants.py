@@ -162,3 +162,16 @@ def test_a_thing_that_nobody_asked_for_is_found(log: list[Record]) -> None:
     known = set(done_ids(log)) - made_last(log)
     unasked = [r for r in log if r[0] != "command" or r[2].id in known]
     assert any("never acknowledged as made" in line for line in commands_once_and_in_order(unasked))
+
+
+def test_an_answer_that_is_heard_before_the_question_and_a_deed_that_nobody_was_told_of_are_no_violations(
+    log: list[Record],
+) -> None:
+    first = {r[2].id: i for i, r in reversed([*enumerate(log)]) if r[0] == "command_result"}
+    asked = {r[2].id: i for i, r in enumerate(log) if r[0] == "command"}
+    places = {i: float(i) for i in range(len(log))} | {at: first[name] + 0.5 for name, at in asked.items() if name in first}
+    late = [log[i] for i in sorted(places, key=lambda i: places[i])]
+    assert commands_once_and_in_order(late) == []
+    gone = next(i for i in done_ids(log) if not i.startswith("create"))
+    untold = [r for r in log if r[0] != "command_result" or r[2].id != gone]
+    assert commands_once_and_in_order(untold) == []

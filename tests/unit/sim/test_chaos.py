@@ -12,7 +12,6 @@ from vistel_sim.chaos.invariants import Span, files_back, memory_back, no_stale_
 from vistel_sim.chaos.kinds import KINDS, Target
 from vistel_sim.chaos.plan import LASTING_S, MOVE, planned
 from vistel_sim.chaos.report import died
-from vistel_sim.chaos.run import Outcome
 
 SITES, PROCESSES = ["tokyo", "lima"], ["hub/world", "tokyo/renderer"]
 
@@ -45,6 +44,7 @@ def picture(t_s: float, delay_s: float, frames: int) -> Record:
 def test_a_figure_that_goes_back_in_time_is_found() -> None:
     stands = [picture(1.0, 0.1, 10), picture(1.5, 0.6, 20), picture(2.0, 1.1, 30), picture(2.5, 0.1, 40)]
     assert no_stale_motion(stands) == []
+    assert no_stale_motion([*stands, picture(2.6, 0.215, 50)]) == []  # by what was predicted
     assert no_stale_motion([*stands, picture(3.0, 2.0, 50)]) == ["tokyo showed aiko 1.40 s back in time"]
 
 
@@ -79,6 +79,6 @@ def test_files_that_stay_open_are_found() -> None:
 )
 def test_a_process_that_dies_unasked_is_found(tmp_path: Path, line: str, found: list[str]) -> None:
     log = tmp_path / "supervisor.log"
-    log.write_text(f"2026-01-01 ERROR hub/supervisor {line}\n")
-    struck = [{"name": "world-failure", "said": "world-failure hub/world"}]
-    assert died(log, Outcome(struck=struck)) == found
+    faults = "event=fault name=world-failure target=hub/world seconds=0", "event=fault name=hang target=tokyo/renderer seconds=2"
+    log.write_text("".join(f"2026-01-01 ERROR hub/supervisor {said}\n" for said in (*faults, line)))
+    assert died(log) == found
