@@ -111,18 +111,18 @@ class Normaliser:
 
 
 class Resampler:
-    """Resamples a stream at 8 to 96 kHz to SAMPLE_RATE."""
+    """Resamples a stream at 8 to 96 kHz to SAMPLE_RATE, or to another rate."""
 
-    def __init__(self, rate_hz: float) -> None:
+    def __init__(self, rate_hz: float, to_hz: float = SAMPLE_RATE) -> None:
         if not 8000.0 <= rate_hz <= 96000.0:
             raise ValueError(f"speech: a sample rate of {rate_hz:g} Hz; expected 8000 to 96000")
-        self._step = rate_hz / SAMPLE_RATE
+        self._step = rate_hz / to_hz
         self._reach = reach(self._step)
         self._kept = np.zeros(self._reach if self._step != 1.0 else 0, np.float32)
         self._at = float(self._reach)
 
     def feed(self, samples: Samples) -> F32:
-        """The stream's next samples at SAMPLE_RATE; they lag by the filter's reach, under 2 ms."""
+        """The stream's next samples at the other rate; they lag by the filter's reach, under 2 ms."""
         sound = np.concatenate([self._kept, as_float(samples)])
         if self._step == 1.0:
             self._kept = np.zeros(0, np.float32)

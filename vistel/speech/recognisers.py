@@ -1,7 +1,11 @@
 """The recogniser of a language, from a grammar."""
 
+from __future__ import annotations
+
+import logging
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from vistel.speech.automaton import Pattern
 from vistel.speech.engines.choice import Chosen
@@ -10,6 +14,11 @@ from vistel.speech.grammar import Grammar, Language
 from vistel.speech.grammar_file import GrammarFault, load_grammar
 from vistel.speech.phones import PHONES, kana_phones, kana_ways
 from vistel.speech.recognition import Recogniser
+
+if TYPE_CHECKING:
+    from vistel.speech.hybrid import HybridRecogniser
+
+log = logging.getLogger("vistel.speech")
 
 Maker = Callable[[Grammar, Path | None], Recogniser]
 
@@ -57,7 +66,7 @@ def checked_grammar(*extra: Path) -> tuple[Grammar, list[GrammarFault]]:
     return load_grammar(*extra, known=unrecognisable)
 
 
-def _hybrid(language: Language, patterns: list[Pattern], phones: tuple[str, ...], voice: Path | None) -> Recogniser:
+def _hybrid(language: Language, patterns: list[Pattern], phones: tuple[str, ...], voice: Path | None) -> HybridRecogniser:
     from vistel.speech import acoustic, enrolment
     from vistel.speech.automaton import compile_automaton
     from vistel.speech.hybrid import HybridRecogniser
@@ -80,11 +89,19 @@ _DOUBT = 1.0
 
 def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
     """Without `voice`: what is learnt of a voice is learnt from Japanese, and fits the Japanese net."""
-    from vistel.speech.combined import CombinedRecogniser
+    from vistel.speech.combined import CombinedRecogniser, Trust
     from vistel.speech.engines import sphinx
+    from vistel.speech.filtered import Filtered
 
-    net = _hybrid("en", grammar.patterns("en", sphinx.phrase_phones), sphinx.PHONES, None)
-    return CombinedRecogniser((net, pocketsphinx("en", grammar)), (0.0, _DOUBT))
+    patterns = grammar.patterns("en", sphinx.phrase_phones)
+    net, of_filtered = (_hybrid("en", patterns, sphinx.PHONES, None) for _ in range(2))
+    try:
+        filtered = Filtered((of_filtered, pocketsphinx("en", grammar)), lambda: net.pending_frames > 0)
+    except EngineError as e:
+        log.warning("event=no_noise_filter reason=%r effect=%r", str(e), "English is understood less well in noise")
+        filtered = None
+    trust = Trust("net"), Trust("pocketsphinx", _DOUBT)
+    return CombinedRecogniser((net, pocketsphinx("en", grammar)), trust * 2, filtered)
 
 
 def pocketsphinx(language: Language, grammar: Grammar) -> Recogniser:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vistel.speech.combined import CombinedRecogniser
+from vistel.speech.combined import CombinedRecogniser, Trust
 from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Hypothesis, Samples
 
 
@@ -34,7 +34,7 @@ class Finds:
 
 def heard(one: Finds, other: Finds, seconds: float = 4.0, chunk: int = 160) -> list[tuple[str, float]]:
     """Words, and when they were told to a tenth of a second."""
-    both = CombinedRecogniser((one, other))
+    both = CombinedRecogniser((one, other), (Trust("net"), Trust("words")))
     sound = np.zeros(round(seconds * SAMPLE_RATE), np.float32)
     found = []
     for at in range(0, len(sound), chunk):
@@ -67,3 +67,15 @@ def test_how_the_stream_is_cut_changes_nothing_but_the_time() -> None:
     other = (1.66, 0.5, 1.4, "ball", 0.7), (3.9, 2.5, 3.4, "lid", 0.9)
     for chunk in (160, 320, 4000, 64000):
         assert [word for word, _ in heard(Finds(*one), Finds(*other), chunk=chunk)] == ["ball", "cone"]
+
+
+@pytest.mark.parametrize(
+    ("sure", "kinds", "told_s"),
+    [(0.8, ("net", "words"), 1.5), (0.5, ("net", "words"), 2.1), (0.8, ("net", "net"), 2.1)],
+    ids=["surely", "hardly", "of one kind"],
+)
+def test_what_two_of_different_kinds_agree_on_surely_waits_for_no_third(sure: float, kinds: tuple[str, ...], told_s: float) -> None:
+    heard = [Finds((1.5, 0.5, 1.3, "box", sure)) for _ in kinds]
+    three = CombinedRecogniser([*heard, Finds()], [*map(Trust, kinds), Trust("third")])
+    pieces = [round(at / SAMPLE_RATE, 1) for at in range(320, 4 * SAMPLE_RATE, 320) if three.feed(np.zeros(320, np.float32))]
+    assert pieces == [told_s]
