@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.arrays import F32
-from vistel.speech.deep_filter import DELAY, DeepFilter
+from vistel.speech.engines.deep_filter import DELAY, DeepFilter
 from vistel.speech.features import as_float
 from vistel.speech.recognition import SAMPLE_RATE, Hypotheses, Recogniser, Samples
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from vistel.audio.recording import read_recording
-from vistel.speech.deep_filter import DELAY, DeepFilter
+from vistel.speech.engines.deep_filter import DELAY, DeepFilter
 from vistel.speech.features import Resampler
 from vistel.speech.filtered import Filtered
 from vistel.speech.recognisers import checked_grammar, recogniser

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vistel.speech.denoise import Denoiser
 from vistel.speech.engines.choice import Chosen
+from vistel.speech.engines.denoise import Denoiser
 from vistel.speech.features import Resampler
 from vistel.speech.grammar_file import load_grammar
 from vistel.speech.recognisers import checked_grammar, recogniser, unrecognisable

@@ -11,7 +11,7 @@ from enum import Enum
 import numpy as np
 
 from vistel.arrays import I16
-from vistel.speech.denoise import STEP, Denoiser
+from vistel.speech.engines.denoise import STEP, Denoiser
 from vistel.speech.engines.sphinx import sphinx
 from vistel.speech.features import as_float
 from vistel.speech.recognition import SAMPLE_RATE, Samples
