@@ -68,10 +68,10 @@ def serve(
         if names.count(name) > 1:
             fail(f"world serve: {names.count(name)} of the files are of the conference {name}; each needs a name of its own")
     endpoints = [endpoint_of(c, hub) for c in conferences]
-    logs.configure("hub/worlds")
     try:
         for conference, endpoint in zip(conferences, endpoints, strict=True):
             endpoints_of(conference, HUB, endpoint)
+        logs.configure("hub/worlds")
         serving = _serve([(kept_in(c, keep), e) for c, e in zip(conferences, endpoints, strict=True)], seconds, place, wait, begin)
         event_loop.run(background.as_service("worlds", serving))
     except BusError as e:

@@ -54,7 +54,9 @@ export class SteeringPanel {
 
   /** Names of what is in the room. */
   seeThings(names: readonly string[]): void {
+    if (names.join() === this.things.join()) return;
     this.things = names;
+    this.show();
   }
 
   private answer({ id, done, answer: english, token, why, values }: Steered): void {
