@@ -97,7 +97,7 @@ class CombinedRecogniser:
 
     def _take(self, number: int, heard: list[Hypotheses]) -> list[Hypotheses]:
         """Keeps what has not been told already, of each recogniser what it is surest of. Returns what waited if this is the next
-        utterance."""
+        utterance and that one was believed."""
         found: list[Hypotheses] = []
         for each in heard:
             if each[0].start_s < self._told_s:
@@ -105,7 +105,7 @@ class CombinedRecogniser:
             if self._waiting and each[0].start_s >= max(other[0].end_s for other in self._waiting.values()):
                 if each[0].confidence < _NOTHING:
                     continue
-                if self._filtered is None or (self._most_odds() >= 0.0 and not self._goes_on()):
+                if self._most_odds() >= 0.0 and not self._goes_on():
                     found += self._surest()
             if not self._waiting:
                 self._since = self._fed

@@ -22,7 +22,7 @@ class Filtered:
 
     def __init__(self, recognisers: Sequence[Recogniser], speaking: Callable[[], bool]) -> None:
         """speaking: whether somebody is heard in what was fed last."""
-        self.recognisers, self.speaking = recognisers, speaking
+        self._recognisers, self.speaking = recognisers, speaking
         self._filter = DeepFilter()
         self.reset()
 
@@ -42,28 +42,28 @@ class Filtered:
                 sound = np.concatenate([self._recent, sound])
                 self._late_s = (DELAY - self._fed + len(sound)) / SAMPLE_RATE
                 self._filter.feed(np.zeros(DELAY, np.float32))  # what is still in it is of before
-                for each in self.recognisers:
+                for each in self._recognisers:
                     each.reset()
             self._left = _AFTER
         elif not self._left:
             self._recent = np.concatenate([self._recent, sound])[-_BEFORE:]
-            return [[] for _ in self.recognisers]
+            return [[] for _ in self._recognisers]
         else:
             self._left = max(0, self._left - len(sound))
         clean = self._filter.feed(sound)
-        found = [self._in_time(each.feed(clean)) for each in self.recognisers]
+        found = [self._in_time(each.feed(clean)) for each in self._recognisers]
         return found if self._left else self._ended(found)
 
     def flush(self) -> list[list[Hypotheses]]:
         """Ends the current utterances; returns them, of each recogniser."""
         if not self._left:
-            return [[] for _ in self.recognisers]
+            return [[] for _ in self._recognisers]
         rest = self._filter.feed(np.zeros(DELAY, np.float32))
-        return self._ended([self._in_time(each.feed(rest)) for each in self.recognisers])
+        return self._ended([self._in_time(each.feed(rest)) for each in self._recognisers])
 
     def _ended(self, found: list[list[Hypotheses]]) -> list[list[Hypotheses]]:
         self._left, self._recent = 0, np.zeros(0, np.float32)
-        return [[*so_far, *self._in_time(each.flush())] for so_far, each in zip(found, self.recognisers, strict=True)]
+        return [[*so_far, *self._in_time(each.flush())] for so_far, each in zip(found, self._recognisers, strict=True)]
 
     def _in_time(self, found: Sequence[Hypotheses]) -> list[Hypotheses]:
         """When it was said, not when it came out of the filter."""
