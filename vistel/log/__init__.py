@@ -63,7 +63,7 @@ class Log:
     @property
     def duration(self) -> float:
         """From the first message to the last, seconds."""
-        return (self._reader.end_ns - self._reader.begin_ns) * 1e-9
+        return self._reader.length_s
 
     @property
     def begin_ns(self) -> int:

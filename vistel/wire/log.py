@@ -207,6 +207,11 @@ class LogReader:
         self.clock_offsets: dict[str, str] = index.metadata.get(OFFSETS, {})
 
     @property
+    def length_s(self) -> float:
+        """From the first message to the last, seconds."""
+        return (self.end_ns - self.begin_ns) * 1e-9
+
+    @property
     def grows(self) -> bool:
         """Whether the file has no index yet: it is being written, or was cut off."""
         return self._index.walked is not None

@@ -30,21 +30,21 @@ class Player:
         """tell: gets kinds of words, and JSON."""
         playout = conference.playout.model_copy(update={"delay": conference.playout.recorded_s})
         self._delay_ns = round(playout.recorded_s * 1e9)
-        self._reader, self._tell = reader, tell
+        self._conference, self._reader, self._tell = conference, reader, tell
         self._log = LogFeed(reader)
         self._chat = Chat(self._log.bus)
         self._arrivals = Arrivals(self._log.bus)
         self.feed = Feed(conference.model_copy(update={"playout": playout}), self._arrivals.bus, self._log.clock, self._chat)
         self._numbers = Numbers(conference, self._arrivals) if numbers else None
-        self._conference = conference
         self._shown_ns: int | None = None
         self._told_ns = 0
+        self.leapt = True  # whether what was shown last was gone to anew, not played
 
     async def show(self, head: Playhead) -> tuple[bytes, list[tuple[str, bytes]]]:
         """What the room was at the playhead, as a frame, and what was said since the last one. It is of what was captured then, so
         a little more of the log has been read."""
         now_ns = self._reader.begin_ns + round(head.t * 1e9) + self._delay_ns
-        leapt = self._shown_ns is None or not 0 <= now_ns - self._shown_ns <= _LEAP_NS
+        self.leapt = leapt = self._shown_ns is None or not 0 <= now_ns - self._shown_ns <= _LEAP_NS
         if leapt:
             await self._leap(now_ns)
         if leapt or not head.playing:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from aiohttp import WSMsgType, web
 
 from vistel.conference.model import Conference
+from vistel.messages.notes import Note, NoteError, note
 from vistel.session.steering.page import MAY_NOT
 from vistel.wire import background, motion
 from vistel.wire.clock import Clock, within
@@ -25,7 +26,6 @@ from vistel_services.serving.server import prepared_socket
 
 if TYPE_CHECKING:
     from vistel.log.questions import Lasting, Questions
-    from vistel.messages.notes import Note
 
 log = logging.getLogger("vistel.console")
 
@@ -133,10 +133,10 @@ class _Visit:
         self.viewer = Viewer()
         self.players = [Player(conference, self._reader, self.viewer.put)]
         self.players += [Player(_conference(r, conference), r, self._tell_beside, numbers=False) for r in self._others]
-        self._head = Playhead(length(self._reader))
+        self._head = Playhead(self._reader.length_s)
         self._offset = usual_offset(self._reader, self._others[0]) if self._others else 0.0
         self._questions: Questions | None = None
-        self._said = asyncio.Event()
+        self._said, self._at_ns = asyncio.Event(), clock.steady_ns()
         hello: dict[str, Any] = {"kind": "hello", "conference": conference.name, "log": self._reader.path.name}
         hello |= {"end": self._head.end, "grows": self._reader.grows, "damage": self._reader.damage}
         hello |= {"path": str(self._reader.path), "people": [p.name for s in conference.sites for p in s.participants]}
@@ -172,7 +172,6 @@ class _Visit:
     def _hear(self, said: str) -> None:
         from vistel.log.playhead import NotUnderstoodError, number, understood
         from vistel.log.questions import plot_asked
-        from vistel.messages.notes import NoteError, note
 
         try:
             asked = understood(said)
@@ -187,8 +186,8 @@ class _Visit:
             if "note" in asked:
                 t_ns = self._reader.begin_ns + round(self._head.t * 1e9)
                 self._replays.note(self._reader.path, note(t_ns, asked.get("author"), asked["note"]))
-            if "hears" in asked:
-                self.viewer.hears = asked["hears"] is True
+            self.viewer.hears = asked.get("hears", self.viewer.hears) is True
+            self._pass_time()
             self._head = self._head.told(asked)
         except (NotUnderstoodError, NoteError) as e:
             self.viewer.put("refused", json.dumps({"kind": "refused", "reason": str(e), "code": 0}))
@@ -204,26 +203,32 @@ class _Visit:
         return self._questions
 
     async def _play(self) -> None:
-        before_ns = grown_ns = self._clock.steady_ns()
+        grown_ns = self._clock.steady_ns()
         while True:
-            now_ns = self._clock.steady_ns()
-            self._head = self._head.after((now_ns - before_ns) * 1e-9)
-            before_ns = now_ns
+            now_ns = self._pass_time()
             if self._reader.grows and now_ns - grown_ns >= _GROWS_NS:
                 grown_ns = now_ns
                 self._grow()
             self._said.clear()
             await self._show()
+            if self.players[0].leapt:
+                self._at_ns = self._clock.steady_ns()  # what it took to get there is not played
             rest_s = 1.0 / RATE_HZ - (self._clock.steady_ns() - now_ns) * 1e-9
             with contextlib.suppress(TimeoutError):
                 async with within(self._clock, max(0.001, rest_s) if self._head.playing else _PAUSED_S):
                     await self._said.wait()
 
+    def _pass_time(self) -> int:
+        """Move the playhead to where it is now."""
+        before_ns, self._at_ns = self._at_ns, self._clock.steady_ns()
+        self._head = self._head.after((self._at_ns - before_ns) * 1e-9)
+        return self._at_ns
+
     async def _show(self) -> None:
         head = self._head
         frame, spoken = await self.players[0].show(head)
         for other, reader in zip(self.players[1:], self._others, strict=True):
-            there = head.moved(self._offset, length(reader))
+            there = head.moved(self._offset, reader.length_s)
             frame += (await other.show(there))[0]
         if head.playing and head.speed == 1.0:
             self.viewer.put_voices(spoken)
@@ -233,14 +238,9 @@ class _Visit:
 
     def _grow(self) -> None:
         if self._reader.grow():
-            self._head = self._head.reaching(length(self._reader))
+            self._head = self._head.reaching(self._reader.length_s)
             self.players[0].grown()
             self.tell_notes(self._reader.path)
-
-
-def length(reader: LogReader) -> float:
-    """Of a log [s]."""
-    return (reader.end_ns - reader.begin_ns) * 1e-9
 
 
 def _conference(reader: LogReader, otherwise: Conference) -> Conference:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import time
 from pathlib import Path
 from typing import Any
 
@@ -43,6 +44,20 @@ async def heard(live: aiohttp.ClientWebSocketResponse, kind: str, such: Any = la
             if said.type is aiohttp.WSMsgType.TEXT and (words := json.loads(said.data))["kind"] == kind and such(words):
                 return words
     raise AssertionError(f"no {kind}")
+
+
+def test_playing_goes_on_from_where_it_stood_still_however_long_that_was() -> None:
+    async def watch() -> None:
+        async with served(MEETING) as url, aiohttp.ClientSession() as session, session.ws_connect(f"{url}live") as live:
+            await live.send_json({"t": 0.0, "speed": 16})
+            await heard(live, "playhead", lambda w: w["speed"] == 16)
+            await asyncio.sleep(0.3)  # standing still is real time that passes
+            before = time.monotonic()
+            await live.send_json({"playing": True})
+            moved = await heard(live, "playhead", lambda w: w["t"] > 0.0)
+            assert moved["t"] <= 16 * (time.monotonic() - before)
+
+    run(watch())
 
 
 def test_a_viewer_goes_to_any_moment_and_misbehaving_changes_nothing() -> None:

@@ -109,8 +109,9 @@ def test_voices_are_sent_at_their_own_speed_only(tmp_path: Path) -> None:
 
     async def at_speed(live: aiohttp.ClientWebSocketResponse, speed: float, until_s: float) -> int:
         """Packets of voices that came while it was played from the beginning."""
-        await live.send_json({"t": 0.0, "speed": speed, "playing": True, "hears": True})
-        await heard(live, "playhead", lambda w: w["t"] < 0.5)
+        await live.send_json({"t": 0.0, "speed": speed, "playing": False, "hears": True})
+        await heard(live, "playhead", lambda w: w["t"] == 0.0)
+        await live.send_json({"playing": True})
         count = 0
         async for said in live:
             if said.type is aiohttp.WSMsgType.BINARY:

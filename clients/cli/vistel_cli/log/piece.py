@@ -6,14 +6,13 @@ from vistel_cli.terminal import USAGE, fail, print_warning
 
 def check_within(reader: LogReader, option: str, seconds: float) -> None:
     """Ends the command with one line when the log ends before so many seconds after its beginning."""
-    length = (reader.end_ns - reader.begin_ns) * 1e-9
-    if not 0.0 <= seconds <= length:
-        fail(f"{option} {seconds:g}: the log ends at {length:.1f} s", USAGE)
+    if not 0.0 <= seconds <= reader.length_s:
+        fail(f"{option} {seconds:g}: the log ends at {reader.length_s:.1f} s", USAGE)
 
 
 def piece_of(reader: LogReader, begin_s: float, end_s: float | None) -> tuple[float, float]:
     """Begin and end in seconds after the log's beginning. Ends the command when the log has nothing there."""
-    length = (reader.end_ns - reader.begin_ns) * 1e-9
+    length = reader.length_s
     check_within(reader, "--from", begin_s)
     if begin_s == length > 0.0:
         fail(f"--from {begin_s:g}: the log ends there", USAGE)
