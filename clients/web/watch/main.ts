@@ -51,11 +51,13 @@ function hear(words: Words): void {
 function tell(state: State): void {
   const now = performance.now();
   const rate = ((shown - counted.pictures) * 1e3) / (now - counted.at);
+  const drawn = state.rate.toFixed(0);
   const seenMs = Math.max(0, (ages - counted.ages) / (shown - counted.pictures)); // of the last second; NaN: none was shown
   counted = { pictures: shown, ages, at: now };
   const said = [
     size,
-    `${rate.toFixed(0)} of ${state.rate.toFixed(0)} pictures/s`,
+    // What waited on the way comes in a burst: more than were drawn meanwhile.
+    rate.toFixed(0) === drawn || rate > state.rate ? `${rate.toFixed(0)} pictures/s` : `${rate.toFixed(0)} of ${drawn} pictures/s`,
     Number.isNaN(seenMs) ? "" : `picture ${seenMs.toFixed(0)} ms old`,
     Number.isNaN(seenMs) ? "" : `motions ${(state.motion_age_ms + seenMs).toFixed(0)} ms`,
     canDecode ? "" : "as JPEG: open by localhost for less traffic and for sound",

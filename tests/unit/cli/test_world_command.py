@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -243,3 +244,13 @@ def test_serve_says_what_is_missing(tmp_path: Path) -> None:
     _refused("serve", solo, says="does not run on this machine")
     _refused("serve", solo, "--hub", "tls/192.0.2.7:7447", says="needs certificates")
     _refused("serve", solo, solo, "--hub", "tcp/127.0.0.1:1", says="each needs a name of its own")
+
+
+def test_serve_says_at_once_that_no_router_answers_yet(tmp_path: Path) -> None:
+    solo = tmp_path / "solo.toml"
+    solo.write_text(SOLO)
+    script = "from vistel_cli.main import app; app()"
+    words = ["world", "serve", str(solo), "--hub", "tcp/127.0.0.1:1", "--keep", str(tmp_path), "--seconds", "0.1"]
+    done = subprocess.run([sys.executable, "-c", script, *words], capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert "no router answers at tcp/127.0.0.1:1 yet; it is tried again" in done.stderr, done.stderr
+    assert done.returncode == 0

@@ -18,13 +18,14 @@ from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock, SystemClock
 from vistel.wire.clock_sync import follow_hub
 from vistel.wire.zenoh.bus import BusError
-from vistel_cli.conference_choice import endpoint_of
+from vistel.wire.zenoh.endpoints import may_answer
+from vistel_cli.conference_choice import ANSWER_S, endpoint_of
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.renewing import keep_certificate
 from vistel_cli.run.earlier_room import FromRoom, resume
 from vistel_cli.stop_asked import stop_asked
-from vistel_cli.terminal import USAGE, fail, load_conference, out
+from vistel_cli.terminal import USAGE, fail, load_conference, out, print_warning
 from vistel_cli.world.move import check_place
 from vistel_services.process import logs
 from vistel_services.process.monitoring import monitored
@@ -95,6 +96,9 @@ async def _serve(conferences: list[tuple[Conference, str]], seconds: float, at: 
     resume(conferences[0][0], RunPaths(Path(), Path()), earlier, HUB)
     for room, (_, endpoint) in zip(rooms, conferences, strict=True):
         out.print(f"room {room.name} at {endpoint}, kept in {room.config.folder}", soft_wrap=True)
+    for endpoint in sorted({endpoint for _, endpoint in conferences}):
+        if not any([await asyncio.to_thread(may_answer, e, ANSWER_S) for e in endpoint.split(",")]):
+            print_warning(f"no router answers at {endpoint} yet; it is tried again until one does")
     for conference, endpoint in conferences:
         background.start(keep_certificate(conference, HUB, endpoint), "certificate")
     serving = background.start(serve(rooms), "rooms")
