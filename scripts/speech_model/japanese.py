@@ -133,7 +133,6 @@ def _prepare(alike: Path) -> None:
 
 JAPANESE = Corpus(
     "japanese",
-    PHONES,
     _lacking,
     _prepare,
     tuple(packs()),
@@ -142,4 +141,5 @@ JAPANESE = Corpus(
     ("espeak",),
     26,
     0.75,
+    phones=PHONES,
 )

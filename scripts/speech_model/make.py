@@ -24,7 +24,7 @@ import numpy as np
 
 from scripts.speech_model import corpus, gpu_training
 from scripts.speech_model.align import aligned
-from scripts.speech_model.corpus import Corpus
+from scripts.speech_model.corpus import Corpus, Net
 from scripts.speech_model.english import ENGLISH
 from scripts.speech_model.frames import Session, session
 from scripts.speech_model.japanese import JAPANESE
@@ -82,7 +82,7 @@ def stays(said: list[Spoken], phones: tuple[str, ...]) -> F32:
 class _Source:
     """What rounds are made of. said: by voice and pack; parts: how many rounds hold about as much as was said."""
 
-    language: Corpus
+    net: Net
     said: dict[str, list[Spoken]]
     start_mean: F32
     seed: int
@@ -113,7 +113,7 @@ def _begin(source: _Source) -> None:
 
 def _round(number: int) -> list[Session]:
     source = _source[0]
-    language, said = source.language, source.said
+    net, said = source.net, source.said
     speech = [each.sound for some in said.values() for each in some[number % 10 :: 10]]
     noises = Noises(corpus.seeded(source.seed, "noises", number), speech)
     made: list[Session] = []
@@ -122,7 +122,7 @@ def _round(number: int) -> list[Session]:
         order = random.permutation(len(some))[: max(3, len(some) // source.parts)]
         for k in range(0, len(order), 3):
             utterances = [some[i] for i in order[k : k + 3]]
-            made.append(session(random, utterances, noises, source.start_mean, language.phones, throats=language.throats))
+            made.append(session(random, utterances, noises, source.start_mean, net.phones, throats=net.throats))
     return made
 
 
@@ -149,16 +149,16 @@ def _timed(language: str, first_file: Path, pack: Path) -> list[Spoken]:
     return [found for each in corpus.load_pack(pack, CORPORA[language].phones) if (found := aligned(first, each)) is not None]
 
 
-def trained(language: Corpus, said: dict[str, list[Spoken]], rounds: int, share: float, seed: int) -> AcousticModel:
+def trained(net: Net, said: dict[str, list[Spoken]], rounds: int, share: float, seed: int) -> AcousticModel:
     """A net that begins with random weights and has heard everything in so many places."""
-    model, random, source = _begun(language, said, seed, 1, 1)
+    model, random, source = _begun(net, said, seed, 1, 1)
     print(f"training on {rounds} rounds", flush=True)
     return train(random, model, islice(source, rounds), rounds, share, _tell)
 
 
-def trained_on_gpu(language: Corpus, said: dict[str, list[Spoken]], minutes: float, processes: int, seed: int) -> AcousticModel:
+def trained_on_gpu(net: Net, said: dict[str, list[Spoken]], minutes: float, processes: int, seed: int) -> AcousticModel:
     """As `trained`, for so long, with the processor's other cores for what is heard."""
-    model, random, source = _begun(language, said, seed, processes, _PARTS)
+    model, random, source = _begun(net, said, seed, processes, _PARTS)
     until = time.monotonic() + 60.0 * minutes
 
     def done(_: int) -> float:
@@ -168,17 +168,17 @@ def trained_on_gpu(language: Corpus, said: dict[str, list[Spoken]], minutes: flo
 
 
 def _begun(
-    language: Corpus, said: dict[str, list[Spoken]], seed: int, processes: int, parts: int
+    net: Net, said: dict[str, list[Spoken]], seed: int, processes: int, parts: int
 ) -> tuple[AcousticModel, np.random.Generator, Iterator[Frames]]:
     """A net of random weights, what its training draws from, and rounds of what it hears."""
     said = dict(sorted(said.items()))
     everything = [each for some in said.values() for each in some]
     start_mean = usual_mean(everything[::10])
-    source = heard(_Source(language, said, start_mean, seed, parts), processes)
+    source = heard(_Source(net, said, start_mean, seed, parts), processes)
     first = next(source)
     print(f"{len(first.known) * FRAME_S / 3600.0:.1f} hours in a round", flush=True)
     random = corpus.seeded(seed, "net")
-    model = fresh(random, first, start_mean, stays(everything, language.phones), language.phones)
+    model = fresh(random, first, start_mean, stays(everything, net.phones), net.phones, net.offsets, net.hidden)
     return model, random, chain([first], source)
 
 

@@ -44,17 +44,25 @@ class Frames:
         self.known = np.flatnonzero(self.states >= 0)
 
 
-def fresh(random: np.random.Generator, frames: Frames, start_mean: F32, stay: F32, phones: tuple[str, ...]) -> AcousticModel:
+def fresh(
+    random: np.random.Generator,
+    frames: Frames,
+    start_mean: F32,
+    stay: F32,
+    phones: tuple[str, ...],
+    offsets: tuple[int, ...] = OFFSETS,
+    hidden: tuple[int, ...] = HIDDEN,
+) -> AcousticModel:
     """A net of random weights, with the spread and the priors of the frames."""
     spread = frames.values[frames.known].std(0)
     counts = np.bincount(frames.states[frames.known], minlength=len(stay)) + 1.0
-    widths = [len(OFFSETS) * BANDS, *HIDDEN, len(stay)]
+    widths = [len(offsets) * BANDS, *hidden, len(stay)]
     weights = [(random.standard_normal((a, b)) * np.sqrt(2.0 / a)).astype(np.float32) for a, b in pairwise(widths)]
     weights[-1] *= np.float32(0.3)
     biases = tuple(np.zeros(b, np.float32) for b in widths[1:])
     prior = np.log(counts / counts.sum()).astype(np.float32)
     scale = (1.0 / spread).astype(np.float32)
-    return AcousticModel(phones, OFFSETS, start_mean, scale, tuple(weights), biases, prior, stay, np.zeros(FEATURES, np.float32))
+    return AcousticModel(phones, offsets, start_mean, scale, tuple(weights), biases, prior, stay, np.zeros(FEATURES, np.float32))
 
 
 def train(

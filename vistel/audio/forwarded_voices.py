@@ -1,4 +1,4 @@
-"""Voices on their way to pages that watch a room: each packet once, and how loud each talker is at the instant that is shown.
+"""Voices on their way to pages that watch a room: each packet once.
 
 A message to a page is its format, `FORMAT`, and records, little-endian:
 
@@ -15,7 +15,6 @@ A message to a page is its format, `FORMAT`, and records, little-endian:
 from __future__ import annotations
 
 import struct
-from bisect import bisect_right
 from collections import deque
 from collections.abc import Callable
 
@@ -29,10 +28,6 @@ _RECORD = struct.Struct("<HBBdf")
 _MOST_PACKETS = 100
 """Of all talkers, from one frame of the room to the next."""
 _MOST_PACKET_BYTES = 1500
-_KEPT = 150
-"""Levels of a talker: three seconds."""
-_HOLD_NS = 400_000_000
-"""A level counts for so long where no newer one comes."""
 _RESTART_NS = 5_000_000_000
 """A packet older than the newest by more belongs to a voice that began anew."""
 
@@ -48,7 +43,6 @@ class _Talker:
     def __init__(self) -> None:
         self.transit = TransitEstimate()
         self.newest_ns = -_RESTART_NS
-        self.levels: deque[tuple[int, float | None]] = deque(maxlen=_KEPT)
 
 
 class ForwardedVoices:
@@ -59,13 +53,10 @@ class ForwardedVoices:
         self._waiting: deque[tuple[str, int, bytes, bool]] = deque(maxlen=_MOST_PACKETS)
 
     def receive(self, name: str, message: Voice, received_ns: int) -> None:
-        """Take a message of a participant's voice, or of how loud it is."""
+        """Take a message of a participant's voice; one of how loud it is counts for nothing."""
         talker, t_ns = self._talkers.setdefault(name, _Talker()), message.header.t_ns
         if talker.newest_ns - t_ns > _RESTART_NS:
             talker.newest_ns = -_RESTART_NS
-            talker.levels.clear()
-        if not talker.levels or t_ns > talker.levels[-1][0]:
-            talker.levels.append((t_ns, message.level_db if message.talking else None))
         if not message.opus:
             return
         talker.transit.observe(received_ns - t_ns, received_ns)
@@ -80,14 +71,6 @@ class ForwardedVoices:
         out = [(name, record_of(name, t_ns, delay_ns(name), opus, talking=talking)) for name, t_ns, opus, talking in self._waiting]
         self._waiting.clear()
         return out
-
-    def level_db(self, name: str, t_ns: int) -> float | None:
-        """How loud a talker was at `t_ns`; None: they did not speak."""
-        talker = self._talkers.get(name)
-        if talker is None:
-            return None
-        at = bisect_right(talker.levels, t_ns, key=lambda level: level[0]) - 1
-        return talker.levels[at][1] if at >= 0 and t_ns - talker.levels[at][0] < _HOLD_NS else None
 
     def needed_ns(self) -> dict[str, int]:
         """The least time from the capture of a frame to its arrival here that nearly all frames keep to, of each talker."""

@@ -9,9 +9,12 @@ from __future__ import annotations
 
 import math
 import struct
+from collections.abc import Callable
 
+from vistel.arrays import F32, F64
 from vistel.audio.levels import SILENT_DB, Meter
 from vistel.audio.opus import FRAME_NS, Decoder, OpusError
+from vistel.audio.visemes import to_bytes
 from vistel.v1.audio_pb2 import Voice
 
 VOICE = 4
@@ -78,8 +81,9 @@ class VoiceGate:
 class PageVoice:
     """From the records of one page to Voice messages."""
 
-    def __init__(self) -> None:
-        self._decoder, self._meter, self._gate = Decoder(), Meter(), VoiceGate()
+    def __init__(self, visemes: Callable[[F32], F64]) -> None:
+        """visemes: reads them from the next samples, as `vistel.speech.visemes`."""
+        self._decoder, self._meter, self._gate, self._visemes = Decoder(), Meter(), VoiceGate(), visemes
         self._sounding = False
 
     def message(self, data: bytes, now_ns: int) -> Voice | None:
@@ -92,10 +96,11 @@ class PageVoice:
         if not self._sounding:
             return _silence(t_ns) if sounded else None
         try:
-            level = self._meter.measure(self._decoder.decode(opus))
+            samples = self._decoder.decode(opus)
         except OpusError:
             return None
-        message = Voice(opus=opus, level_db=level.rms_db, clipped=level.clipped, talking=level.talking)
+        level, visemes = self._meter.measure(samples), to_bytes(self._visemes(samples))
+        message = Voice(opus=opus, level_db=level.rms_db, clipped=level.clipped, talking=level.talking, visemes=visemes)
         message.header.t_ns = t_ns
         return message
 

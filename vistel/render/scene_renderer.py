@@ -285,7 +285,7 @@ class SceneRenderer:
                 size,
                 planned=self._deformer is not None,
                 at_ns=instant.now_ns,
-                level_db=instant.loudness.get(name),
+                speech=instant.speech.get(name),
             )
             cast.at = now.joints.position[JOINT_INDEX["hips"]]
             cast.head = now.joints.position[JOINT_INDEX["left_eye"]]

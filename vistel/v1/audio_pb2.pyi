@@ -9,20 +9,22 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class Voice(_message.Message):
-    __slots__ = ("header", "opus", "level_db", "clipped", "talking", "earlier")
+    __slots__ = ("header", "opus", "level_db", "clipped", "talking", "earlier", "visemes")
     HEADER_FIELD_NUMBER: _ClassVar[int]
     OPUS_FIELD_NUMBER: _ClassVar[int]
     LEVEL_DB_FIELD_NUMBER: _ClassVar[int]
     CLIPPED_FIELD_NUMBER: _ClassVar[int]
     TALKING_FIELD_NUMBER: _ClassVar[int]
     EARLIER_FIELD_NUMBER: _ClassVar[int]
+    VISEMES_FIELD_NUMBER: _ClassVar[int]
     header: _envelope_pb2.Header
     opus: bytes
     level_db: float
     clipped: bool
     talking: bool
     earlier: _containers.RepeatedScalarFieldContainer[bytes]
-    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., opus: _Optional[bytes] = ..., level_db: _Optional[float] = ..., clipped: _Optional[bool] = ..., talking: _Optional[bool] = ..., earlier: _Optional[_Iterable[bytes]] = ...) -> None: ...
+    visemes: bytes
+    def __init__(self, header: _Optional[_Union[_envelope_pb2.Header, _Mapping]] = ..., opus: _Optional[bytes] = ..., level_db: _Optional[float] = ..., clipped: _Optional[bool] = ..., talking: _Optional[bool] = ..., earlier: _Optional[_Iterable[bytes]] = ..., visemes: _Optional[bytes] = ...) -> None: ...
 
 class VoiceControl(_message.Message):
     __slots__ = ("header", "participant", "muted", "push_to_talk", "talk")

@@ -38,5 +38,5 @@ const text = phrases(ENGLISH, JAPANESE);
 
 /** why: the server's code, of which not all are known here; otherwise: what it says itself, in English. */
 export function refusal(why: string | undefined, values: readonly string[] | undefined, otherwise: string): string {
-  return why && why in ENGLISH ? text(why as Key, ...(values ?? [])) : otherwise;
+  return why && Object.hasOwn(ENGLISH, why) ? text(why as Key, ...(values ?? [])) : otherwise;
 }

@@ -13,9 +13,12 @@ from vistel.audio.capture import MicrophoneCapture
 from vistel.audio.levels import SILENT_DB, Level, Meter
 from vistel.audio.microphone_switches import MicrophoneSwitch
 from vistel.audio.opus import FRAME_NS, Encoder
+from vistel.audio.visemes import to_bytes
+from vistel.speech.visemes.reader import VisemeReader
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Publication
 from vistel.wire.uplink import MOST_FRAMES, Uplink
+from vistel.wire.voice_levels import VoiceLevels
 
 log = logging.getLogger("vistel.audio")
 
@@ -26,8 +29,6 @@ _LEVEL = Gauge("vistel_audio_microphone_level_db", "Level of the microphone, 0 =
 _SILENT_BYTES = 2
 """A packet of so many bytes or fewer is silence."""
 _CLIP_SHOWN_NS = 1_000_000_000
-_LEVEL_NS = 240_000_000
-"""How often a crowd is told how loud a voice is."""
 
 
 class VoiceSender:
@@ -48,7 +49,7 @@ class VoiceSender:
 
         Where `uplink` is thin, a message carries several frames, each once, and fewer bits of each.
         """
-        self._levels, self._told_ns = levels, 0
+        self._levels = VoiceLevels(levels)
         self.participant, self.switch = participant, switch
         self.level = Level()
         self._capture, self._publication = capture, publication
@@ -57,7 +58,7 @@ class VoiceSender:
         self._earlier: deque[tuple[int, bytes]] = deque(maxlen=max(repeats, MOST_FRAMES - 1))
         self._unsent = 0
         """How many of them were in no message yet."""
-        self._meter = Meter()
+        self._meter, self._reader, self._visemes = Meter(), VisemeReader(), b""
         self._sounding = False
         self._clipped_ns: int | None = None
         self._warned = False
@@ -77,6 +78,7 @@ class VoiceSender:
         if not self.switch.open or self.level.idle or self.level.rms_db <= SILENT_DB:
             self._end(t_ns)
             return
+        self._visemes = to_bytes(self._reader.feed(pcm))
         self._encoder.set_bitrate(min(self._bitrate, self._uplink.voice[1]))
         packet = self._encoder.encode(pcm)
         if len(packet) <= _SILENT_BYTES:
@@ -94,6 +96,7 @@ class VoiceSender:
         """Publish once that silence begins."""
         if self._sounding:
             self._sounds(False)
+            self._visemes = b""
             self._put(t_ns - self._encoder.lookahead_ns, b"")
 
     def _put(self, t_ns: int, packet: bytes) -> None:
@@ -103,10 +106,8 @@ class VoiceSender:
             self._earlier.appendleft((t_ns, packet))
             self._unsent += 1
             return
-        message = Voice(
-            opus=packet, level_db=self.level.rms_db, clipped=self.level.clipped, talking=bool(packet) and self.level.talking
-        )
-        message.header.t_ns = t_ns
+        message = Voice(opus=packet, level_db=self.level.rms_db, clipped=self.level.clipped, visemes=self._visemes)
+        message.talking, message.header.t_ns = bool(packet) and self.level.talking, t_ns
         repeated = self._unsent if together > 1 else max(self._unsent, self._repeats)
         for back, (then_ns, earlier) in enumerate(itertools.islice(self._earlier, repeated), 1):
             if t_ns - then_ns == back * FRAME_NS:
@@ -114,11 +115,7 @@ class VoiceSender:
         self._earlier.appendleft((t_ns, packet))
         self._unsent = 0
         self._publication.put(message)
-        if self._levels is not None and packet and not 0 <= t_ns - self._told_ns < _LEVEL_NS:
-            self._told_ns = t_ns
-            level = Voice(level_db=message.level_db, talking=message.talking)
-            level.header.t_ns = t_ns
-            self._levels.put(level)
+        self._levels.tell(message)
 
     def _count_clipped(self, t_ns: int) -> None:
         _CLIPPED.labels(self.participant).inc()

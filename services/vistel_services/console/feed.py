@@ -148,6 +148,7 @@ class Feed:
             stage.captions.receive(sample.message, sample.received_ns)
         for sample in (*self._sound.take(), *self._near.take()):
             self._voices.receive(sample.names["participant"], sample.message, sample.received_ns)
+            stage.receive_voice(sample.names["participant"], sample.message)
 
     def _choose(self, shown: Instant, heard: bool) -> None:
         if shown.now_ns - self._chosen_ns < _CHOOSE_NS:
@@ -214,7 +215,7 @@ class Feed:
         return standard_skeleton(about.height) if about.proportions is None else about.proportions.skeleton
 
     def _frame(self, now: Instant) -> bytes:
-        people = [self._person(number, person, now.now_ns) for number, person in enumerate(now.people)]
+        people = [self._person(number, person, now) for number, person in enumerate(now.people)]
         whole = now.now_ns - self._whole_ns >= _WHOLE_NS
         here = [(number, now.world.poses[t]) for number, t in enumerate(self._shown) if t in now.world.poses]
         moved = here if whole else [(n, pose) for n, pose in here if not _same(pose, self._poses.get(self._shown[n]))]
@@ -224,15 +225,13 @@ class Feed:
         begin = header(self._table, len(people), len(moved), now.now_ns * 1e-6)
         return b"".join((begin, *people, things.tobytes()))
 
-    def _person(self, number: int, person: PersonNow, now_ns: int) -> bytes:
-        name = person.about.name
-        shown_ns = now_ns - person.timing.delay_ns
-        loud_db = self._voices.level_db(name, shown_ns)
+    def _person(self, number: int, person: PersonNow, now: Instant) -> bytes:
+        name, speech = person.about.name, now.speech.get(person.about.name)
         if name not in self._faces:
             self._faces[name] = Countenance()
-        state = self._faces[name].step(person.posture, shown_ns, loud_db)
+        state = self._faces[name].step(person.posture, now.now_ns - person.timing.delay_ns, speech)
         joints = pose_joints(self._skeleton(person.about), person.posture)
-        return person_row(number, joints, coefficients(state.expression), talks=loud_db is not None).tobytes()
+        return person_row(number, joints, coefficients(state.expression), talks=speech is not None).tobytes()
 
 
 def _same(pose: Pose, before: Pose | None) -> bool:

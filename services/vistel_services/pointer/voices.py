@@ -22,16 +22,16 @@ from vistel.protocol.pages.screen import part_of
 from vistel.session.chat import lines_of
 from vistel.session.microphone_controls import MicrophoneControls
 from vistel.session.page_writing import GUEST_COMMANDS
-from vistel.v1.audio_pb2 import SoundStatus, Voice
+from vistel.speech.visemes.reader import VisemeReader
+from vistel.v1.audio_pb2 import SoundStatus
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
 from vistel.wire.parcels import part_name
 from vistel.wire.topics import BY_NAME
+from vistel.wire.voice_levels import VoiceLevels
 
 log = logging.getLogger("vistel.pointer")
 
-_LEVEL_NS = 240_000_000
-"""How often a crowd is told how loud a voice is."""
 _CONTROL_NS = 100_000_000
 """How soon a microphone is muted that somebody mutes."""
 _REPORT_NS = 250_000_000
@@ -89,10 +89,11 @@ class _Page:
         self._participant, self._switches, self._bus = participant, switches, bus
         self._commands = bus.publish(BY_NAME["command"], participant=participant)
         self._screen = bus.publish(BY_NAME["screen"], participant=participant)
-        self._voice, self._told_ns = PageVoice(), 0
+        self._voice = PageVoice(VisemeReader().feed)
         self._publication = bus.publish(BY_NAME["voice"], participant=participant)
         self._sites = config.sites
-        self._levels = bus.publish(BY_NAME["voice_level"], participant=participant) if config.crowded else None
+        levels = bus.publish(BY_NAME["voice_level"], participant=participant) if config.crowded else None
+        self._levels = VoiceLevels(levels)
 
     def take(self, data: bytes, now_ns: int) -> None:
         """What the gateway has passed on."""
@@ -119,8 +120,4 @@ class _Page:
         if message is None:
             return
         self._publication.put(message)
-        if self._levels is not None and now_ns - self._told_ns >= _LEVEL_NS:
-            self._told_ns = now_ns
-            level = Voice(level_db=message.level_db, talking=message.talking)
-            level.header.t_ns = message.header.t_ns
-            self._levels.put(level)
+        self._levels.tell(message)

@@ -282,6 +282,7 @@ class _Inputs:
         self._status = bus.subscribe(BY_NAME["sound_status"], polled=True, site=site)
         self._sound = bus.subscribe(BY_NAME["sound"], queue_all=True, polled=True, site=site)
         self._about = bus.subscribe(BY_NAME["participant"], polled=True)
+        self._voices = bus.subscribe(BY_NAME["voice_level" if crowd else "voice"], queue_all=True, polled=True)
         self._said = bus.subscribe(BY_NAME["utterance"], polled=True)
         self._written = bus.subscribe(BY_NAME["chat"], polled=True)
         self._shown = bus.subscribe(BY_NAME["screen"], queue_all=True, polled=True)
@@ -299,6 +300,8 @@ class _Inputs:
             self._stage.receive_world(now, received_ns)
         for sample in self._status.take():
             self._stage.receive_sound_status(sample.message)
+        for sample in self._voices.take():
+            self._stage.receive_voice(sample.names["participant"], sample.message)
         for sample in self._said.take():
             self._stage.captions.receive(sample.message, sample.received_ns)
         for sample in self._written.take():
@@ -321,6 +324,6 @@ class _Inputs:
         return [sample.message for sample in self._sound.take()]
 
     def close(self) -> None:
-        told = self._about, self._said, self._written, self._shown
+        told = self._about, self._voices, self._said, self._written, self._shown
         for subscription in (*told, self._motion, self._world, self._status, self._sound):
             subscription.close()

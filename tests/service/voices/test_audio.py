@@ -14,6 +14,7 @@ import pytest
 from vistel.audio.capture import MicrophoneCapture
 from vistel.audio.delay_policy import Policy
 from vistel.audio.opus import FRAME_NS, RATE
+from vistel.audio.visemes import from_bytes
 from vistel.v1.audio_pb2 import EquipmentStatus, SoundStatus, VoiceControl
 from vistel.v1.service_pb2 import ImageDelay
 from vistel.wire.clock import SimulatedClock
@@ -231,6 +232,18 @@ def test_each_message_carries_the_frame_before_it_once_more_and_none_across_a_pa
             pauses += not follows
             before = message
         assert pauses >= 2
+
+    play(Conference(tmp_path), script)
+
+
+def test_each_message_carries_the_shapes_of_the_mouth_and_the_one_that_ends_a_talk_none(tmp_path: Path) -> None:
+    async def script(c: Conference) -> None:
+        said = c.oslo.subscribe(BY_NAME["voice"], queue_all=True)
+        await c.go_on(6.0)
+        messages = [s.message for s in said.take()]
+        assert len(messages) > 100
+        assert all((from_bytes(m.visemes) is not None) == bool(m.opus) for m in messages)
+        assert len({m.visemes for m in messages}) > 20
 
     play(Conference(tmp_path), script)
 

@@ -24,16 +24,6 @@ def test_a_lost_packet_comes_with_its_successor_and_none_comes_twice() -> None:
     assert (size, name, talking, t_ms, delay_ms) == (len(records[1][1]), 3, 1, 101 * 20.0, 80.0)
 
 
-def test_lips_move_at_the_instant_of_the_voice_that_is_shown() -> None:
-    voices = ForwardedVoices()
-    for n in range(100, 110):
-        voices.receive("ann", voice(n, b"x"), n * FRAME_NS)
-    voices.receive("ann", voice(110, b""), 110 * FRAME_NS)
-    voices.receive("ann", voice(111, b"", talking=False), 111 * FRAME_NS)
-    at = [voices.level_db("ann", round(n * FRAME_NS)) for n in (99.5, 100.5, 109.5, 111.5)]
-    assert at == [None, -20.0, -20.0, None] and voices.level_db("bob", 0) is None
-
-
 def test_the_gate_passes_a_voice_on_at_its_own_rate_and_no_more_bits_than_one_needs() -> None:
     gate, passed, sizes = VoiceGate(), 0, 0
     for n in range(500):

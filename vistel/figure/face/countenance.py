@@ -1,4 +1,5 @@
-"""One person's face from picture to picture: marks where they are seen, loudness where only the voice is known, else rest."""
+"""One person's face from picture to picture: marks where they are seen, visemes or loudness where only the voice is known, else
+rest."""
 
 import math
 from dataclasses import dataclass
@@ -6,7 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.face.intensities import MarkReader, by_loudness
+from vistel.audio.heard_voices import Speech
+from vistel.figure.face.intensities import MarkReader, by_loudness, by_visemes
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
 from vistel.figure.face.rules import FaceRules, builtin_rules
 from vistel.figure.face.shape import Expression
@@ -41,8 +43,8 @@ class Countenance:
         self._trust = 0.0
         self._at_ns: int | None = None
 
-    def step(self, posture: Posture, at_ns: int | None = None, level_db: float | None = None) -> FaceState:
-        """The face at `at_ns` (None: at once as it should be). level_db: how loud a voice is that belongs to it."""
+    def step(self, posture: Posture, at_ns: int | None = None, speech: Speech | None = None) -> FaceState:
+        """The face at `at_ns` (None: at once as it should be). speech: the voice that belongs to it; None: it is silent."""
         seconds = math.inf if at_ns is None else 0.0 if self._at_ns is None else max(0.0, (at_ns - self._at_ns) * 1e-9)
         if self._at_ns is None:
             seconds = math.inf
@@ -54,12 +56,15 @@ class Countenance:
             marks = np.where(np.isfinite(moved), moved, np.tensordot(target, self._patterns, 1))
         else:
             target = np.zeros(len(self._kept))
-            if level_db is not None and at_ns is not None:
-                target = by_loudness(self.rules, level_db, (at_ns % 3_600_000_000_000) * 1e-9)
+            if speech is not None and speech.visemes is not None:
+                target = by_visemes(self.rules, speech)
+            elif speech is not None and at_ns is not None:
+                target = by_loudness(self.rules, speech.level_db, (at_ns % 3_600_000_000_000) * 1e-9)
             marks = np.tensordot(target, self._patterns, 1)
         # A face that is found again is eased in, then followed without delay.
         self._trust += ((1.0 if seen else 0.0) - self._trust) * _share(seconds, EASE_S)
-        after = SOON_S if seen and self._trust > 0.9 else 0.12 if seen or level_db is not None else EASE_S
+        spoken = speech is not None and speech.visemes is not None
+        after = SOON_S if spoken or (seen and self._trust > 0.9) else 0.12 if seen or speech is not None else EASE_S
         share = _share(seconds, after)
         self._kept = self._kept + share * (target - self._kept)
         self._marks = self._marks + share * (marks - self._marks)

@@ -1,4 +1,4 @@
-"""Intensities of action units: from the 13 marks, or from the loudness of a voice."""
+"""Intensities of action units: from the 13 marks, or from a voice: its visemes, or its loudness alone."""
 
 import math
 
@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64
-from vistel.figure.face.marks import MARK_COUNT, REST
+from vistel.audio.heard_voices import Speech
+from vistel.audio.visemes import VISEMES
+from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX, REST
 from vistel.figure.face.rules import FaceRules
 from vistel.jit.kernel_jit import compiled
 
@@ -100,6 +102,25 @@ QUIET_DB = -48.0
 LOUD_DB = -20.0
 """Level from which it opens as far as speech opens it [dBFS]."""
 SYLLABLES_HZ = 4.3
+_SHUTS = "AU8"
+"""Lifts the lower lip to the upper one, from where the others leave it."""
+SOFTLY = 0.6
+"""How far a mouth opens that speaks as softly as can be, of one that speaks loudly."""
+
+
+def by_visemes(rules: FaceRules, speech: Speech) -> F64:
+    """(K,) intensities of a mouth in the shapes that a voice was heard to make, wider the louder it is."""
+    weights = np.zeros(len(VISEMES)) if speech.visemes is None else speech.visemes
+    out = (SOFTLY + (1.0 - SOFTLY) * _loud(speech.level_db)) * (weights @ rules.visemes)
+    if _SHUTS in rules.names:
+        shuts, lips = rules.names.index(_SHUTS), np.array([u.pattern[MARK_INDEX["lower_lip"], 1] for u in rules.units])
+        opened = out[shuts] * lips[shuts] - out @ lips
+        out[shuts] = min(out[shuts], max(0.0, opened) / lips[shuts])
+    return out
+
+
+def _loud(level_db: float) -> float:
+    return min(1.0, max(0.0, (level_db - QUIET_DB) / (LOUD_DB - QUIET_DB)))
 
 
 def by_loudness(rules: FaceRules, level_db: float, t_s: float) -> F64:
@@ -108,7 +129,7 @@ def by_loudness(rules: FaceRules, level_db: float, t_s: float) -> F64:
     out = np.zeros(len(rules.units))
     if not math.isfinite(level_db) or level_db <= QUIET_DB:
         return out
-    loud = min(1.0, (level_db - QUIET_DB) / (LOUD_DB - QUIET_DB))
+    loud = _loud(level_db)
     beat = 0.5 - 0.5 * math.cos(2.0 * math.pi * SYLLABLES_HZ * t_s + 1.3 * math.sin(2.0 * math.pi * 0.9 * t_s))
     slow = 0.5 + 0.5 * math.sin(2.0 * math.pi * 0.63 * t_s)
     names = rules.names

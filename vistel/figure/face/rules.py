@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from vistel.arrays import F64
+from vistel.audio.visemes import VISEMES
 from vistel.figure.face.marks import MARK_COUNT, MARK_INDEX
 from vistel.toml import file as toml
 
@@ -60,6 +61,7 @@ class Unit(_Table):
 
 class _File(_Table):
     units: Annotated[list[Unit], Field(min_length=1, max_length=100)]
+    visemes: dict[Literal[VISEMES], dict[str, Annotated[float, Field(ge=0.0, le=1.0)]]] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,9 +90,11 @@ class OneSided:
 
 @dataclass(frozen=True, eq=False)
 class FaceRules:
-    """Every unit, those of two sides twice: left_AU12, right_AU12, AU26."""
+    """Every unit, those of two sides twice: left_AU12, right_AU12, AU26. visemes: (15, units) how strong each is in the shapes of
+    a mouth that speaks, in the order of `VISEMES`."""
 
     units: tuple[OneSided, ...]
+    visemes: F64
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -106,8 +110,12 @@ def load_rules(path: Path) -> FaceRules:
     twice = sorted({n for n in names if names.count(n) > 1})
     if twice:
         raise FaceRuleError(told.told([f"units: {', '.join(twice)} twice; expected each once"]))
-    sided = [(u, side) for u in file.units for side in ((1, -1) if u.sides else (0,))]
-    return FaceRules(tuple(_one(u, side) for u, side in sided))
+    unknown = sorted({u for shape in file.visemes.values() for u in shape} - set(names))
+    if unknown:
+        raise FaceRuleError(told.told([f"visemes: there is no unit {', '.join(unknown)}"]))
+    units = tuple(_one(u, side) for u in file.units for side in ((1, -1) if u.sides else (0,)))
+    shapes = [file.visemes.get(viseme, {}) for viseme in VISEMES]
+    return FaceRules(units, np.array([[shape.get(u.unit.name, 0.0) for u in units] for shape in shapes]))
 
 
 @cache

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree  # pyright: ignore[reportMissingTypeStubs]
 
 from vistel.arrays import F32, F64, I32, U8
+from vistel.audio.heard_voices import Speech
 from vistel.figure.avatar.avatar import Avatar, Mesh, rigid
 from vistel.figure.avatar.detail import coarser, of_triangles
 from vistel.figure.avatar.patch import patch_of
@@ -88,13 +89,13 @@ class DrawableFigure(Protocol):
         *,
         planned: bool = False,
         at_ns: int | None = None,
-        level_db: float | None = None,
+        speech: Speech | None = None,
     ) -> PosedVertices:
         """The figure in `posture`, deformed by `ghosts`; what it returns is valid until its next `pose`.
 
         pixels_per_m: size in the picture, which decides how much detail is worth its time. planned: for the GPU to
         pose and deform, if it is of that sort. at_ns: when, for what cloth remembers and faces follow; None: they remember
-        nothing. level_db: how loud they speak, where that is known.
+        nothing. speech: what is heard of them, while they speak.
         """
         ...
 
@@ -216,7 +217,7 @@ class StandIn:
         *,
         planned: bool = False,
         at_ns: int | None = None,
-        level_db: float | None = None,
+        speech: Speech | None = None,
     ) -> PosedVertices:
         """The limbs in `posture`, each stiff, whatever touches them."""
         joints = pose_joints(self.skeleton, posture)
@@ -294,14 +295,14 @@ class AvatarFigure:
         *,
         planned: bool = False,
         at_ns: int | None = None,
-        level_db: float | None = None,
+        speech: Speech | None = None,
     ) -> PosedVertices:
         """The figure in `posture`, deformed by its own limbs and by `ghosts`."""
         enough = sum(pixels_per_m <= limit for limit in COARSER_BELOW[: len(self._levels) - 1])
         level = self._levels[enough]
         folds, expression, actions, swung = None, None, {}, None
         if self._countenance is not None:
-            face = self._countenance.step(posture, at_ns, level_db)
+            face = self._countenance.step(posture, at_ns, speech)
             actions, expression = face.actions, None if face.expression.still else face.expression
         if self.wearing is not None or self._swing is not None:
             joints = pose_joints(self.skeleton, posture)

@@ -144,6 +144,7 @@ class _LogPlayback:
             if self._pages is not None:
                 self._pages.receive(record)
         elif record.topic.name == "voice":
+            self._stage.receive_voice(record.names["participant"], message)
             if self._voices is not None:
                 self._voices.receive(record.names["participant"], message)
         else:

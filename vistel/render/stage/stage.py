@@ -10,6 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+from vistel.audio.heard_voices import HeardVoices, Speech
 from vistel.figure.avatar.proportions import Proportions
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
@@ -94,7 +95,8 @@ class Instant:
     """Everything that is shown at one instant; now_ns: conference time at which it is drawn.
 
     coming: who has been announced and has not moved yet, so that their figures can be made ready. talking: who is heard.
-    captions: what was said to the room lately. loudness: of who is heard [dB]. screens: what participants show live.
+    captions: what was said to the room lately. speech: of who speaks, as it was when
+    their motion that is shown was captured. screens: what participants show live.
     """
 
     now_ns: int
@@ -104,7 +106,7 @@ class Instant:
     coming: tuple[ParticipantInfo, ...] = ()
     talking: frozenset[str] = frozenset()
     captions: tuple[Caption, ...] = ()
-    loudness: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    speech: Mapping[str, Speech] = field(default_factory=lambda: MappingProxyType({}))
     screens: Mapping[str, Shown] = field(default_factory=lambda: MappingProxyType({}))
 
 
@@ -135,7 +137,7 @@ class Stage:
         self._held = HeldThings()
         self._touched_ns: dict[str, int] = {}
         self._talking: frozenset[str] = frozenset()
-        self._loudness: Mapping[str, float] = MappingProxyType({})
+        self._voices = HeardVoices()
         self.captions = Captions()
         self.screens = DecodedScreens()
         self._live: frozenset[str] = frozenset()
@@ -144,6 +146,7 @@ class Stage:
         """The description of a participant, or that they have left."""
         if message.left:
             self._left.add(message.participant)
+            self._voices.forget(message.participant)
             self._people.pop(message.participant, None)
             return
         self._left.discard(message.participant)
@@ -214,10 +217,13 @@ class Stage:
         self._described = now.things
         self._world.push(now.t_ns, view_of(now, self._ghosts), received_ns)
 
+    def receive_voice(self, name: str, message: audio_pb2.Voice) -> None:
+        """A participant's voice, or how loud it is: their mouth follows it where nothing else tells of their face."""
+        self._voices.receive(name, message)
+
     def receive_sound_status(self, message: audio_pb2.SoundStatus) -> None:
         """The state of this site's voices: who is heard, and whose picture must wait because the voice comes later."""
         self._talking = frozenset(s.participant for s in message.streams if s.talking)
-        self._loudness = {s.participant: s.level_db for s in message.streams if s.talking}
         for stream in message.streams:
             person = self._people.get(stream.participant)
             if person is not None and math.isfinite(stream.needed_s):
@@ -241,13 +247,16 @@ class Stage:
             if timing.age_ns > GONE_NS:
                 log.info("event=participant_gone participant=%s silent_s=%.0f", name, timing.age_ns * 1e-9)
                 del self._people[name]
+                self._voices.forget(name)
                 continue
             people.append(PersonNow(person.about, shown.posture, timing))
         world = self._world.sample(now_ns, common_ns) or PlayoutWorld()
         captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
         shown = self._in_hands(now_ns, people, world)
+        heard = {p.about.name: self._voices.at(p.about.name, now_ns - p.timing.delay_ns) for p in people}
+        speech = {name: s for name, s in heard.items() if s is not None}
         screens = self.screens.shown(now_ns)
-        return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, self._loudness, screens)
+        return Instant(now_ns, *shown, self._things, tuple(coming), self._talking, captions, speech, screens)
 
     def _touches_somebody(self, name: str, now_ns: int) -> bool:
         """Whether they touch, or are touched by, another person, or did lately: both have to be shown at the same moment."""

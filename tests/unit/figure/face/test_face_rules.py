@@ -11,8 +11,10 @@ import pytest
 from avatar_fixture import closed_person
 
 from vistel.arrays import F64
+from vistel.audio.heard_voices import Speech
+from vistel.audio.visemes import VISEMES
 from vistel.figure.face.countenance import Countenance
-from vistel.figure.face.intensities import MarkReader, by_loudness
+from vistel.figure.face.intensities import MarkReader, by_loudness, by_visemes
 from vistel.figure.face.landmarks import Landmarks, landmarks_of
 from vistel.figure.face.marks import MARK_INDEX, REST, Expressions
 from vistel.figure.face.rules import FaceRuleError, builtin_rules, load_rules
@@ -164,7 +166,7 @@ def test_skin_at_a_mark_missing_from_the_start_goes_where_the_others_say(head: t
 
 def test_who_is_only_heard_moves_the_mouth_and_who_is_silent_does_not() -> None:
     face = Countenance()
-    loud = [face.step(Posture(), n * SECOND // 60, -22.0) for n in range(120)]
+    loud = [face.step(Posture(), n * SECOND // 60, Speech(-22.0)) for n in range(120)]
     jaw = [s.expression.intensity[RULES.names.index("AU26")] for s in loud]
     assert max(jaw) > 0.15
     assert min(jaw[30:]) < 0.1
@@ -172,6 +174,37 @@ def test_who_is_only_heard_moves_the_mouth_and_who_is_silent_does_not() -> None:
     assert face.step(Posture(), 20 * SECOND).expression.still
     assert not by_loudness(RULES, -60.0, 1.0).any()
     assert not by_loudness(RULES, float("nan"), 1.0).any()
+
+
+def mouth(weights: dict[str, float], level_db: float = -20.0) -> tuple[float, float]:
+    """How far apart the lips are, and how wide the mouth is more than at rest [m]."""
+    speech = Speech(level_db, np.array([weights.get(viseme, 0.0) for viseme in VISEMES]))
+    marks = np.tensordot(by_visemes(RULES, speech), np.array([u.pattern for u in RULES.units]), 1)
+    left, right, upper, lower = (
+        marks[MARK_INDEX[m]] for m in ("left_mouth_corner", "right_mouth_corner", "upper_lip", "lower_lip")
+    )
+    return float(upper[1] - lower[1]), float(left[0] - right[0])
+
+
+def test_a_mouth_takes_the_shape_of_what_is_said() -> None:
+    assert mouth({"sil": 1.0}) == (0.0, 0.0)
+    assert mouth({"PP": 1.0})[0] < 0.001
+    assert mouth({"aa": 1.0})[0] > 0.01
+    assert mouth({"PP": 0.5, "aa": 0.5})[0] < 0.003  # lips that shut are shut
+    assert mouth({"ou": 1.0})[1] < -0.01
+    assert mouth({"ih": 1.0})[1] > 0.004
+    assert mouth({"aa": 1.0}, -60.0)[0] == pytest.approx(0.6 * mouth({"aa": 1.0})[0])
+
+
+def test_a_mouth_follows_visemes_at_once_and_marks_that_are_seen_before_them() -> None:
+    face, wide = Countenance(), Speech(-20.0, np.eye(len(VISEMES))[VISEMES.index("aa")])
+    jaw = RULES.names.index("AU26")
+    opening = [face.step(Posture(), n * SECOND // 100, wide).expression.intensity[jaw] for n in range(10)]
+    assert opening[-1] > 0.4 and opening[4] > 0.8 * opening[-1]
+    seen = Countenance()
+    for n in range(100):
+        state = seen.step(Posture(face=REST), n * SECOND // 60, wide)
+    assert state.expression.intensity[jaw] == 0.0
 
 
 def test_a_posture_between_two_has_the_face_between_them() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from avatar_fixture import closed_person
 
+from vistel.audio.heard_voices import Speech
 from vistel.figure.face.gaze import FARTHEST, converged, distance_looked_at
 from vistel.figure.face.marks import REST, Expressions
 from vistel.figure.posture.posture import NECK, Posture, pose_joints, standing
@@ -78,7 +79,7 @@ def test_who_is_heard_and_not_seen_moves_the_mouth(eva: AvatarFigure) -> None:
     rest = drawn(eva, silent)[0]
     most = 0.0
     for k in range(60):
-        spoken = eva.pose(silent, at_ns=k * 33_000_000, level_db=-20.0).skin
+        spoken = eva.pose(silent, at_ns=k * 33_000_000, speech=Speech(-20.0)).skin
         assert isinstance(spoken, Corners)
         most = max(most, float(np.abs(spoken.positions - rest).max()))
     assert most > 0.003

@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from vistel.audio.visemes import SPEECH_BEFORE_NS, VISEMES, to_bytes
 from vistel.geometry.pose import Pose
 from vistel.render.stage.arrivals import AdaptiveDelay
 from vistel.render.stage.stage import GONE_NS, Stage
@@ -67,6 +68,25 @@ def test_a_posture_is_shown_the_delay_behind() -> None:
     stage_with_motion(stage, "ada", range(60))
     knee = stage.instant(50 * STEP).people[0].posture.dofs[1]
     assert knee == pytest.approx(0.01 * (50 - 6), abs=2e-3)
+
+
+def test_a_mouth_is_of_the_moment_that_is_shown_of_its_person() -> None:
+    stage, shapes = Stage(100 * MS), {0: "PP", 1: "aa"}
+    stage_with_motion(stage, "ada", range(60))
+    for k in range(50):
+        weights = np.eye(len(VISEMES))[VISEMES.index(shapes[k >= 25])]
+        voice = audio_pb2.Voice(level_db=-20.0, talking=True, visemes=to_bytes(weights))
+        voice.header.t_ns = k * 20 * MS + SPEECH_BEFORE_NS
+        stage.receive_voice("ada", voice)
+        stage.receive_voice("nobody", voice)
+    for now_ms, shape in ((590, "PP"), (600, "aa")):
+        speech = stage.instant(now_ms * MS).speech
+        assert list(speech) == ["ada"]
+        visemes = speech["ada"].visemes
+        assert visemes is not None
+        assert VISEMES[int(visemes.argmax())] == shape
+    stage.receive_participant(motion_pb2.Participant(participant="ada", left=True))
+    assert not stage.instant(600 * MS).speech
 
 
 def knees(touched_from: int, touched_to: int, own: str = "ada") -> list[float]:

@@ -1,0 +1,1 @@
+"""Makes the net that reads visemes from the sound of a voice, and judges it."""

@@ -1,0 +1,1 @@
+"""From the sound of a voice to the visemes of its mouth."""
