@@ -1,5 +1,5 @@
-"""Draws docs/pictures/face-*.png: action units on a built-in head in the renderer's light, in front and in profile, and speech; and
-wrinkle-renderer.png: bent sleeves as the renderer draws them.
+"""Draws docs/pictures/face-*.png: action units on a built-in head in the renderer's light, in front and in profile, and the
+shapes of a mouth that speaks; and wrinkle-renderer.png: bent sleeves as the renderer draws them.
 
     python -m docs.pictures.people.faces [--out FOLDER]
 
@@ -15,6 +15,9 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
+from vistel.audio.heard_voices import Speech
+from vistel.audio.visemes import VISEMES
+from vistel.figure.face.intensities import LOUD_DB
 from vistel.figure.face.marks import Expressions
 from vistel.figure.posture.posture import ELBOW, SHOULDER, Posture, pose_joints, standing
 from vistel.figure.skeleton import JOINT_INDEX, standard_skeleton
@@ -47,37 +50,30 @@ PROFILE: list[Case] = [
     ({"jawOpen": 0.5}, OPEN, AHEAD),
     ({}, (0.0, 0.0), AHEAD),
 ]
-TALK: list[Case] = [
-    ({"jawOpen": 0.12}, OPEN, AHEAD),
-    ({"jawOpen": 0.4, "browInnerUp": 0.5}, OPEN, AHEAD),
-    ({"mouthFunnel": 0.6, "jawOpen": 0.15}, OPEN, AHEAD),
-    ({"mouthPucker": 0.7}, OPEN, AHEAD),
-    ({}, OPEN, AHEAD),
-    ({"jawOpen": 0.3, "mouthSmile": 0.5}, OPEN, AHEAD),
-    ({"mouthPress": 0.8}, (0.1, 0.1), AHEAD),
-    ({"mouthSmile": 0.8, "cheekSquint": 0.5}, OPEN, AHEAD),
-    ({"jawOpen": 0.55, "browInnerUp": 1.0}, OPEN, (0.15, 0.1)),
-    ({"mouthSmile": 0.4}, OPEN, AHEAD),
-]
 
 
-def sheet(avatar: str, cases: list[Case], away: tuple[float, float, float]) -> Image.Image:
-    """Five to a row."""
+def sheet(avatar: str, cases: list[Case] | tuple[str, ...], away: tuple[float, float, float]) -> Image.Image:
+    """Five to a row; of faces, or of visemes."""
     studio = SceneRenderer(View(SIZE, SIZE, "room", ""), 3)
     out = Image.new("RGB", (5 * SIZE, SIZE * -(-len(cases) // 5)))
     head = pose_joints(standard_skeleton(1.75), standing()).position[JOINT_INDEX["head"]] + np.array((0.0, 0.045, 0.05))
     studio.camera = look_at(head + np.array(away), head, 0.30)
     expressions = Expressions(CHANNELS)
     try:
-        for n, (channels, lids, gaze) in enumerate(cases):
-            both = {side: value for name, value in channels.items() for side in (name, f"{name}Left", f"{name}Right")}
-            marks = expressions.marks([both.get(name, 0.0) for name in CHANNELS])
-            posture = replace(standing(), face=marks, lids=np.array(lids), gaze=np.array(gaze))
+        for n, case in enumerate(cases):
+            speech, posture = {}, standing()
+            if isinstance(case, str):
+                speech = {"eva": Speech(LOUD_DB, np.eye(len(VISEMES))[VISEMES.index(case)])}
+            else:
+                channels, lids, gaze = case
+                both = {side: value for name, value in channels.items() for side in (name, f"{name}Left", f"{name}Right")}
+                marks = expressions.marks([both.get(name, 0.0) for name in CHANNELS])
+                posture = replace(posture, face=marks, lids=np.array(lids), gaze=np.array(gaze))
             person = (PersonNow(ParticipantInfo("eva", "", avatar, 1.75), posture, Timing(0, 0, 0, False)),)
-            picture = studio.render(Instant(1000 * n * 33_000_000, person))
+            picture = studio.render(Instant(1000 * n * 33_000_000, person, speech=speech))
             k = 1
             while k < 15 or not studio.complete:
-                picture = studio.render(Instant((k + 1000 * n) * 33_000_000, person))
+                picture = studio.render(Instant((k + 1000 * n) * 33_000_000, person, speech=speech))
                 time.sleep(0.0 if studio.complete else 0.05)
                 k += 1
             out.paste(Image.fromarray(np.ascontiguousarray(picture[::-1, :, :3])), ((n % 5) * SIZE, (n // 5) * SIZE))
@@ -117,7 +113,7 @@ def main() -> None:
     for name, avatar, cases, away in (
         ("units", "builtin:person=carla", UNITS, FRONT),
         ("profile", "builtin:person=ben", PROFILE, SIDE),
-        ("talking", "builtin:person=jonas", TALK, FRONT),
+        ("talking", "builtin:person=jonas", VISEMES, FRONT),
     ):
         sheet(avatar, cases, away).save(out / f"face-{name}.png", optimize=True)
     sleeves().save(out / "wrinkle-renderer.png", optimize=True)

@@ -12,6 +12,7 @@ from types import MappingProxyType
 
 from vistel.audio.heard_voices import HeardVoices, Speech
 from vistel.figure.avatar.proportions import Proportions
+from vistel.figure.face.blink import blinking
 from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import standard_skeleton
 from vistel.render.stage.arrivals import AdaptiveDelay
@@ -249,7 +250,8 @@ class Stage:
                 del self._people[name]
                 self._voices.forget(name)
                 continue
-            people.append(PersonNow(person.about, shown.posture, timing))
+            posture = blinking(shown.posture, name, now_ns - timing.delay_ns)
+            people.append(PersonNow(person.about, posture, timing))
         world = self._world.sample(now_ns, common_ns) or PlayoutWorld()
         captions = self.captions.shown(now_ns, {name: p.about.display_name for name, p in self._people.items()})
         shown = self._in_hands(now_ns, people, world)
