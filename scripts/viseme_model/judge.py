@@ -1,7 +1,8 @@
 """How well mouths follow voices that no net was made with: `python -m scripts.viseme_model.judge choose`, one JSON object a voice.
 
-Each sentence goes through what a microphone's voice goes through, in packets of 20 ms. What was read and what the synthesiser says
-was said become mouths by the same rules, and the two are compared; so is the mouth that knows the loudness alone.
+Each sentence goes through what a microphone's voice goes through, in packets of 20 ms, to the mouth of a figure that follows it.
+That is compared with the mouth that the same rules make at once of what the synthesiser says was said; so is the mouth that knows
+the loudness alone.
 """
 
 import argparse
@@ -23,7 +24,9 @@ from vistel.audio.opus import FRAME, FRAME_NS
 from vistel.audio.opus import RATE as VOICE_RATE
 from vistel.audio.visemes import VISEMES, to_bytes
 from vistel.figure.face.countenance import Countenance
+from vistel.figure.face.intensities import by_visemes
 from vistel.figure.face.marks import MARK_INDEX
+from vistel.figure.face.rules import builtin_rules
 from vistel.figure.posture.posture import Posture
 from vistel.speech.acoustic import load, model_file
 from vistel.speech.visemes.reader import VisemeReader
@@ -36,6 +39,9 @@ _SHUT_M = 0.0015
 """Between lips that look shut."""
 _NEAR = 3
 """Steps round a p, b or m in which lips that shut, shut for it."""
+_RULES = builtin_rules()
+_PARTS = np.array([u.pattern[MARK_INDEX["upper_lip"], 1] - u.pattern[MARK_INDEX["lower_lip"], 1] for u in _RULES.units])
+"""By how much each unit parts the lips [m]."""
 _VOWELS = ("aa", "E", "ih", "oh", "ou")
 
 
@@ -51,7 +57,7 @@ def score(spoken: Spoken, model: Path) -> dict[str, float]:
     loud = [h.level_db if h else -50.0 for h in heard]
     told = [Speech(db, np.eye(len(VISEMES))[VISEMES.index(v)]) for db, v in zip(loud, true, strict=True)]
     best = [VISEMES[0] if h is None or h.visemes is None else VISEMES[int(h.visemes.argmax())] for h in heard]
-    mouth, true_mouth = openings(heard), openings(told)
+    mouth, true_mouth = openings(heard), np.array([_apart(by_visemes(_RULES, each)) for each in told])
     correlation, late_ms = agreement(mouth, true_mouth)
     by_loudness = openings([h and Speech(h.level_db) for h in heard])
     return {
@@ -84,12 +90,13 @@ def said(spoken: Spoken, t_ns: int) -> str:
 
 
 def openings(speech: Sequence[Speech | None]) -> F64:
-    """How far apart the lips are at each step [m], while the mouth follows."""
-    face, out = Countenance(), list[float]()
-    for n, now in enumerate(speech):
-        marks = face.step(Posture(), n * STEP_NS, now).expression.marks
-        out.append(0.0 if marks is None else float(marks[MARK_INDEX["upper_lip"], 1] - marks[MARK_INDEX["lower_lip"], 1]))
-    return np.array(out)
+    """How far apart the lips of a figure that follows are at each step [m]."""
+    face = Countenance()
+    return np.array([_apart(face.step(Posture(), n * STEP_NS, now).expression.intensity) for n, now in enumerate(speech)])
+
+
+def _apart(intensity: F64) -> float:
+    return float(intensity @ _PARTS)
 
 
 def agreement(mouth: F64, true: F64) -> tuple[float, float]:

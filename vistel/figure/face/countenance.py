@@ -16,6 +16,8 @@ from vistel.figure.posture.posture import Posture
 
 SOON_S = 0.02
 """Time constant with which a face follows marks that are seen [s]."""
+SPEAKS_S = 0.01
+"""Time constant with which a mouth follows visemes [s]."""
 EASE_S = 0.35
 """Time constant with which it goes back to rest when they are lost, and comes from there when they are found again [s]."""
 PARTED_M = 0.006
@@ -64,7 +66,10 @@ class Countenance:
         # A face that is found again is eased in, then followed without delay.
         self._trust += ((1.0 if seen else 0.0) - self._trust) * _share(seconds, EASE_S)
         spoken = speech is not None and speech.visemes is not None
-        after = SOON_S if spoken or (seen and self._trust > 0.9) else 0.12 if seen or speech is not None else EASE_S
+        if spoken and not seen:
+            after = SPEAKS_S
+        else:
+            after = SOON_S if seen and self._trust > 0.9 else 0.12 if seen or speech is not None else EASE_S
         share = _share(seconds, after)
         self._kept = self._kept + share * (target - self._kept)
         self._marks = self._marks + share * (marks - self._marks)

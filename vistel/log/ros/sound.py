@@ -10,8 +10,10 @@ import numpy as np
 from vistel.arrays import F32
 from vistel.audio.levels import Meter
 from vistel.audio.opus import FRAME, RATE, Encoder
+from vistel.audio.visemes import to_bytes
 from vistel.log.ros.bag import Sound
 from vistel.log.sensors import SensorError
+from vistel.speech.visemes.reader import VisemeReader
 from vistel.v1.audio_pb2 import Voice
 
 APART_S = 0.1
@@ -123,10 +125,11 @@ def _segments(pieces: Iterator[Piece]) -> Iterator[tuple[float, F32]]:
 
 
 def _frames(begin_s: float, samples: F32) -> Iterator[Voice]:
-    encoder, meter = Encoder(dtx=False), Meter()
+    encoder, meter, reader = Encoder(dtx=False), Meter(), VisemeReader()
     for at in range(0, len(samples) - FRAME + 1, FRAME):
         frame = samples[at : at + FRAME]
         level = meter.measure(frame)
         message = Voice(opus=encoder.encode(frame), level_db=level.rms_db, clipped=level.clipped, talking=level.talking)
+        message.visemes = to_bytes(reader.feed(frame))
         message.header.t_ns = round((begin_s + at / RATE) * 1e9) - encoder.lookahead_ns
         yield message
