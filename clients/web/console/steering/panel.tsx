@@ -67,6 +67,16 @@ export class SteeringPanel {
       this.links.set(asked.text, `${location.origin}/join#${token}`);
       if (this.state) this.state.people.forEach((p) => answer.endsWith(` ${p.name}`) && (p.invited = asked.text));
     }
+    if (done && asked?.action === "remove") this.free(asked.text);
+  }
+
+  /** The server tells only what differs from what it told before: nothing where a seat was given and taken between two of its looks. */
+  private free(participant: string): void {
+    for (const row of this.state?.people ?? []) {
+      if (row.name !== participant) continue;
+      this.links.delete(row.invited);
+      row.invited = "";
+    }
   }
 
   private readonly act = (action: Action, text: string, words: Record<string, string>): void => {
