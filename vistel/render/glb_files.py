@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,10 +21,12 @@ from vistel.render.figures.people import files_of, load_avatar_of
 from vistel.render.pressed_skin import PressedFigure
 from vistel.render.room_gltf import room_glb
 from vistel.render.stage.stage import ParticipantInfo
+from vistel.render.things.soft import SoftThing, is_soft
 from vistel.space.files.faults import RoomFileError
 from vistel.space.files.gltf_write import glb_bytes
 from vistel.space.files.interior import Interior
 from vistel.space.files.model import Polymesh
+from vistel.space.files.surfaces import SurfacePiece, pieces_of
 from vistel.space.room import meeting_room
 from vistel.space.things.things import Thing
 from vistel.wire.parcels import digest_of
@@ -45,6 +47,14 @@ class Figure:
 
     digest: str
     skeleton: Skeleton
+
+
+@dataclass(frozen=True, eq=False)
+class ThingFile:
+    """digest: of its file; soft: of a thing that is drawn deformed, whose corners are those of the file."""
+
+    digest: str
+    soft: SoftThing | None = None
 
 
 class GlbFiles:
@@ -77,17 +87,25 @@ class GlbFiles:
         """Somebody's figure, to know where their skin gives way. Raises as `figure`."""
         return PressedFigure(load_avatar_of(about, self._files, self._parcel))
 
-    def thing(self, thing: Thing) -> str:
-        """The digest of a thing's file, with the thing at its origin."""
+    def thing(self, thing: Thing) -> ThingFile:
+        """A thing's file, with the thing at its origin."""
         here = replace(thing, position=np.zeros(3), rotation=np.array((0.0, 0.0, 0.0, 1.0)))
         interior = self._inside()
+        models = {**interior.models, **self._models}
+        soft = SoftThing(thing, models) if is_soft(thing) and not thing.hidden else None
         room = replace(interior.room, things=(here,), seats=())
-        return self._keep(glb_bytes(replace(interior, room=room, models={**interior.models, **self._models})))
 
-    def room(self) -> str:
-        """The digest of the file of what does not move."""
+        def pieces(thing: Thing, models: Mapping[str, Polymesh]) -> Sequence[SurfacePiece]:
+            return soft.skin.pieces if soft is not None else pieces_of(thing, models)
+
+        return ThingFile(self._keep(glb_bytes(replace(interior, room=room, models=models), pieces)), soft)
+
+    def room(self) -> ThingFile:
+        """The file of what does not move."""
         room = self._inside().room
-        return self._kept(f"room {len(room.seats)}", lambda: room_glb(room)) if not room.source else self._keep(room_glb(room))
+        if room.source:
+            return ThingFile(self._keep(room_glb(room)))
+        return ThingFile(self._kept(f"room {len(room.seats)}", lambda: room_glb(room)))
 
     def _inside(self) -> Interior:
         """The room with the polymeshes that this machine's files hold; the built-in one where they cannot be used."""

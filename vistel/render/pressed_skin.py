@@ -49,12 +49,12 @@ class Pressed:
     offset: F64
     normal: F64
 
-    def differs(self, other: Pressed) -> bool:
-        """Whether one sees that it is not as `other`."""
+    def differs(self, other: Pressed, by_m: float = CHANGED_M) -> bool:
+        """Whether one sees that it is not as `other`: a corner is elsewhere by more than `by_m`."""
         most = 1 + max(self.corner.max(), other.corner.max())
         offsets = np.zeros((2, most, 3))
         offsets[0, self.corner], offsets[1, other.corner] = self.offset, other.offset
-        return bool(np.abs(offsets[0] - offsets[1]).max() > CHANGED_M)
+        return bool(np.abs(offsets[0] - offsets[1]).max() > by_m)
 
     def row(self, who: str) -> dict[str, object]:
         """As a page reads it (clients/web/console/skin.ts)."""

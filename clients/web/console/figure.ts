@@ -11,7 +11,7 @@ import {
   Vector3,
 } from "three";
 import { dispose } from "./dispose";
-import { PressedSkin, type SkinRow } from "./skin";
+import { Pressed, type PressedRow } from "./skin";
 import type { Joints, PersonFrame, PersonRow, Primitives } from "./wire";
 
 const STAND_IN = new MeshStandardMaterial({ color: 0x8a93a0, roughness: 0.8 });
@@ -51,8 +51,8 @@ export class Figure {
   private arrived = 0;
   private newest: PersonFrame | null = null;
   private shown: Group;
-  private skin: PressedSkin | null = null; // of its own file
-  private pressedBy: SkinRow | null = null;
+  private skin: Pressed | null = null; // of its own file
+  private pressedBy: PressedRow | null = null;
 
   constructor(
     public about: PersonRow,
@@ -88,7 +88,7 @@ export class Figure {
     this.bones = bones;
     this.own = true;
     this.primitives = scene.userData.primitives ?? null;
-    this.skin = new PressedSkin(meshes[0]!);
+    this.skin = new Pressed([meshes[0]!]);
     this.press(this.pressedBy);
     this.root.add(scene);
     if (!this.newest) return;
@@ -97,7 +97,7 @@ export class Figure {
   }
 
   /** Have skin give way; null: nothing presses on it. */
-  press(row: SkinRow | null): void {
+  press(row: PressedRow | null): void {
     this.pressedBy = row;
     this.skin?.press(row);
   }

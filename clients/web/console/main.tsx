@@ -37,13 +37,14 @@ import { type Chosen, Who } from "./who";
 
 declare global {
   interface Window {
-    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; pressed: of corners of their skin; contacts: arrows and shapes at who is chosen; ghost: joints in the log beside; rate: pictures a second; ready: how many
+    /** For programs that drive the page. joints: places of somebody's joints in the room [m]; pressed, dented: of corners of their skin, of a thing; contacts: arrows and shapes at who is chosen; ghost: joints in the log beside; rate: pictures a second; ready: how many
      * have their own figures; drawn: pictures so far; screens: pictures of what somebody shows live that were decoded; sharp: see Room; pictures: whom to tell of every picture from now on, as Room.seen. */
     vistel?: {
       joints(name: string): [number, number, number][];
       ghost(name: string): [number, number, number][];
       contacts(): [arrows: number, shapes: number];
       pressed(name: string): [corner: number, x: number, y: number, z: number][];
+      dented(thing: string): [corner: number, x: number, y: number, z: number][];
       rate(): number;
       ready(): number;
       drawn(): number;
@@ -190,6 +191,8 @@ function hear(words: Words): void {
     room?.receiveInk(words);
   } else if (words.kind === "skin") {
     return room?.receiveSkin(words);
+  } else if (words.kind === "dents") {
+    return room?.dents.receive(words);
   } else if (words.kind === "forces") {
     page.forces = words.touches;
     room?.receiveForces(words);
@@ -292,6 +295,7 @@ if (room) {
     ghost: (name) => drawn.ghosts.get(name)?.places() ?? [],
     contacts: () => drawn.contacts.count,
     pressed: (name) => drawn.figures.get(name)?.pressed() ?? [],
+    dented: (thing) => drawn.dents.corners(thing),
     rate: () => drawn.picturesPerS,
     drawn: () => drawn.drawn,
     screens: (participant) => drawn.screens.drawn(participant),

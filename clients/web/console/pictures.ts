@@ -48,3 +48,12 @@ export class Pictures {
     if (this.waits) this.request();
   }
 }
+
+/** Whether the processor draws: edges are then left rough, since each pixel costs. */
+export function drawnBySoftware(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const told = context?.getExtension("WEBGL_debug_renderer_info"); // without it, Chromium says "WebKit WebGL" of all
+  const name = String(context?.getParameter(told?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER) ?? "");
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|software/i.test(name);
+}

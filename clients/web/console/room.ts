@@ -16,10 +16,12 @@ import {
   WebGLRenderer,
 } from "three";
 import { Contacts } from "./contacts";
+import { DentedThings } from "./dents";
 import { dispose } from "./dispose";
 import { Figure } from "./figure";
 import { Files } from "./files";
 import { lit } from "./light";
+import { drawnBySoftware } from "./pictures";
 import { Screens } from "./screens";
 import type { Skin } from "./skin";
 import type { Forces, Frame, Held, Ink, Joints, PersonRow, Signals, Table, ThingRow } from "./wire";
@@ -56,6 +58,7 @@ export class Room {
   readonly things = new Map<string, { about: ThingRow; node: Group }>();
   /** What touches who or what is chosen. */
   readonly contacts = new Contacts();
+  readonly dents = new DentedThings(() => this.change());
   readonly written = new Written(() => this.change());
   readonly screens = new Screens(() => this.change(), () => this.renderer.capabilities.getMaxAnisotropy());
   /** Told of whatever changes what is seen: the room is to be drawn again (pictures.ts). */
@@ -141,7 +144,7 @@ export class Room {
     const joints = this.joints;
     if (table.room && table.room !== this.shell) void this.showShell((this.shell = table.room));
     this.showPeople(this.figures, table, joints, false);
-    this.keepOnly(this.things, new Set(table.things.map((t) => t.id)), (t) => this.drop(t.node));
+    this.keepOnly(this.things, new Set(table.things.map((t) => t.id)), ({ node, about: { id } }) => (this.drop(node), this.dents.forget(id)));
     for (const about of table.things) void this.showThing(about);
     this.written.show(this.things);
     this.screens.show(this.things);
@@ -400,6 +403,7 @@ export class Room {
       if (part.material instanceof MeshBasicMaterial) this.shine(part.material);
     });
     node.add(scene);
+    this.dents.wear(about.id, about.file, scene);
     this.screens.show(this.things);
     this.change();
   }
@@ -479,15 +483,6 @@ export class Room {
     node.removeFromParent();
     dispose(node);
   }
-}
-
-/** Whether the processor draws: edges are then left rough, since each pixel costs. */
-function drawnBySoftware(): boolean {
-  const context = document.createElement("canvas").getContext("webgl2");
-  const told = context?.getExtension("WEBGL_debug_renderer_info"); // without it, Chromium says "WebKit WebGL" of all
-  const name = String(context?.getParameter(told?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER) ?? "");
-  context?.getExtension("WEBGL_lose_context")?.loseContext();
-  return /swiftshader|llvmpipe|software/i.test(name);
 }
 
 function alike(node: Group, { position, rotation }: Frame["things"][number]): boolean {

@@ -1,4 +1,5 @@
 // What the gateway sends (vistel/render/frames.py says how): words as JSON, frames as bytes.
+import type { Dents } from "./dents";
 import type { Lanes, Playhead } from "./lanes";
 import type { Skin } from "./skin";
 
@@ -306,7 +307,7 @@ export interface Captions {
   kind: "captions";
   captions: Caption[]; // the oldest first
 }
-export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin | Forces | Answers | Steering | Steered | Completions | LogLines;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin | Dents | Forces | Answers | Steering | Steered | Completions | LogLines;
 
 export interface PersonFrame {
   who: number;

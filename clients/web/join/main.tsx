@@ -143,6 +143,8 @@ function hear(words: Words): void {
     if (person) showWords(); // who may be written to is another
   } else if (words.kind === "skin") {
     room?.receiveSkin(words);
+  } else if (words.kind === "dents") {
+    room?.dents.receive(words);
   } else if (words.kind === "ink") {
     room?.receiveInk(words);
   } else if (words.kind === "held" && room) {

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 
 from vistel.conference.model import Conference
-from vistel.render.glb_files import Figure, GlbFiles
+from vistel.render.glb_files import Figure, GlbFiles, ThingFile
 from vistel.render.pressed_skin import PressedFigure
 from vistel.render.stage.stage import ParticipantInfo
 from vistel.session.made_in_thread import MadeInThread
@@ -27,7 +27,7 @@ class Assets:
         self._files, self._models = GlbFiles(conference, parcel, models), models
         self._makers = [ThreadPoolExecutor(1, thread_name_prefix=name) for name in ("figures", "things")]
         self._figures = MadeInThread[Figure](self._makers[0], changed)
-        self._others = MadeInThread[str](self._makers[1], changed)
+        self._others = MadeInThread[ThingFile](self._makers[1], changed)
         self._pressed = MadeInThread[PressedFigure](self._makers[0], lambda: None)
 
     def figure(self, about: ParticipantInfo) -> Figure | None:
@@ -40,10 +40,9 @@ class Assets:
         """Somebody's figure, to know where their skin gives way; None as above."""
         return self._pressed.get(_key(about), lambda: self._files.pressed(about)) if about.here else None
 
-    def thing(self, thing: Thing) -> str | None:
-        """The digest of a thing's file; None as above, and while a polymesh of it is on its way."""
-        looks = {k.model for k in thing.looks}
-        if looks - self._models.keys() - self.models_here:
+    def thing(self, thing: Thing) -> ThingFile | None:
+        """A thing's file; None as above, and while a polymesh of it is on its way."""
+        if {k.model for k in thing.looks} - self._models.keys() - self.models_here:
             return None
         return self._others.get(thing, lambda: self._files.thing(thing))
 
@@ -56,11 +55,11 @@ class Assets:
         """Keep files of these things only, beside the room's and figures', and what presses on these people."""
         self._pressed.forget_but({_key(about) for about in people})
         gone = self._others.forget_but({*things.values(), _ROOM})
-        for digest in gone:
-            self._files.bytes.pop(digest, None)
+        for file in gone:
+            self._files.bytes.pop(file.digest, None)
 
-    def room(self) -> str | None:
-        """The digest of the file of what does not move; None as above."""
+    def room(self) -> ThingFile | None:
+        """The file of what does not move; None as above."""
         return self._others.get(_ROOM, self._files.room)
 
     def file(self, digest: str) -> bytes | None:

@@ -16,7 +16,7 @@ from vistel.figure.skeleton import Skeleton, standard_skeleton
 from vistel.geometry.pose import Pose
 from vistel.render.config import live_delay
 from vistel.render.frames import header, joints_told, person_row, thing_rows
-from vistel.render.pressed_skin import PressedSkin
+from vistel.render.pressed_things import PressedRoom
 from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.captions import caption_words
 from vistel.render.stage.stage import Instant, ParticipantInfo, PersonNow, Stage
@@ -68,7 +68,7 @@ class Feed:
         self._furniture = RoomDeliveries(bus, clock, self._models)
         self._assets = Assets(conference, self._parcel, self._models, self._changed)
         self._commands = ToldCommands(bus)
-        self._skin, self._forces = PressedSkin(self._assets.pressed), FeltForces(bus, crowd=bool(conference.crowd))
+        self._pressed, self._forces = PressedRoom(self._assets.pressed, self._assets.thing), FeltForces(bus, crowd=bool(crowd))
         self._faces: dict[str, Countenance] = {}
         self._table, self._stale, self._newcomers = 0, True, True
         self._listed: tuple[tuple[ParticipantInfo, ...], Mapping[str, Thing]] = ((), {})
@@ -182,7 +182,7 @@ class Feed:
             ("signals", signal_words(now.world.signals)),
             ("captions", caption_words(now.captions)),
             ("answers", self._commands.words()),
-            ("skin", self._skin.words(now)),
+            *self._pressed.words(now),
             ("forces", self._forces.words(now.now_ns, {p.about.name: p.timing.delay_ns for p in now.people})),
         ):
             if words != self._words.get(kind):
@@ -201,12 +201,13 @@ class Feed:
             rows.append(row | {"rest": np.round(skeleton.offsets, 5).tolist(), "file": figure and figure.digest})
         self._shown = tuple(t.id for t in things.values() if not t.hidden and t.shape not in FURNITURE)
         of_things = [
-            {"id": t.id, "name": t.name or t.id, "shape": t.shape, "mass_kg": round(t.mass, 3), "file": self._assets.thing(t)}
+            {"id": t.id, "name": t.name or t.id, "shape": t.shape, "mass_kg": round(t.mass, 3)}
+            | {"file": (made := self._assets.thing(t)) and made.digest}
             | face_rows(t)
             for t in (things[name] for name in self._shown)
         ]
         self._assets.forget_but(people, things)
-        return {"people": rows, "things": of_things, "room": self._assets.room()}
+        return {"people": rows, "things": of_things, "room": (room := self._assets.room()) and room.digest}
 
     def _skeleton(self, about: ParticipantInfo) -> Skeleton:
         figure = self._assets.figure(about)
@@ -222,8 +223,7 @@ class Feed:
         if whole:
             self._whole_ns, self._poses = now.now_ns, now.world.poses
         things = thing_rows((n, pose.position, pose.rotation) for n, pose in moved)
-        begin = header(self._table, len(people), len(moved), now.now_ns * 1e-6)
-        return b"".join((begin, *people, things.tobytes()))
+        return b"".join((header(self._table, len(people), len(moved), now.now_ns * 1e-6), *people, things.tobytes()))
 
     def _person(self, number: int, person: PersonNow, now: Instant) -> bytes:
         name, speech = person.about.name, now.speech.get(person.about.name)

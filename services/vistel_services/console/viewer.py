@@ -11,7 +11,8 @@ from vistel.session.screens import ForwardedPicture, WaitingPictures
 _MOST_RECORDS = 150
 """Of voices: what waits longer is too late to be heard."""
 FRAME = "frame"
-"""The kind that gives way to all others."""
+_LARGE = ("frame", "skin", "dents")
+"""How kinds begin that give way to all others, and take turns."""
 
 
 class Viewer:
@@ -45,15 +46,15 @@ class Viewer:
             self._something.set()
 
     async def next(self) -> str | bytes:
-        """What is sent next: words, then voices, then what is shown live, then frames."""
+        """What is sent next: words, then voices, then what is shown live, then frames and what gives way."""
         while not (self._waiting or self._voices or self._screens):
             self._something.clear()
             await self._something.wait()
-        kind = next((k for k in self._waiting if k != FRAME), None)
+        kind = next((k for k in self._waiting if not k.startswith(_LARGE)), None)
         if kind is None and self._voices:
             voices = bytes((FORMAT,)) + b"".join(self._voices)
             self._voices.clear()
             return voices
         if kind is None and self._screens:
             return self._screens.next()
-        return self._waiting.pop(kind or FRAME)
+        return self._waiting.pop(kind or next(iter(self._waiting)))

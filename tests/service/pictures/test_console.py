@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 import json
 import logging
 import socket
@@ -25,6 +26,7 @@ from vistel.figure.posture.posture import Posture, pose_joints
 from vistel.figure.skeleton import JOINTS
 from vistel.render.frames import HEADER, PERSON
 from vistel.session.session import AsyncSession
+from vistel.v1.world_pb2 import Primitive, Thing, ThingState, WorldState
 from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
@@ -125,6 +127,39 @@ def test_a_viewer_gets_joints_table_frames_and_the_figure_by_its_digest(monkeypa
                         assert answer.status == 404
                 numbers = await heard(live, "numbers")
                 assert numbers["people"][0]["shown"] == "Ben" and numbers["viewers"] == 1
+
+    asyncio.run(watch())
+
+
+def test_who_comes_late_gets_the_dents_that_are_there(monkeypatch: pytest.MonkeyPatch) -> None:
+    body, mark = Primitive(kind="sphere", params=[0.04]), Primitive(kind="sphere", params=[0.012])
+    mark.pose.position.y = 0.04
+    ball = Thing(id="ball", name="ball", shape="ball", primitives=[body], mass_kg=0.1, compliance=0.5, colour=0xE8B923FF)
+
+    async def watch() -> None:
+        room = local()
+        async with room.watched(monkeypatch), aiohttp.ClientSession() as session:
+            world = room.network.bus("c", "hub", room.clock)
+
+            async def tell() -> None:
+                for step in itertools.count(1):
+                    state = WorldState(step=step, key=True, things=[ball], states=[ThingState(id="ball")])
+                    state.states[0].pose.rotation.w = 1.0
+                    state.dents.add(number=1, thing="ball", shape=mark, depth=0.2, left_ns=1)
+                    world.publish(BY_NAME["world_state"]).put(state)
+                    await asyncio.sleep(1 / 60)
+
+            telling = asyncio.create_task(tell())
+            opened: list[aiohttp.ClientWebSocketResponse] = []
+            for _ in range(2):  # the second one comes when nothing changes any more
+                opened.append(await session.ws_connect(f"http://{room.address}/live"))
+                dents = await heard(opened[-1], "dents")
+                while dents["thing"] is None:
+                    dents = await heard(opened[-1], "dents")
+                assert dents["thing"]["who"] == "ball"
+            telling.cancel()
+            for live in opened:
+                await live.close()
 
     asyncio.run(watch())
 

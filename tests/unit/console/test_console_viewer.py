@@ -29,3 +29,16 @@ def test_who_is_quick_gets_every_frame() -> None:
         assert viewer.left_out == 0
 
     asyncio.run(watch())
+
+
+def test_a_slow_viewer_gets_words_first_and_frames_and_dents_by_turns() -> None:
+    async def take() -> None:
+        viewer = Viewer()
+        got: list[str | bytes] = []
+        for n in range(4):
+            for kind in (FRAME, "dents0", "skin", "table"):
+                viewer.put(kind, f"{kind} {n}")
+            got += [await viewer.next(), await viewer.next()]
+        assert got == ["table 0", "frame 0", "table 1", "dents0 1", "table 2", "skin 2", "table 3", "frame 3"]
+
+    asyncio.run(take())

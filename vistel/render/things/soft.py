@@ -22,7 +22,7 @@ from vistel.implicit.ghosts.mesh_ghosts import faded, pulled
 from vistel.implicit.graph.ghost_terms import decay_quartic
 from vistel.implicit.meshes.embedding import embed
 from vistel.implicit.primitives.kinds import primitive_of
-from vistel.render.figures.figures import DrawableFigure
+from vistel.render.figures.ghosts import Touching
 from vistel.render.stage.stage import Instant
 from vistel.render.stage.world_view import primitive_from, vector
 from vistel.render.things.soft_skin import limbs_in, nearest_limb, skin_of
@@ -158,8 +158,13 @@ class SoftThings:
 
     def make(self, thing: Thing, models: Mapping[str, Polymesh]) -> SoftThing:
         """The soft side of a thing for which `is_soft` holds, made anew."""
-        made = self._things[thing.id] = SoftThing(thing, models)
+        made = SoftThing(thing, models)
+        self.keep(made)
         return made
+
+    def keep(self, made: SoftThing) -> None:
+        """What has been made elsewhere of a thing, in place of what was made of it before."""
+        self._things[made.thing.id] = made
 
     def of(self, thing_id: str) -> SoftThing:
         """What `make` has made of it. Raises KeyError."""
@@ -172,7 +177,7 @@ class SoftThings:
     def reshaped(
         self,
         instant: Instant,
-        shapes: Mapping[str, DrawableFigure],
+        shapes: Mapping[str, Touching],
         posed: Mapping[str, PosedBody],
         pulls: Mapping[str, Sequence[tuple[ThingPrimitive, ConstraintGhost]]],
     ) -> dict[str, Reshaped | None]:
@@ -200,7 +205,7 @@ class SoftThings:
 
 
 def pulls_of(
-    instant: Instant, posed: Mapping[str, PosedBody], joints: Mapping[str, JointPose], shapes: Mapping[str, DrawableFigure]
+    instant: Instant, posed: Mapping[str, PosedBody], joints: Mapping[str, JointPose], shapes: Mapping[str, Touching]
 ) -> tuple[dict[str, list[tuple[ThingPrimitive, ConstraintGhost]]], dict[str, list[GhostSource]]]:
     """What bonds do: to things, by thing, and to figures, by participant, as ghosts of the thing that hold the limb."""
     to_things: dict[str, list[tuple[ThingPrimitive, ConstraintGhost]]] = {}

@@ -3,6 +3,7 @@
 What only the world needs stays behind; USD keeps it.
 """
 
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +13,15 @@ from numpy.typing import NDArray
 from vistel.colour import linear
 from vistel.figure.formats.gltf_binary import INDICES, Binary, smallest
 from vistel.space.files.interior import Interior
+from vistel.space.files.model import Polymesh
 from vistel.space.files.surfaces import SurfacePiece, pieces_of
 from vistel.space.things.things import Thing
 from vistel.whole_file import whole_file
 
 UNLIT = "KHR_materials_unlit"
 """The extension for what shines by itself."""
+Pieces = Callable[[Thing, Mapping[str, Polymesh]], Sequence[SurfacePiece]]
+"""All that is drawn of a thing, as `pieces_of` has it."""
 
 
 def save_glb(interior: Interior, path: Path) -> None:
@@ -29,14 +33,15 @@ def save_glb(interior: Interior, path: Path) -> None:
         stream.write(data)
 
 
-def glb_bytes(interior: Interior) -> bytes:
-    """What `save_glb` writes."""
-    return _Writer().whole(interior)
+def glb_bytes(interior: Interior, pieces: Pieces = pieces_of) -> bytes:
+    """What `save_glb` writes. pieces: what is drawn of each thing, a primitive of its mesh for each."""
+    return _Writer(pieces).whole(interior)
 
 
 class _Writer(Binary):
-    def __init__(self) -> None:
+    def __init__(self, pieces: Pieces) -> None:
         super().__init__()
+        self._pieces = pieces
         self.materials: list[dict[str, Any]] = []
         self.images: list[dict[str, Any]] = []
         self.meshes: list[dict[str, Any]] = []
@@ -67,7 +72,7 @@ class _Writer(Binary):
     def _node(self, t: Thing, interior: Interior) -> dict[str, Any]:
         rotation = t.rotation / np.linalg.norm(t.rotation)
         node: dict[str, Any] = {"name": t.id, "translation": t.position.tolist(), "rotation": rotation.tolist()}
-        pieces = [self._primitive(p) for p in pieces_of(t, interior.models)]
+        pieces = [self._primitive(p) for p in self._pieces(t, interior.models)]
         if pieces:
             node["mesh"] = len(self.meshes)
             self.meshes.append({"name": t.name or t.id, "primitives": pieces})
