@@ -22,7 +22,7 @@ TEXT = "buy milk"
 def test_a_guest_writes_a_note_and_reads_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     if not (bundle.FOLDER / bundle.GUEST_BUNDLE).is_file():
         pytest.skip("the page for guests has not been made (make web)")
-    warm_up()  # the console lets go of a page that cannot listen for fifteen seconds, as while the same process compiles
+    warm_up()  # else the loop stands still while this process compiles, and who asks the world waits for no answer so long
 
     async def visit() -> None:
         async with (

@@ -30,8 +30,8 @@ async def ready(tab: Page) -> None:
 
 
 async def press(tab: Page, selector: str) -> None:
-    """Click what may still be moved by what comes above it."""
-    await tab.value(f"document.querySelector({selector!r}).click()")
+    """Click what may still be moved by what comes above it, once it is there."""
+    await tab.until(f"((button) => button && !button.disabled && (button.click(), true))(document.querySelector({selector!r}))")
 
 
 async def seat(tab: Page, name: str) -> None:
