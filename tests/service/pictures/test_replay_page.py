@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import time
 from pathlib import Path
@@ -46,6 +47,14 @@ async def heard(live: aiohttp.ClientWebSocketResponse, kind: str, such: Any = la
     raise AssertionError(f"no {kind}")
 
 
+async def taken(session: aiohttp.ClientSession, url: str) -> aiohttp.ClientWebSocketResponse:
+    """A viewer, as soon as there is room: one who left is let go of a little later."""
+    while True:
+        with contextlib.suppress(aiohttp.WSServerHandshakeError):
+            return await session.ws_connect(url)
+        await asyncio.sleep(0.05)  # trying costs the server work
+
+
 def test_playing_goes_on_from_where_it_stood_still_however_long_that_was() -> None:
     async def watch() -> None:
         async with served(MEETING) as url, aiohttp.ClientSession() as session, session.ws_connect(f"{url}live") as live:
@@ -82,7 +91,7 @@ def test_a_viewer_goes_to_any_moment_and_misbehaving_changes_nothing() -> None:
             for headers in ({"Host": "evil.example"}, {"Origin": "http://evil.example"}):
                 async with session.get(f"{url}live", headers=headers) as answer:
                     assert answer.status == 403
-            opened = [await session.ws_connect(f"{url}live") for _ in range(MOST_REPLAYS)]
+            opened = [await taken(session, f"{url}live") for _ in range(MOST_REPLAYS)]
             for each in opened:
                 await heard(each, "hello")
             async with session.get(f"{url}live") as answer:
@@ -224,9 +233,12 @@ def test_skin_gives_way_in_a_browser_as_the_engine_has_it_and_who_is_chosen_show
             await tab.until(f"Math.abs(window.vistelTravel.t() - {at}) < 1e-3")
             for who in ("aiko", "ben"):
                 await tab.until(f"window.vistel.pressed({who!r}).length > 50")
-                corner, *place = np.array(await tab.value(f"window.vistel.pressed({who!r})")).T
-                rest, engine, of_hand = by_the_engine(at, who, corner.astype(int))
-                assert np.abs(np.transpose(place) - rest - engine).max() <= 1e-3
+                async with asyncio.timeout(600.0):  # what is pressed where they were before is shown for a picture or two
+                    far = np.inf
+                    while far > 1e-3:
+                        corner, *place = np.array(await tab.value(f"window.vistel.pressed({who!r})")).T
+                        rest, engine, of_hand = by_the_engine(at, who, corner.astype(int))
+                        far = np.abs(np.transpose(place) - rest - engine).max()
                 assert of_hand.sum() > 20
                 assert np.linalg.norm(engine[of_hand], axis=1).max() > 5e-3
             assert await tab.value("window.vistel.contacts()") == [0, 0]
@@ -337,6 +349,8 @@ def test_a_page_whose_log_stands_still_draws_nothing_until_somebody_moves_the_pl
                 drawn, joints = await tab.value("[window.vistel.drawn(), JSON.stringify(window.vistel.joints('aiko'))]")
                 await tab.value(moves)
                 await tab.until(f"window.vistel.drawn() > {drawn}")
+                if "goTo" in moves:
+                    await tab.until(f"JSON.stringify(window.vistel.joints('aiko')) !== {json.dumps(joints)}")
                 await rests()
                 assert (await tab.value("JSON.stringify(window.vistel.joints('aiko'))") != joints) is ("goTo" in moves)
 
