@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import itertools
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -32,9 +33,9 @@ async def mouse(tab: Page, kind: str, at: list[float], **more: Any) -> None:
     await tab.call("Input.dispatchMouseEvent", type=kind, x=at[0], y=at[1], **more)
 
 
-async def led_soon(room: GuestRoom, newest: Callable[[GuestRoom], PointerFrame]) -> bool:
+async def led_soon(room: GuestRoom, newest: Callable[[GuestRoom], PointerFrame], looks: int) -> bool:
     """Whether a hand is led within some pictures of the page."""
-    for _ in range(30):
+    for _ in range(looks):
         room.take()
         if newest(room).HasField("left") or newest(room).HasField("right"):
             return True
@@ -77,11 +78,11 @@ def test_a_guest_opens_the_link_enters_looks_waves_touches_and_rests(monkeypatch
             await room.until(lambda: newest(room).head_yaw > before + 0.05, "the head turns")
             # Until a press meets the other person, who must be in sight and behind no button. The view follows the figure's eyes by
             # and by, so that where they were seen may be empty when the press comes.
-            for _ in range(40):
+            for looks in itertools.count(30, 10):  # a slow page is given longer the next time
                 x, _ = await tab.value("window.guest.seen(window.guest.joints('guest-2')[9])")
                 if at := await tab.value(f"({BARE})(window.guest.joints('guest-2').slice(5, 11).map(window.guest.seen))"):
                     await mouse(tab, "mousePressed", at, button="left", buttons=1, clickCount=1)
-                    if await led_soon(room, newest):
+                    if await led_soon(room, newest, looks):
                         break
                     await mouse(tab, "mouseReleased", at, button="left", clickCount=1)
                 else:
