@@ -54,6 +54,25 @@ _SELDOM = f"""
 """
 
 
+_AT_REST = """async (selector) => {
+  const e = document.querySelector(selector);
+  if (!e) return null;
+  e.scrollIntoView({ block: "nearest", inline: "nearest" });
+  const drawn = () => Promise.race([
+    new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))),
+    new Promise((done) => setTimeout(done, 500)), // a page that is not seen draws nothing
+  ]);
+  const middle = () => (({ x, y, width, height }) => [x + width / 2, y + height / 2])(e.getBoundingClientRect());
+  await drawn(); // what is not drawn yet is not hit
+  const [x, y] = middle();
+  await drawn();
+  const [nowX, nowY] = middle();
+  const hit = document.elementFromPoint(x, y);
+  return Math.hypot(nowX - x, nowY - y) < 0.5 && hit && e.contains(hit) ? [x, y] : null;
+}"""
+"""JavaScript: the middle of an element; null while it moves, as what comes above it may make it do, or something lies over it."""
+
+
 class Page:
     """One tab. messages: what its console said, errors included; events: whom to tell of what else it says of itself, by method."""
 
@@ -113,16 +132,10 @@ class Page:
         return cv2.cvtColor(cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR), cv2.COLOR_BGR2RGB)
 
     async def click(self, selector: str) -> None:
-        """As somebody's mouse does."""
-        box = await self.value(
-            f"(async () => {{ const e = document.querySelector({json.dumps(selector)});"
-            " e.scrollIntoView({ block: 'nearest', inline: 'nearest' });"
-            " const drawn = new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));"
-            " await Promise.race([drawn, new Promise((done) => setTimeout(done, 500))]);"  # what is not drawn yet is not hit
-            " const r = e.getBoundingClientRect(); return [r.x + r.width / 2, r.y + r.height / 2]; })()"
-        )
+        """As somebody's mouse does, once it is there and has stayed where it is for a picture, with nothing over it."""
+        place = await self.until(f"({_AT_REST})({json.dumps(selector)})")
         for kind in ("mousePressed", "mouseReleased"):
-            await self.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
+            await self.call("Input.dispatchMouseEvent", type=kind, x=place[0], y=place[1], button="left", clickCount=1)
 
 
 @contextlib.asynccontextmanager

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+import time
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -28,8 +29,11 @@ from vistel.wire.memory_bus import MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel_services import pointer, posture, world
 from vistel_services.console import guests, service
+from vistel_services.serving import server
 
 HOUR_NS = 3_600_000_000_000
+AGAIN_S = 1.1
+"""From one reaction of a guest to the next: the world takes one a second."""
 GUESTS = {
     "name": "guests",
     "participants": [{"name": f"guest-{n}", "guest": True, "avatar": "builtin:person=carla", "height": 1.71} for n in (1, 2)],
@@ -101,6 +105,7 @@ class GuestRoom:
         there = self.network.bus("c", site.name, clock)
         with monkeypatch.context() as patched:
             patched.setattr(service, "open_server", open_server)
+            patched.setattr(server, "_SILENT_S", 3600.0)  # pages are in this process: what stands still is the machine, not a page
             tasks = [
                 asyncio.create_task(service.run(self.conference, self.paths, self.network.bus("c", "hub", clock), clock)),
                 asyncio.create_task(pointer.run(pointer.configure(self.conference, site, self.paths), there, clock)),
@@ -214,21 +219,23 @@ async def figure_near(tab: Page, room: GuestRoom, joint: str, in_seat: np.ndarra
 
 
 class GuestPage:
-    """What a page does, without a browser. newest: words of each kind, while it is `listening`."""
+    """What a page does, without a browser. newest: words of each kind, and heard_words: all of them, while it is `listening`."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self.socket = socket
         self.newest: dict[str, dict[str, Any]] = {}
+        self.heard_words: list[dict[str, Any]] = []
 
     @contextlib.asynccontextmanager
     async def listening(self) -> AsyncIterator[asyncio.Task[None]]:
-        """As an open page: it takes whatever comes, until this task ends, because the console has let go of it: it does this with a
-        page that takes nothing for some fifteen seconds."""
+        """As an open page: it takes whatever comes, until this task ends, because the console has ended the visit."""
 
         async def listen() -> None:
             async for said in self.socket:
                 if said.type is aiohttp.WSMsgType.TEXT:
-                    self.newest[said.json()["kind"]] = said.json()
+                    words = said.json()
+                    self.newest[words["kind"]] = words
+                    self.heard_words.append(words)
 
         task = asyncio.create_task(listen())
         try:
@@ -236,6 +243,25 @@ class GuestPage:
         finally:
             task.cancel()
             await asyncio.gather(task, return_exceptions=True)
+
+    async def shown(
+        self,
+        kind: str,
+        such: Callable[[dict[str, Any]], bool],
+        do: Callable[[], Awaitable[object]],
+        tasks: Iterable[asyncio.Task[Any]] = (),
+    ) -> None:
+        """Do it, again and again, until such words of a kind have come. For what is shown some seconds, while `listening`: a busy
+        machine may look only when it is over. Fails as soon as one of `tasks` has ended."""
+        before = len(self.heard_words)
+
+        def came() -> bool:
+            return any(words["kind"] == kind and such(words) for words in self.heard_words[before:])
+
+        while not came():
+            await do()
+            again_s = time.monotonic() + AGAIN_S
+            await until(lambda again_s=again_s: came() or time.monotonic() > again_s, kind, tasks=tasks)
 
     def in_the_world(self, participant: str) -> bool:
         """Whether the world has them: their figure touches something. Before this, it refuses what they ask. While `listening`."""

@@ -6,6 +6,7 @@ import asyncio
 import json
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Any
 
 import pytest
 from secured_bus import Secured, secured
@@ -40,6 +41,11 @@ def test_what_a_router_lets_through_is_found(
     if open_to_all:
         monkeypatch.setattr(config, "question_limits", list)
     codes: list[int] = []
+    attempts: list[dict[str, Any]] = []
+    expected = ROOM | {"to have 200 questions for the room answered at once"} if open_to_all else set[str]()
+
+    def let_through() -> set[str]:
+        return {a["tries"] for a in attempts if not a["stopped"]}
 
     async def body(s: Secured) -> None:
         s.authority.issue("old", s.authority.certificate.not_valid_before_utc)
@@ -54,11 +60,11 @@ def test_what_a_router_lets_through_is_found(
         ):
             hub.serve(BY_NAME[topic], lambda _, answer=answer: answer)
         Signer(s.authority, lambda: datetime.now(UTC)).serve(hub, ["tokyo", "paris"])
-        codes.append(await asyncio.to_thread(report, file, True))
+        while not attempts or (open_to_all and let_through() < expected):  # a busy machine may take longer than an attempt waits
+            codes[:] = [await asyncio.to_thread(report, file, True)]
+            attempts[:] = json.loads(capsys.readouterr().out)["attempts"]
 
     secured(tmp_path / "host", body, all_may_ask=open_to_all)
-    attempts = json.loads(capsys.readouterr().out)["attempts"]
     assert codes == [int(open_to_all)]
     assert len(attempts) == 19 and all(a["stopped"] is not None for a in attempts)
-    let_through = {a["tries"] for a in attempts if not a["stopped"]}
-    assert let_through == (ROOM | {"to have 200 questions for the room answered at once"} if open_to_all else set())
+    assert let_through() == expected

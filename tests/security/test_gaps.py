@@ -6,6 +6,7 @@ import asyncio
 from pathlib import Path
 
 import pytest
+import zenoh
 from secured_bus import Secured, secured
 from waiting import until
 
@@ -43,13 +44,17 @@ def test_a_site_that_leaves_gaps_on_many_keys_makes_others_ask_for_few_and_is_th
         (reader_of_commands, reader_of_parts) = hub._readers
         await until(lambda: reader_of_commands._history_done and reader_of_parts._history_done)
         attacker = s.session("paris")
+
+        def say(key: str, data: bytes, seq: int) -> None:
+            attacker.put(key, data, attachment=Stamp(1, seq, 1).to_bytes(), congestion_control=zenoh.CongestionControl.BLOCK)
+
         for number in range(4 * MOST_REPAIRS):
             key = f"vistel/demo/site/paris/avatar/{number:064x}/0"
             for seq in (1, 9):
-                attacker.put(key, b"", attachment=Stamp(1, seq, 1).to_bytes())
-        attacker.put(KEY, b"", attachment=Stamp(1, 0, 1).to_bytes())
+                say(key, b"", seq)
+        say(KEY, b"", 0)
         for seq in range(2, 600):
-            attacker.put(KEY, bytes(60_000), attachment=Stamp(1, seq, 1).to_bytes())
+            await asyncio.to_thread(say, KEY, bytes(60_000), seq)
         await until(lambda: any(o.waiting for o in reader_of_commands._orders.values()))
         await until(lambda: len(reader_of_parts._orders) == 4 * MOST_REPAIRS)
         tokyo = await s.door("tokyo")

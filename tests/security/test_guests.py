@@ -191,7 +191,7 @@ def test_a_link_opens_the_guests_page_and_figures_and_nothing_else_of_a_console_
 
 
 def test_pages_that_show_no_link_are_bounded_and_let_go(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(guests, "_PATIENCE_S", 0.3)
+    monkeypatch.setattr(guests, "_PATIENCE_S", 5.0)  # within which a busy machine opens so many
 
     async def play(room: GuestRoom) -> None:
         async with aiohttp.ClientSession() as session:
@@ -285,9 +285,9 @@ def test_a_guests_voice_is_published_as_theirs_once_they_are_in_the_room_and_hea
 
 def test_a_voice_that_none_of_ours_sends_reaches_nobody(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def play(room: GuestRoom) -> None:
-        now_ns = room.clock.now_ns()
         async with room.opened(room.invited()) as page:
             await page.enter()
+            now_ns = room.clock.now_ns()
             for record in (
                 voice_record(now_ns + 3_600_000_000_000, HUM),  # from the future
                 voice_record(now_ns, bytes(MOST_PACKET_BYTES + 1)),
@@ -315,7 +315,7 @@ def test_a_thousand_packets_of_a_voice_at_once_end_the_visit_and_few_are_passed_
     async def play(room: GuestRoom) -> None:
         async with room.opened(room.invited()) as page:
             await page.enter()
-            begun_ns = room.clock.now_ns() - 1_900_000_000
+            begun_ns = room.clock.now_ns() - 1_000_000_000
             for n in range(1000):
                 await page.socket.send_bytes(voice_record(begun_ns + n * FRAME_NS, HUM))
             assert await page.code() == guests.MISBEHAVED

@@ -4,11 +4,11 @@ conference that may listen, or the link of a guest."""
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from secured_bus import Secured, secured
+from waiting import until
 
 from vistel.messages.chat import line_message
 from vistel.session.chat import Chat, lines_of
@@ -19,12 +19,6 @@ from vistel.wire.topics import BY_NAME
 LINE = BY_NAME["private_line"]
 PEOPLE = {"paris": ["ann"], "tokyo": ["bob", "cho"], "osaka": ["eve"], "hub": []}
 OWNERS = Owners({site: {"participant": people} for site, people in PEOPLE.items()})
-
-
-async def until(holds: Callable[[], bool]) -> None:
-    async with asyncio.timeout(60):
-        while not holds():
-            await asyncio.sleep(0.01)
 
 
 @pytest.mark.parametrize("name", ["osaka", "guest"])

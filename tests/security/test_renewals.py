@@ -124,10 +124,12 @@ def test_each_asks_under_its_own_name_only_an_observer_too(tmp_path: Path, proto
                 pass
         for attacker, name in (("paris", "tokyo"), ("paris", "hub"), ("guest", "paris"), ("world", "hub")):
             bus, session = await s.door(attacker), s.session(attacker)
-            got = [await bus.query(topic, timeout_s=0.5, holder=name) is not None]
-            for key in ("vistel/demo/certificate/*", "vistel/demo/**"):
-                replies = [str(r.ok.key_expr) for r in session.get(key, timeout=0.5) if r.ok is not None]
-                got.append(topic.format(conference="demo", holder=name) in replies)
+            got: list[bool] = []
+            while not got or (all_may_ask and not any(got)):  # a busy machine may take longer to answer
+                got += [await bus.query(topic, timeout_s=0.5, holder=name) is not None]
+                for key in ("vistel/demo/certificate/*", "vistel/demo/**"):
+                    replies = [str(r.ok.key_expr) for r in session.get(key, timeout=0.5) if r.ok is not None]
+                    got.append(topic.format(conference="demo", holder=name) in replies)
             assert any(got) == all_may_ask, (attacker, name, got)
 
     secured(tmp_path, body, protocol=protocol, all_may_ask=all_may_ask)

@@ -54,7 +54,7 @@ class Secured:
         self._sessions.append(session)
         return session
 
-    async def door(self, site: str, tls: TlsFiles | None = None, connect_s: float = 5.0, owners: Owners | None = None) -> ZenohBus:
+    async def door(self, site: str, tls: TlsFiles | None = None, connect_s: float = 60.0, owners: Owners | None = None) -> ZenohBus:
         """The bus of a site with its own certificate, or `tls`."""
         bus = await ZenohBus.open(
             conference="demo",

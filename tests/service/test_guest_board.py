@@ -13,7 +13,7 @@ from vistel_services.world.service import warm_up
 
 
 def test_a_guest_puts_up_a_board_writes_and_takes_it_back(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    warm_up()  # the console lets go of a page that cannot listen for fifteen seconds, as while the same process compiles
+    warm_up()  # else the loop stands still while this process compiles, and who asks the world waits for no answer so long
 
     async def visit() -> None:
         async with GuestRoom(tmp_path).serving(monkeypatch) as room, room.opened(room.invited()) as page, room.led() as leading:

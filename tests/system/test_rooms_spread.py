@@ -35,9 +35,10 @@ class Hosts:
     def serve(self, place: str, *options: str) -> None:
         log = self.folder / f"{place}.log"
         command = [*VISTEL, "world", "serve", *self.files, "--hub", self.router.endpoint, "--place", place, *options]
-        with log.open("wb") as said:
-            self.processes.append(subprocess.Popen(command, cwd=self.folder, stdout=said, stderr=said))
-        wait_until(lambda: log.read_text().count("world waits") >= len(NAMES), every_s=0.2)
+        with log.open("wb") as output:
+            self.processes.append(subprocess.Popen(command, cwd=self.folder, stdout=output, stderr=output))
+        said = "world waits" if "--wait" in options else "world leads"
+        wait_until(lambda: log.read_text().count(said) >= len(NAMES), every_s=0.2)
 
     def spread(self, *options: str) -> subprocess.CompletedProcess[str]:
         command = [*VISTEL, "world", "spread", *self.files, "--hub", self.router.endpoint, *options]

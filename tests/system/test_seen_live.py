@@ -10,6 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from itertools import count
 from pathlib import Path
 
 import aiohttp
@@ -30,6 +31,8 @@ WIDTH, HEIGHT = 480, 270
 BALL = overview().project(meeting_room(2).by_id["ball"].position[None], WIDTH, HEIGHT)[0, :2]
 """Where the yellow ball lies in a picture of the whole room [pixels]."""
 LIFT = np.array((40.0, -35.0))
+MOST_PICTURES = 200
+"""Of the stream, by which the ball has come to where the mouse has drawn it."""
 CONFERENCE = f"""
 name = "live"
 seed = 1
@@ -121,21 +124,29 @@ def _look(hands: Hands, port: int, seen: Seen) -> None:
     asyncio.run(_watch(port, before, lambda: _yellow(before[-1], BALL)))  # no arm hides the ball
     seen.before_it_was_lifted = before[-1]
     for key in "F1", "3":  # no panel before the ball, and both look from the same place
-        hands.key(key, True)
-        hands.key(key, False)
-        time.sleep(0.5)  # the window takes keys once a picture, and nothing tells from outside when it has
-    hands.move(*BALL)
-    time.sleep(2.0)  # as above
-    hands.button(1, True)
-    try:
-        for share in np.linspace(0.1, 1.0, 10):
-            hands.move(*(BALL + share * LIFT))
-            time.sleep(0.1)  # a hand takes time
-        later: list[np.ndarray] = []
-        asyncio.run(_watch(port, later, lambda: _yellow(later[-1], BALL + LIFT)))
-        seen.lifted = later[-1]
-    finally:
-        hands.button(1, False)
+        _press(hands, key)
+    for patience in count(1):
+        wait_until(lambda: _yellow(hands.screen(), BALL), every_s=0.1)
+        hands.move(*BALL)
+        time.sleep(2.0 * patience)  # the window looks once a picture what is under the mouse, and nothing tells from outside when
+        hands.button(1, True)
+        try:
+            for share in np.linspace(0.1, 1.0, 10):
+                hands.move(*(BALL + share * LIFT))
+                time.sleep(0.1)  # a hand takes time
+            later: list[np.ndarray] = []
+            asyncio.run(_watch(port, later, lambda later=later: len(later) > MOST_PICTURES or _yellow(later[-1], BALL + LIFT)))
+        finally:
+            hands.button(1, False)
+        if _yellow(later[-1], BALL + LIFT):
+            seen.lifted = later[-1]
+            return
+        _press(hands, "3")  # the mouse was there too early, and what it has drawn may be the view
+
+
+def _press(hands: Hands, key: str) -> None:
+    hands.key(key, True)
+    hands.key(key, False)
 
 
 async def _watch(port: int, pictures: list[np.ndarray], enough: Callable[[], bool]) -> None:

@@ -16,6 +16,7 @@ from waiting import until
 
 from vistel.conference.running import Running, running_conferences
 from vistel.wire.log import LogReader
+from vistel.wire.zenoh.endpoints import answers
 from vistel_services.console import bundle
 
 pytestmark = pytest.mark.slow
@@ -40,9 +41,13 @@ async def running(folder: Path) -> AsyncIterator[tuple[Running, psutil.Process]]
             sys.executable, "-m", "vistel_cli.main", "up", "steered.toml", cwd=folder, stdout=output, stderr=output
         )
     try:
-        await until(lambda: running_conferences("steered") or process.returncode is not None, "the conference")
-        assert process.returncode is None, (folder / "up.log").read_text()
-        yield running_conferences("steered")[0], psutil.Process(process.pid)
+        log = folder / "up.log"
+        await until(lambda: "everybody sees everybody" in log.read_text() or process.returncode is not None, "the conference")
+        assert process.returncode is None, log.read_text()
+        (run,) = running_conferences("steered")
+        served = run.console.replace("http://", "tcp/").strip("/")
+        await until(lambda: answers(served, 1.0) or process.returncode is not None, "its console")
+        yield run, psutil.Process(process.pid)
     finally:
         with contextlib.suppress(ProcessLookupError):
             process.send_signal(signal.SIGINT)
@@ -91,6 +96,11 @@ async def choose(tab: Page, words: str, wanted: str) -> None:
     await tab.until(f"document.querySelector('[name=ask]').value.endsWith({wanted + ' '!r})")
 
 
+async def press(tab: Page, button: str) -> None:
+    """Click what may still be moved by what comes above it, once it can be clicked; button: JavaScript."""
+    await tab.until(f"((button) => button && !button.disabled && (button.click(), true))({button})")
+
+
 async def steer(tab: Page, run: Running, up: psutil.Process) -> None:
     """What the host does on the page, and what comes of it outside of it."""
     await tab.open(run.console, 1280, 800)
@@ -111,12 +121,12 @@ async def steer(tab: Page, run: Running, up: psutil.Process) -> None:
     await tab.until("document.querySelector('.faults select')")
     assert await tab.value("document.querySelector('.faults select').value") == "kill"
     await tab.until("document.querySelectorAll('.faults select')[1]?.value === 'hub/world'")
-    await tab.click(".faults .grave")
+    await press(tab, "document.querySelector('.faults .grave')")
     await tab.until("document.querySelector('dialog[open]')")
     await tab.click("dialog .choices button:first-child")
     await tab.until("!document.querySelector('dialog')")
     assert not await tab.value(answered("Fault")) and pids("hub/world", up) == world
-    await tab.click(".faults .grave")
+    await press(tab, "document.querySelector('.faults .grave')")
     await tab.until("document.querySelector('dialog[open]')")
     await tab.click("dialog .grave")
     await tab.until(answered("Fault kill hub/world done"))
@@ -124,7 +134,7 @@ async def steer(tab: Page, run: Running, up: psutil.Process) -> None:
 
     capture = pids("lab/capture", up)
     await tab.until(f"{row('lab/capture')}?.innerText.includes('runs')")
-    await tab.value(f"{row('lab/capture')}.querySelector('button').click()")
+    await press(tab, f"{row('lab/capture')}?.querySelector('button')")
     await tab.until("document.querySelector('dialog[open]')")
     await tab.click("dialog .grave")
     await tab.until(answered("Restart lab/capture done"))

@@ -91,8 +91,9 @@ async def routed(sender: Bus, receiver: Bus, topic: Topic = MOTION) -> None:
 
 
 def motion(clock: SystemClock, value: int = 0) -> Motion:
+    """Of `value` minutes from now: a later one is not late, however long the machine stands still before it comes."""
     message = Motion(body=[value])
-    message.header.t_ns = clock.now_ns()
+    message.header.t_ns = clock.now_ns() + value * 60_000_000_000
     return message
 
 
@@ -163,7 +164,7 @@ def test_late_motion_is_left_out_and_counted(kind: str) -> None:
             person.put(motion(clock))
             await receive(subscription, 1)
             old = motion(clock)
-            old.header.t_ns -= 400_000_000
+            old.header.t_ns -= 3_600_000_000_000
             person.put(old)
             await until(lambda: w.b.counters.stale == 1)
             assert subscription.take() == []
@@ -343,11 +344,13 @@ def test_the_hubs_clock_is_measured_and_followed(kind: str) -> None:
             assert abs(offset.offset_ns - 7_000_000_000) <= offset.uncertainty_ns + 1_000_000
             reports = w.a.subscribe(BY_NAME["clock_offset"])
             following = asyncio.create_task(follow_hub(w.b, mine, "node", period_s=0.05))
-            await receive(reports, 2)
+            told = [report.message for report in await receive(reports, 2)]
             following.cancel()
-            again = await measure_offset(w.b, mine)
-            assert again is not None
-            assert abs(again.offset_ns) < 100_000_000
+            again = None
+            while again is None:
+                again = await measure_offset(w.b, mine)
+            unsure_ns = again.uncertainty_ns + max(report.uncertainty_ns for report in told)
+            assert abs(again.offset_ns) < unsure_ns + 100_000_000
 
     asyncio.run(run())
 

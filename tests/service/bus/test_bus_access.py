@@ -197,7 +197,7 @@ def test_where_nobody_answers_over_udp_a_site_joins_over_tls(tmp_path: Path) -> 
             blocked = f"quic/127.0.0.1:{silent.getsockname()[1]}"
             clock, files = SystemClock(), s.issue("tokyo")
             bus = await ZenohBus.open(
-                conference="demo", site="tokyo", clock=clock, endpoints=[blocked, s.endpoint], tls=files, connect_s=6.0
+                conference="demo", site="tokyo", clock=clock, endpoints=[blocked, s.endpoint], tls=files, connect_s=16.0
             )
         assert bus.connected
         await bus.close()

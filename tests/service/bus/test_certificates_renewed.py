@@ -55,7 +55,7 @@ def test_a_session_goes_on_past_the_end_of_the_certificate_with_which_it_began(t
         Signer(s.authority, now).serve(hub, ["tokyo"])
         folder = tmp_path / "tokyo"
         folder.mkdir(mode=0o700)
-        made = s.authority.issue("tokyo", now(), valid=timedelta(seconds=6))
+        made = s.authority.issue("tokyo", now(), valid=timedelta(seconds=24))
         files = files_of(folder, "tokyo")
         for mine, theirs in ((files.ca, made.ca), (files.certificate, made.certificate), (files.key, made.key)):
             shutil.copy(theirs, mine)

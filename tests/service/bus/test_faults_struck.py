@@ -54,8 +54,9 @@ class Scene:
         return pid
 
     async def ask(self, name: str, target: str = "", seconds: float | None = None, amount: float | None = None) -> FaultReply:
+        """Asked once more only where nobody was there to be asked: what is answered late is struck all the same."""
         request = FaultRequest(name=name, target=target, seconds=seconds, amount=amount)
-        while (reply := await self.host.query(BY_NAME["fault"], request)) is None:
+        while (reply := await self.host.query(BY_NAME["fault"], request, 60.0)) is None:
             pass
         return reply
 

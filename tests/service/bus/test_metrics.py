@@ -34,7 +34,7 @@ def test_a_process_is_found_and_read_while_it_runs_and_forgotten_afterwards(tmp_
     with metrics.announced(file, "tokyo/renderer", port):
         (told,) = json.loads(file.read_text("utf-8"))
         assert told["labels"] == {"site": "tokyo", "process": "renderer"}
-        with urllib.request.urlopen(f"http://{told['targets'][0]}/metrics", timeout=10.0) as answer:
+        with urllib.request.urlopen(f"http://{told['targets'][0]}/metrics", timeout=60.0) as answer:
             assert b'vistel_process_start_time_seconds{node="tokyo/renderer",services="renderer"}' in answer.read()
     assert not list(file.parent.iterdir())
 

@@ -117,8 +117,9 @@ def test_an_ultra_on_usb_is_read_and_missed_and_found_again(tmp_path: Path, monk
         site = DeviceSite(tmp_path, clock=SystemClock())
         async with site.running({}, person=person("5dt_ultra", port="usb")):
             await site.until(lambda: streaming(site) and len(frames(site)) > 30)
-            opened[0].pulled = True
-            await site.until(lambda: site.bus.status(L).reconnects == 1 and streaming(site))
+            opened[-1].pulled = True
+            before = site.bus.status(L).reconnects
+            await site.until(lambda: site.bus.status(L).reconnects > before and streaming(site))
             before = len(frames(site))
             await site.until(lambda: len(frames(site)) > before + 30)
         want = default_calibration().angles([round(c) for c in default_calibration().counts(HAND, 14)], 14)

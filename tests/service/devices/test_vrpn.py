@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import shutil
-import socket
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from vistel.protocol.vrpn_frames import VrpnTrackerDecoder
 from vistel.v1.device_pb2 import RawBytes, TrackerFrame
 from vistel.wire.clock import SystemClock
 from vistel.wire.raw_bytes import reads_of
+from vistel.wire.zenoh.endpoints import free_port
 from vistel_services.devices.service import connect
 from vistel_sim.device import Instrument, SimulatedDevice
 from vistel_sim.fastrak import Fastrak
@@ -138,9 +138,7 @@ def test_a_server_of_another_version_is_reported(tmp_path: Path) -> None:
 def test_a_server_that_is_not_there_is_looked_for(tmp_path: Path) -> None:
     async def scenario() -> None:
         site = DeviceSite(tmp_path)
-        with socket.socket() as s:
-            s.bind(("127.0.0.1", 0))
-            port = s.getsockname()[1]
+        port = free_port()
         person = {"gloves": {}, "tracker": {"kind": "vrpn", "port": f"Tracker0@127.0.0.1:{port}"}}
         async with site.running({}, person=person):
             await site.until(lambda: "is the server running?" in site.bus.status(T).detail)
@@ -222,9 +220,7 @@ async def real_server(folder: Path, unit: Instrument, line: str, baud: int) -> A
     simulation = asyncio.create_task(device.run())
     await until(lambda: device.port.plugged)
     (folder / "vrpn.cfg").write_text(line.replace("PTY", str(folder / "unit")))
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        port = s.getsockname()[1]
+    port = free_port()
     assert SERVER
     server = await asyncio.create_subprocess_exec(
         SERVER,

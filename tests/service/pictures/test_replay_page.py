@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import json
 import time
 from pathlib import Path
@@ -46,6 +47,14 @@ async def heard(live: aiohttp.ClientWebSocketResponse, kind: str, such: Any = la
     raise AssertionError(f"no {kind}")
 
 
+async def taken(session: aiohttp.ClientSession, url: str) -> aiohttp.ClientWebSocketResponse:
+    """A viewer, as soon as there is room: one who left is let go of a little later."""
+    while True:
+        with contextlib.suppress(aiohttp.WSServerHandshakeError):
+            return await session.ws_connect(url)
+        await asyncio.sleep(0.05)  # trying costs the server work
+
+
 def test_playing_goes_on_from_where_it_stood_still_however_long_that_was() -> None:
     async def watch() -> None:
         async with served(MEETING) as url, aiohttp.ClientSession() as session, session.ws_connect(f"{url}live") as live:
@@ -74,7 +83,7 @@ def test_a_viewer_goes_to_any_moment_and_misbehaving_changes_nothing() -> None:
                 assert held["grasps"] == [["aiko", "right", "baton"]]
                 assert (await heard(live, "playhead", lambda w: w["t"] == 4.0))["playing"] is False
                 await live.send_json({"t": 1.0})
-                assert (await heard(live, "held"))["grasps"] == []
+                await heard(live, "held", lambda w: w["grasps"] == [])
                 await live.send_json({"t": 6.4, "playing": True, "speed": 16})
                 assert (await heard(live, "playhead", lambda w: w["t"] == w["end"]))["playing"] is False
             async with session.ws_connect(f"{url}live") as live:  # a new viewer is told all lanes, however long ago they were made
@@ -82,7 +91,7 @@ def test_a_viewer_goes_to_any_moment_and_misbehaving_changes_nothing() -> None:
             for headers in ({"Host": "evil.example"}, {"Origin": "http://evil.example"}):
                 async with session.get(f"{url}live", headers=headers) as answer:
                     assert answer.status == 403
-            opened = [await session.ws_connect(f"{url}live") for _ in range(MOST_REPLAYS)]
+            opened = [await taken(session, f"{url}live") for _ in range(MOST_REPLAYS)]
             for each in opened:
                 await heard(each, "hello")
             async with session.get(f"{url}live") as answer:
@@ -185,14 +194,9 @@ def test_a_browser_shows_a_moment_as_it_was_captured_and_its_keys_move_the_playh
                 pytest.skip("this Chromium has no WebGL")
             await tab.until("window.vistel.ready() === 2")
             await tab.until(f"Math.abs(window.vistelTravel.t() - {at}) < 1e-3")
-            apart = 1.0
-            for _ in range(100):  # until it has been drawn in its place
-                joints = np.array(await tab.value("window.vistel.joints('aiko')"))
-                apart = float(np.abs(joints[0] - wanted[0]).max())
-                if apart <= 0.01:
-                    break
-                await asyncio.sleep(0.05)
-            assert apart <= 0.01  # a frame of motion may be 17 ms away, and fingers lie on what is held
+            # Until it has been drawn in its place: a frame of motion may be 17 ms away, and fingers lie on what is held.
+            far = f"Math.max(...window.vistel.joints('aiko')[0].map((x, n) => Math.abs(x - {wanted[0].tolist()}[n])))"
+            await tab.until(f"{far} <= 0.01")
             await tab.until("document.querySelector('.said').textContent.includes('%') === false")
 
             async def key(text: str) -> None:
@@ -226,11 +230,15 @@ def test_skin_gives_way_in_a_browser_as_the_engine_has_it_and_who_is_chosen_show
             if not await tab.value("window.vistel !== undefined"):
                 pytest.skip("this Chromium has no WebGL")
             await tab.until("window.vistel.ready() === 2")
+            await tab.until(f"Math.abs(window.vistelTravel.t() - {at}) < 1e-3")
             for who in ("aiko", "ben"):
                 await tab.until(f"window.vistel.pressed({who!r}).length > 50")
-                corner, *place = np.array(await tab.value(f"window.vistel.pressed({who!r})")).T
-                rest, engine, of_hand = by_the_engine(at, who, corner.astype(int))
-                assert np.abs(np.transpose(place) - rest - engine).max() <= 1e-3
+                async with asyncio.timeout(600.0):  # what is pressed where they were before is shown for a picture or two
+                    far = np.inf
+                    while far > 1e-3:
+                        corner, *place = np.array(await tab.value(f"window.vistel.pressed({who!r})")).T
+                        rest, engine, of_hand = by_the_engine(at, who, corner.astype(int))
+                        far = np.abs(np.transpose(place) - rest - engine).max()
                 assert of_hand.sum() > 20
                 assert np.linalg.norm(engine[of_hand], axis=1).max() > 5e-3
             assert await tab.value("window.vistel.contacts()") == [0, 0]
@@ -331,19 +339,19 @@ def test_a_page_whose_log_stands_still_draws_nothing_until_somebody_moves_the_pl
                 await until(lambda: sent[0] >= last, "frames of a log that stands still")
                 return await tab.value("window.vistel.drawn()") - before
 
-            async def rests() -> bool:
-                """Whether drawing ends: for six frames nothing is drawn, once all has come that comes later."""
-                for _ in range(30):
-                    if await drawn_while(6) == 0:
-                        return True
-                return False
+            async def rests() -> None:
+                """Until none is drawn for six frames: a busy machine draws what has changed some frames later."""
+                while await drawn_while(6):
+                    pass
 
-            assert await rests()
+            await rests()
             for moves in ("window.vistelTravel.goTo(1.0)", "document.querySelector('#views button:nth-child(2)').click()"):
                 drawn, joints = await tab.value("[window.vistel.drawn(), JSON.stringify(window.vistel.joints('aiko'))]")
                 await tab.value(moves)
                 await tab.until(f"window.vistel.drawn() > {drawn}")
-                assert await rests()
+                if "goTo" in moves:
+                    await tab.until(f"JSON.stringify(window.vistel.joints('aiko')) !== {json.dumps(joints)}")
+                await rests()
                 assert (await tab.value("JSON.stringify(window.vistel.joints('aiko'))") != joints) is ("goTo" in moves)
 
     run(watch())

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from waiting import wait_until
 from window_pictures import HEIGHT, WIDTH, Pictures, played
 from x_server import Hands, x_server
 
@@ -52,8 +53,7 @@ def test_a_window_made_as_small_as_can_be_goes_on_and_is_whole_again_when_it_is_
         del p.window.size
         await call(glfw.set_window_size, handle, WIDTH, HEIGHT)
         await p.until(lambda: p.window.size() == (WIDTH, HEIGHT), "the window as it was")
-        await p.draw(2)
-        assert hands.screen().std() > 20
+        await p.until(lambda: hands.screen().std() > 20, "a picture of the window")
         assert p.drawing._renderer is studio and studio.painter.error() == "GL_NO_ERROR"
         assert not [r for r in caplog.records if r.levelno >= logging.ERROR]
 
@@ -81,7 +81,7 @@ def test_a_card_lost_in_the_middle_of_a_drag_gives_a_new_window_with_what_was_se
             await p.drawing._call(lost._surface.ctx.release)
             await p.until(lambda: p.drawing._renderer not in (None, lost), "another window")
         await p.draw(3)
-        assert hands.screen().std() > 20
+        await p.until(lambda: hands.screen().std() > 20, "a picture of the other window")
         assert p.interaction.choices.gauges and p.interaction.choices.mode is Mode.FREE
         (free,) = [w for w in p.drawing.requests() if isinstance(w, Drop)]
         assert free.thing == "ball"
@@ -129,13 +129,14 @@ def test_each_screen_fills_the_monitor_that_is_named_for_it(hands: Hands, monkey
         picture = np.zeros((64, 128, 3), np.uint8)
         picture[:, :64], picture[:, 64:] = (255, 0, 0), (0, 0, 255)
         painter.put_picture(picture)
-        for _ in range(100):
+
+        def shown() -> list[tuple[int, ...]]:
+            """The middles of both monitors."""
             assert painter.show()
             screen = hands.screen()
-            if screen[HEIGHT // 2, 10].any() and screen[HEIGHT // 2, half + 10].any():
-                break
+            return [tuple(screen[HEIGHT // 2, x]) for x in (half // 2, half + half // 2)]
+
+        wait_until(lambda: shown() == [(0, 0, 255), (255, 0, 0)], "the first pane on the right monitor, the other on the left")
         assert surface.window.window.size(0) == surface.window.window.size(1) == (half, HEIGHT)
-        assert tuple(screen[HEIGHT // 2, half // 2]) == (0, 0, 255)  # the first pane is on the right monitor
-        assert tuple(screen[HEIGHT // 2, half + half // 2]) == (255, 0, 0)
     finally:
         surface.close()

@@ -53,6 +53,11 @@ class Steered:
                     return words
         raise AssertionError(f"no {kinds}")
 
+    async def led(self) -> None:
+        """Until a world leads the room. Before this it answers nobody."""
+        while not any(world["leads"] for world in (await self.told("steering"))["worlds"]):
+            pass
+
     async def do(self, action: str, **asked: Any) -> dict[str, Any]:
         """The answer to an action."""
         self._ids += 1
@@ -80,6 +85,7 @@ def test_what_the_host_asks_is_done_by_the_world_and_what_cannot_be_is_refused_i
         acts = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["host_action"], queue_all=True, polled=True)
         async with room.serving(monkeypatch), room.led(), opened(room) as host:
             assert (await host.told("hello"))["steers"]
+            await host.led()
             done = await host.do("ask", text="paint the red baton blue")
             assert (done["done"], done["answer"]) == (True, "baton")
             for line, why in (
@@ -109,8 +115,7 @@ def test_the_room_is_moved_to_a_world_that_waits(monkeypatch: pytest.MonkeyPatch
         )
         waits = world.configure(room.conference, room.conference.sites[0], room.paths)
         async with room.serving(monkeypatch), room.led(), opened(room) as host:
-            while not any(w["leads"] for w in (await host.told("steering"))["worlds"]):
-                pass
+            await host.led()
             waiting = asyncio.create_task(world.run(waits, room.network.bus("c", "hub", room.clock), room.clock))
             while len((await host.told("steering"))["worlds"]) < 2:
                 pass

@@ -20,6 +20,7 @@ from world_site import START_NS, WorldSite, scenario
 from vistel.figure.posture.posture import Posture, Stance
 from vistel.persistence import journal
 from vistel.persistence.store import Found, Store
+from vistel.space import ledger
 from vistel.space.inputs import MotionInput, StepInputs
 from vistel.space.room import meeting_room
 from vistel.space.snapshot import VERSION
@@ -34,7 +35,8 @@ def load(folder: Path, now_ns: int) -> Found | None:
     return Store(folder).load(meeting_room(3), now_ns)
 
 
-def test_a_world_killed_at_any_moment_has_done_whatever_it_had_confirmed(tmp_path: Path) -> None:
+def test_a_world_killed_at_any_moment_has_done_whatever_it_had_confirmed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ledger, "REMEMBERED", 4096)  # as in the world that is killed
     rng = random.Random(8)
     victim = subprocess.Popen(
         [sys.executable, str(Path(__file__).with_name("world_victim.py")), str(tmp_path)],

@@ -12,6 +12,7 @@ from pathlib import Path
 
 from world_site import PEOPLE, START_NS, TICK_NS, WorldSite
 
+from vistel.space import ledger
 from vistel.v1.command_pb2 import Command, MoveThing
 from vistel.v1.geometry_pb2 import Pose, Vec3
 from vistel.wire.topics import BY_NAME
@@ -41,6 +42,7 @@ async def _live(folder: Path, life: int) -> None:
 
 def main() -> None:
     warm_up()
+    ledger.REMEMBERED = 4096  # more than is answered while a slow disk keeps what was answered before
     folder = Path(sys.argv[1])
     for life, _ in enumerate(sys.stdin):
         pid = os.fork()

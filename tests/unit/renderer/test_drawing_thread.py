@@ -85,8 +85,11 @@ def test_the_wait_for_a_turn_counts_as_time_that_a_picture_takes(monkeypatch: py
         assert one._resolution is not None
         monkeypatch.setattr(one._resolution, "drew", drew)
         await other.begin(clock)
-        asyncio.get_running_loop().call_later(0.05, other.end)
-        await one.take_turn(clock)
+        waits = asyncio.create_task(one.take_turn(clock))
+        await asyncio.sleep(0)  # it begins to wait
+        await asyncio.sleep(0.05)  # what is waited is real time
+        other.end()
+        await waits
         await one.draw(lambda: Instant(2))
         await one.close()
         other.close()

@@ -41,16 +41,18 @@ def halves(width: int, height: int) -> np.ndarray:
     return picture
 
 
-def shown_on(hands: Hands, painter: Painter) -> np.ndarray:
-    """The screen once the windows are mapped and drawn."""
+def shown_on(hands: Hands, painter: Painter, there: dict[tuple[int, int], tuple[int, int, int]]) -> np.ndarray:
+    """The screen once the windows are mapped and drawn: when these pixels, (row, column), have their colours."""
+    screen = np.empty(0)
 
     def drawn() -> bool:
+        nonlocal screen
         assert painter.show()
-        return bool(hands.screen().any())
+        screen = hands.screen()
+        return all(tuple(screen[place]) == colour for place, colour in there.items())
 
-    wait_until(drawn)
-    painter.show()
-    return hands.screen()
+    wait_until(drawn, f"{there} on the screen")
+    return screen
 
 
 def test_each_screen_has_a_window_of_its_own_where_the_file_puts_it(hands: Hands) -> None:
@@ -61,9 +63,7 @@ def test_each_screen_has_a_window_of_its_own_where_the_file_puts_it(hands: Hands
         for size in ((400, 150), (200, 75)):  # drawn smaller, it is enlarged
             painter.resize(*size)
             painter.put_picture(halves(*size))
-            screen = shown_on(hands, painter)
-            assert tuple(screen[60, 110]) == RED and tuple(screen[240, 400]) == BLUE
-            assert tuple(screen[165, 110]) == GREEN and tuple(screen[345, 400]) == GREEN
+            screen = shown_on(hands, painter, {(60, 110): RED, (240, 400): BLUE, (165, 110): GREEN, (345, 400): GREEN})
             assert not screen[10, 5].any() and not screen[100, 260].any()
         assert painter.error() == "GL_NO_ERROR"
     finally:
@@ -75,8 +75,7 @@ def test_a_picture_keeps_its_shape_in_a_window_of_another(hands: Hands) -> None:
     try:
         painter = Painter(surface, 300, 100)
         painter.put_picture(halves(300, 100))
-        screen = shown_on(hands, painter)
-        assert tuple(screen[150, 20]) == RED and tuple(screen[150, 280]) == BLUE
+        screen = shown_on(hands, painter, {(150, 20): RED, (150, 280): BLUE})
         assert not screen[90, 150].any() and not screen[210, 150].any()
     finally:
         surface.close()
@@ -89,7 +88,7 @@ def test_a_window_that_is_minimised_draws_nothing_and_is_drawn_again_when_it_is_
     try:
         painter = Painter(surface, 200, 150)
         painter.put_picture(halves(200, 150))
-        shown_on(hands, painter)
+        shown_on(hands, painter, {(60, 20): RED, (60, 180): BLUE})
         sizes = iter([(0, 0), (200, 0), (0, 150), (1, 1)])
         real = window_of(surface).size
         for size in sizes:
@@ -131,8 +130,7 @@ def test_a_driver_without_stereo_buffers_is_reported_and_both_eyes_are_shown_sid
         assert len([r for r in caplog.records if "no_stereo_buffers" in r.message]) == 1
         painter = Painter(surface, 400, 150)
         painter.put_picture(halves(400, 150))
-        screen = shown_on(hands, painter)
-        assert tuple(screen[60, 20]) == RED and tuple(screen[60, 180]) == BLUE
+        shown_on(hands, painter, {(60, 20): RED, (60, 180): BLUE})
     finally:
         surface.close()
 

@@ -23,8 +23,9 @@ from vistel.wire.topics import BY_NAME
 
 MOST_LETTERS = 500
 """Of a word or a line that a page sends."""
-ANSWER_S = 3.0
-"""How long `vistel up` may take to answer [s]."""
+ANSWER_S = 10.0
+"""How long `vistel up` may take to answer [s]; a busy machine is late, and an answer that comes later is told as if there were
+no `vistel up`, though it does what it was asked."""
 _DO = {"start": RunRequest.ACTION_START, "stop": RunRequest.ACTION_STOP, "restart": RunRequest.ACTION_RESTART}
 _NO_RUN = "no `vistel up` answers; only what it started can be steered so"
 

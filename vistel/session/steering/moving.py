@@ -14,6 +14,8 @@ MOVE_S = 20.0
 """Longest wait until a room has moved [s]."""
 LOOK_S = 0.05
 """How often it is looked for meanwhile [s]."""
+ASKED_EVERY = 40
+"""After how many looks it is asked for again."""
 
 
 class PresentWorlds:
@@ -38,16 +40,21 @@ class PresentWorlds:
 async def move_room(bus: Bus, worlds: PresentWorlds, to: str, *, force: bool = False) -> tuple[str, bool]:
     """Make the world at a place the leader. Returns the reason when that fails, else "", and whether it could be forced, and then
     loses the steps after the newest state received there."""
-    reply: WorldMoveReply | None = await bus.query(BY_NAME["world_move"], WorldMoveRequest(place=to, force=force))
-    if reply is None:
-        there = ", ".join(f"{w.place} ({'leads' if w.leads else 'waits'})" for w in worlds.now()) or "none at all"
-        return f"no world waits at {to}; there is {there}. Start one there: vistel world serve FILE --place {to} --wait", False
-    if reply.outcome == WorldMoveReply.OUTCOME_LEADS:
-        return "", False
-    if reply.outcome == WorldMoveReply.OUTCOME_BEHIND:
-        return f"not moved: {reply.reason}", True
-    for _ in range(int(MOVE_S / LOOK_S)):
+    reply: WorldMoveReply | None = None
+    for look in range(int(MOVE_S / LOOK_S)):
+        if look % ASKED_EVERY == 0:  # it may not have looked around yet, or its leader was too busy to hand over
+            newer = await bus.query(BY_NAME["world_move"], WorldMoveRequest(place=to, force=force))
+            if newer is not None and newer.outcome == WorldMoveReply.OUTCOME_LEADS:
+                return "", False
+            if reply is None and newer is not None and newer.outcome == WorldMoveReply.OUTCOME_BEHIND:
+                return f"not moved: {newer.reason}", True
+            reply = newer if reply is None else reply
+            if reply is None and not any(w.place == to for w in worlds.now()):
+                break
         await asyncio.sleep(LOOK_S)
         if any(w.leads and w.place == to for w in worlds.now()):
             return "", False
+    if reply is None:
+        there = ", ".join(f"{w.place} ({'leads' if w.leads else 'waits'})" for w in worlds.now()) or "none at all"
+        return f"no world waits at {to}; there is {there}. Start one there: vistel world serve FILE --place {to} --wait", False
     return f"the world at {to} did not take the room over within {MOVE_S:.0f} s; its log says why", False

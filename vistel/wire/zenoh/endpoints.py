@@ -1,6 +1,8 @@
 """Addresses of routers, such as "tls/hub.example.org:7447"."""
 
+import contextlib
 import ipaddress
+import os
 import re
 import socket
 
@@ -9,6 +11,9 @@ ENCRYPTED = ("tls", "quic")
 PLAIN = ("tcp", "udp")
 DEFAULT_PORT = 7447
 """Of a router whose address names none."""
+_FREE_FROM, _FREE_COUNT = 20_000, 12_768
+"""Ports below those that systems give to who names none (Linux: from 32768): until it is used, nobody else is given it."""
+_TRIES = 100
 _ENDPOINT = re.compile(r"(?:tcp|udp|tls|quic)/(?:\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]]+):(\d{1,5})(?:[?#].*)?")
 
 
@@ -48,8 +53,13 @@ def may_answer(endpoint: str, within_s: float) -> bool:
 
 
 def free_port(protocol: str = "tcp") -> int:
-    """A port of this machine that nobody uses now."""
-    with socket.socket(type=socket.SOCK_DGRAM if protocol in ("udp", "quic") else socket.SOCK_STREAM) as s:
+    """A port of this machine that nobody uses now, and that no other program is likely to take before it is used."""
+    kind = socket.SOCK_DGRAM if protocol in ("udp", "quic") else socket.SOCK_STREAM
+    for _ in range(_TRIES):
+        with socket.socket(type=kind) as s, contextlib.suppress(OSError):
+            s.bind(("127.0.0.1", _FREE_FROM + int.from_bytes(os.urandom(4), "big") % _FREE_COUNT))
+            return s.getsockname()[1]
+    with socket.socket(type=kind) as s:
         s.bind(("127.0.0.1", 0))
         return s.getsockname()[1]
 

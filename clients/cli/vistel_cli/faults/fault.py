@@ -18,7 +18,7 @@ from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import USAGE, fail, load_conference, out, refuse
 from vistel_sim.chaos.kinds import KINDS
 
-ANSWER_S = 3.0
+ANSWER_S = 10.0
 
 
 def fault(
