@@ -17,8 +17,8 @@ from vistel.audio.visemes import to_bytes
 from vistel.speech.visemes.reader import VisemeReader
 from vistel.v1.audio_pb2 import SoundStatus, Voice
 from vistel.wire.bus import Publication
+from vistel.wire.link.voice_levels import VoiceLevels
 from vistel.wire.uplink import MOST_FRAMES, Uplink
-from vistel.wire.voice_levels import VoiceLevels
 
 log = logging.getLogger("vistel.audio")
 

@@ -26,9 +26,9 @@ from vistel.speech.visemes.reader import VisemeReader
 from vistel.v1.audio_pb2 import SoundStatus
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
+from vistel.wire.link.voice_levels import VoiceLevels
 from vistel.wire.parcels import part_name
 from vistel.wire.topics import BY_NAME
-from vistel.wire.voice_levels import VoiceLevels
 
 log = logging.getLogger("vistel.pointer")
 

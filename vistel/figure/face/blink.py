@@ -10,9 +10,12 @@ from vistel.figure.posture.posture import Posture
 
 _EVERY_S = 3.6
 """Once in so long; people who talk blink fifteen to twenty times a minute (Bentivoglio et al. 1997)."""
-_CLOSES_S, _CLOSED_S, _OPENS_S = 0.075, 0.03, 0.15
-"""Lids fall faster than they rise."""
-_LASTS_S = _CLOSES_S + _CLOSED_S + _OPENS_S
+_SHUT_S = 0.075
+"""So long after it begins the lids are shut."""
+_RISES_S = 0.105
+"""So long after it begins they rise, more slowly than they fell."""
+_LASTS_S = 0.255
+"""A blink."""
 
 
 def blinking(posture: Posture, name: str, t_ns: int) -> Posture:
@@ -26,5 +29,5 @@ def lids_at(name: str, t_ns: int) -> F64:
     drawn = int.from_bytes(hashlib.blake2b(f"{name} {turn}".encode(), digest_size=4).digest()) / 2**32
     begins_s = (_EVERY_S - _LASTS_S) * drawn
     since_s = within_ns * 1e-9 - begins_s
-    moments = (0.0, _CLOSES_S, _CLOSES_S + _CLOSED_S, _LASTS_S)
+    moments = (0.0, _SHUT_S, _RISES_S, _LASTS_S)
     return np.full(2, np.interp(since_s, moments, (1.0, 0.0, 0.0, 1.0)))

@@ -61,7 +61,7 @@ class Unit(_Table):
 
 class _File(_Table):
     units: Annotated[list[Unit], Field(min_length=1, max_length=100)]
-    visemes: dict[Literal[VISEMES], dict[str, Annotated[float, Field(ge=0.0, le=1.0)]]] = {}
+    visemes: dict[str, dict[str, Annotated[float, Field(ge=0.0, le=1.0)]]] = {}
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,9 +110,10 @@ def load_rules(path: Path) -> FaceRules:
     twice = sorted({n for n in names if names.count(n) > 1})
     if twice:
         raise FaceRuleError(told.told([f"units: {', '.join(twice)} twice; expected each once"]))
-    unknown = sorted({u for shape in file.visemes.values() for u in shape} - set(names))
-    if unknown:
-        raise FaceRuleError(told.told([f"visemes: there is no unit {', '.join(unknown)}"]))
+    if odd := sorted(set(file.visemes) - set(VISEMES)):
+        raise FaceRuleError(told.told([f"visemes: there is no viseme {', '.join(odd)}; there are {', '.join(VISEMES)}"]))
+    if odd := sorted({u for shape in file.visemes.values() for u in shape} - set(names)):
+        raise FaceRuleError(told.told([f"visemes: there is no unit {', '.join(odd)}"]))
     units = tuple(_one(u, side) for u in file.units for side in ((1, -1) if u.sides else (0,)))
     shapes = [file.visemes.get(viseme, {}) for viseme in VISEMES]
     return FaceRules(units, np.array([[shape.get(u.unit.name, 0.0) for u in units] for shape in shapes]))

@@ -11,8 +11,8 @@ ENCRYPTED = ("tls", "quic")
 PLAIN = ("tcp", "udp")
 DEFAULT_PORT = 7447
 """Of a router whose address names none."""
-_FREE_FROM, _FREE_COUNT = 20_000, 12_768
-"""Ports below those that systems give to who names none (Linux: from 32768): until it is used, nobody else is given it."""
+_FREE = range(20_000, 32_768)
+"""Ports below those that systems give to who names none (Linux): until one is used, nobody else is given it."""
 _TRIES = 100
 _ENDPOINT = re.compile(r"(?:tcp|udp|tls|quic)/(?:\[[0-9a-fA-F:.%]+\]|[^\s/:\[\]]+):(\d{1,5})(?:[?#].*)?")
 
@@ -57,7 +57,7 @@ def free_port(protocol: str = "tcp") -> int:
     kind = socket.SOCK_DGRAM if protocol in ("udp", "quic") else socket.SOCK_STREAM
     for _ in range(_TRIES):
         with socket.socket(type=kind) as s, contextlib.suppress(OSError):
-            s.bind(("127.0.0.1", _FREE_FROM + int.from_bytes(os.urandom(4), "big") % _FREE_COUNT))
+            s.bind(("127.0.0.1", _FREE[int.from_bytes(os.urandom(4), "big") % len(_FREE)]))
             return s.getsockname()[1]
     with socket.socket(type=kind) as s:
         s.bind(("127.0.0.1", 0))
