@@ -96,8 +96,8 @@ class Instant:
     """Everything that is shown at one instant; now_ns: conference time at which it is drawn.
 
     coming: who has been announced and has not moved yet, so that their figures can be made ready. talking: who is heard.
-    captions: what was said to the room lately. speech: of who speaks, as it was when
-    their motion that is shown was captured. screens: what participants show live.
+    captions: what was said to the room lately. speech: of who speaks, as it was when their motion that is shown was captured.
+    screens: what participants show live.
     """
 
     now_ns: int

@@ -223,6 +223,9 @@ def test_a_posture_between_two_has_the_face_between_them() -> None:
     [
         ('[[units]]\nname = "AU1"\ntitle = "x"\nmarks = { nose = [0, 1] }', "there is no mark 'nose'"),
         ('[[units]]\nname = "AU1"\ntitle = "x"\n[[units]]\nname = "AU1"\ntitle = "x"', "AU1 twice"),
+        ('[[units]]\nname = "AU1"\ntitle = "x"\n[visemes]\nxx = { AU1 = 1 }', "there is no viseme xx; there are sil, PP"),
+        ('[[units]]\nname = "AU1"\ntitle = "x"\n[visemes]\nPP = { AU2 = 1 }', "visemes: there is no unit AU2"),
+        ('[[units]]\nname = "AU1"\ntitle = "x"\n[visemes]\nPP = { AU1 = 7 }', "visemes.PP.AU1"),
         ("[[units]]", "name"),
         ("units = ", "not valid TOML"),
     ],
