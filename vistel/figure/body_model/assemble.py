@@ -9,6 +9,9 @@ from vistel.figure.avatar.avatar import Avatar, Mesh, Target
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body import Body
 from vistel.figure.body_model.model import BodyModel, Level, Shape
+from vistel.figure.face.landmarks import landmarks_of
+from vistel.figure.face.lips import sides_of_mouth
+from vistel.figure.face.seal import closed
 from vistel.figure.making.joints import jointed
 from vistel.figure.making.primitives import BodyFit, fit_to_limbs
 from vistel.figure.making.repose import repose
@@ -37,9 +40,12 @@ def assemble(model: BodyModel, shape: Shape, *, name: str) -> Avatar:
     # Expressions are those of the base's head, larger or smaller with this one.
     size = float(np.linalg.norm(shape.eyes[0] - shape.eyes[1])) / model.eyes_apart
     eyes = tuple(_eyeball(middle + floor, shape.eye_radius, model.boxes["eye"], skull) for middle in shape.eyes)
+    levels = [Avatar(name, rest, fit.body, _mesh(model, level, p, limb, size), eyes, _UNPAINTED) for level in model.levels]
+    finest, closing = model.levels[0].vertex, np.zeros(len(p))
+    closing[finest] = _closing(levels[0])
     levels = [
-        Avatar(name, rest, fit.body, _mesh(model, level, p.astype(np.float32), limb, size), eyes, _UNPAINTED)
-        for level in model.levels
+        replace(level, mesh=replace(level.mesh, vertices=_raised(level.mesh.vertices, closing[of.vertex])))
+        for level, of in zip(levels, model.levels, strict=True)
     ]
     return replace(levels[0], coarser=tuple(levels[1:]))
 
@@ -69,7 +75,21 @@ def _jointed(model: BodyModel, shape: Shape) -> tuple[F64, Skeleton, BodyFit, F6
     return p, rest, fit, floor
 
 
-def _mesh(model: BodyModel, level: Level, points: F32, limb: I32, size: float) -> Mesh:
+def _closing(body: Avatar) -> F64:
+    """(V,) how far up each vertex goes for its lips to meet [m]: the model's faces are measured, and those of some leave a gap."""
+    marks, triangles = landmarks_of(body), body.mesh.triangles.astype(np.int64)
+    p = body.mesh.vertices.astype(np.float64)
+    side, _ = sides_of_mouth(p, triangles, marks)
+    return closed(p, triangles, side, marks)
+
+
+def _raised(points: F32, by: F64) -> F32:
+    out = points.copy()
+    out[:, 1] += by.astype(np.float32)
+    return out
+
+
+def _mesh(model: BodyModel, level: Level, points: F64, limb: I32, size: float) -> Mesh:
     place = np.full(len(model.base), -1, np.int32)
     place[level.vertex] = np.arange(len(level.vertex), dtype=np.int32)
     units = model.units
@@ -77,7 +97,7 @@ def _mesh(model: BodyModel, level: Level, points: F32, limb: I32, size: float) -
         Target(name, units.vertex[a:b], np.float32(size) * units.offset[a:b]).of(place)
         for name, a, b in zip(units.names, units.start[:-1], units.start[1:], strict=True)
     )
-    own = points[level.vertex], level.triangles, level.corner_vertex, level.uv, level.corner_triangles, limb[level.vertex]
+    own = points[level.vertex].astype(np.float32), level.triangles, level.corner_vertex, level.uv, level.corner_triangles, limb[level.vertex]
     return Mesh(*own, model.bone[level.vertex], model.weight[level.vertex], targets)
 
 

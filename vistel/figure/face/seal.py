@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from vistel.arrays import F64, I64
 from vistel.figure.face.landmarks import Landmarks
 from vistel.figure.face.lips import line_of_lips
+from vistel.figure.face.marks import MARK_INDEX
 from vistel.geometry.smoothstep import smooth
 
 ABOVE_M = 0.006
@@ -18,6 +19,14 @@ MOST_M = 0.008
 """How far it gives way, at most [m]."""
 COLUMNS = 15
 """Places along the mouth at which the lips' distance is known."""
+APART_M = 0.0035
+"""Lips at rest that are this far apart, or less, are meant to be closed [m]."""
+RING_M = 0.0025
+"""Vertices of a lip that lie one behind the other differ by less than this sideways [m]."""
+PRESSED_M = 0.0002
+"""How far lips that are closed go into each other, so that nothing is seen between the edges of their triangles [m]."""
+CLOSINGS = 3
+"""How often lips are brought nearer: what moves one place moves its neighbours too, by less than they need."""
 _LOWER = 0.65
 """Share of the way that the lower lip makes."""
 
@@ -76,6 +85,34 @@ def seal_of(p: F64, triangles: I64, side: F64, marks: Landmarks) -> LipSeal | No
     first = np.minimum(at[vertex].astype(np.int64), COLUMNS - 2)
     column = np.round(at[lower]).astype(np.int64)
     return LipSeal(lower, above, share, np.minimum(gap, 0.0), column, vertex, gives, first, at[vertex] - first)
+
+
+def closed(p: F64, triangles: I64, side: F64, marks: Landmarks) -> F64:
+    """(F,) how far up each vertex of a face (F, 3) at rest goes so that its lips meet from corner to corner [m]; triangles, side: as
+    for `seal_of`. All 0 where the lips are not known, or are open."""
+    q = p.copy()
+    for _ in range(CLOSINGS):
+        seal = seal_of(q, triangles, side, marks)
+        if seal is None:
+            break
+        q[:, 1] += _nearer(q, seal, marks)
+    return q[:, 1] - p[:, 1]
+
+
+def _nearer(p: F64, seal: LipSeal, marks: Landmarks) -> F64:
+    """(F,) how far up each vertex goes so that the places of the lips that are nearest to each other meet [m]."""
+    up, scale = np.zeros(len(p)), marks.scale
+    gap = np.einsum("nk,nk->n", seal.share, p[seal.above, 1]) - p[seal.lower, 1]
+    x = p[seal.lower, 0]
+    # Of the places of a lip that lie one behind the other, the one that comes nearest to the other lip closes it.
+    beside = np.abs(x[:, None] - x) < RING_M * scale
+    nearest = np.flatnonzero((gap <= np.where(beside, gap, np.inf).min(axis=1)) & (gap < APART_M * scale))
+    nearest = nearest[np.argsort(x[nearest])]
+    corners = marks.marks[[MARK_INDEX["right_mouth_corner"], MARK_INDEX["left_mouth_corner"]], 0]
+    at = np.concatenate((corners[:1], x[nearest], corners[1:]))
+    by = np.concatenate(((0.0,), np.maximum(gap[nearest] + PRESSED_M, 0.0), (0.0,)))
+    up[seal.vertex] = -seal.gives * np.interp(p[seal.vertex, 0], at, by)
+    return up
 
 
 def _over(p: F64, which: I64, triangles: I64, reach: float) -> tuple[NDArray[np.int64], F64]:
