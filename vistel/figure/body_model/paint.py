@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vistel.arrays import F64, U8
+from vistel.arrays import F32, F64, U8
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model import hairs
 from vistel.figure.body_model.eye_paint import eye
@@ -17,6 +17,8 @@ from vistel.geometry.smoothstep import smooth
 
 TONES: tuple[Colour, ...] = ((223, 181, 160), (213, 163, 135), (194, 143, 110), (163, 112, 80), (117, 77, 55), (73, 50, 41))
 """sRGB of skin, evenly from the lightest (0) to the darkest (1)."""
+_HAIRLINE = 11.0
+"""How soft it is [texels]."""
 _RIM = (214.0, 146.0, 134.0)
 _DUCT = (206.0, 118.0, 108.0)
 
@@ -57,7 +59,7 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     old = float(smooth((colours.age - 28.0) / 52.0))
     out = _skin(model, colours, rng, old)
     hair = np.array(colours.hair, np.float32)
-    over(out, hair, colours.scalp * mask(model, "scalp") * (0.80 + 0.18 * np.clip(0.5 + 0.8 * noise(rng, size, (1, 1)), 0.0, 1.0)))
+    over(out, hair, colours.scalp * _hairy(model) * (0.80 + 0.18 * np.clip(0.5 + 0.8 * noise(rng, size, (1, 1)), 0.0, 1.0)))
     skin = tone(colours.skin).astype(np.float32)
     if colours.stubble:
         over(out, 0.45 * hair + 0.30 * skin, colours.stubble * hairs.stubble(rng, size, mask(model, "beard")))
@@ -78,6 +80,12 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     lash = model.boxes["lashes"]
     put(picture, lash, np.broadcast_to(0.35 * hair, (*texels(lash, size), 3)))
     return picture, (relief(model, rng, old, colours.stubble), hairs.lashes(lash, rng))
+
+
+def _hairy(model: BodyModel) -> F32:
+    """(H, W) where hair grows: none begins along a line. Seams of the texture are not edges."""
+    known = (model.masks["skin"] > 0).astype(np.float32)
+    return known * soft(mask(model, "scalp"), _HAIRLINE) / np.maximum(soft(known, _HAIRLINE), 0.05)
 
 
 def _skin(model: BodyModel, colours: Colours, rng: np.random.Generator, old: float) -> Floats:

@@ -75,9 +75,9 @@ def put(picture: U8, box: F64, part: Floats) -> None:
     picture[top : top + part.shape[0], left : left + part.shape[1]] = np.clip(part, 0, 255).astype(np.uint8)
 
 
-def soft(shape: F32) -> F32:
-    """A mask with softer edges."""
-    image = Image.fromarray(np.round(255.0 * shape).astype(np.uint8)).filter(ImageFilter.GaussianBlur(2.5))
+def soft(shape: F32, texels: float = 2.5) -> F32:
+    """A mask with edges as soft as so many texels."""
+    image = Image.fromarray(np.round(255.0 * shape).astype(np.uint8)).filter(ImageFilter.GaussianBlur(texels))
     return np.asarray(image, np.float32) / 255.0
 
 
