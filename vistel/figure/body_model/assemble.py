@@ -79,8 +79,7 @@ def _closing(body: Avatar) -> F64:
     """(V,) how far up each vertex goes for its lips to meet [m]: the model's faces are measured, and those of some leave a gap."""
     marks, triangles = landmarks_of(body), body.mesh.triangles.astype(np.int64)
     p = body.mesh.vertices.astype(np.float64)
-    side, _ = sides_of_mouth(p, triangles, marks)
-    return closed(p, triangles, side, marks)
+    return closed(p, triangles, *sides_of_mouth(p, triangles, marks), marks)
 
 
 def _raised(points: F32, by: F64) -> F32:
@@ -97,8 +96,9 @@ def _mesh(model: BodyModel, level: Level, points: F64, limb: I32, size: float) -
         Target(name, units.vertex[a:b], np.float32(size) * units.offset[a:b]).of(place)
         for name, a, b in zip(units.names, units.start[:-1], units.start[1:], strict=True)
     )
-    own = points[level.vertex].astype(np.float32), level.triangles, level.corner_vertex, level.uv, level.corner_triangles, limb[level.vertex]
-    return Mesh(*own, model.bone[level.vertex], model.weight[level.vertex], targets)
+    v = level.vertex
+    own = points[v].astype(np.float32), level.triangles, level.corner_vertex, level.uv, level.corner_triangles, limb[v]
+    return Mesh(*own, model.bone[v], model.weight[v], targets)
 
 
 def _eyeball(middle: F64, radius: float, box: F64, limb: int) -> Mesh:

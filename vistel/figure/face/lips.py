@@ -65,16 +65,37 @@ def sides_of_mouth(p: F64, triangles: I64, marks: Landmarks) -> tuple[F64, NDArr
     return side, inside
 
 
+def foremost(p: F64, triangles: I64, at: F64) -> I64:
+    """(N,) which of the triangles (T, 3) of places (V, 3) is seen from the front at each x and y (N, 2), -1 for none."""
+    out = np.full(len(at), -1)
+    through = _Through(p, triangles)
+    for k, (x, y) in enumerate(at):
+        which, z = through.at(x, y)
+        if len(which):
+            out[k] = which[np.argmax(z)]
+    return out
+
+
 def _covered(p: F64, which: I64, triangles: I64, by: float) -> NDArray[np.bool_]:
     """(len(which),) whether a triangle lies in front of a vertex by more than `by`."""
-    a, b, c = (p[triangles[:, k]] for k in range(3))
-    out = np.zeros(len(which), np.bool_)
-    area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    real = np.abs(area) > 1e-12
-    a, b, c, area = a[real], b[real], c[real], area[real]
-    for k, v in enumerate(p[which]):
-        u = ((b[:, 0] - v[0]) * (c[:, 1] - v[1]) - (b[:, 1] - v[1]) * (c[:, 0] - v[0])) / area
-        w = ((c[:, 0] - v[0]) * (a[:, 1] - v[1]) - (c[:, 1] - v[1]) * (a[:, 0] - v[0])) / area
-        hit = (u >= 0.0) & (w >= 0.0) & (u + w <= 1.0)
-        out[k] = bool((u * a[:, 2] + w * b[:, 2] + (1.0 - u - w) * c[:, 2])[hit].max(initial=-np.inf) > v[2] + by)
-    return out
+    through = _Through(p, triangles)
+    return np.array([through.at(x, y)[1].max(initial=-np.inf) > z + by for x, y, z in p[which]], np.bool_)
+
+
+class _Through:
+    """Lines from the front to the back through triangles (T, 3) of places (V, 3)."""
+
+    def __init__(self, p: F64, triangles: I64) -> None:
+        a, b, c = (p[triangles[:, k]] for k in range(3))
+        area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
+        self._real = np.flatnonzero(np.abs(area) > 1e-12)
+        self._a, self._b, self._c, self._area = a[self._real], b[self._real], c[self._real], area[self._real]
+
+    def at(self, x: float, y: float) -> tuple[I64, F64]:
+        """(H,) the triangles that a line at x and y meets, and (H,) how far to the front."""
+        a, b, c, area = self._a, self._b, self._c, self._area
+        u = ((b[:, 0] - x) * (c[:, 1] - y) - (b[:, 1] - y) * (c[:, 0] - x)) / area
+        w = ((c[:, 0] - x) * (a[:, 1] - y) - (c[:, 1] - y) * (a[:, 0] - x)) / area
+        hit = np.flatnonzero((u >= 0.0) & (w >= 0.0) & (u + w <= 1.0))
+        u, w = u[hit], w[hit]
+        return self._real[hit], u * a[hit, 2] + w * b[hit, 2] + (1.0 - u - w) * c[hit, 2]

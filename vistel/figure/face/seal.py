@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from vistel.arrays import F64, I64
+from vistel.arrays import F64, I64, Bool
 from vistel.figure.face.landmarks import Landmarks
-from vistel.figure.face.lips import line_of_lips
+from vistel.figure.face.lips import foremost, line_of_lips
 from vistel.figure.face.marks import MARK_INDEX
 from vistel.geometry.smoothstep import smooth
 
@@ -19,14 +19,20 @@ MOST_M = 0.008
 """How far it gives way, at most [m]."""
 COLUMNS = 15
 """Places along the mouth at which the lips' distance is known."""
-APART_M = 0.0035
-"""Lips at rest that are this far apart, or less, are meant to be closed [m]."""
-RING_M = 0.0025
-"""Vertices of a lip that lie one behind the other differ by less than this sideways [m]."""
-PRESSED_M = 0.0002
-"""How far lips that are closed go into each other, so that nothing is seen between the edges of their triangles [m]."""
-CLOSINGS = 3
-"""How often lips are brought nearer: what moves one place moves its neighbours too, by less than they need."""
+APART_M = 0.003
+"""So far above and below the line between the lips a gap is looked for [m]."""
+STEP_M = 0.0002
+"""The same, from place to place [m]."""
+ACROSS = 47
+"""Places from corner to corner where a gap is looked for."""
+NEAR_M = 0.045
+"""What is farther from the mouth than this hides no gap [m]."""
+PRESSED_M = 0.0004
+"""How far lips that are closed go into each other [m]."""
+WIDE = 7
+"""Of these places, how many move with one that has a gap."""
+CLOSINGS = 6
+"""How often a gap is looked for and closed: skin follows its neighbours, so a narrow one is not closed at once."""
 _LOWER = 0.65
 """Share of the way that the lower lip makes."""
 
@@ -87,32 +93,40 @@ def seal_of(p: F64, triangles: I64, side: F64, marks: Landmarks) -> LipSeal | No
     return LipSeal(lower, above, share, np.minimum(gap, 0.0), column, vertex, gives, first, at[vertex] - first)
 
 
-def closed(p: F64, triangles: I64, side: F64, marks: Landmarks) -> F64:
-    """(F,) how far up each vertex of a face (F, 3) at rest goes so that its lips meet from corner to corner [m]; triangles, side: as
-    for `seal_of`. All 0 where the lips are not known, or are open."""
+def closed(p: F64, triangles: I64, side: F64, inside: Bool, marks: Landmarks) -> F64:
+    """(F,) how far up each vertex of a face (F, 3) at rest goes so that nobody who looks at it from the front sees into the mouth
+    [m]; triangles, side: as for `seal_of`; inside: (F,) whether it is inside the mouth. All 0 where the lips are not known."""
     q = p.copy()
     for _ in range(CLOSINGS):
+        x, gap = _gaps(q, triangles, inside, marks)
         seal = seal_of(q, triangles, side, marks)
-        if seal is None:
+        if seal is None or not gap.any():
             break
-        q[:, 1] += _nearer(q, seal, marks)
+        # Vertices are farther apart than these places: one alone would be a notch in a lip.
+        by = _beside(_beside(np.where(gap > 0.0, gap + PRESSED_M, 0.0)).max(axis=1)).mean(axis=1)
+        q[seal.vertex, 1] -= seal.gives * np.interp(q[seal.vertex, 0], x, by, 0.0, 0.0)
     return q[:, 1] - p[:, 1]
 
 
-def _nearer(p: F64, seal: LipSeal, marks: Landmarks) -> F64:
-    """(F,) how far up each vertex goes so that the places of the lips that are nearest to each other meet [m]."""
-    up, scale = np.zeros(len(p)), marks.scale
-    gap = np.einsum("nk,nk->n", seal.share, p[seal.above, 1]) - p[seal.lower, 1]
-    x = p[seal.lower, 0]
-    # Of the places of a lip that lie one behind the other, the one that comes nearest to the other lip closes it.
-    beside = np.abs(x[:, None] - x) < RING_M * scale
-    nearest = np.flatnonzero((gap <= np.where(beside, gap, np.inf).min(axis=1)) & (gap < APART_M * scale))
-    nearest = nearest[np.argsort(x[nearest])]
-    corners = marks.marks[[MARK_INDEX["right_mouth_corner"], MARK_INDEX["left_mouth_corner"]], 0]
-    at = np.concatenate((corners[:1], x[nearest], corners[1:]))
-    by = np.concatenate(((0.0,), np.maximum(gap[nearest] + PRESSED_M, 0.0), (0.0,)))
-    up[seal.vertex] = -seal.gives * np.interp(p[seal.vertex, 0], at, by)
-    return up
+def _beside(by: F64) -> F64:
+    """(N, WIDE) what is round each place."""
+    return np.lib.stride_tricks.sliding_window_view(np.pad(by, WIDE // 2), WIDE)
+
+
+def _gaps(p: F64, triangles: I64, inside: Bool, marks: Landmarks) -> tuple[F64, F64]:
+    """(N,) places from corner to corner of a mouth, and (N,) how high the gap between the lips is there, from the front [m]."""
+    scale = marks.scale
+    right, left = (float(marks.marks[MARK_INDEX[f"{side}_mouth_corner"], 0]) for side in ("right", "left"))
+    x: F64 = np.linspace(right, left, ACROSS)
+    line, _ = line_of_lips(np.column_stack([x, np.zeros((ACROSS, 2))]), marks)
+    up = np.arange(-APART_M, APART_M + 1e-9, STEP_M) * scale
+    at = np.column_stack([np.repeat(x, len(up)), (line[:, None] + up).reshape(-1)])
+    near = triangles[(np.abs(p[triangles] - marks.between) < NEAR_M * scale).all(axis=(1, 2))]
+    if not len(near):
+        return x, np.zeros(ACROSS)
+    seen = foremost(p, near, at)
+    hole = (seen >= 0) & inside[near[seen]].any(axis=1)
+    return x, STEP_M * scale * hole.reshape(ACROSS, -1).sum(axis=1)
 
 
 def _over(p: F64, which: I64, triangles: I64, reach: float) -> tuple[NDArray[np.int64], F64]:
