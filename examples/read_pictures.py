@@ -10,6 +10,8 @@ from PIL import Image
 
 from vistel.wire.shared_pictures import PictureReader, shared_path
 
+if len(sys.argv) != 4:
+    sys.exit("usage: python read_pictures.py CONFERENCE SITE PICTURE.png, by the names in the conference file")
 conference, site, output = sys.argv[1:]
 try:
     reader = PictureReader(shared_path(conference, site))

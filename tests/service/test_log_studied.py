@@ -16,7 +16,7 @@ from vistel.audio.opus import FRAME, FRAME_NS, Encoder
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINTS
 from vistel.log.compare import Limits, compare
-from vistel.log.numbers import skeleton_of
+from vistel.log.numbers import skeleton_of, tracks
 from vistel.v1.audio_pb2 import Voice
 from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.topics import BY_NAME
@@ -67,7 +67,11 @@ def test_who_holds_what_and_when_is_found_by_an_expression() -> None:
     held = json.loads(result.stdout)
     grasp = next(g for g in compare(vistel.log.open(MEETING), vistel.log.open(MEETING)).grasps if "ben" in g.what)
     assert sum(s["to"] - s["from"] for s in held) >= grasp.first_s - 0.1
-    assert call("grep", MEETING, "participant.ben.motion.head.y > 3").exit_code == 1
+    never = call("grep", MEETING, "participant.ben.motion.head.y > 3")
+    assert never.exit_code == 1
+    heights = tracks(vistel.log.open(MEETING), ["participant.ben.motion.head.y"])["participant.ben.motion.head.y"].value
+    said = f"never true\n  participant.ben.motion.head.y was from {heights.min():.4g} to {heights.max():.4g}"
+    assert said in never.stderr
     assert call("grep", MEETING, "touch.ben.chair-1").exit_code == 0
 
 

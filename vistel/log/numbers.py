@@ -100,6 +100,12 @@ def together(found: Iterable[Track]) -> tuple[F64, list[F64]]:
     return times, held
 
 
+def extent(track: Track) -> str:
+    """Between which values a number was, in words: who asked for what it never reached sees what it does reach."""
+    known = track.value[np.isfinite(track.value)]
+    return f"was from {known.min():.4g} to {known.max():.4g}" if len(known) else "has no value in that time"
+
+
 def skeleton_of(log: Log, participant: str) -> Skeleton:
     """The joint chain of a participant as they announced it; an average one where the log does not hold that."""
     body = _announced(log, participant)

@@ -82,7 +82,7 @@ def stats(log: Annotated[Path, Takes(LOG), A_LOG], as_json: AsJson = False) -> N
 
 def grep(
     log: Annotated[Path, Takes(LOG), A_LOG],
-    expression: Annotated[str, typer.Argument(help='What must be true, such as "participant.ben.motion.left_wrist.speed > 2".')],
+    expression: Annotated[str, typer.Argument(help='What must be true, such as "participant.ben.motion.left_wrist.speed > 0.5".')],
     begin: Begin = 0.0,
     end: End = None,
     as_json: AsJson = False,
@@ -90,16 +90,17 @@ def grep(
     """Tell when an expression was true. It holds numbers of joints, things, contacts and messages.
 
     Names: participant.NAME.motion.JOINT.x, .y, .z, .speed, .angle; thing.ID.x, .y, .z, .speed, .held; touch.A.B;
-    TOPIC.NAMES.FIELD for any number in a message. Exit code 1 if it was never true.
+    TOPIC.NAMES.FIELD for any number in a message. If it was never true, it says
+    from where to where each number went, with exit code 1.
 
     [bold]Examples[/bold]
 
-      vistel log grep out/latest/conference.mcap "participant.ben.motion.left_wrist.speed > 2"
+      vistel log grep out/latest/conference.mcap "participant.ben.motion.left_wrist.speed > 0.5"
 
-      vistel log grep out/latest/conference.mcap "touch.aiko.ben and not thing.baton.held"
+      vistel log grep out/latest/conference.mcap "touch.aiko.ben and thing.baton.held > 1"
     """
     from vistel.log.expression import Expression, ExpressionError
-    from vistel.log.numbers import UnknownNumberError, spans, together, tracks
+    from vistel.log.numbers import UnknownNumberError, extent, spans, together, tracks
 
     try:
         asked, read = Expression(expression), opened(log)
@@ -116,7 +117,7 @@ def grep(
         for a, b in so:
             out.print(f"{a:9.3f} s to {b:9.3f} s   {b - a:7.3f} s")
         if not so:
-            err.print("never true")
+            err.print("never true" + "".join(f"\n  {name} {extent(track)}" for name, track in found.items()), soft_wrap=True)
     raise typer.Exit(0 if so else FAILED)
 
 
