@@ -216,6 +216,16 @@ def test_what_cannot_be_imported_gets_one_line(tmp_path: Path, name: str, text: 
     assert "Traceback" not in done.output and not (tmp_path / "x.mcap").exists()
 
 
+def test_a_table_too_short_for_a_posture_is_told(tmp_path: Path) -> None:
+    table = tmp_path / "short.csv"
+    table.write_text(f"{HEADING}\n" + "".join(f"{t},head,0.1,1.6,0,0,0,0,1\n" for t in (0.0, 0.01)))
+    done = call("import", table, "-o", tmp_path / "x.mcap")
+    assert done.exit_code == 0, done.output
+    assert "short: no posture could be computed" in done.stderr
+    missing = call("info", tmp_path / "x.mcap").stdout
+    assert "motion of short: none at all" in missing and "glove" not in missing
+
+
 def entry(kind: int, payload: bytes) -> bytes:
     return _ENTRY.pack(kind, 0, 10, 0, len(payload)) + payload
 

@@ -42,7 +42,6 @@ export class Notes {
     event.preventDefault();
     const author = (event.currentTarget as HTMLFormElement).querySelector<HTMLInputElement>("[name=author]")!.value;
     if (!this.written.trim()) return;
-    localStorage.setItem(STORED, author);
     this.add(this.written, author);
     this.written = "";
     this.show();
@@ -55,7 +54,8 @@ export class Notes {
         <form class="note" onSubmit={(event) => this.submit(event)}>
           <input name="note" required maxLength={LETTERS} aria-label={text("note")} placeholder={text(this.goTo ? "noteHere" : "noteNow")} value={this.written}
             onInput={(event) => (this.written = event.currentTarget.value)} />
-          <input name="author" maxLength={AUTHOR_LETTERS} aria-label={text("author")} placeholder={text("author")} defaultValue={localStorage.getItem(STORED) ?? ""} />
+          <input name="author" maxLength={AUTHOR_LETTERS} aria-label={text("author")} placeholder={text("author")} defaultValue={localStorage.getItem(STORED) ?? ""}
+            onInput={(event) => localStorage.setItem(STORED, event.currentTarget.value)} />
           <button type="submit">{text("addNote")}</button>
         </form>
         <p class="noted" role="status">{this.said}</p>

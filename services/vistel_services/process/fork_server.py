@@ -152,7 +152,7 @@ def main() -> int:
     parser.add_argument("modules", nargs="+", help="what is loaded")
     args = parser.parse_args()
     voice = _voice()
-    logs.configure("fork server", redirected=True)
+    logs.configure("fork/server", redirected=True)
     # USD reads rooms and figures in threads of its own, which it keeps; here in none.
     os.environ.setdefault("PXR_WORK_THREAD_LIMIT", "1")
     try:

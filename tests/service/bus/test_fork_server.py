@@ -17,6 +17,7 @@ from waiting import until
 from vistel.conference.files import write_conference
 from vistel.conference.model import Conference, Participant, Site
 from vistel.conference.paths import RunPaths
+from vistel.session.steering.log_lines import LogLines
 from vistel.wire.clock import SystemClock
 from vistel.wire.zenoh.bus import Router, ZenohBus
 from vistel_cli.run.launch import DRAWING, OTHERS, fork_server_spec, host_spec, open_fork_servers
@@ -315,6 +316,9 @@ def test_a_real_process_of_a_conference_is_killed_and_is_on_the_bus_again(tmp_pa
             await bus.close()
             router.close()
         assert codes == {"hub/recorder": 0}
+        lines = LogLines(tmp_path)
+        lines.take()
+        assert lines.nodes() == ["fork/server"]  # what the console offers to filter by
         text = runs.log_file("hub/recorder").read_text()
         assert "process stopped exit_code=0" in text
 

@@ -45,6 +45,7 @@ async def seat(tab: Page, name: str) -> None:
 
 async def steer(tab: Page, room: GuestRoom) -> None:
     mutings = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["muting"], queue_all=True, polled=True)
+    acts = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["host_action"], queue_all=True, polled=True)
     muted: list[str] = []
 
     def look() -> bool:
@@ -56,7 +57,10 @@ async def steer(tab: Page, room: GuestRoom) -> None:
 
     await tab.open(f"http://{room.address}/", 1280, 800)
     await ready(tab)
+    await tab.value("document.querySelector('[name=author]').focus()")
+    await tab.call("Input.insertText", text="Hana")  # who acts, though they write no note
     await seat(tab, "Ann")
+    await until(lambda: [s.message.who for s in acts.take()] == ["Hana"], "who gave the seat")
     await tab.until("document.querySelector('.link input')?.value.includes('/join#')")
     assert guests() == ["Ann"]
     await tab.until("document.querySelector('[aria-label=\"Mute Ann\"]')")

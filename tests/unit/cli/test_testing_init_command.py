@@ -69,6 +69,7 @@ def test_nothing_is_written_over_and_nothing_is_written_beside_it(tmp_path: Path
     ("name", "expected", "code"),
     [
         ("json", "a package 'json' is installed already", 2),
+        ("fastrak", "VISTEL has a device 'fastrak' of its own", 2),
         ("3d-tracker", "expected a folder whose name can be a package's", 2),
         ("class", "expected a folder whose name can be a package's", 2),
         ("---", "expected a folder whose name can be a package's", 2),

@@ -14,7 +14,7 @@ from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import BVH, C3D, CSV, FOLDER, LEAP, VRPN
 from vistel_cli.log.imported.recorded import NAME, SITE, Film, Recorded, Said
 from vistel_cli.overwriting import Force, keep_existing, out_file
-from vistel_cli.terminal import USAGE, fail, out
+from vistel_cli.terminal import USAGE, fail, out, print_warning
 from vistel_cli.waiting import waiting
 
 BEGIN_NS = 1_577_836_800_000_000_000
@@ -98,7 +98,11 @@ def import_(
         _complete(raw, conference, output, "devices" if any(f.solved for f in found) else "motion")
     length = max(f.seconds + late for f, late in zip(found, delays, strict=True))
     out.print(f"{length:.1f} s of {', '.join(p['name'] for p in people)} written to {output}", soft_wrap=True)
-    begun_ns = LogReader(output).begin_ns
+    reader = LogReader(output)
+    moved = {record.names["participant"] for record in reader.records(("motion",))}
+    for name in (p["name"] for p in people if p["name"] not in moved):
+        print_warning(f"{name}: no posture could be computed; the file may be too short, or hold too few sensors at a time")
+    begun_ns = reader.begin_ns
     for film, late, path in films:
         with waiting(f"writing {path}"):
             told = _written(film, path, (begun_ns - BEGIN_NS) * 1e-9 - late)

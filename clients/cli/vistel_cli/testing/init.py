@@ -11,6 +11,7 @@ from typing import Annotated
 
 import typer
 
+from vistel.devices.builtin import KINDS
 from vistel_cli.terminal import USAGE, fail, out
 
 TEMPLATE = Path(__file__).parents[1] / "examples/files/12_write_a_device_driver"
@@ -39,6 +40,8 @@ def init(
         fail(f"{folder}: expected a folder whose name can be a package's, such as my-tracker; got {name!r}", USAGE)
     if name != CALLED and importlib.util.find_spec(name) is not None:
         fail(f"{folder}: a package {name!r} is installed already; choose another name", USAGE)
+    if any(kind.name == name for kind in KINDS):
+        fail(f"{folder}: VISTEL has a device {name!r} of its own; choose another name", USAGE)
     files = {_renamed(ELSEWHERE.get(str(path), str(path)), name): _renamed(text, name) for path, text in _template().items()}
     try:
         there = [file for file in files if (folder / file).exists()]

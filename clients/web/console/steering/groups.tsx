@@ -15,6 +15,13 @@ interface Can {
 
 const RECORDERS = ["hub/recorder", "hub/record"];
 
+/** What the host did, as the button says that they pressed. */
+export function deed(action: Action, text: string): string {
+  if (action === "stop" && RECORDERS.includes(text)) return said("endRecording");
+  if (action === "start" && RECORDERS.includes(text)) return said("record");
+  return said(`did_${action}`, text);
+}
+
 export function Recording({ processes, act, confirm }: Can & { processes: readonly ProcessRow[] }) {
   const recorder = processes.find(({ name }) => RECORDERS.includes(name));
   if (!recorder) return null;

@@ -4,7 +4,7 @@ import { refusal } from "../../connection/refusals";
 import type { Completions, LogLines, Steered, Steering } from "../wire";
 import { AskLine } from "./ask";
 import { Confirm, type Question } from "./confirm";
-import { type Action, Faults, People, Processes, Recording, Worlds } from "./groups";
+import { type Action, deed, Faults, People, Processes, Recording, Worlds } from "./groups";
 import { type Filter, Lines } from "./lines";
 import { said } from "./words";
 
@@ -106,7 +106,7 @@ export class SteeringPanel {
           <ol class="answers" role="log" aria-label={said("answers")}>
             {this.answers.map(({ id, action, text, done, answer }) => (
               <li key={id} class={done === false ? "bad" : ""}>
-                <span>{said(`did_${action}`, text)}</span> <i>{outcome(action, done, answer)}</i>
+                <span>{deed(action, text)}</span> <i>{outcome(action, done, answer)}</i>
               </li>
             ))}
           </ol>

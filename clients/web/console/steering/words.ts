@@ -4,7 +4,7 @@ import { phrases } from "../language";
 const ENGLISH = {
   title: "Steer",
   ask: "Ask the world",
-  askHint: "paint the red baton blue",
+  askHint: "paint the yellow ball green",
   askIt: "Ask",
   found: "How the line can go on",
   answers: "What became of what you did",
@@ -91,7 +91,7 @@ export type Key = keyof typeof ENGLISH;
 const JAPANESE: Record<Key, string> = {
   title: "操作",
   ask: "ワールドに頼む",
-  askHint: "paint the red baton blue",
+  askHint: "paint the yellow ball green",
   askIt: "頼む",
   found: "続きの候補",
   answers: "操作の結果",

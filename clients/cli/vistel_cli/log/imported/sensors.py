@@ -53,7 +53,7 @@ def _tell(path: Path, who: str, back: int, remark: str) -> None:
 def tracked(name: str, height: float, port: str) -> dict[str, Any]:
     """Somebody with a tracker, as in a conference file."""
     tracker = {"kind": "vrpn", "port": port, "transmitter_position": [0.0, 0.0, 0.0]}
-    return {"name": name, "height": height, "tracker": tracker}
+    return {"name": name, "height": height, "tracker": tracker, "gloves": {}}
 
 
 def worn(person: dict[str, Any], reads: Sequence[Read], begin_ns: int, begin: float) -> Messages:
