@@ -3,10 +3,7 @@
     python -m docs.pictures.people.people_in_postures [--out FILE] [AVATAR ...]
 
 AVATAR: what follows "builtin:", or an avatar file; without, built-in people. Needs an OpenGL context (EGL without a display;
-software is fine). The picture in the repository has four built-in people (the first four of PEOPLE) and three made from
-MakeHuman's base mesh as docs/how-to/make-an-avatar.md says, with the rig game_engine and the skin
-young_lightskinned_male_diffuse2: caucasian-male-young and caucasian-female-young in male_casualsuit06, a heavy man
-(universal-male-young-averagemuscle-maxweight=1.3) in male_elegantsuit01.
+software is fine).
 """
 
 import argparse
