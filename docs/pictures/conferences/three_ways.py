@@ -1,13 +1,13 @@
-"""Films three-ways.mp4 and takes three-ways.png from it: three people at one table, one with trackers and gloves, one with a headset, one
-before a webcam. They talk, hand the baton round and shake hands.
+"""Films three-ways.mp4 and takes three-ways.png from it: three people at one table, one with trackers and gloves, one with a
+headset, one before a webcam. They talk, hand the baton round and shake hands.
 
     python -m docs.pictures.conferences.three_ways [--keep FOLDER] [--light fine|fast]
 
-Nobody is real. A conference is recorded, with its bus, world and gateway, for which this script is a FASTRAK and two gloves on serial
-ports, a microphone on a pipe, and the pages of two guests on the gateway's websocket: a headset's measures of head and hands, the
-landmarks that would be found in a webcam's pictures (both with noise, of a known posture), and their voices. The film is what `vistel
-replay --render` draws of the log, through the eyes of nobody, from an empty seat. Where the recording found the machine busy, movement
-skips: record again. Needs ffmpeg, espeak-ng and an OpenGL context (software is fine, and takes some minutes).
+Nobody is real. A conference is recorded, with its bus, world and gateway, for which this script is a FASTRAK and two gloves on
+serial ports, a microphone on a pipe, and the pages of two guests on the gateway's websocket: a headset's measures of head and
+hands, the landmarks that would be found in a webcam's pictures (both with noise, of a known posture), and their voices. The film
+is what `vistel replay --render` draws of the log, from an empty seat. Where the recording found the machine busy, movement skips:
+record again. Needs ffmpeg, espeak-ng and an OpenGL context (software is fine, and takes some minutes).
 """
 
 import argparse
@@ -19,11 +19,12 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import AsyncGenerator, Sequence
+from collections.abc import AsyncGenerator, Awaitable, Callable
 from pathlib import Path
 
 import numpy as np
 import tomli_w
+from PIL import Image
 
 from benchmarks.pages.light_guests import LightGuest, at_rate, entered
 from docs.pictures.conferences.three_ways_people import CALIBRATES_S, SECONDS, SEEN, TRACKED, WORN, Table, Tracked
@@ -46,7 +47,7 @@ from vistel_sim.pages.devices import DEPTH_NOISE_M, NOISE, NOISE_M
 from vistel_sim.pages.headset import SimulatedHeadset
 from vistel_sim.process import simulators
 
-WIDTH, HEIGHT, FPS = 1280, 720, 25
+WIDTH, HEIGHT, FPS = 960, 540, 25
 SEATS, EMPTY = 6, 3
 EYE, AIM = (0.0, 1.5, 1.85), (0.0, 0.98, -0.45)
 """Where the film is seen from, and what is in its middle, in the room [m]."""
@@ -54,7 +55,7 @@ OPENING_TAN = 0.25
 """Of half the opening of the picture's height, where nobody sits before a screen (`vistel.render.view.screens.eyes_before`)."""
 RATE_HZ = 30.0
 """Of a guest's page."""
-STILL_S = 21.4
+STILL_S = 23.4
 """When the picture for the page is taken."""
 PIPE_BYTES = 1 << 16
 SETTLES_S = 3.0
@@ -123,9 +124,7 @@ class Recording:
         self._table = Table(simulated)
         self._tracked = Tracked(self._table)
         self._start_ns = self._clock.now_ns()
-        self._devices = simulators(
-            simulated, self._tracked, RunPaths(folder, folder), self._clock, self._start_ns, site="tokyo"
-        )
+        self._devices = simulators(simulated, self._tracked, RunPaths(folder, folder), self._clock, self._start_ns, site="tokyo")
         self.begun_ns = 0
 
     async def run(self) -> None:
@@ -191,7 +190,7 @@ class Recording:
 
         await self._as_page(guest, see, SEEN)
 
-    async def _as_page(self, guest: LightGuest, measure, name: str) -> None:  # noqa: ANN001
+    async def _as_page(self, guest: LightGuest, measure: Callable[[int], Awaitable[None]], name: str) -> None:
         encoder, sound = Encoder(), self._table.sound[name]
 
         async def point(_: int) -> None:
@@ -199,7 +198,9 @@ class Recording:
 
         async def talk(_: int) -> None:
             first = round(self._now() * RATE) - FRAME
-            await guest.send("voice", voice_record(self._clock.now_ns() - round(FRAME / RATE * 1e9), encoder.encode(_part(sound, first))))
+            await guest.send(
+                "voice", voice_record(self._clock.now_ns() - round(FRAME / RATE * 1e9), encoder.encode(_part(sound, first)))
+            )
 
         lasts_s = CALIBRATES_S + SECONDS + 1.0
         acts = ((RATE_HZ, measure), (RATE_HZ, point), (RATE / FRAME, talk))
@@ -248,17 +249,16 @@ def record(folder: Path) -> tuple[Path, float]:
     return log, (recording.begun_ns - LogReader(log).begin_ns) * 1e-9
 
 
-def replayed(log: Path, begins: float, drawn: Path, light: str, more: Sequence[str] = ()) -> None:
+def replayed(log: Path, begins: float, drawn: Path, light: str) -> None:
     """Draw the film into a folder."""
     span = ["--from", f"{begins:.3f}", "--to", f"{begins + SECONDS:.3f}", "--fps", str(FPS), "--light", light]
-    subprocess.run([VISTEL, "replay", log, "--render", "--site", "picture", *span, "--out", drawn, *more], check=True)
+    subprocess.run([VISTEL, "replay", log, "--render", "--site", "picture", *span, "--out", drawn], check=True)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--keep", type=Path, help="Folder for the log and the film as drawn; one that has a log is filmed again.")
     parser.add_argument("--light", default="fast")
-    parser.add_argument("--record-only", action="store_true", help="No film.")
     parser.add_argument("--out", type=Path, default=Path(__file__).with_name("three-ways.mp4"))
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as temporary:
@@ -270,15 +270,15 @@ def main() -> None:
         else:
             log, begins = record(folder)
             kept.write_text(str(begins))
-        if arguments.record_only:
-            return
         drawn = folder / "film"
         replayed(log, begins, drawn, arguments.light)
-        film = [f"{drawn}/picture.mp4", "-c:v", "libx264", "-crf", "26", "-preset", "medium", "-pix_fmt", "yuv420p"]
+        film = [f"{drawn}/picture.mp4", "-c:v", "libx264", "-crf", "27", "-preset", "medium", "-pix_fmt", "yuv420p"]
         sound = ["-c:a", "aac", "-b:a", "64k", "-movflags", "+faststart", str(arguments.out)]
         subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", *film, *sound], check=True)
-        picture = ["-ss", str(STILL_S), "-i", f"{drawn}/picture.mp4", "-frames:v", "1", str(arguments.out.with_suffix(".png"))]
+        still = folder / "still.png"
+        picture = ["-ss", str(STILL_S), "-i", f"{drawn}/picture.mp4", "-frames:v", "1", str(still)]
         subprocess.run(["ffmpeg", "-v", "error", "-y", *picture], check=True)
+        Image.open(still).convert("RGB").quantize(200).save(arguments.out.with_suffix(".png"), optimize=True)
 
 
 if __name__ == "__main__":
