@@ -2,7 +2,6 @@
 and two shake hands. What their trackers, webcam and headset would measure is taken from their postures."""
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -133,7 +132,7 @@ class Tracked:
     def speaking(self, participant: str, t_s: float) -> float:
         return self._table.loud(participant, t_s - self.begun_s)
 
-    def things(self, t_s: float) -> Mapping[str, Placement]:
+    def things(self, t_s: float) -> dict[str, Placement]:
         return {}
 
 
