@@ -68,9 +68,9 @@ class LightGuest:
 
 
 @contextlib.asynccontextmanager
-async def entered(url: str, token: str) -> AsyncGenerator[LightGuest]:
-    """A guest who has shown the token of a link and chosen a person, while their page is open. Raises RuntimeError where the
-    gateway closes it."""
+async def entered(url: str, token: str, person: str = "carla") -> AsyncGenerator[LightGuest]:
+    """A guest who has shown the token of a link and chosen a built-in person, while their page is open. Raises RuntimeError where
+    the gateway closes it."""
     async with aiohttp.ClientSession() as session, session.ws_connect(f"{url}guest", max_msg_size=0) as socket:
         await socket.send_json({"token": token})
         async for said in socket:
@@ -79,7 +79,7 @@ async def entered(url: str, token: str) -> AsyncGenerator[LightGuest]:
                 raise RuntimeError(f"a guest was refused: {words['reason']}")
             if words.get("kind") == "invited":
                 break
-        await socket.send_json({"person": "carla"})
+        await socket.send_json({"person": person})
         guest = LightGuest(socket)
         listening = asyncio.create_task(guest.listen())
         try:

@@ -23,9 +23,10 @@ _PEAK = 0.9
 """Largest sample of a sentence, so that the microphone does not clip (full scale: 1)."""
 
 
-def synthesised_sentence(text: str) -> F32:
-    """(n,) sound of a sentence at RATE, by espeak-ng; kana are Japanese, everything else is English. Raises SynthesisError."""
-    pcm, rate = synthesise(text, PLAIN["en" if text.isascii() else "ja"], words_per_minute=150)
+def synthesised_sentence(text: str, voice: str = "") -> F32:
+    """(n,) sound of a sentence at RATE. voice: as `synthesise` takes it; by default espeak-ng's: kana are Japanese, everything else
+    is English. Raises SynthesisError."""
+    pcm, rate = synthesise(text, voice or PLAIN["en" if text.isascii() else "ja"], words_per_minute=150)
     step = rate / RATE
     half = reach(step)
     padded = np.concatenate([np.zeros(half, np.float32), pcm, np.zeros(half + 2, np.float32)])

@@ -48,6 +48,8 @@ class _Part:
     share: float = 0.0
     """0 at rest .. 1 as seen, before easing."""
     seen_s: float = -math.inf
+    measured_s: float = 0.0
+    """When it was last measured, by the device's own time."""
     back_s: float = -math.inf
     """When it was seen again after it was not."""
     place: Spring | None = None
@@ -81,7 +83,7 @@ class Followers:
         self._parts = {name: _Part() for name in names}
         self.interval = 1.0 / 30.0
         """From one measurement to the next [s]."""
-        self._arrived_s = -math.inf
+        self._arrived_s, self._measured_s = -math.inf, 0.0
 
     @property
     def seen(self) -> bool:
@@ -92,6 +94,7 @@ class Followers:
         """A measurement has come at `t_ns`, `dt` [s] after the last; None: that was long ago."""
         if dt is not None:
             self.interval += 0.3 * (min(MOST_HOLD_S / 3.0, dt) - self.interval)
+            self._measured_s += dt
         self._arrived_s = t_ns * 1e-9
 
     def at(self, t_ns: int, dt: float, without: frozenset[str] = frozenset()) -> dict[str, Followed]:
@@ -123,7 +126,7 @@ class Followers:
         kept = np.clip(position, (-FARTHEST_M, 0.0, -FARTHEST_M), (FARTHEST_M, HIGHEST_M, FARTHEST_M))
         if passed_s > max(GAP_S, 2.5 * self.interval):
             part.back_s, part.velocity = self._arrived_s, np.zeros(3)
-        elif passed_s > 0.0:
-            part.velocity = part.velocity + VELOCITY_SHARE * ((kept - part.aim.position) / passed_s - part.velocity)
-        part.aim, part.seen_s = MatrixPose(kept, rotation), self._arrived_s
+        elif (moved_s := self._measured_s - part.measured_s) > 0.0:  # not when they arrive: what a link held up comes all at once
+            part.velocity = part.velocity + VELOCITY_SHARE * ((kept - part.aim.position) / moved_s - part.velocity)
+        part.aim, part.seen_s, part.measured_s = MatrixPose(kept, rotation), self._arrived_s, self._measured_s
         part.more_aim = np.zeros(0) if more is None else more

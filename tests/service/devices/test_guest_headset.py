@@ -138,6 +138,26 @@ def test_a_headset_that_is_taken_off_lets_the_figure_rest_and_comes_back_without
     assert fastest < 3.0, f"{fastest:.1f} m/s"
 
 
+@pytest.mark.parametrize("at_once", [1, 4])
+def test_records_that_a_link_held_up_and_that_come_all_at_once_throw_no_hand_up(at_once: int) -> None:
+    """The hand's speed is that between measurements, however soon after each other they arrive."""
+    worn, held = Worn(), list[bytes]()
+    decoder = HeadsetDecoder("bob-headset")
+    places = list[np.ndarray]()
+    for n in range(600):
+        true, guest = worn.step(moving(n / 60.0), says=False)
+        if n % 2:
+            held.append(worn.headset.record(worn.t_ns, BUILD.skeleton, worn.in_seat(pose_joints(BUILD.skeleton, true))))
+        if len(held) == at_once:
+            for k, record in enumerate(held):
+                for frame in decoder.feed(record, worn.t_ns + 300_000 * k):
+                    worn.guest.see(frame)
+            held.clear()
+        places.append(worn.in_seat(pose_joints(BUILD.skeleton, guest)).position[[JOINT_INDEX[w] for w in WRISTS]])
+    fastest = np.linalg.norm(np.diff(places[180:], axis=0), axis=2).max() * 60.0
+    assert fastest < 1.0, f"{fastest:.1f} m/s"
+
+
 def test_what_the_headset_itself_is_not_sure_of_is_not_believed() -> None:
     worn = Worn()
     before = [*worn.steps(3.0, LED)][-1][1]
