@@ -24,7 +24,6 @@ from pathlib import Path
 
 import numpy as np
 import tomli_w
-from PIL import Image
 
 from benchmarks.pages.light_guests import LightGuest, at_rate, entered
 from docs.pictures.conferences.three_ways_people import CALIBRATES_S, SECONDS, SEEN, TRACKED, WORN, Table, Tracked
@@ -252,7 +251,7 @@ def record(folder: Path) -> tuple[Path, float]:
 def replayed(log: Path, begins: float, drawn: Path, light: str) -> None:
     """Draw the film into a folder."""
     span = ["--from", f"{begins:.3f}", "--to", f"{begins + SECONDS:.3f}", "--fps", str(FPS), "--light", light]
-    subprocess.run([VISTEL, "replay", log, "--render", "--site", "picture", *span, "--out", drawn], check=True)
+    subprocess.run([VISTEL, "replay", log, "--render", "--site", "picture", *span, "--out", drawn, "--force"], check=True)
 
 
 def main() -> None:
@@ -275,10 +274,8 @@ def main() -> None:
         film = [f"{drawn}/picture.mp4", "-c:v", "libx264", "-crf", "27", "-preset", "medium", "-pix_fmt", "yuv420p"]
         sound = ["-c:a", "aac", "-b:a", "64k", "-movflags", "+faststart", str(arguments.out)]
         subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", *film, *sound], check=True)
-        still = folder / "still.png"
-        picture = ["-ss", str(STILL_S), "-i", f"{drawn}/picture.mp4", "-frames:v", "1", str(still)]
+        picture = ["-ss", str(STILL_S), "-i", f"{drawn}/picture.mp4", "-frames:v", "1", str(arguments.out.with_suffix(".png"))]
         subprocess.run(["ffmpeg", "-v", "error", "-y", *picture], check=True)
-        Image.open(still).convert("RGB").quantize(200).save(arguments.out.with_suffix(".png"), optimize=True)
 
 
 if __name__ == "__main__":

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vistel.arrays import F32, F64, U8
+from vistel.arrays import F64, U8
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body_model import hairs
 from vistel.figure.body_model.eye_paint import eye
@@ -82,7 +82,7 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     return picture, (relief(model, rng, old, colours.stubble), hairs.lashes(lash, rng))
 
 
-def _hairy(model: BodyModel) -> F32:
+def _hairy(model: BodyModel) -> Floats:
     """(H, W) where hair grows: none begins along a line. Seams of the texture are not edges."""
     known = (model.masks["skin"] > 0).astype(np.float32)
     return known * soft(mask(model, "scalp"), _HAIRLINE) / np.maximum(soft(known, _HAIRLINE), 0.05)
