@@ -47,6 +47,11 @@ async def steer(tab: Page, room: GuestRoom) -> None:
     mutings = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["muting"], queue_all=True, polled=True)
     acts = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["host_action"], queue_all=True, polled=True)
     muted: list[str] = []
+    who: list[str] = []
+
+    def acted() -> bool:
+        who.extend(sample.message.who for sample in acts.take())
+        return bool(who)
 
     def look() -> bool:
         muted.extend(sample.message.participant for sample in mutings.take())
@@ -57,10 +62,13 @@ async def steer(tab: Page, room: GuestRoom) -> None:
 
     await tab.open(f"http://{room.address}/", 1280, 800)
     await ready(tab)
+    await tab.until("!!document.querySelector('[name=author]')")
     await tab.value("document.querySelector('[name=author]').focus()")
     await tab.call("Input.insertText", text="Hana")  # who acts, though they write no note
+    await tab.until("document.querySelector('[name=author]').value === 'Hana'")
     await seat(tab, "Ann")
-    await until(lambda: [s.message.who for s in acts.take()] == ["Hana"], "who gave the seat")
+    await until(acted, "who gave the seat")
+    assert set(who) == {"Hana"}
     await tab.until("document.querySelector('.link input')?.value.includes('/join#')")
     assert guests() == ["Ann"]
     await tab.until("document.querySelector('[aria-label=\"Mute Ann\"]')")
