@@ -9,9 +9,9 @@ from vistel.figure.avatar.avatar import Avatar, Mesh, Target
 from vistel.figure.avatar.patch import Patch
 from vistel.figure.body import Body
 from vistel.figure.body_model.model import BodyModel, Level, Shape
+from vistel.figure.face.closed_lips import closed
 from vistel.figure.face.landmarks import landmarks_of
 from vistel.figure.face.lips import sides_of_mouth
-from vistel.figure.face.seal import closed
 from vistel.figure.making.joints import jointed
 from vistel.figure.making.primitives import BodyFit, fit_to_limbs
 from vistel.figure.making.repose import repose
