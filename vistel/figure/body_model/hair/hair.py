@@ -18,7 +18,7 @@ from vistel.geometry.smoothstep import smooth
 
 MOST = 3000, 1200, 350
 """Vertices of hair by level of detail."""
-_NET = (56, 8), (40, 7), (26, 5)
+_NET = (40, 8), (40, 7), (26, 5)
 """Columns and rows of a cap, by level."""
 _CLEAR = 0.0012
 """Least distance of hair from the skin [m]."""

@@ -23,6 +23,10 @@ _HAIRLINE = np.radians((
 """(K, 2) azimuth and elevation of the hairline: forehead, temple, before the ear, over it, behind it, nape."""
 _TEMPLE = np.radians(30.0), np.radians(11.0)
 """Azimuth of the middle of the receding corner, and how far it reaches to either side."""
+_BEFORE_EAR = np.radians(74.0), np.radians(12.0)
+"""Azimuth of the middle of the hair before an ear, and how far it reaches to either side."""
+_CLOSER = 0.8
+"""How much closer places of the hairline are there: it is narrow."""
 _NEAR = 4
 """Vertices of the body that decide how far a place is from its skin."""
 
@@ -111,10 +115,11 @@ class Scalp:
         return out
 
     def hairline(self, count: int) -> tuple[F64, F64]:
-        """(N,) azimuths from -pi on and elevations of places all round the hairline, evenly spaced [rad]."""
+        """(N,) azimuths from -pi on and elevations of places all round the hairline, closest before the ears [rad]."""
         one, high = self._line
         azimuth, elevation = np.concatenate([-one[:0:-1], one]), np.concatenate([high[:0:-1], high])
         step = np.linalg.norm(np.diff(_unit(azimuth, elevation), axis=0), axis=1)
+        step *= 1.0 + _CLOSER * (np.abs(np.abs(azimuth[1:]) - _BEFORE_EAR[0]) < _BEFORE_EAR[1])
         way = np.append(0.0, np.cumsum(step))
         at: F64 = np.linspace(0.0, float(way[-1]), count, endpoint=False)
         return np.interp(at, way, azimuth), np.interp(at, way, elevation)

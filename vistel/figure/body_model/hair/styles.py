@@ -98,7 +98,7 @@ def _over_shoulders(scalp: Scalp, p: F64, roots: Roots, way: F64) -> F64:
     """The way past the neck: hair of the front hangs before the shoulders, other hair behind them, and none over the arms."""
     low = smooth((scalp.eyes[1] - 0.9 * scalp.size - p[:, 1]) / (0.5 * scalp.size))[:, None]
     far = np.clip(np.abs(p[:, 0]) - 0.78 * scalp.size, -0.1 * scalp.size, 0.5 * scalp.size) / scalp.size
-    before = np.where(np.abs(roots.azimuth) < 1.0, 1.0, -1.0)
+    before = np.where(np.abs(roots.azimuth) < 0.9, 1.0, -1.0)
     past = np.column_stack([-6.0 * np.sign(p[:, 0]) * np.maximum(0.0, far), np.full(len(p), -1.0), 0.9 * before])
     return (1.0 - low) * way + low * past
 
