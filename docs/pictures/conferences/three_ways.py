@@ -10,7 +10,6 @@ is what `vistel replay --render` draws of the log, from an empty seat. Where the
 record again. Needs ffmpeg, espeak-ng and an OpenGL context (software is fine, and takes some minutes).
 """
 
-import argparse
 import asyncio
 import contextlib
 import json
@@ -18,7 +17,6 @@ import os
 import signal
 import subprocess
 import sys
-import tempfile
 from collections.abc import AsyncGenerator, Awaitable, Callable
 from pathlib import Path
 
@@ -27,6 +25,7 @@ import tomli_w
 
 from benchmarks.pages.light_guests import LightGuest, at_rate, entered
 from docs.pictures.conferences.three_ways_people import CALIBRATES_S, SECONDS, SEEN, TRACKED, WORN, Table, Tracked
+from docs.pictures.drawing.recorded_film import film
 from vistel.arrays import F32, F64
 from vistel.audio.opus import FRAME, RATE, Encoder
 from vistel.audio.page_voice import voice_record
@@ -248,35 +247,5 @@ def record(folder: Path) -> tuple[Path, float]:
     return log, (recording.begun_ns - LogReader(log).begin_ns) * 1e-9
 
 
-def replayed(log: Path, begins: float, drawn: Path, light: str) -> None:
-    """Draw the film into a folder."""
-    span = ["--from", f"{begins:.3f}", "--to", f"{begins + SECONDS:.3f}", "--fps", str(FPS), "--light", light]
-    subprocess.run([VISTEL, "replay", log, "--render", "--site", "picture", *span, "--out", drawn, "--force"], check=True)
-
-
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--keep", type=Path, help="Folder for the log and the film as drawn; one that has a log is filmed again.")
-    parser.add_argument("--light", default="fast")
-    parser.add_argument("--out", type=Path, default=Path(__file__).with_name("three-ways.mp4"))
-    arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = arguments.keep or Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
-        kept = folder / "begins"
-        if kept.exists():
-            log, begins = folder / "out" / "conference.mcap", float(kept.read_text())
-        else:
-            log, begins = record(folder)
-            kept.write_text(str(begins))
-        drawn = folder / "film"
-        replayed(log, begins, drawn, arguments.light)
-        film = [f"{drawn}/picture.mp4", "-c:v", "libx264", "-crf", "27", "-preset", "medium", "-pix_fmt", "yuv420p"]
-        sound = ["-c:a", "aac", "-b:a", "64k", "-movflags", "+faststart", str(arguments.out)]
-        subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", *film, *sound], check=True)
-        picture = ["-ss", str(STILL_S), "-i", f"{drawn}/picture.mp4", "-frames:v", "1", str(arguments.out.with_suffix(".png"))]
-        subprocess.run(["ffmpeg", "-v", "error", "-y", *picture], check=True)
-
-
 if __name__ == "__main__":
-    main()
+    film(str(__doc__), Path(__file__), record, site="picture", seconds=SECONDS, fps=FPS, crf=27, still_s=STILL_S)

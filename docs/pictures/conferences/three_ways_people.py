@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from vistel.arrays import F32, F64
+from docs.pictures.people.talking_performer import FRAME_S, heard
+from vistel.arrays import F64
 from vistel.conference.model import Conference
 from vistel.figure.posture.hands import FLAT, OPEN, RELAXED, finger_posture, hand_rotation
 from vistel.figure.posture.posture import JointPose, Posture, pose_joints
@@ -16,7 +17,7 @@ from vistel.protocol.pages.camera_body import FACE
 from vistel.space.room import BATON, BATON_RADIUS, TABLE_HEIGHT
 from vistel_sim.limbs import own_limbs
 from vistel_sim.motion.layout import built_in
-from vistel_sim.motion.script import UP, Hand
+from vistel_sim.motion.script import UP, Hand, level
 from vistel_sim.motion.sitter import Sitter
 from vistel_sim.motion.source import SimulatedPerson, receivers_of, simulated_people
 from vistel_sim.motion.tracks import Attention, HandKey, HandState, HandTrack
@@ -47,7 +48,6 @@ SEES_M = (0.010, 0.045, 0.040)
 """In the seat's frame: one camera measures distances badly. So who sits before it sees on the page that their figure's hand is
 lower and nearer to them than where they want it, and reaches so much farther [m]."""
 _BLINKS_S, _BLINK_S = (2.3, 5.4, 8.9, 12.2, 14.8, 18.1, 21.3, 24.6), 0.16
-_FRAME_S = 0.02
 _LIDS_M = 0.009
 _JAW_M = 0.016
 
@@ -76,11 +76,11 @@ class Table:
         for start_s, who, text in SENTENCES:
             spoken, start = synthesised_sentence(text, VOICES[who]), round(start_s * RATE)
             self.sound[who][start : start + len(spoken)] += spoken[: len(self.sound[who]) - start]
-        self._loud = {name: _loudness(sound) for name, sound in self.sound.items()}
+        self._loud = {name: heard(sound)[0] for name, sound in self.sound.items()}
 
     def loud(self, name: str, t: float) -> float:
         """How loud somebody's voice is, 0 to 1."""
-        return float(np.interp(t / _FRAME_S, np.arange(len(self._loud[name])), self._loud[name], 0.0, 0.0))
+        return float(np.interp(t / FRAME_S, np.arange(len(self._loud[name])), self._loud[name], 0.0, 0.0))
 
     def posture(self, name: str, t: float) -> Posture:
         """In the room, `t` seconds after the beginning, or before it."""
@@ -162,11 +162,6 @@ def _talking(sitter: Sitter, side: str, hand: HandState, talk: float, t: float) 
     )
 
 
-def _level(d: F64) -> F64:
-    flat = d * (1.0, 0.0, 1.0)
-    return flat / np.linalg.norm(flat)
-
-
 def _between(a: Hand, b: Hand, towards_centre: float, height: float) -> F64:
     """(3,) between two seats, moved towards the table's middle by a share, so high above the table [m]."""
     middle = 0.5 * (a.sitter.person.seat_position + b.sitter.person.seat_position) * (1.0 - towards_centre)
@@ -191,7 +186,7 @@ def _hand_round(giver: Hand, taker: Hand, baton: F64) -> None:
     pick = giver.wrist_for(baton + HELD[TRACKED] * down[:, 2], down)
     above = pick + 0.085 * UP
     meet = _between(giver, taker, 0.40, 0.24)
-    fa, fb = _level(meet - giver.shoulder()), _level(meet - taker.shoulder())
+    fa, fb = level(meet - giver.shoulder()), level(meet - taker.shoulder())
     give, take = hand_rotation(-1.0, fa, np.cross(UP, fa)), hand_rotation(1.0, fb, -np.cross(UP, fb))
     gives, takes = giver.wrist_for(meet + HELD[TRACKED] * UP, give), taker.wrist_for(meet + HELD[WORN] * UP, take)
     off_a, off_b = -0.07 * np.cross(UP, fa) - 0.03 * fa, 0.07 * np.cross(UP, fb) - 0.03 * fb
@@ -237,7 +232,7 @@ def _hand_round(giver: Hand, taker: Hand, baton: F64) -> None:
 def _shake(one: Hand, other: Hand) -> None:
     """Two right hands meet between their people, go up and down, and part."""
     spot = _between(one, other, 0.42, 0.27)
-    along = _level(other.shoulder() - one.shoulder())
+    along = level(other.shoulder() - one.shoulder())
     for hand, ahead in ((one, along), (other, -along)):
         palm = np.cross(UP, ahead)
         rotation = hand_rotation(-1.0, ahead, palm)
@@ -257,11 +252,3 @@ def _shake(one: Hand, other: Hand) -> None:
         hand.hold(24.9, wrist, rotation, FLAT)
         hand.hold(25.4, apart, rotation, FLAT)
         hand.rest(26.6)
-
-
-def _loudness(sound: F32) -> F64:
-    """How loud a voice is in each frame, 0 to 1, smooth enough for lips."""
-    size = round(_FRAME_S * RATE)
-    loud = np.sqrt((sound[: len(sound) // size * size].reshape(-1, size).astype(np.float64) ** 2).mean(axis=1))
-    window = np.hanning(7) / np.hanning(7).sum()
-    return np.convolve(np.clip(loud / max(1e-6, float(np.quantile(loud, 0.97))), 0.0, 1.0), window, "same")

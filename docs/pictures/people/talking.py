@@ -9,20 +9,19 @@ second site's viewer sees it, with the recorded voice. Where the recording found
 again. Needs ffmpeg, espeak-ng and an OpenGL context (software is fine, and takes some minutes).
 """
 
-import argparse
 import contextlib
 import itertools
 import os
 import socket
 import subprocess
 import sys
-import tempfile
 import threading
 import time
 from pathlib import Path
 
 import numpy as np
 
+from docs.pictures.drawing.recorded_film import film
 from docs.pictures.people.talking_performer import SECONDS, Performer, still
 from vistel.arrays import F64
 from vistel.conference.model import Conference
@@ -211,48 +210,5 @@ def record(folder: Path) -> tuple[Path, float]:
     return log, (begun - LogReader(log).begin_ns) * 1e-9
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--keep", type=Path, help="Folder for the log and the film as drawn; one that has a log is filmed again.")
-    parser.add_argument("--light", default="fast")
-    parser.add_argument("--out", type=Path, default=Path(__file__).with_suffix(".mp4"))
-    arguments = parser.parse_args()
-    with tempfile.TemporaryDirectory() as temporary:
-        folder = arguments.keep or Path(temporary)
-        folder.mkdir(parents=True, exist_ok=True)
-        kept = folder / "begins"
-        if kept.exists():
-            log, begins = folder / "out" / "conference.mcap", float(kept.read_text())
-        else:
-            log, begins = record(folder)
-            kept.write_text(str(begins))
-        vistel = Path(sys.executable).with_name("vistel")
-        drawn = folder / "film"
-        span = ["--from", f"{begins:.3f}", "--to", f"{begins + SECONDS:.3f}"]
-        subprocess.run(
-            [
-                vistel,
-                "replay",
-                log,
-                "--render",
-                "--site",
-                "columbus",
-                *span,
-                "--fps",
-                str(FPS),
-                "--light",
-                arguments.light,
-                "--out",
-                drawn,
-            ],
-            check=True,
-        )
-        film = [f"{drawn}/columbus.mp4", "-c:v", "libx264", "-crf", "24", "-preset", "medium", "-pix_fmt", "yuv420p"]
-        sound = ["-c:a", "aac", "-b:a", "64k", "-movflags", "+faststart", str(arguments.out)]
-        subprocess.run(["ffmpeg", "-v", "error", "-y", "-i", *film, *sound], check=True)
-        picture = ["-ss", str(STILL_S), "-i", f"{drawn}/columbus.mp4", "-frames:v", "1", str(arguments.out.with_suffix(".png"))]
-        subprocess.run(["ffmpeg", "-v", "error", "-y", *picture], check=True)
-
-
 if __name__ == "__main__":
-    main()
+    film(str(__doc__), Path(__file__), record, site="columbus", seconds=SECONDS, fps=FPS, crf=24, still_s=STILL_S)

@@ -32,7 +32,8 @@ _BLINKS = (0.7, 3.6, 5.6, 8.2, 11.3, 13.4, 18.6)
 _BLINK_S = 0.16
 _PEAK = 0.7
 """Of the sound: a microphone turned up as far as it goes without clipping has some left."""
-_FRAME_S = 0.02
+FRAME_S = 0.02
+"""Of what is heard of a voice."""
 
 Vector = tuple[float, float, float]
 # When, where [m, left side of the seat's frame; mirrored on the right], where fingers and palm point, how fingers are.
@@ -89,7 +90,7 @@ class Performer:
             spoken, start = synthesised_sentence(text), round(start_s * RATE)
             self.sound[start : start + len(spoken)] += spoken[: len(self.sound) - start]
         self.sound *= _PEAK / np.abs(self.sound).max()
-        self._loud, self._bright = _heard(self.sound)
+        self._loud, self._bright = heard(self.sound)
 
     def posture(self, t: float) -> Posture:
         talk = self._at(self._loud, t - 0.05)
@@ -124,7 +125,7 @@ class Performer:
         return [v[name] for name in names]
 
     def _at(self, track: F64, t: float) -> float:
-        return float(np.interp(t, np.arange(len(track)) * _FRAME_S, track, 0.0, 0.0))
+        return float(np.interp(t, np.arange(len(track)) * FRAME_S, track, 0.0, 0.0))
 
 
 def still(person: SimulatedPerson, look: F64) -> Posture:
@@ -150,9 +151,9 @@ def _beating(hand: HandState, row: int, t: float, talk: float) -> HandState:
     return replace(hand, position=hand.position + np.array((0.0, beat, 0.0)), fingers=fingers)
 
 
-def _heard(sound: F32) -> tuple[F64, F64]:
+def heard(sound: F32) -> tuple[F64, F64]:
     """How loud a voice is in each frame, 0 to 1, and how bright: 0 as in "oo", 1 as in "ee"; smooth enough for lips."""
-    size = round(_FRAME_S * RATE)
+    size = round(FRAME_S * RATE)
     frames = sound[: len(sound) // size * size].reshape(-1, size).astype(np.float64)
     loud = np.sqrt((frames**2).mean(axis=1))
     power = np.abs(np.fft.rfft(frames * np.hanning(size), axis=1)) ** 2

@@ -146,7 +146,8 @@ class Hand:
         return closed_round(build.skeleton, build.body, self.side, self.grip, radius)
 
 
-def _level(d: F64) -> F64:
+def level(d: F64) -> F64:
+    """(3,) unit, the part of a direction (3,) that is level."""
     flat = np.array([d[0], 0.0, d[2]])
     return flat / np.linalg.norm(flat)
 
@@ -170,7 +171,7 @@ def _hand_over(desk: dict[tuple[str, str], Hand], a: Sitter, b: Sitter, baton: F
     middle = _between(a, b, 0.02)
     table = giver.layout.table(middle)
     meet = middle + (table + 0.24) * UP
-    fa, fb = _level(meet - giver.shoulder()), _level(meet - taker.shoulder())
+    fa, fb = level(meet - giver.shoulder()), level(meet - taker.shoulder())
     give = hand_rotation(-1.0, fa, np.cross(UP, fa))
     take = hand_rotation(1.0, fb, -np.cross(UP, fb))
     give_wrist = giver.wrist_for(meet - GIVER_BELOW * UP, give)
@@ -233,7 +234,7 @@ def _hand_on_hand(desk: dict[tuple[str, str], Hand], a: Sitter, c: Sitter) -> F6
     under, over = desk[a.person.name, "left"], desk[c.person.name, "right"]
     spot = _between(a, c, 0.05)
     spot = spot + under.layout.table(spot) * UP
-    fa, fc = _level(spot - under.shoulder()), _level(spot - over.shoulder())
+    fa, fc = level(spot - under.shoulder()), level(spot - over.shoulder())
     flat, laid = hand_rotation(1.0, fa, -UP), hand_rotation(-1.0, fc, -UP)
     low = spot - 0.06 * under.scale * fa + 0.027 * UP
     # Over the knuckles, clear of the wrist.
@@ -258,10 +259,10 @@ def _palm_to_palm(desk: dict[tuple[str, str], Hand], b: Sitter, c: Sitter) -> F6
     one, two = desk[b.person.name, "right"], desk[c.person.name, "left"]
     spot = _between(b, c, 0.0)
     spot = spot + (one.layout.table(spot) + 0.30) * UP
-    across = _level(c.person.seat_position - b.person.seat_position)
+    across = level(c.person.seat_position - b.person.seat_position)
     for hand, palm in ((one, across), (two, -across)):
         # The fingers lean towards each other, so that the wrists stay apart.
-        fingers = 0.8 * UP - 0.6 * _level(spot) + 0.17 * palm
+        fingers = 0.8 * UP - 0.6 * level(spot) + 0.17 * palm
         rotation = hand_rotation(hand.sign, fingers, palm)
         centre = rotation @ (np.array([hand.sign * 0.062, 0.0, 0.0]) * hand.scale)
         wrist = spot - centre - 0.025 * palm
