@@ -73,17 +73,22 @@ _AT_REST = """async (selector) => {
 """JavaScript: the middle of an element; null while it moves, as what comes above it may make it do, or something lies over it."""
 
 
+class TabEndedError(Exception):
+    """The tab crashed, or its browser ended: nothing is ever answered again."""
+
+
 class Page:
     """One tab. messages: what its console said, errors included; events: whom to tell of what else it says of itself, by method."""
 
     def __init__(self, socket: aiohttp.ClientWebSocketResponse) -> None:
         self._socket, self._ids = socket, itertools.count(1)
         self._answers: dict[int, asyncio.Future[dict[str, Any]]] = {}
+        self._ended = False
         self.messages: list[str] = []
         self.events: dict[str, Callable[[dict[str, Any]], None]] = {}
 
     async def listen(self) -> None:
-        """Take answers until the browser goes."""
+        """Take answers until the tab or the browser goes; what is asked then raises TabEndedError."""
         async for said in self._socket:
             message = json.loads(said.data)
             if message.get("id") in self._answers:
@@ -94,11 +99,19 @@ class Page:
                 self.messages.append(message["params"]["exceptionDetails"].get("exception", {}).get("description", "error"))
             elif message.get("method") == "Log.entryAdded":
                 self.messages.append(message["params"]["entry"]["text"])
+            elif message.get("method") == "Inspector.targetCrashed":
+                break
             elif message.get("method") in self.events:
                 self.events[message["method"]](message["params"])
+        self._ended = True
+        for answer in self._answers.values():
+            if not answer.done():
+                answer.set_exception(TabEndedError())
 
     async def call(self, method: str, **params: Any) -> dict[str, Any]:
-        """A method of the protocol. Raises RuntimeError with what the browser says against it."""
+        """A method of the protocol. Raises RuntimeError with what the browser says against it, and TabEndedError."""
+        if self._ended:
+            raise TabEndedError
         number = next(self._ids)
         self._answers[number] = asyncio.get_running_loop().create_future()
         await self._socket.send_json({"id": number, "method": method, "params": params})
@@ -120,11 +133,15 @@ class Page:
 
     async def until(self, expression: str) -> Any:
         """The value of JavaScript once it is true."""
-        while True:
-            with contextlib.suppress(RuntimeError):  # the page is being loaded
-                if value := await self.value(expression):
-                    return value
-            await asyncio.sleep(0.05)  # a page does not say when it has changed
+        try:
+            while True:
+                with contextlib.suppress(RuntimeError):  # the page is being loaded
+                    if value := await self.value(expression):
+                        return value
+                await asyncio.sleep(0.05)  # a page does not say when it has changed
+        except asyncio.CancelledError:
+            print(f"given up waiting for {expression}; the page has said {self.messages}")
+            raise
 
     async def picture(self) -> np.ndarray:
         """What is seen, (h, w, 3) RGB."""
@@ -168,7 +185,7 @@ async def page(folder: Path, *more: str, seldom: bool = True) -> AsyncIterator[P
             async with session.ws_connect(tab["webSocketDebuggerUrl"], max_msg_size=0) as socket:
                 opened = Page(socket)
                 listening = asyncio.create_task(opened.listen())
-                for domain in ("Page", "Runtime", "Log"):
+                for domain in ("Inspector", "Page", "Runtime", "Log"):
                     await opened.call(f"{domain}.enable")
                 if seldom:
                     await opened.call("Page.addScriptToEvaluateOnNewDocument", source=_SELDOM)

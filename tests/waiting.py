@@ -16,10 +16,14 @@ LOOK_S = 0.005
 
 async def until(holds: Callable[[], object], what: str = "", *, tasks: Iterable[asyncio.Task[Any]] = ()) -> None:
     """Returns once it holds; fails as soon as one of `tasks` has ended. what: told where it never comes."""
-    while not holds():
-        for task in tasks:
-            assert not task.done(), f"ended: {task.result()}"
-        await asyncio.sleep(LOOK_S)
+    try:
+        while not holds():
+            for task in tasks:
+                assert not task.done(), f"ended: {task.result()}"
+            await asyncio.sleep(LOOK_S)
+    except asyncio.CancelledError:
+        print(f"given up waiting for {what or holds}")
+        raise
 
 
 def wait_until(holds: Callable[[], object], what: str = "", *, every_s: float = LOOK_S) -> None:

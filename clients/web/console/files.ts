@@ -2,6 +2,9 @@
 import { FileLoader, type Group } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 
+const FIRST_WAIT_MS = 500;
+const MOST_WAIT_MS = 4000; // who still has none after it is seen as a stand-in
+
 export class Files {
   private readonly fetching = new FileLoader().setResponseType("arraybuffer");
   private readonly reading = new GLTFLoader();
@@ -26,8 +29,15 @@ export class Files {
     await turn;
   }
 
+  /** Asks again where a link breaks meanwhile. */
   private async fetch(digest: string): Promise<ArrayBuffer> {
-    return (await this.fetching.loadAsync(`asset/${digest}.glb`)) as ArrayBuffer;
+    for (let wait = FIRST_WAIT_MS; ; wait *= 2)
+      try {
+        return (await this.fetching.loadAsync(`asset/${digest}.glb`)) as ArrayBuffer;
+      } catch (e) {
+        if (wait > MOST_WAIT_MS) throw e;
+        await new Promise((done) => setTimeout(done, wait));
+      }
   }
 
   private async read(data: Promise<ArrayBuffer>): Promise<Group> {
