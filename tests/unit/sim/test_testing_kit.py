@@ -147,9 +147,7 @@ def test_a_vrpn_client_gets_the_true_poses(simulated_vrpn: VrpnUnit[dict[int, Po
             assert data
             poses |= {r.sensor + 1: r.position for r in parser.feed(data, 0) if isinstance(r, vrpn.PoseReport)}
         now_s = simulated_vrpn.now_s()
-        truths = [
-            simulated_vrpn.truth(t) for t in np.arange(0.0, now_s + 0.05, 0.05)
-        ]  # a busy machine reads late
+        truths = [simulated_vrpn.truth(t) for t in np.arange(0.0, now_s + 0.05, 0.05)]  # a busy machine reads late
         for station, position in poses.items():
             assert min(np.linalg.norm(np.array(position) - truth[station][0]) for truth in truths) < 0.1
         with simulated_vrpn.unplugged():  # its port is free then: whoever answers there is another program
