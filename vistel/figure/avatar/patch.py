@@ -18,6 +18,9 @@ _PICTURES = ("finish", "normal", "glow_picture", "opacity")
 MATT = 0.5
 """Plain surfaces at least as rough have no highlight that is seen from far."""
 _LEFT = "patch{}."
+_FIRST_NUMBERS = 12
+"""Of `Patch.numbers`, which all files have."""
+_LATER_FLAGS = ("rigid", "strands")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +31,7 @@ class Patch:
     roughness, metallic as 0 to 255. normal: (H, W, 3) in the tangent frame, red along u, green along v (up), 128 for none. glow:
     linear light that it emits, times `glow_picture` (H, W, 3) sRGB where there is one. opacity: (H, W), 255 opaque; below `cutoff`
     (0 to 1) nothing is drawn. blend: values between are half transparent. both_sides: it is drawn from behind too. rigid: what has
-    it keeps its shape, whatever the skin beneath does: glasses."""
+    it keeps its shape, whatever the skin beneath does: glasses. strands: it is of strands along v, which mirror as hair does."""
 
     box: tuple[float, float, float, float] = WHOLE
     roughness: float = 0.5
@@ -42,6 +45,7 @@ class Patch:
     blend: bool = False
     both_sides: bool = False
     rigid: bool = False
+    strands: bool = False
 
     @property
     def pictures(self) -> dict[str, U8]:
@@ -76,7 +80,7 @@ class Patch:
     @property
     def numbers(self) -> tuple[float, ...]:
         """All of it but pictures, as files keep it."""
-        flags = float(self.blend), float(self.both_sides), float(self.rigid)
+        flags = float(self.blend), float(self.both_sides), float(self.rigid), float(self.strands)
         return (*self.box, self.roughness, self.metallic, *self.glow, self.cutoff, *flags)
 
     @property
@@ -113,14 +117,12 @@ def patch_of(patches: tuple[Patch, ...], uv: NDArray[np.floating], corner_triang
 
 
 def of_numbers(numbers: Sequence[float], pictures: Mapping[str, U8]) -> Patch:
-    """The patch that had these `Patch.numbers` and pictures; older files do not say whether it is rigid. Raises ValueError."""
-    if len(numbers) not in (12, 13):
-        raise ValueError(f"{len(numbers)} numbers, expected 13")
-    u, v, right, top, rough, metal, r, g, b, cutoff, blend, both, *rigid = numbers
-    shown: dict[str, Any] = dict(pictures)
-    stiff = bool(rigid) and rigid[0] > 0.5
-    box = u, v, right, top
-    return Patch(box, rough, metal, glow=(r, g, b), cutoff=cutoff, blend=blend > 0.5, both_sides=both > 0.5, rigid=stiff, **shown)
+    """The patch that had these `Patch.numbers` and pictures; older files do not have the last flags. Raises ValueError."""
+    if not _FIRST_NUMBERS <= len(numbers) <= _FIRST_NUMBERS + len(_LATER_FLAGS):
+        raise ValueError(f"{len(numbers)} numbers, expected {_FIRST_NUMBERS + len(_LATER_FLAGS)}")
+    u, v, right, top, rough, metal, r, g, b, cutoff, blend, both, *later = numbers
+    shown: dict[str, Any] = dict(pictures) | {name: value > 0.5 for name, value in zip(_LATER_FLAGS, later, strict=False)}
+    return Patch((u, v, right, top), rough, metal, glow=(r, g, b), cutoff=cutoff, blend=blend > 0.5, both_sides=both > 0.5, **shown)
 
 
 def to_arrays(patches: tuple[Patch, ...], *, small: bool = False) -> dict[str, Any]:

@@ -17,8 +17,6 @@ from vistel.geometry.smoothstep import smooth
 
 TONES: tuple[Colour, ...] = ((223, 181, 160), (213, 163, 135), (194, 143, 110), (163, 112, 80), (117, 77, 55), (73, 50, 41))
 """sRGB of skin, evenly from the lightest (0) to the darkest (1)."""
-_HAIRLINE = 11.0
-"""How soft it is [texels]."""
 _RIM = (214.0, 146.0, 134.0)
 _DUCT = (206.0, 118.0, 108.0)
 
@@ -26,9 +24,8 @@ _DUCT = (206.0, 118.0, 108.0)
 @dataclass(frozen=True)
 class Colours:
     """What the model does not know of a person. skin: 0 the lightest .. 1 the darkest tone; stubble: of the beard, brows:
-    how bushy, freckles, grey: share of the hair that is, lips: how red: 0 none .. 1; scalp: how dark its
-    hair is painted, 1 where hair is grown over it; age [years]; others: sRGB 0 to 255, None for skin. seed: of
-    what differs from texel to texel."""
+    how bushy, freckles, grey: share of the hair that is, lips: how red: 0 none .. 1; age [years]; others: sRGB 0
+    to 255, None for skin. seed: of what differs from texel to texel."""
 
     skin: float = 0.25
     iris: Colour = (92, 64, 42)
@@ -39,7 +36,6 @@ class Colours:
     brows: float = 0.5
     freckles: float = 0.0
     grey: float = 0.0
-    scalp: float = 1.0
     lips: float = 0.5
     age: float = 30.0
     seed: int = 0
@@ -59,7 +55,6 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     old = float(smooth((colours.age - 28.0) / 52.0))
     out = _skin(model, colours, rng, old)
     hair = np.array(colours.hair, np.float32)
-    over(out, hair, colours.scalp * _hairy(model) * (0.80 + 0.18 * np.clip(0.5 + 0.8 * noise(rng, size, (1, 1)), 0.0, 1.0)))
     skin = tone(colours.skin).astype(np.float32)
     if colours.stubble:
         over(out, 0.45 * hair + 0.30 * skin, colours.stubble * hairs.stubble(rng, size, mask(model, "beard")))
@@ -80,12 +75,6 @@ def paint(model: BodyModel, colours: Colours) -> tuple[U8, tuple[Patch, ...]]:
     lash = model.boxes["lashes"]
     put(picture, lash, np.broadcast_to(0.35 * hair, (*texels(lash, size), 3)))
     return picture, (relief(model, rng, old, colours.stubble), hairs.lashes(lash, rng))
-
-
-def _hairy(model: BodyModel) -> Floats:
-    """(H, W) where hair grows: none begins along a line. Seams of the texture are not edges."""
-    known = (model.masks["skin"] > 0).astype(np.float32)
-    return known * soft(mask(model, "scalp"), _HAIRLINE) / np.maximum(soft(known, _HAIRLINE), 0.05)
 
 
 def _skin(model: BodyModel, colours: Colours, rng: np.random.Generator, old: float) -> Floats:

@@ -12,8 +12,10 @@ from vistel.figure.body import Body
 from vistel.figure.body_model.assemble import assemble, limbs, painted
 from vistel.figure.body_model.fit import ADULT, Fitted, fitted, statistics
 from vistel.figure.body_model.hair.beard import BEARDS, beard
+from vistel.figure.body_model.hair.ground_paint import paint_ground
 from vistel.figure.body_model.hair.hair import hair
 from vistel.figure.body_model.hair.natural import natural_colour, receding, usual_beard, usual_style
+from vistel.figure.body_model.hair.scalp import Scalp
 from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.look import ORIGINS, Look
 from vistel.figure.body_model.measures import COLUMNS
@@ -44,6 +46,8 @@ _OLD_WOMAN = 0.55
 """Share of it in women: MakeHuman's old faces, folds and thin lips are men's."""
 _WOMAN = {"chin-width": -0.3, "nose-volume": -0.25, "eye-scale": 0.15, "mouth-upperlip-volume": 0.2, "chin-bones": -0.2}
 """What differs in women, besides what MakeHuman makes of the sexes."""
+_HAIRY, _SHAVED = 0.9, 0.65
+"""How much of the skin is hidden where hair grows, and where it is shaved."""
 _OF_CLOTHES = 0.016
 """How far hair lies off dressed shoulders [m]."""
 _BITE = ("mouth-lowerlip", "mouth-upperlip", "mouth-trans", "mouth-scale-depth", "chin-prognathism", "chin-jaw-drop")
@@ -127,7 +131,7 @@ def make(told: Person, name: str = "person") -> Avatar:
     rng = np.random.default_rng(person.face_seed + 2)
     usual, back = usual_style(person.sex, person.age, rng), receding(person.sex, person.age, rng)
     style = person.hair or usual
-    colours = replace(colours_of(person), scalp=0.7 if style == "shaved" else max(0.0, 0.85 - 5.0 * back))
+    colours = colours_of(person)
     if person.dressed:
         colours = replace(colours, top=None, shorts=None)
     with ThreadPoolExecutor(1) as beside:  # the skin's picture takes as long as all the rest, and neither needs the other
@@ -140,7 +144,10 @@ def make(told: Person, name: str = "person") -> Avatar:
             glasses(body, person.glasses or "none"),
         )
         worn = outfit(body, person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)) if person.dressed else ()
-    return joined(painted(body, *skin.result()), [part for part in (*grown, *worn) if part is not None])
+        picture, patches = skin.result()
+    hides = _SHAVED if style == "shaved" else _HAIRY
+    paint_ground(picture, model.masks["skin"] > 0, Scalp(body, back), colours.hair, hides, rng, shaved=style == "shaved")
+    return joined(painted(body, picture, patches), [part for part in (*grown, *worn) if part is not None])
 
 
 def limbs_of(told: Person) -> tuple[Skeleton, Body]:

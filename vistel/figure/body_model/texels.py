@@ -1,11 +1,11 @@
 """Pictures in the model's texture coordinates: mixing, noise, edges."""
 
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageFilter
-from scipy import interpolate  # pyright: ignore[reportMissingTypeStubs]
 from scipy.ndimage import distance_transform_edt
 
 from vistel.arrays import F32, F64, U8, Bool
@@ -65,8 +65,8 @@ def between(uv: F32, values: F64, size: tuple[int, ...]) -> tuple[tuple[slice, s
     low, high = np.maximum(np.floor(at.min(axis=0)).astype(int), 0), np.ceil(at.max(axis=0)).astype(int) + 1
     box = slice(low[1], min(high[1], size[0])), slice(low[0], min(high[0], size[1]))
     y, x = np.mgrid[box]
-    linear: Any = interpolate
-    return box, np.asarray(linear.griddata(at, values, (x, y), fill_value=1.0))
+    scipy: Any = import_module("scipy.interpolate")  # slow to load, and only people who are made need it
+    return box, np.asarray(scipy.griddata(at, values, (x, y), fill_value=1.0))
 
 
 def put(picture: U8, box: F64, part: Floats) -> None:

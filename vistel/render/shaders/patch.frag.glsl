@@ -1,6 +1,6 @@
 #version 330
 // A part of a figure whose file says what it is like (UsdPreviewSurface). What it has no picture of is not looked up: FINISH_MAP,
-// NORMAL_MAP, GLOW, GLOW_MAP, HOLES, BOTH_SIDES are compiled in as needed.
+// NORMAL_MAP, GLOW, GLOW_MAP, HOLES, BOTH_SIDES, STRANDS are compiled in as needed.
 #include "common.glsl"
 #ifdef FINE
 #include "fine_light.glsl"
@@ -39,6 +39,10 @@ const float BEHIND_FILM = 0.18;
 #endif
 in float kind;  // 0 cloth and hair, 1 skin, between them at its edge, 2 eye
 out vec4 colour;
+
+#ifdef STRANDS
+#include "strands.glsl"
+#endif
 
 #ifdef NORMAL_MAP
 // The frame of the texture on the surface comes from how both change from pixel to pixel (Schueler 2013).
@@ -94,6 +98,9 @@ void main() {
         visible = 0.5 * (lit_at(s + vec3(1.3, -1.3, 0.0) * shadow_texel) + lit_at(s + vec3(-1.3, 1.3, 0.0) * shadow_texel));
     }
     vec3 shown = plain_light(base, orm.y, orm.z, n, normalize(eye - p_room), visible, orm.x, skin_of(kind) * (1.0 - orm.z));
+#endif
+#ifdef STRANDS
+    shown += strand_light(base, texture(albedo, at, 3.0).rgb, strand_along(flat_n, place), n, normalize(eye - p_room), lit_at(shadow_place(p_room, flat_n, 0.025)));
 #endif
     if (kind > 1.5) shown += catchlight(flat_n, normalize(eye - p_room)) * KEY;
 #ifdef GLOW

@@ -21,7 +21,7 @@ PlainLight plain_light_at(float rough, vec3 n, vec3 v, float skin) {
     float edge = 1.0 - max(dot(n, v), 0.0);
     edge *= edge;
     l.edge = edge * edge * (1.0 - 0.7 * skin);  // skin is too uneven to mirror much of the room along its edges
-#if defined(HOLES) && defined(BOTH_SIDES) && !defined(FILM)
+#if defined(STRANDS) || (defined(HOLES) && defined(BOTH_SIDES) && !defined(FILM))
     l.edge *= 0.15;  // cards stand for hairs, of which few are seen along themselves where the card is
 #endif
     return l;

@@ -33,6 +33,7 @@ _KINDS = {
     "voices": Takes(kinds.FOLDER),
 }
 """What files are expected to be, by the key that names them; others must only be there."""
+_ROOM: Place = ("room", "file")
 Sites = Sequence[tuple[int, Site]]
 """Those that run here, each after its number in the file."""
 Port = tuple[Place, int, str, int]
@@ -45,8 +46,10 @@ def faults_of(conference: Conference, source: Path, site: str | None = None) -> 
     that runs here; files and ports of the room, the hub and the others are on other machines."""
     told = toml.read(source, ConferenceError)
     here = [(i, s) for i, s in enumerate(conference.sites) if site in (None, s.name)]
-    faults: list[Fault] = [
-        *(f for f in _file_faults(conference) if site is None or f.place[:2] in [("sites", i) for i, _ in here]),
+    faults = [f for f in _file_faults(conference) if site is None or f.place[:2] in [("sites", i) for i, _ in here]]
+    if any(fault.place == _ROOM for fault in faults):  # the rest is as wrong without it
+        conference = conference.model_copy(update={"room": conference.room.model_copy(update={"file": None})})
+    faults += [
         *_people_faults(here, made=is_prepared(conference, draws=True)),
         *_motion_faults(conference, here),
         *_port_faults(conference, here, whole=site is None),

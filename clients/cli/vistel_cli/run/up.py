@@ -63,9 +63,9 @@ def up(
     """
     source = file or DEMO_FILE
     steps = Steps(out, silent=as_json or plan)
-    steps.begin(f"{source.stem}: checking the conference")
+    steps.begin(f"checking {source.name}")
     with waiting("checking the conference") if err.is_terminal or not (as_json or plan) else contextlib.nullcontext():
-        conference = load_conference(source)
+        conference = load_conference(source, room_elsewhere=True)  # a missing one is told with all other faults
         if not console:
             conference = conference.model_copy(update={"console": ConsoleConfig()})
         faults = faults_of(conference, source)

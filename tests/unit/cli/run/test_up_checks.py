@@ -84,6 +84,18 @@ def test_everything_that_would_fail_is_reported_at_once_and_nothing_starts(
     assert not Path("out").exists()
 
 
+def test_a_room_that_is_missing_hides_no_other_fault(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    people = "[[sites]]\nname = 'tokyo'\n[[sites.participants]]\nname = 'aiko'\nmotion = 'nope'\navatar = 'me.usda'\n"
+    Path("c.toml").write_text('[room]\nfile = "gone.usda"\n' + people)
+    done = CliRunner().invoke(app, ["up", "c.toml"])
+    assert [line.split(":")[2:4] for line in done.stderr.splitlines() if line.startswith("error")] == [
+        ["2", " room.file"],
+        ["7", " sites[0].participants[0].motion"],
+        ["8", " sites[0].participants[0].avatar"],
+    ]
+
+
 def test_the_demo_has_no_fault_and_its_plan_names_its_processes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     done = CliRunner().invoke(app, ["up", "--plan"])

@@ -56,7 +56,7 @@ def hair(
     limb = body.body.names.index("skull")
     levels = tuple(_level(scalp, made, locks, k, seed, limb, over) for k in range(1 + len(body.coarser)))
     drawn = strands(made.kind)
-    patch = Patch(roughness=_ROUGHNESS, normal=drawn.normal, opacity=drawn.opacity, cutoff=0.35, both_sides=True)
+    patch = Patch(roughness=_ROUGHNESS, normal=drawn.normal, opacity=drawn.opacity, cutoff=0.35, both_sides=True, strands=True)
     hides = tuple(_covered(scalp, level.mesh) for level in (body, *body.coarser))
     return Part(f"{style} hair", levels, painted(made.kind, colour, grey, rng), (patch,), hides)
 

@@ -67,7 +67,7 @@ def strands(kind: str) -> Strands:
         for _ in range(count):
             # From the hairline, at the part's lowest row, upwards; there hairs are fine and lean either way.
             low = rng.random() < (0.30 if first or kind == "stubs" else 0.5)
-            end = last - (rng.gamma(1.6, 12.5) if low else rng.uniform(12.0, CAP_ROWS))
+            end = last - (rng.gamma(2.8, 8.5) if low else rng.uniform(12.0, CAP_ROWS))
             start = max(first + 1.0, end - rng.uniform(*_LONG.get(kind, (10.0, 40.0))))
             sways, bends = (7.0, 2.2) if kind == "curly" else (4.0, 0.35) if low else (1.4, 0.8)
             wave = sways * rng.uniform(0.3, 1.0), bends * rng.uniform(0.6, 1.4), rng.uniform(0.0, 6.28)

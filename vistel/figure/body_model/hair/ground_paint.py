@@ -1,0 +1,48 @@
+"""Skin from which hair grows, in the texture: it is seen between hairs, and at the hairline before them."""
+
+import numpy as np
+from scipy.ndimage import maximum_filter
+
+from vistel.arrays import F32, F64, U8, Bool
+from vistel.figure.body_model.hair.scalp import Scalp
+from vistel.figure.body_model.texels import Colour, between, noise
+from vistel.geometry.smoothstep import smooth
+
+_BEGINS, _WHOLE = -0.045, 0.09
+"""How far inside the hairline the first short hairs are, and where they are as many as farther in; of a shaved head
+`_SHAVED` as far. As shares of the head's size."""
+_SHAVED = 2.2
+_NEAR = 0.6
+"""Farthest place outside the hairline that is looked at, likewise."""
+_BEYOND = 9
+"""Texels beyond the skin's edges in the texture that are painted as well: filters see them."""
+
+
+def paint_ground(
+    picture: U8, known: Bool, scalp: Scalp, colour: Colour, share: float, rng: np.random.Generator, *, shaved: bool
+) -> None:
+    """Paint it into the texture (H, W, 3), in place. known: (H, W) what of the texture is skin; colour: of the hair; share: how
+    much of the skin hair hides well inside the hairline, 0 to 1."""
+    mesh = scalp.body.mesh
+    d = mesh.vertices.astype(np.float64) - scalp.middle
+    far = np.linalg.norm(d, axis=1)
+    inside = np.minimum(scalp.within(mesh), scalp.size * _facing(d / far[:, None], scalp.normals))
+    corner = inside[mesh.corner_vertex]
+    head = (far > 0.6 * scalp.size)[mesh.corner_vertex] & (corner > -_NEAR * scalp.size)
+    box, outside = between(mesh.uv[head], -corner[head, None], known.shape)
+    here = maximum_filter(known[box], _BEYOND)
+    grown = smooth((-outside[..., 0] / scalp.size / (_SHAVED if shaved else 1.0) - _BEGINS) / (_WHOLE - _BEGINS)).astype(np.float32)
+    hair: F32 = share * here * _hair_by_hair(grown, rng)
+    mixed = picture[box] * (1.0 - hair[..., None]) + np.array(colour, np.float32) * hair[..., None]
+    picture[box] = np.round(mixed).astype(np.uint8)
+
+
+def _facing(out: F64, normal: F64) -> F64:
+    """(V,) 1 where skin faces away from the head, below 0 where it faces along it, as on ears."""
+    return 4.0 * (np.einsum("ni,ni->n", out, normal) - 0.5)
+
+
+def _hair_by_hair(grown: F32, rng: np.random.Generator) -> F32:
+    """(H, W) how much of the skin is hidden; grown: how much of it on average."""
+    spots = np.clip(0.5 + 0.4 * noise(rng, grown.shape, (1, 2)), 0.0, 1.0)
+    return grown * (0.35 + 0.65 * smooth((grown + 0.35 - spots) / 0.4)).astype(np.float32)
