@@ -1,9 +1,11 @@
 """A user's voice learnt from some minutes of reading: a transform of its frames before the net (`Adaptation`).
 
 One matrix and one shift for all frames are found so that the unchanged net gives the sounds that were read the highest probability:
-a linear input layer, regularised towards the identity. Five minutes of speech are enough for that and for no more."""
+a linear input layer, regularised towards the identity. Five minutes of speech are enough for that and for no more. Each language
+has a net of its own, so what is learnt of a voice is learnt in one language."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -13,10 +15,13 @@ from vistel.arrays import F32
 from vistel.speech.acoustic import Acoustic, AcousticModel, Adaptation
 from vistel.speech.alignment import align, chain_of
 from vistel.speech.features import BANDS, LogMel, Normaliser, as_float
-from vistel.speech.phones import PAUSE, kana_phones
+from vistel.speech.grammar import LANGUAGES, Language
+from vistel.speech.phones import PAUSE
 from vistel.speech.recognition import Samples
 
-VERSION = 1
+VERSION = 2
+_FIRST_VERSION = 1
+"""Its voices do not say of which language they are: it was Japanese."""
 _ROUNDS = 3
 """Rounds of forced alignment, each with the transform learnt so far."""
 _PASSES = 3
@@ -28,20 +33,31 @@ _WORST = -5.0
 """Mean log posterior of a frame below which a recording does not fit its text."""
 
 
+@dataclass(frozen=True, eq=False)
+class Voice:
+    """What was learnt of somebody's voice in a language."""
+
+    language: Language
+    adaptation: Adaptation
+
+
 def adapt(
-    model: AcousticModel, recordings: Iterable[tuple[Samples, str]], seed: int = 1, tell: Callable[[str], None] | None = None
+    model: AcousticModel,
+    recordings: Iterable[tuple[Samples, Sequence[str]]],
+    seed: int = 1,
+    tell: Callable[[str], None] | None = None,
 ) -> Adaptation:
-    """The transform that makes the model fit the voice of `recordings`: (sound at 16 kHz, the text read, in kana), one sentence
+    """The transform that makes the model fit the voice of `recordings`: (sound at 16 kHz, phones of the text read), one sentence
     each.
 
-    Raises ValueError, one line, where a text is not kana or none of the recordings holds its text.
+    Raises ValueError, one line, where none of the recordings holds its text.
     """
     random = np.random.default_rng(seed)
     normaliser = Normaliser(model.start_mean)
     said: list[tuple[F32, NDArray[np.int32]]] = []
-    for sound, text in recordings:
+    for sound, phones in recordings:
         frames = normaliser.feed(LogMel().feed(as_float(sound)))
-        said.append((frames, chain_of((PAUSE, *kana_phones(text), PAUSE), model.phones)[0]))
+        said.append((frames, chain_of((PAUSE, *phones, PAUSE), model.phones)[0]))
     turn, shift = np.eye(BANDS, dtype=np.float32), np.zeros(BANDS, np.float32)
     for number in range(_ROUNDS):
         windows, states = _aligned(model, Adaptation(turn, shift), said)
@@ -108,19 +124,27 @@ def _gradient(model: AcousticModel, windows: F32, states: NDArray[np.int32], tur
     return [np.asarray(of_turn, np.float32), np.asarray(y.sum((0, 1)), np.float32)]
 
 
-def save(adaptation: Adaptation, path: Path) -> None:
+def save(voice: Voice, path: Path) -> None:
     """Writes a voice's file (under 10 kB)."""
+    learnt = voice.adaptation
     with path.open("wb") as file:
-        np.savez_compressed(file, version=np.array(VERSION), turn=adaptation.turn, shift=adaptation.shift)
+        np.savez_compressed(
+            file, version=np.array(VERSION), language=np.array(voice.language), turn=learnt.turn, shift=learnt.shift
+        )
 
 
-def load(path: Path) -> Adaptation:
-    """Raises ValueError, one line, where the file is not a voice of this version."""
+def load(path: Path) -> Voice:
+    """Raises ValueError, one line, where the file is not a voice of this version or the one before."""
+    anew = "make it anew with: vistel speech enrol"
     try:
         with np.load(path) as data:
             version, turn, shift = int(data["version"]), data["turn"], data["shift"]
+            told = "ja" if version == _FIRST_VERSION else str(data["language"])
     except (OSError, ValueError, EOFError, KeyError) as error:
-        raise ValueError(f"voice {path}: cannot be read ({error}); make it anew with: vistel speech enrol") from None
-    if version != VERSION or turn.shape != (BANDS, BANDS) or shift.shape != (BANDS,):
-        raise ValueError(f"voice {path}: is of version {version}, expected {VERSION}; make it anew with: vistel speech enrol")
-    return Adaptation(turn.astype(np.float32), shift.astype(np.float32))
+        raise ValueError(f"voice {path}: cannot be read ({error}); {anew}") from None
+    if not _FIRST_VERSION <= version <= VERSION or turn.shape != (BANDS, BANDS) or shift.shape != (BANDS,):
+        raise ValueError(f"voice {path}: is of version {version}, expected {VERSION}; {anew}")
+    language = next((known for known in LANGUAGES if known == told), None)
+    if language is None:
+        raise ValueError(f"voice {path}: is of the language {told!r}, expected one of {', '.join(LANGUAGES)}; {anew}")
+    return Voice(language, Adaptation(turn.astype(np.float32), shift.astype(np.float32)))

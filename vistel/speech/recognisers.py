@@ -16,6 +16,7 @@ from vistel.speech.phones import PHONES, kana_phones, kana_ways
 from vistel.speech.recognition import Recogniser
 
 if TYPE_CHECKING:
+    from vistel.speech.acoustic import Adaptation
     from vistel.speech.hybrid import HybridRecogniser
 
 log = logging.getLogger("vistel.speech")
@@ -66,17 +67,46 @@ def checked_grammar(*extra: Path) -> tuple[Grammar, list[GrammarFault]]:
     return load_grammar(*extra, known=unrecognisable)
 
 
+def text_phones(language: Language, text: str) -> tuple[str, ...]:
+    """The sounds of a text as it is usually said. text: kana in Japanese. Raises ValueError, one line, where a word has none that
+    are known, and EngineError."""
+    if language == "ja":
+        return tuple(kana_phones(text))
+    from vistel.speech.engines.sphinx import phrase_phones, unknown_word
+
+    if fault := unknown_word(text):
+        raise ValueError(fault)
+    return phrase_phones(text)[0]
+
+
 def _hybrid(language: Language, patterns: list[Pattern], phones: tuple[str, ...], voice: Path | None) -> HybridRecogniser:
-    from vistel.speech import acoustic, enrolment
+    from vistel.speech import acoustic
     from vistel.speech.automaton import compile_automaton
     from vistel.speech.hybrid import HybridRecogniser
 
     try:
         model = acoustic.packaged(NAMES[language].lower())
-        adaptation = enrolment.load(voice) if voice is not None else None
-        return HybridRecogniser(compile_automaton(patterns, phones), model, adaptation)
+        return HybridRecogniser(compile_automaton(patterns, phones), model, _learnt(voice, language))
     except (OSError, ValueError) as e:
         raise RecogniserError(f"{NAMES[language]} cannot be recognised: {e}; `make speech-model` makes its model") from e
+
+
+def _learnt(voice: Path | None, language: Language) -> Adaptation | None:
+    """What a voice's file holds for that language. Raises ValueError."""
+    from vistel.speech import enrolment
+
+    if voice is None:
+        return None
+    found = enrolment.load(voice)
+    if found.language == language:
+        return found.adaptation
+    log.warning(
+        "event=voice_of_another_language voice=%s language=%s effect=%r",
+        voice,
+        found.language,
+        f"it is not used: {NAMES[language]} is listened for; vistel speech enrol --language {language} learns it",
+    )
+    return None
 
 
 def _japanese(grammar: Grammar, voice: Path | None) -> Recogniser:
@@ -88,13 +118,12 @@ _DOUBT = 1.0
 
 
 def _english(grammar: Grammar, voice: Path | None) -> Recogniser:
-    """Without `voice`: what is learnt of a voice is learnt from Japanese, and fits the Japanese net."""
     from vistel.speech.combined import CombinedRecogniser, Trust
     from vistel.speech.engines import sphinx
     from vistel.speech.filtered import Filtered
 
     patterns = grammar.patterns("en", sphinx.phrase_phones)
-    net, of_filtered = (_hybrid("en", patterns, sphinx.PHONES, None) for _ in range(2))
+    net, of_filtered = (_hybrid("en", patterns, sphinx.PHONES, voice) for _ in range(2))
     try:
         filtered = Filtered((of_filtered, pocketsphinx("en", grammar)), lambda: net.pending_frames > 0)
     except EngineError as e:

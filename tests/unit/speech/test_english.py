@@ -7,11 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vistel.speech import enrolment
+from vistel.speech.acoustic import Acoustic, Adaptation, packaged
+from vistel.speech.alignment import align, chain_of
 from vistel.speech.engines.choice import Chosen
 from vistel.speech.engines.denoise import Denoiser
-from vistel.speech.features import Resampler
+from vistel.speech.enrolment import Voice
+from vistel.speech.features import BANDS, LogMel, Normaliser, Resampler, as_float
 from vistel.speech.grammar_file import load_grammar
-from vistel.speech.recognisers import checked_grammar, recogniser, unrecognisable
+from vistel.speech.phones import PAUSE
+from vistel.speech.recognisers import checked_grammar, recogniser, text_phones, unrecognisable
 from vistel.speech.recognition import SAMPLE_RATE
 from vistel.speech.synthesis import SynthesisError, synthesise, voices
 
@@ -113,12 +118,57 @@ def test_bad_sound_stops_nothing(kind: str, chosen: Chosen | None) -> None:
     assert best.text == "make the cone larger"
 
 
+@needs_a_voice
+def test_enrolment_undoes_a_change_of_voice(tmp_path: Path) -> None:
+    pytest.importorskip("pocketsphinx")
+    texts = (
+        "make the cone larger",
+        "move the blue box to the right",
+        "turn the red ring a little to the left",
+        "create a small cone over there",
+        "delete the green table",
+        "put the chair there",
+    )
+    of_a_child = [(_higher(said(text)), text_phones("en", text)) for text in texts]
+    path = tmp_path / "voice.npz"
+    enrolment.save(Voice("en", enrolment.adapt(packaged("english"), of_a_child[1:])), path)
+    again = enrolment.load(path)
+    assert again.language == "en"
+    assert _fit(again.adaptation, *of_a_child[0]) > 0.9 * _fit(None, *of_a_child[0])
+
+
+def _higher(sound: np.ndarray) -> np.ndarray:
+    """As of a throat a quarter shorter."""
+    return np.interp(np.arange(0.0, len(sound) - 1.0, 1.25), np.arange(len(sound)), sound).astype(np.float32)
+
+
+def test_a_voice_that_was_learnt_in_another_language_is_not_used_and_that_is_said(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    pytest.importorskip("pocketsphinx")
+    path = tmp_path / "aiko.npz"
+    enrolment.save(Voice("ja", Adaptation(np.eye(BANDS, dtype=np.float32), np.zeros(BANDS, np.float32))), path)
+    recogniser("en", checked_grammar()[0], path)
+    assert "event=voice_of_another_language" in caplog.text
+    assert "vistel speech enrol --language en" in caplog.text
+
+
+def _fit(adaptation: Adaptation | None, sound: np.ndarray, phones: tuple[str, ...]) -> float:
+    """How well the net finds what was read, as mean log probability of a frame."""
+    model = packaged("english")
+    frames = Normaliser(model.start_mean).feed(LogMel().feed(as_float(sound)))
+    scores = Acoustic(model, adaptation).feed_all(frames)
+    return align(scores, chain_of((PAUSE, *phones, PAUSE), model.phones)[0])[1]
+
+
 def test_words_without_a_pronunciation_are_named() -> None:
     pytest.importorskip("pocketsphinx")
     assert "'zzyzx'" in (unrecognisable("en", "move zzyzx") or "")
     assert unrecognisable("en", "move") is None
     assert unrecognisable("ja", "はこ") is None
     assert unrecognisable("ja", "箱") is not None
+    with pytest.raises(ValueError, match="'zzyzx' is not in the dictionary"):
+        text_phones("en", "move zzyzx")
 
 
 def test_noise_is_taken_out_and_speech_stays() -> None:

@@ -13,11 +13,13 @@ from vistel.speech import acoustic, enrolment
 from vistel.speech.acoustic import Adaptation, model_file, packaged
 from vistel.speech.alignment import align, chain_of
 from vistel.speech.automaton import compile_automaton
+from vistel.speech.enrolment import Voice
 from vistel.speech.features import BANDS, LogMel, Normaliser, as_float
 from vistel.speech.grammar import Grammar
 from vistel.speech.grammar_file import load_grammar
 from vistel.speech.hybrid import ACCEPT, HybridRecogniser
 from vistel.speech.phones import PHONES, kana_phones, kana_ways
+from vistel.speech.recognisers import text_phones
 from vistel.speech.recognition import Hypotheses
 
 RECORDINGS = sorted((Path(__file__).parent / "recordings").glob("*.wav"))
@@ -110,22 +112,29 @@ def test_enrolment_undoes_a_change_of_voice(grammar: Grammar, tmp_path: Path) ->
     """A turned spectrum fits the net better after it was learnt from than before, also in what was not read."""
     read = [(samples(p), p.with_suffix(".txt").read_text().strip()) for p in RECORDINGS]
     dull = [(_dull(sound), text) for sound, text in read]
-    learnt = enrolment.adapt(packaged("japanese"), dull[1:])
+    learnt = enrolment.adapt(packaged("japanese"), [(sound, text_phones("ja", text)) for sound, text in dull[1:]])
     path = tmp_path / "voice.npz"
-    enrolment.save(learnt, path)
+    enrolment.save(Voice("ja", learnt), path)
     again = enrolment.load(path)
-    np.testing.assert_array_equal(again.turn, learnt.turn)
+    assert again.language == "ja"
+    np.testing.assert_array_equal(again.adaptation.turn, learnt.turn)
     assert path.stat().st_size < 20_000
-    assert _fit(again, *dull[0]) > _fit(None, *dull[0])
+    assert _fit(again.adaptation, *dull[0]) > _fit(None, *dull[0])
 
 
 def test_enrolment_names_what_it_cannot_use(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="is not kana"):
-        enrolment.adapt(packaged("japanese"), [(np.zeros(16000, np.int16), "赤い")])
+        text_phones("ja", "赤い")
     with pytest.raises(ValueError, match="no recording holds the text"):
-        enrolment.adapt(packaged("japanese"), [(np.zeros(1600, np.int16), "あかいはこをうごかして")])
+        enrolment.adapt(packaged("japanese"), [(np.zeros(1600, np.int16), text_phones("ja", "あかいはこをうごかして"))])
     with pytest.raises(ValueError, match="vistel speech enrol"):
         enrolment.load(tmp_path / "none.npz")
+    learnt = {"turn": np.eye(BANDS), "shift": np.zeros(BANDS)}
+    np.savez(tmp_path / "first.npz", version=1, **learnt)
+    assert enrolment.load(tmp_path / "first.npz").language == "ja"  # it had no other
+    np.savez(tmp_path / "fr.npz", version=2, language="fr", **learnt)
+    with pytest.raises(ValueError, match="is of the language 'fr', expected one of ja, en"):
+        enrolment.load(tmp_path / "fr.npz")
 
 
 def _dull(sound: np.ndarray) -> np.ndarray:

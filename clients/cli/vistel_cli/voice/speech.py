@@ -26,7 +26,7 @@ if TYPE_CHECKING:  # they load recognisers and the mathematics, which `vistel --
     import random
 
     from vistel.arrays import F32
-    from vistel.speech.grammar import Grammar, Language
+    from vistel.speech.grammar import Grammar, Language, Said
     from vistel.speech.recognition import Hypothesis, Recogniser
     from vistel_services.audio.inputs import CardInput
 
@@ -37,6 +37,8 @@ _LOADING_S = 60.0
 
 _DRAWS = 100
 """So many sentences are drawn for one that is good English: a third are, but a grammar of somebody's own may have none."""
+_LETTER_S = {"ja": 0.25, "en": 0.1}
+"""Longest time that a letter of a sentence takes to be read, kana or Latin."""
 SOUNDS = (".wav", ".flac", ".ogg", ".opus", ".mp3", ".m4a")
 
 Extra = Annotated[
@@ -85,7 +87,7 @@ def grammar(
         rng = random.Random(1)
         for tongue in tongues:
             for _ in range(examples):
-                out.print(_example(known, tongue, rng))
+                out.print(_example(known, tongue, rng).text)
     else:
         for tongue in tongues:
             count = len(known.by_language[tongue])
@@ -96,13 +98,13 @@ def grammar(
         raise typer.Exit(FAILED)
 
 
-def _example(known: Grammar, tongue: Language, rng: random.Random) -> str:
+def _example(known: Grammar, tongue: Language, rng: random.Random) -> Said:
     """A sentence at random, as people would write it where there is one."""
     from vistel_cli.voice.good_english import is_good_english
 
     drawn = (known.pick(tongue, rng) for _ in range(_DRAWS))
     first = next(drawn)
-    return first.text if tongue != "en" or is_good_english(first) else next(filter(is_good_english, drawn), first).text
+    return first if tongue != "en" or is_good_english(first) else next(filter(is_good_english, drawn), first)
 
 
 def _show_meaning(known: Grammar, text: str) -> None:
@@ -316,48 +318,55 @@ def enrol(
     ] = None,
     microphone: Annotated[str, typer.Option(help='"default", or a part of its name.')] = "default",
     sentences: Annotated[int, typer.Option(help="How many to read; 60 take five minutes.", min=5)] = 60,
+    language: Tongue = "ja",
 ) -> None:
-    """Train the recogniser on a voice (Japanese). The speaker reads sentences aloud for some minutes.
+    """Train the recogniser on a voice. The speaker reads sentences aloud for some minutes.
 
     [bold]Examples[/bold]
 
       vistel speech enrol voices/aiko.npz
 
+      vistel speech enrol voices/ben.npz --language en
+
       vistel speech enrol voices/aiko.npz --recordings recordings
     """
     from vistel.speech import acoustic, enrolment
-    from vistel.speech.recognisers import checked_grammar
+    from vistel.speech.engines.engine import EngineError
+    from vistel.speech.recognisers import NAMES, checked_grammar, text_phones
 
+    tongue = _language(language)
     known, _ = checked_grammar()
-    if recordings is not None:
-        said = _recorded(recordings, known)
-    else:
-        said = _read_aloud(known, microphone, sentences)
+    said = _recorded(recordings, known, tongue) if recordings is not None else _read_aloud(known, tongue, microphone, sentences)
     try:
-        learnt = enrolment.adapt(acoustic.packaged("japanese"), said, tell=lambda line: out.print(line, style="dim"))
+        model = acoustic.packaged(NAMES[tongue].lower())
+        with_phones = [(sound, text_phones(tongue, text)) for sound, text in said]
+        learnt = enrolment.adapt(model, with_phones, tell=lambda line: out.print(line, style="dim"))
         result.parent.mkdir(parents=True, exist_ok=True)
-        enrolment.save(learnt, result)
-    except (OSError, ValueError) as e:
+        enrolment.save(enrolment.Voice(tongue, learnt), result)
+    except (OSError, ValueError, EngineError) as e:
         fail(str(e), FAILED)
     out.print(f"{result}: learnt from {len(said)} recordings")
 
 
-def _recorded(folder: Path, known: Grammar) -> list[tuple[F32, str]]:
-    """Sounds at 16 kHz with their texts in kana. Recordings with another text are listed and left out."""
+def _recorded(folder: Path, known: Grammar, tongue: Language) -> list[tuple[F32, str]]:
+    """Sounds at 16 kHz with their texts, in kana or English. Recordings with another text are listed and left out."""
+    from vistel.speech.recognisers import NAMES
+
     said: list[tuple[F32, str]] = []
     for path in sorted(p for p in folder.glob("*") if p.suffix.lower() in SOUNDS) if folder.is_dir() else []:
         text = _text_of(path)
         read = known.read(text)
-        if read is None or read.language != "ja":
-            out.print(f"{path.name}: {text!r} is no Japanese sentence of the grammar; left out", style="yellow", soft_wrap=True)
+        if read is None or read.language != tongue:
+            fault = f"{path.name}: {text!r} is no {NAMES[tongue]} sentence of the grammar; left out"
+            out.print(fault, style="yellow", soft_wrap=True)
             continue
         said.append((_sound_of(path), read.spoken))
     if not said:
-        fail(f"{folder}: holds no recordings of Japanese sentences ({', '.join(SOUNDS)})")
+        fail(f"{folder}: holds no recordings of {NAMES[tongue]} sentences ({', '.join(SOUNDS)})")
     return said
 
 
-def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, str]]:
+def _read_aloud(known: Grammar, tongue: Language, microphone: str, count: int) -> list[tuple[F32, str]]:
     """Shows sentences, and records each."""
     import random
 
@@ -370,10 +379,11 @@ def _read_aloud(known: Grammar, microphone: str, count: int) -> list[tuple[F32, 
     try:
         with contextlib.closing(CardInput(microphone, SystemClock())) as card:  # open all the time: opening takes a second
             for n in range(count):
-                sentence = known.pick("ja", rng)
-                out.print(Text.assemble(f"{n + 1:3}/{count}  ", (sentence.text, "bold"), "  ", (sentence.spoken, "dim")))
+                sentence = _example(known, tongue, rng)
+                as_kana = sentence.spoken if tongue == "ja" else ""
+                out.print(Text.assemble(f"{n + 1:3}/{count}  ", (sentence.text, "bold"), "  ", (as_kana, "dim")))
                 typer.prompt("     Enter, then read", default="", show_default=False, prompt_suffix=" ")
-                said.append((_recorded_for(card, 1.5 + 0.25 * len(sentence.spoken)), sentence.spoken))
+                said.append((_recorded_for(card, 1.5 + _LETTER_S[tongue] * len(sentence.spoken)), sentence.spoken))
     except SoundDeviceError as e:
         fail(str(e), FAILED)
     return said
