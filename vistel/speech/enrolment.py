@@ -144,7 +144,7 @@ def load(path: Path) -> Voice:
         raise ValueError(f"voice {path}: cannot be read ({error}); {anew}") from None
     if not _FIRST_VERSION <= version <= VERSION or turn.shape != (BANDS, BANDS) or shift.shape != (BANDS,):
         raise ValueError(f"voice {path}: is of version {version}, expected {VERSION}; {anew}")
-    language = next((known for known in LANGUAGES if known == told), None)
+    language: Language | None = next((known for known in LANGUAGES if known == told), None)
     if language is None:
         raise ValueError(f"voice {path}: is of the language {told!r}, expected one of {', '.join(LANGUAGES)}; {anew}")
     return Voice(language, Adaptation(turn.astype(np.float32), shift.astype(np.float32)))

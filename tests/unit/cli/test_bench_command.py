@@ -80,10 +80,11 @@ def test_without_its_recordings_a_benchmark_says_which_folder(
 
 def test_speech_without_its_voices_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(speech_enrolment, "missing", lambda: "no voices")
+    monkeypatch.setattr(speech_enrolment, "voices", lambda: [])
     monkeypatch.setattr(hearing, "rows", lambda language: nothing())
     result = CliRunner().invoke(app, ["bench", "speech", "--json"])
     assert (result.exit_code, result.stdout) == (1, "")
     assert (
-        "speech, enrolment of a Japanese voice: skipped, no voices" in result.stderr
+        "speech, enrolment of a voice in Japanese: skipped, no voices" in result.stderr
         and "error: bench speech: nothing could" in result.stderr
     )
