@@ -210,12 +210,6 @@ class StreamProxy(_Proxy):
             else:
                 background.current().start(self._carry(near), "connection over a link")
 
-    def close_far_ends(self) -> None:
-        """The far ends are closed and the near ones are not told: half-open connections."""
-        for stream in self._streams:
-            if stream.link is self.up:
-                stream.close_far_end()
-
     def reset(self) -> None:
         """All connections are closed at both ends; new ones are taken."""
         for task in self._tasks:
@@ -261,7 +255,6 @@ class _Stream:
         self._bytes = 0
         self._changed = asyncio.Event()
         self._ended = False
-        self._half_open = False
 
     async def run(self) -> None:
         """Until one end closes or is cut off."""
@@ -273,11 +266,6 @@ class _Stream:
         """What waits behind a cut leaves from then on, in order."""
         self._waiting = deque((max(t, at_s), data) for t, data in self._waiting)
         self._changed.set()
-
-    def close_far_end(self) -> None:
-        """Nobody reads any more what is sent, and nobody says so."""
-        self._half_open = True
-        self._writer.transport.abort()
 
     async def _read(self) -> None:
         loop = asyncio.get_running_loop()
@@ -305,8 +293,7 @@ class _Stream:
             _, data = self._waiting.popleft()
             self._bytes -= len(data)
             self._changed.set()
-            if not self._half_open:
-                self._writer.write(data)
-                await self._writer.drain()
-        if not self._half_open and self._writer.can_write_eof():
+            self._writer.write(data)
+            await self._writer.drain()
+        if self._writer.can_write_eof():
             self._writer.write_eof()

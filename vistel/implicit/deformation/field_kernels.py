@@ -33,8 +33,6 @@ ROW = 24
 """Numbers per primitive row."""
 RAY_SIZE = 6 * WIDTH
 """Numbers of a patch's positions and normals, or of a primitive's rays."""
-FIELD_SIZE = 2 * WIDTH
-"""Numbers of a field with its slope."""
 
 SMALL = np.float32(1e-20)
 """Least divisor among squares and sums of powers."""

@@ -21,7 +21,6 @@ C4_9 = F32(4 / 9)
 C11 = F32(11.0)
 C6 = F32(6.0)
 C22 = F32(2 / 9)
-SINGULAR = F32(1e6)
 
 FAST = {"contract", "reassoc", "nsz", "arcp"}
 row = compiled(specialised=True, no_cpython_wrapper=True, fastmath=FAST, nogil=True, error_model="numpy")
