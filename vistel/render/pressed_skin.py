@@ -49,7 +49,7 @@ class Pressed:
     offset: F64
     normal: F64
 
-    def differs(self, other: Pressed, by_m: float = CHANGED_M) -> bool:
+    def differs(self, other: Pressed, by_m: float) -> bool:
         """Whether one sees that it is not as `other`: a corner is elsewhere by more than `by_m`."""
         most = 1 + max(self.corner.max(), other.corner.max())
         offsets = np.zeros((2, most, 3))
@@ -119,7 +119,8 @@ class PressedSkin:
     def __init__(self, figure: Callable[[ParticipantInfo], PressedFigure | None]) -> None:
         self._figure, self._ghosts = figure, Ghosts()
         self._looked: tuple[int, tuple[ActingGhost, ...], tuple[str, ...]] | None = None
-        """In which period, at which pairs, at whose figures."""
+        """When, at which pairs, at whose figures."""
+        self._seen_ns = 0
         self._told: dict[str, Pressed] = {}
         self._words = json.dumps({"kind": "skin", "people": []})
 
@@ -130,13 +131,15 @@ class PressedSkin:
         touching = {name for ghost in acting for name in (ghost.target, ghost.source)}
         people = [person for person in now.people if person.about.name in touching][:MOST_PEOPLE]
         made = [(person, figure) for person in people if (figure := self._figure(person.about)) is not None]
-        at = now.now_ns // PERIOD_NS, acting, tuple(person.about.name for person, _ in made)
+        # What stands still, as a log does where nobody plays it, is seen for long: it is told as it is.
+        stands, self._seen_ns = now.now_ns == self._seen_ns, now.now_ns
+        at = now.now_ns if stands else now.now_ns // PERIOD_NS, acting, tuple(person.about.name for person, _ in made)
         if at != self._looked:
             self._looked = at
-            self._look(replace(now, world=replace(now.world, ghosts=acting)), made)
+            self._look(replace(now, world=replace(now.world, ghosts=acting)), made, MOVED_M if stands else CHANGED_M)
         return self._words
 
-    def _look(self, now: Instant, people: list[tuple[PersonNow, PressedFigure]]) -> None:
+    def _look(self, now: Instant, people: list[tuple[PersonNow, PressedFigure]], by_m: float) -> None:
         figures = {person.about.name: figure for person, figure in people}
         postures = {person.about.name: person.posture for person, _ in people}
         posed = {name: figure.posed(postures[name]) for name, figure in figures.items()}
@@ -144,7 +147,7 @@ class PressedSkin:
             name: figures[name].pressed(postures[name], ghosts) for name, ghosts in self._ghosts.of(now, figures, posed).items()
         }
         pressed = {name: skin for name, skin in found.items() if skin is not None}
-        if pressed.keys() != self._told.keys() or any(skin.differs(self._told[name]) for name, skin in pressed.items()):
+        if pressed.keys() != self._told.keys() or any(skin.differs(self._told[name], by_m) for name, skin in pressed.items()):
             self._told = pressed
             self._words = json.dumps({"kind": "skin", "people": [skin.row(name) for name, skin in pressed.items()]})
 

@@ -87,18 +87,19 @@ class PressedThings:
         stands, self._seen_ns = now.now_ns == self._seen_ns, now.now_ns
         self._pause -= 1
         if stands or self._pause <= 0:
-            self._look(now)
+            self._look(now, now.now_ns if stands else now.now_ns // PERIOD_NS)
         for n, place in enumerate(self._places):
             yield f"dents{n}", place.words
 
-    def _look(self, now: Instant) -> None:
+    def _look(self, now: Instant, when: int) -> None:
+        """when: nothing is looked at twice at the same one."""
         people = {person.about.name: person for person in now.people}
         pressing = {(g.source, g.target) for g in now.world.ghosts if g.source in people}
         pressing |= {(b.body, b.thing) for b in now.world.bonds.values()}
         files = self._files(now, {thing for _, thing in pressing})
         acting = sorted({body for body, thing in pressing if thing in files and body in people})[:MOST_PEOPLE]
         figures = {name: made for name in acting if (made := self._figure(people[name].about)) is not None}
-        looked = now.now_ns // PERIOD_NS, tuple(files.values()), tuple(figures)
+        looked = when, tuple(files.values()), tuple(figures)
         if looked == self._looked:
             return
         self._looked = looked

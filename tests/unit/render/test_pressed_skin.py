@@ -76,6 +76,15 @@ def test_it_is_told_anew_only_where_one_sees_that_it_changed(meeting: tuple[Inst
     assert json.loads(skin.words(replace(later(now, 3), world=PlayoutWorld())))["people"] == []
 
 
+def test_what_stands_still_is_told_as_it_is_however_little_has_changed(meeting: tuple[Instant, Made]) -> None:
+    now, figure = meeting
+    skin = PressedSkin(figure)
+    first = skin.words(now)
+    at_once = replace(later(now, 0, 0.6 * CHANGED_M), now_ns=now.now_ns + 1)
+    assert skin.words(at_once) == first
+    assert skin.words(at_once) == PressedSkin(figure).words(at_once) != first
+
+
 def test_who_comes_or_has_no_figure_yet_is_looked_at_again_although_no_time_passes(meeting: tuple[Instant, Made]) -> None:
     now, figure = meeting
     there = False
