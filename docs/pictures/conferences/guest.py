@@ -31,7 +31,7 @@ HERE = Path(__file__).parent
 CONFERENCE = ROOT / "examples/conferences/guests.toml"
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 CAMERA = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
-SIZE = (1120, 700)
+SIZE, PHONE = (1120, 700), (390, 844)
 QUICK = (480, 300)
 """While nothing is looked at."""
 THINGS = ("box", "ball", "can", "ring", "cone")
@@ -128,6 +128,9 @@ async def eyes(tab: Page, folder: Path, console: str) -> None:
     await resize(tab, SIZE)
     await sharp(tab)
     await kept(tab, "guest-eyes")
+    await resize(tab, PHONE)
+    await sharp(tab)
+    await kept(tab, "guest-phone", "document.body")
     await resize(tab, QUICK)
     await mouse(tab, "mouseReleased", x, y - LIFT_PX / 2, clickCount=1)
 

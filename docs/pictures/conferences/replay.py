@@ -27,7 +27,7 @@ from browser import Page, page
 HERE = Path(__file__).parent
 COMMAND = [sys.executable, "-m", "vistel_cli.main"]
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
-SIZE, TALL = (980, 880), (980, 1150)
+SIZE, TALL, PHONE = (980, 880), (980, 1150), (390, 844)
 """TALL: for a large picture of the room above the lanes."""
 SECONDS = "30"
 HELD = "thing.baton.held"
@@ -89,8 +89,10 @@ async def visit(folder: Path, url: str, moment_s: float) -> None:
         await tab.until("document.querySelectorAll('ol.notes li').length === 1")
         await later(tab, 0.0)
         await kept(tab, "replay-plots")
+        await resize(tab, PHONE)
+        await kept(tab, "replay-phone")
         await later(tab, LATER_S)
-        await tab.call("Emulation.setDeviceMetricsOverride", width=TALL[0], height=TALL[1], deviceScaleFactor=1, mobile=False)
+        await resize(tab, TALL)
         await tab.click("#views button:nth-child(3)")
         await kept(tab, "replay-two-logs", "main")
 
@@ -104,6 +106,11 @@ async def touch(folder: Path, url: str, moment_s: float) -> None:
             await tab.click(button)
         await tab.until("window.vistel.contacts()[0] > 0")
         await kept(tab, "replay-contact", "main")
+
+
+async def resize(tab: Page, size: tuple[int, int]) -> None:
+    await tab.call("Emulation.setScrollbarsHidden", hidden=size == PHONE)
+    await tab.call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
 
 
 async def later(tab: Page, seconds: float) -> None:
