@@ -1,11 +1,15 @@
 """The demo's console in a browser, day and night, on a desk and on a phone, with its tables, its map and what the host steers
-with: console-*.png. Needs Chromium, a Japanese font and the console's page (`make web`); takes some minutes."""
+with: console-*.png. Needs Chromium, a Japanese font and the console's page (`make web`); takes some minutes.
+
+    python docs/pictures/conferences/console.py [room] [tables] [map] [steer]
+"""
 
 import asyncio
 import signal
 import subprocess
 import sys
 import tempfile
+from collections.abc import Awaitable, Callable, Sequence
 from pathlib import Path
 
 import cv2
@@ -33,13 +37,16 @@ SETTLED_S = 8.0
 
 
 def main() -> None:
+    wanted = sys.argv[1:] or tuple(PARTS)
+    if unknown := set(wanted) - set(PARTS):
+        sys.exit(f"{', '.join(sorted(unknown))}: expected some of {', '.join(PARTS)}")
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         command = [sys.executable, "-m", "vistel_cli.main", "up", str(conference(folder)), "--out", str(folder / "out")]
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
             try:
                 url = next(line.split()[1] for line in process.stdout or () if line.startswith("  console"))
-                asyncio.run(watch(folder, url))
+                asyncio.run(watch(folder, url, wanted))
             finally:
                 process.send_signal(signal.SIGINT)
 
@@ -56,20 +63,22 @@ def conference(folder: Path) -> Path:
     return file
 
 
-async def watch(folder: Path, url: str) -> None:
-    """The page at `url`, by day and by night, on a desk and on a phone."""
+async def watch(folder: Path, url: str, wanted: Sequence[str]) -> None:
+    """Open the page at `url`, and take the pictures that are wanted."""
     async with page(folder, *SOFTWARE_GL) as tab:
-        for shot, size, scheme in SHOTS:
-            if shot == SHOTS[0][0]:
-                await tab.open(url, *size)
-                await tab.until("window.vistel && window.vistel.ready() === 3")
-                await tab.value("window.vistel.sharp()")
-                await tab.click(".choices button")
-            await _shown(tab, size, scheme)
-            await _keep(tab, shot)
-        await goes(tab)
-        await the_map(tab)
-        await steer(tab)
+        await tab.open(url, *DESK)
+        await tab.until("window.vistel && window.vistel.ready() === 3")
+        await tab.value("window.vistel.sharp()")
+        await tab.click(".choices button")
+        for part in wanted:
+            await PARTS[part](tab)
+
+
+async def room(tab: Page) -> None:
+    """By day and by night, on a desk and on a phone."""
+    for shot, size, scheme in SHOTS:
+        await _shown(tab, size, scheme)
+        await _keep(tab, shot)
 
 
 async def goes(tab: Page) -> None:
@@ -112,6 +121,9 @@ async def steer(tab: Page) -> None:
     await tab.value("document.querySelector('.steer').scrollIntoView()")
     await asyncio.sleep(SETTLED_S)
     await _keep(tab, "console-steer")
+
+
+PARTS: dict[str, Callable[[Page], Awaitable[None]]] = {"room": room, "tables": goes, "map": the_map, "steer": steer}
 
 
 async def _keep(tab: Page, name: str) -> None:
