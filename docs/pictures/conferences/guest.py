@@ -128,9 +128,6 @@ async def eyes(tab: Page, folder: Path, console: str) -> None:
     await resize(tab, SIZE)
     await sharp(tab)
     await kept(tab, "guest-eyes")
-    await resize(tab, PHONE)
-    await sharp(tab)
-    await kept(tab, "guest-phone", "document.body")
     await resize(tab, QUICK)
     await mouse(tab, "mouseReleased", x, y - LIFT_PX / 2, clickCount=1)
 
@@ -147,7 +144,7 @@ async def camera(tab: Page) -> None:
 
 
 async def chat(tab: Page, file: Path) -> None:
-    """Somebody writes, and the guest answers and turns to them."""
+    """Somebody writes, and the guest answers and turns to them; and the room on a phone."""
     for who, line in LINES:
         await asyncio.to_thread(subprocess.run, [*COMMAND, "chat", str(file), line, "--as", who], check=True)
     await tab.until(f"document.querySelector('#chat-button b')?.innerText === '{len(LINES)}'")
@@ -161,8 +158,11 @@ async def chat(tab: Page, file: Path) -> None:
     await resize(tab, SIZE)
     await sharp(tab)
     await kept(tab, "guest-chat", "document.body")
-    await resize(tab, QUICK)
     await tab.click("#chat-button")
+    await resize(tab, PHONE)
+    await sharp(tab)
+    await kept(tab, "guest-phone", "document.body")
+    await resize(tab, QUICK)
 
 
 async def resize(tab: Page, size: tuple[int, int]) -> None:

@@ -103,7 +103,7 @@ async def two_logs(folder: Path, url: str, moment_s: float) -> None:
         await tab.until("window.vistel && window.vistel.ready() === 3")
         await later(tab, LATER_S)
         await resize(tab, TALL)
-        await tab.click("#views button:nth-child(3)")
+        await press(tab, "#views", "Ben’s eyes")
         await kept(tab, "replay-two-logs", "main")
 
 
@@ -112,10 +112,15 @@ async def touch(folder: Path, url: str, moment_s: float) -> None:
         await tab.open(f"{url}#t={moment_s:.2f}", *SIZE)
         await tab.until("window.vistel && window.vistel.ready() === 3")
         await tab.until("document.querySelectorAll('#views button').length === 5")
-        for button in ("#views button:nth-child(4)", ".choices button"):
-            await tab.click(button)
+        await press(tab, "#views", "Aiko’s eyes")
+        await press(tab, ".choices", "Ben")
         await tab.until("window.vistel.contacts()[0] > 0")
         await kept(tab, "replay-contact", "main")
+
+
+async def press(tab: Page, part: str, text: str) -> None:
+    """The button that begins so: people stand in the order in which they came."""
+    await tab.value(f"[...document.querySelectorAll('{part} button')].find((b) => b.innerText.startsWith('{text}')).click()")
 
 
 async def resize(tab: Page, size: tuple[int, int]) -> None:
