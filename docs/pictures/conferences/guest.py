@@ -72,6 +72,7 @@ def conference(folder: Path) -> Path:
     """Seats for guests, and somebody with trackers for whom nothing is drawn: the processor is the browser's."""
     data = load(CONFERENCE).model_dump(mode="json", exclude_none=True)
     data["record"] = False
+    data["world"].pop("folder")  # that of the example, where a run would begin with the room of the run before
     data["sites"][0]["processes"] = [["tracker", "glove", "posture"]]
     file = folder / FILE
     file.write_text(tomli_w.dumps(data))
@@ -160,6 +161,7 @@ async def chat(tab: Page, file: Path) -> None:
     await kept(tab, "guest-chat", "document.body")
     await tab.click("#chat-button")
     await resize(tab, PHONE)
+    await tab.value("document.getElementById('does').scrollTo(0, 0)")
     await sharp(tab)
     await kept(tab, "guest-phone", "document.body")
     await resize(tab, QUICK)
