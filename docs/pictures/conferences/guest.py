@@ -32,8 +32,8 @@ CONFERENCE = ROOT / "examples/conferences/guests.toml"
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 CAMERA = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
 SIZE, PHONE = (1120, 700), (390, 844)
-QUICK = (720, 450)
-"""While nothing is looked at: with things beside the buttons, not under them."""
+QUICK = (480, 300)
+"""While nothing is looked at."""
 THINGS = ("box", "ball", "can", "ring", "cone")
 """One after the other, until one is taken: somebody else may have it, or it is out of reach."""
 TRY_S = 30.0
