@@ -49,7 +49,7 @@ export function Goes({ numbers, history }: { numbers: Numbers; history: History 
             <td class="words">{s.services.join(", ")}</td>
             <td class="number">{s.silent_s > SILENT_S ? panelText("silent", s.silent_s.toFixed(0)) : spell(s.up_s)}</td>
             <td class={`number ${(s.uncertainty_ms ?? 0) > OFF_MS ? "bad" : ""}`}>
-              {s.clock_ms === undefined ? "–" : `${s.clock_ms.toFixed(1)} ± ${(s.uncertainty_ms ?? 0).toFixed(1)} ms`}
+              {s.clock_ms === undefined ? "–" : `${tenths(s.clock_ms)} ± ${(s.uncertainty_ms ?? 0).toFixed(1)} ms`}
             </td>
           </tr>
         ))}
@@ -129,6 +129,11 @@ function Spark({ of }: { of: readonly number[] }) {
       </svg>
     </td>
   );
+}
+
+/** To one decimal; nothing is "-0.0". */
+function tenths(value: number): string {
+  return (Math.round(10 * value) / 10 + 0).toFixed(1);
 }
 
 function spell(seconds: number): string {

@@ -152,14 +152,16 @@ function showPanel(): void {
 function showMap(seen: boolean): void {
   page.map = seen;
   showPanel();
+  showViews(view);
 }
 
 function showViews(now: string): void {
+  const covered = page.map && !narrow.matches; // no view is seen
   const views = [["round", panelText("roomView")], ["table", panelText("tableView")], ...(page.table?.people ?? []).map((p) => [p.name, panelText("eyesOf", p.shown)])];
   render(
     <>
       {views.map(([name, text]) => (
-        <button type="button" key={name} aria-pressed={name === now} onClick={() => (showMap(false), looking?.choose(name!))}>
+        <button type="button" key={name} aria-pressed={name === now && !covered} onClick={() => (showMap(false), looking?.choose(name!))}>
           {text}
         </button>
       ))}
@@ -321,7 +323,7 @@ const travel = new Travel(
   (sounding) => voices.leap(sounding),
   () => room?.screens.leap(),
 );
-narrow.addEventListener("change", showPanel);
+narrow.addEventListener("change", () => showMap(page.map));
 showSound();
 trouble.textContent = panelText("waiting");
 element("nopicture").textContent = panelText("noPicture");

@@ -219,9 +219,11 @@ export interface FaultRow {
 }
 export interface SeatRow {
   name: string;
+  shown: string; // as everybody sees the name
   site: string;
   guest: boolean; // of a seat for guests
   invited: string; // the guest's name; empty: nobody
+  speaks: boolean; // has a microphone
 }
 /** What the host can steer. */
 export interface Steering {

@@ -31,7 +31,7 @@ HERE = Path(__file__).parent
 CONFERENCE = ROOT / "examples/conferences/guests.toml"
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
 CAMERA = ("--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream")
-SIZE = (1120, 700)
+SIZE, PHONE = (1120, 700), (390, 844)
 QUICK = (480, 300)
 """While nothing is looked at."""
 THINGS = ("box", "ball", "can", "ring", "cone")
@@ -72,6 +72,7 @@ def conference(folder: Path) -> Path:
     """Seats for guests, and somebody with trackers for whom nothing is drawn: the processor is the browser's."""
     data = load(CONFERENCE).model_dump(mode="json", exclude_none=True)
     data["record"] = False
+    data["world"].pop("folder")  # that of the example, where a run would begin with the room of the run before
     data["sites"][0]["processes"] = [["tracker", "glove", "posture"]]
     file = folder / FILE
     file.write_text(tomli_w.dumps(data))
@@ -144,7 +145,7 @@ async def camera(tab: Page) -> None:
 
 
 async def chat(tab: Page, file: Path) -> None:
-    """Somebody writes, and the guest answers and turns to them."""
+    """Somebody writes, and the guest answers and turns to them; and the room on a phone."""
     for who, line in LINES:
         await asyncio.to_thread(subprocess.run, [*COMMAND, "chat", str(file), line, "--as", who], check=True)
     await tab.until(f"document.querySelector('#chat-button b')?.innerText === '{len(LINES)}'")
@@ -158,8 +159,12 @@ async def chat(tab: Page, file: Path) -> None:
     await resize(tab, SIZE)
     await sharp(tab)
     await kept(tab, "guest-chat", "document.body")
-    await resize(tab, QUICK)
     await tab.click("#chat-button")
+    await resize(tab, PHONE)
+    await tab.value("document.getElementById('does').scrollTo(0, 0)")
+    await sharp(tab)
+    await kept(tab, "guest-phone", "document.body")
+    await resize(tab, QUICK)
 
 
 async def resize(tab: Page, size: tuple[int, int]) -> None:

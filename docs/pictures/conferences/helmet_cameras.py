@@ -65,7 +65,7 @@ def eyes() -> list[U8]:
             p = reading.pupil
             box = (tuple(p.centre), tuple(2.0 * p.axes), float(np.degrees(p.angle)))
             cv2.ellipse(picture, box, SEEN, 2, cv2.LINE_AA)
-        said = "no gaze" if reading.gaze is None else "gaze {:+.0f}, {:+.0f} deg".format(*np.degrees(reading.gaze))
+        said = "no gaze" if reading.gaze is None else "gaze {:+.0f}, {:+.0f} deg".format(*(np.rint(np.degrees(reading.gaze)) + 0.0))
         cv2.putText(
             picture,
             f"{said}   opening {reading.opening:.2f}",

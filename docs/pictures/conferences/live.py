@@ -1,5 +1,5 @@
-"""window.png and watch.png: one conference as it is seen in a window, where somebody moves a thing by mouse, and in
-a browser that watches another site's stream. Needs Xvfb and Chromium; takes a minute."""
+"""window.png, watch.png and watch-phone.png: one conference as it is seen in a window, where somebody moves a thing by mouse, and
+in a browser that watches another site's stream, on a desk and on a phone. Needs Xvfb and Chromium; takes a minute."""
 
 import asyncio
 import contextlib
@@ -77,6 +77,9 @@ async def _watch(folder: Path, process: subprocess.Popen[bytes]) -> None:
             async with asyncio.timeout(TRY_S):
                 await tab.until("Number(document.getElementById('state').dataset.rate) > 12")
         _write("watch.png", await tab.picture())
+        await tab.call("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=False)
+        await asyncio.sleep(SETTLED_S)
+        _write("watch-phone.png", await tab.picture())
 
 
 def _use_the_window(hands: Hands) -> None:

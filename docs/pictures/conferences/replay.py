@@ -27,7 +27,7 @@ from browser import Page, page
 HERE = Path(__file__).parent
 COMMAND = [sys.executable, "-m", "vistel_cli.main"]
 SOFTWARE_GL = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
-SIZE, TALL = (980, 880), (980, 1150)
+SIZE, TALL, PHONE = (980, 880), (980, 1150), (390, 844)
 """TALL: for a large picture of the room above the lanes."""
 SECONDS = "30"
 HELD = "thing.baton.held"
@@ -43,10 +43,13 @@ def main() -> None:
         folder = Path(name)
         log = shutil.copy(sys.argv[1] if len(sys.argv) > 1 else recorded(folder), folder / "meeting.mcap")
         other = shutil.copy(log, folder / "other.mcap")
-        with served(log, "--beside", str(other)) as url:
-            asyncio.run(visit(folder, url, handed_over(Path(log))))
+        moment_s = handed_over(Path(log))
         with served(log) as url:
-            asyncio.run(touch(folder, url, handed_over(Path(log))))
+            asyncio.run(plots(folder / "plots", url, moment_s))
+        with served(log, "--beside", str(other)) as url:
+            asyncio.run(two_logs(folder / "two", url, moment_s))
+        with served(log) as url:
+            asyncio.run(touch(folder / "touch", url, moment_s))
 
 
 def recorded(folder: Path) -> Path:
@@ -78,7 +81,8 @@ def served(log: Path, *options: str) -> Iterator[str]:
             process.send_signal(signal.SIGINT)
 
 
-async def visit(folder: Path, url: str, moment_s: float) -> None:
+async def plots(folder: Path, url: str, moment_s: float) -> None:
+    """A note, the lanes and plots, on a desk and on a phone. folder: of the browser."""
     async with page(folder, *SOFTWARE_GL) as tab:
         await tab.open(f"{url}#t={moment_s:.2f}" + "".join(f"&plot={name}" for name in PLOTS), *SIZE)
         await tab.until("window.vistel && window.vistel.ready() === 3")
@@ -87,11 +91,19 @@ async def visit(folder: Path, url: str, moment_s: float) -> None:
         await tab.call("Input.insertText", text=NOTE)
         await tab.value("document.querySelector('.note button').click()")
         await tab.until("document.querySelectorAll('ol.notes li').length === 1")
-        await later(tab, 0.0)
         await kept(tab, "replay-plots")
+        await resize(tab, PHONE)
+        await kept(tab, "replay-phone")
+
+
+async def two_logs(folder: Path, url: str, moment_s: float) -> None:
+    """Somebody's view of those of two logs."""
+    async with page(folder, *SOFTWARE_GL) as tab:
+        await tab.open(f"{url}#t={moment_s:.2f}", *SIZE)
+        await tab.until("window.vistel && window.vistel.ready() === 3")
         await later(tab, LATER_S)
-        await tab.call("Emulation.setDeviceMetricsOverride", width=TALL[0], height=TALL[1], deviceScaleFactor=1, mobile=False)
-        await tab.click("#views button:nth-child(3)")
+        await resize(tab, TALL)
+        await press(tab, "#views", "Ben’s eyes")
         await kept(tab, "replay-two-logs", "main")
 
 
@@ -100,10 +112,20 @@ async def touch(folder: Path, url: str, moment_s: float) -> None:
         await tab.open(f"{url}#t={moment_s:.2f}", *SIZE)
         await tab.until("window.vistel && window.vistel.ready() === 3")
         await tab.until("document.querySelectorAll('#views button').length === 5")
-        for button in ("#views button:nth-child(4)", ".choices button"):
-            await tab.click(button)
+        await press(tab, "#views", "Aiko’s eyes")
+        await press(tab, ".choices", "Ben")
         await tab.until("window.vistel.contacts()[0] > 0")
         await kept(tab, "replay-contact", "main")
+
+
+async def press(tab: Page, part: str, text: str) -> None:
+    """The button that begins so: people stand in the order in which they came."""
+    await tab.value(f"[...document.querySelectorAll('{part} button')].find((b) => b.innerText.startsWith('{text}')).click()")
+
+
+async def resize(tab: Page, size: tuple[int, int]) -> None:
+    await tab.call("Emulation.setScrollbarsHidden", hidden=size == PHONE)
+    await tab.call("Emulation.setDeviceMetricsOverride", width=size[0], height=size[1], deviceScaleFactor=1, mobile=False)
 
 
 async def later(tab: Page, seconds: float) -> None:

@@ -62,6 +62,8 @@ def photograph(
     moment: Moment, width: int, height: int, light: str = "fine", prepare: Callable[[SceneRenderer], None] | None = None
 ) -> U8:
     """(height, width, 3), first row at the top. prepare: is given the studio before it draws."""
+    for person in moment.instant.people:
+        load_figure(person.about)  # a figure that has to be made is made sooner while nothing is drawn
     studio = SceneRenderer(replace(moment.view, width=width, height=height, light=light), moment.seats, load_figure, moment.decor)
     try:
         studio.painter.saves_shadows = False

@@ -82,8 +82,8 @@ class Gateway:
             left_ns = due_ns
             while self._viewers or clock.now_ns() - left_ns < _LINGER_NS:
                 left_ns = clock.now_ns() if self._viewers else left_ns
-                instant, frame, told = feed.step(clock.now_ns(), heard=any(viewer.hears for viewer in self._viewers))
                 numbers.take()
+                instant, frame, told = feed.step(clock.now_ns(), heard=any(viewer.hears for viewer in self._viewers))
                 if instant.now_ns - told_ns >= _NUMBERS_NS:
                     told_ns = instant.now_ns
                     now = numbers.now(instant.now_ns, instant.people)

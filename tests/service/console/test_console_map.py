@@ -105,3 +105,8 @@ def test_flows_are_counted_by_site_and_kind_and_know_what_is_missing() -> None:
         "lost": round(2 / 6, 4),
     }
     assert world["per_s"] == 1.0 and "lost" not in world
+
+
+def test_what_was_sent_after_the_clock_was_read_has_no_age_below_zero() -> None:
+    arrived = Arrived("heartbeat", {"site": "tokyo"}, 0, messages=1, sent_ns=2_000_000_000)
+    assert [row["age_ms"] for row in Flows().now(1_950_000_000, {"key": arrived})] == [0.0]

@@ -63,6 +63,11 @@ PIXELS = """(() => {
   const p = (x, y) => Array.from(c.getContext('2d').getImageData(x, y, 1, 1).data.slice(0, 3));
   return [c.width, c.height, p(160, 270), p(480, 270), p(160, 90)];
 })()"""
+FITS = """(() => {
+  const state = document.getElementById('state');
+  const { scrollWidth, scrollHeight } = document.documentElement;
+  return scrollWidth <= innerWidth && scrollHeight <= innerHeight && state.scrollWidth <= state.clientWidth;
+})()"""
 
 
 def test_a_browser_shows_what_is_drawn_says_how_it_goes_and_comes_back(tmp_path: Path) -> None:
@@ -74,6 +79,9 @@ def test_a_browser_shows_what_is_drawn_says_how_it_goes_and_comes_back(tmp_path:
                 address = stream.address
                 await tab.open(f"http://{address}/")
                 await tab.until("document.getElementById('state').textContent.includes('ms old')")
+                await tab.call("Emulation.setDeviceMetricsOverride", width=390, height=844, deviceScaleFactor=1, mobile=False)
+                await tab.until("innerWidth === 390")
+                assert await tab.value(FITS), "a phone shows a part of the page"
                 width, height, *colours = await tab.value(PIXELS)
                 assert (width, height) == (WIDTH, HEIGHT)
                 for seen, wanted in zip(colours, ((200, 0, 0), (0, 160, 0), (0, 0, 220)), strict=True):

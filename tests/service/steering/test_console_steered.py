@@ -22,6 +22,7 @@ from vistel.conference.console import ConsoleConfig
 from vistel.conference.invitations import invitations_in
 from vistel.conference.model import Conference
 from vistel.log.notes import beside
+from vistel.session.steering import actions
 from vistel.v1.service_pb2 import FaultReply, FaultRequest, RunProcess, RunReply, RunRequest
 from vistel.wire.topics import BY_NAME
 from vistel_services import world
@@ -208,6 +209,30 @@ def test_a_guest_is_seated_muted_and_removed(
     with caplog.at_level(logging.INFO):
         asyncio.run(visit())
     assert "event=steered who='Hana' from=127.0.0.1 action='seat'" in caplog.text
+
+
+def test_only_who_has_a_microphone_that_answers_is_muted(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    people = [{"name": "hiro"}, {"name": "aiko", "display_name": "Aiko"}]
+    osaka = {"name": "osaka", "audio": {"microphone": "sim"}, "participants": people}  # the microphone of the first
+
+    async def visit() -> None:
+        room = GuestRoom(tmp_path)
+        data = room.conference.model_dump(mode="json", exclude_none=True)
+        room.conference = Conference.model_validate(data | {"sites": [*data["sites"], osaka], "room": {"seats": 4}})
+        muting = room.network.bus("c", "hub", room.clock).subscribe(BY_NAME["muting"], queue_all=True, polled=True)
+        async with room.serving(monkeypatch), opened(room) as host:
+            rows = {row["name"]: row for row in (await host.told("steering"))["people"]}
+            assert (rows["aiko"]["shown"], rows["aiko"]["speaks"]) == ("Aiko", False)
+            assert (rows["hiro"]["shown"], rows["hiro"]["speaks"]) == ("hiro", True)
+            said = await host.do("mute", participant="aiko")
+            assert (said["done"], said["why"], said["values"]) == (False, "no_microphone", ["aiko"]), said
+            assert not muting.take()
+            monkeypatch.setattr(actions, "ANSWER_S", 0.1)  # services of osaka do not run
+            said = await host.do("mute", participant="hiro")
+            assert (said["done"], said["why"], said["values"]) == (False, "not_muted", ["osaka", "hiro"]), said
+            assert [sample.message.participant for sample in muting.take()] == ["hiro"]
+
+    asyncio.run(visit())
 
 
 def test_who_shows_only_the_viewers_token_is_refused_counted_and_logged(

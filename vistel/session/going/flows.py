@@ -40,8 +40,7 @@ class Flows:
             if arrived.topic in _FLOW_OF:
                 groups.setdefault((arrived.names.get("site", WORLD), _FLOW_OF[arrived.topic]), []).append((key, arrived))
         rows = [
-            {"site": site, "flow": flow, "age_ms": round((t_ns - max(a.sent_ns for _, a in group)) * 1e-6, 1)}
-            | self._rates(group, seconds)
+            {"site": site, "flow": flow, "age_ms": _age_ms(t_ns, group)} | self._rates(group, seconds)
             for (site, flow), group in sorted(groups.items())
         ]
         self._before = {key: (a.messages, a.bytes, a.lost or 0) for key, a in of_key.items()}
@@ -63,3 +62,8 @@ class Flows:
             counted = counted and now.lost is not None
         rates: dict[str, Any] = {"per_s": round(messages / seconds, 1), "kbit_s": round(size * 8e-3 / seconds, 1)}
         return rates | ({"lost": round(lost / (messages + lost), 4)} if counted and messages + lost else {})
+
+
+def _age_ms(t_ns: int, group: Iterable[tuple[str, Arrived]]) -> float:
+    """Of the newest. It may have been sent a little after `t_ns`: clocks differ, and it is taken after the clock has been read."""
+    return round(max(0, t_ns - max(a.sent_ns for _, a in group)) * 1e-6, 1)

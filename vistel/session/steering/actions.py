@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +16,7 @@ from vistel.session.asking import Asker
 from vistel.session.steering.moving import PresentWorlds, move_room
 from vistel.session.steering.seating import give_seat, take_seat
 from vistel.space.commands.phrase import PhraseError
-from vistel.v1.audio_pb2 import Muting
+from vistel.v1.audio_pb2 import Muting, SoundStatus
 from vistel.v1.service_pb2 import FaultReply, FaultRequest, RunReply, RunRequest
 from vistel.wire.bus import Bus
 from vistel.wire.clock import Clock
@@ -24,8 +25,8 @@ from vistel.wire.topics import BY_NAME
 MOST_LETTERS = 500
 """Of a word or a line that a page sends."""
 ANSWER_S = 10.0
-"""How long `vistel up` may take to answer [s]; a busy machine is late, and an answer that comes later is told as if there were
-no `vistel up`, though it does what it was asked."""
+"""How long `vistel up`, or a site's sound, may take to answer [s]; a busy machine is late, and an answer that comes later is
+told as if there were none, though what was asked is done."""
 _DO = {"start": RunRequest.ACTION_START, "stop": RunRequest.ACTION_STOP, "restart": RunRequest.ACTION_RESTART}
 _NO_RUN = "no `vistel up` answers; only what it started can be steered so"
 
@@ -49,7 +50,7 @@ class HostActions:
     def __init__(self, conference: Conference, run: Path, bus: Bus, clock: Clock) -> None:
         """run: folder of the run, with its invitations."""
         self._conference, self._run, self._bus, self._clock = conference, run, bus, clock
-        self._people = {p.name for site in conference.sites for p in site.participants}
+        self._people = {p.name: (site, p) for site in conference.sites for p in site.participants}
         self._asker = Asker(bus, clock, HOST)
         self.worlds = PresentWorlds(bus)
 
@@ -70,7 +71,7 @@ class HostActions:
                 case "move":
                     return await self._move(_word(asked, "place"))
                 case "mute":
-                    return self._mute(_word(asked, "participant"))
+                    return await self._mute(_word(asked, "participant"))
                 case "seat":
                     return self._seat(_word(asked, "name"), _word(asked, "seat"))
                 case "remove":
@@ -116,13 +117,28 @@ class HostActions:
         reason, _ = await move_room(self._bus, self.worlds, place)
         return Done(not reason, reason or f"the room is led at {place}", place)
 
-    def _mute(self, participant: str) -> Done:
+    async def _mute(self, participant: str) -> Done:
         if participant not in self._people:
             raise RefusedError(f"no participant is called {participant[:40]!r}", "no_participant", participant[:40])
+        site, person = self._people[participant]
+        if site.microphone_of(person) == "none":
+            raise RefusedError(f"{participant} has no microphone", "no_microphone", participant)
         message = Muting(participant=participant)
         message.header.t_ns = self._clock.now_ns()
-        self._bus.publish(BY_NAME["muting"], participant=participant).put(message)
-        return Done(True, f"{participant} is muted until they open their microphone again", participant)
+        said = self._bus.subscribe(BY_NAME["sound_status"], site=site.name)
+        try:
+            self._bus.publish(BY_NAME["muting"], participant=participant).put(message)
+            async with asyncio.timeout(ANSWER_S):
+                async for sample in said:
+                    status: SoundStatus = sample.message
+                    if any(m.participant == participant and m.muted for m in status.microphones):
+                        return Done(True, f"{participant} is muted until they open their microphone again", participant)
+        except TimeoutError:
+            pass
+        finally:
+            said.close()
+        reason = f"the sound of {site.name} does not say that {participant} is muted; is it running?"
+        raise RefusedError(reason, "not_muted", site.name, participant)
 
     def _seat(self, name: str, seat: str) -> Done:
         chosen, token = give_seat(self._conference, self._run, name, seat, self._clock.now_ns())

@@ -108,14 +108,24 @@ class Steering:
 
     async def _now(self) -> dict[str, object]:
         reply = await self._actions.run(RunRequest())
-        people = {p.name: site.name for site in self._conference.sites for p in site.participants}
+        people = [(p, site) for site in self._conference.sites for p in site.participants]
         seats = guest_seats(self._conference)
         try:
             guests = await asyncio.to_thread(seated, self._paths.run, self.clock.now_ns())
         except (OSError, ValueError):
             guests = {}
         told: dict[str, object] = {"kind": "steering", "runs": reply is not None, **_of_run(reply)}
-        rows = [{"name": n, "site": s, "guest": n in seats, "invited": guests.get(n, "")} for n, s in people.items()]
+        rows = [
+            {
+                "name": p.name,
+                "shown": p.display_name or p.name,
+                "site": site.name,
+                "guest": p.name in seats,
+                "invited": guests.get(p.name, ""),
+                "speaks": site.microphone_of(p) != "none",
+            }
+            for p, site in people
+        ]
         worlds = [{"place": world.place, "leads": world.leads} for world in self._actions.worlds.now()]
         return told | {"people": rows, "nodes": self.lines.nodes(), "worlds": worlds}
 

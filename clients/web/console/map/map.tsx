@@ -170,7 +170,8 @@ function heightOfSite(part: Part, row: number): number {
 /** The names of a site's services, in lines. */
 function serviceLines({ services }: Part): string[] {
   const lines: string[] = [];
-  for (const name of services) {
+  for (const [n, service] of services.entries()) {
+    const name = n < services.length - 1 ? `${service},` : service;
     const longer = `${lines[lines.length - 1] ?? ""} ${name}`;
     if (lines.length > 0 && longer.length * LETTER < SITE.width - 2 * PAD) lines[lines.length - 1] = longer;
     else lines.push(name);
@@ -223,7 +224,7 @@ export function FlowList({ numbers }: { numbers: Numbers }) {
               {part.chips.map((chip) => <li key={chip.label} class={chip.health}>{marked(chip.health, chip.label)}</li>)}
             </ul>
           )}
-          {part.services.length > 0 && <p>{part.services.join(" ")}</p>}
+          {part.services.length > 0 && <p>{part.services.join(", ")}</p>}
           <ul>
             {part.links.map((each) => (
               <li key={each.id} class={`${each.health} ${each.kind}`} title={each.words}>

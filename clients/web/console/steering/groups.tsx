@@ -98,13 +98,16 @@ export function People({ people, links, act, confirm }: Can & { people: readonly
   return (
     <>
       <ul class="seats">
-        {people.map(({ name, site, guest, invited }) => {
+        {people.map(({ name, shown, site, guest, invited, speaks }) => {
           const words = { participant: name };
           const remove = () => confirm({ title: said("removeThem", invited), about: said("aboutRemove"), yes: said("remove"), then: () => act("remove", name, words) });
           return (
             <li key={name}>
-              <span>{name} <small>{!guest ? site : invited ? said("seatOf", invited) : said("seatFree")}</small></span>
-              {(!guest || invited) && <button type="button" aria-label={said("muteThem", invited || name)} onClick={() => act("mute", name, words)}>{said("mute")}</button>}
+              <span>{shown} <small>{!guest ? site : invited ? said("seatOf", invited) : said("seatFree")}</small></span>
+              {(!guest || invited) && (
+                <button type="button" disabled={!speaks} title={speaks ? undefined : said("noMicrophone")} aria-label={said("muteThem", invited || shown)}
+                  onClick={() => act("mute", invited || shown, words)}>{said("mute")}</button>
+              )}
               {invited && <button type="button" aria-label={said("removeThem", invited)} onClick={remove}>{said("remove")}</button>}
             </li>
           );
