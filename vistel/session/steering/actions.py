@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from vistel.space.commands.phrase import PhraseError
 from vistel.v1.audio_pb2 import Muting, SoundStatus
 from vistel.v1.service_pb2 import FaultReply, FaultRequest, RunReply, RunRequest
 from vistel.wire.bus import Bus
-from vistel.wire.clock import Clock
+from vistel.wire.clock import Clock, within
 from vistel.wire.topics import BY_NAME
 
 MOST_LETTERS = 500
@@ -128,7 +127,7 @@ class HostActions:
         said = self._bus.subscribe(BY_NAME["sound_status"], site=site.name)
         try:
             self._bus.publish(BY_NAME["muting"], participant=participant).put(message)
-            async with asyncio.timeout(ANSWER_S):
+            async with within(self._clock, ANSWER_S):
                 async for sample in said:
                     status: SoundStatus = sample.message
                     if any(m.participant == participant and m.muted for m in status.microphones):
