@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-TOLD_AFTER_NS = 1_000_000_000
+TOLD_AFTER_NS = 2_000_000_000
 """Devices begin to send after what reads them has begun, and all of them pause on a busy machine: neither asks for anybody."""
 
 

@@ -43,7 +43,7 @@ _SOLVE = Histogram(
 _MOTIONS = Counter("vistel_posture_motions_total", "Motion messages published", ["participant"])
 _PROPS = Counter("vistel_posture_props_total", "Poses of props published", ["thing"])
 _REJECTED = Gauge("vistel_posture_rejected_samples", "Sensor samples rejected", ["participant"])
-_STALE = Gauge("vistel_posture_stale_sensors", "Sensors that are silent for a second or longer", ["participant"])
+_STALE = Gauge("vistel_posture_stale_sensors", "Sensors that are silent for two seconds or longer", ["participant"])
 
 _STALE_PART = {
     "chest": StalePart.CHEST,

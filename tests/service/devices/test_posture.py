@@ -236,7 +236,7 @@ def test_gloves_that_nobody_wears_are_not_called_silent_and_those_that_are_worn_
 ) -> None:
     async def script(stage: Stage) -> None:
         stage.silent = {"left_glove", "right_glove"}
-        await stage.play(2.0)
+        await stage.play(3.0)
 
     bare = Conference(sites=[Site(name="a", participants=[Participant(name="ann", avatar=AVERAGE, gloves={})])])
     perform(script, tmp_path, bare)
@@ -245,9 +245,9 @@ def test_gloves_that_nobody_wears_are_not_called_silent_and_those_that_are_worn_
     assert "sensor silent participant=ann sensor=left_glove" in [r.getMessage() for r in caplog.records]
 
 
-def test_a_sensor_that_pauses_for_less_than_a_second_is_not_told_of(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_sensor_that_pauses_for_less_than_two_seconds_is_not_told_of(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     async def script(stage: Stage) -> None:
-        for seconds in (0.5, 1.5):
+        for seconds in (1.5, 2.5):
             await stage.play(1.0)
             stage.silent = {"left_glove"}
             await stage.play(seconds)
