@@ -82,7 +82,10 @@ def board(
             participants(conference_file, hub)  # what is wrong with a file is told before what is wrong with the words
         fail("expected one of --new, --draw POINTS, --rub POINTS, --wipe, --save FILE.svg, --save FILE.pdf", USAGE)
     if save is not None:
-        _save(save, which, _of_log(log, at) if log is not None else _now(conference_file, hub))
+        if log is None:
+            _save(save, which, _now(conference_file, hub), "in the room; `vistel board --new` puts one up")
+        else:
+            _save(save, which, _of_log(log, at), f"in {log} at {'its end' if at is None else f'{at:g} s'}")
         return
     answer = answered(conference_file, hub, who, lambda _, __, asker: asker.ask(asked[0]))
     typer.echo(f"done: {', '.join(answer.things)}")
@@ -111,7 +114,7 @@ def _colour(text: str) -> int:
     fail(f"there is no colour {text!r}; there are {', '.join(COLOURS)}, and #RRGGBB", USAGE)
 
 
-def _save(file: Path, which: str, room: RoomView) -> None:
+def _save(file: Path, which: str, room: RoomView, where: str) -> None:
     from vistel.space.boards.board import SHAPE
     from vistel.space.boards.pdf import MissingError, pdf
     from vistel.space.boards.svg import svg
@@ -119,7 +122,7 @@ def _save(file: Path, which: str, room: RoomView) -> None:
     words = which.lower().split()
     boards = [t for t in room.things.values() if t.shape == SHAPE and all(w in f"{t.id} {t.name}".lower().split() for w in words)]
     if not boards:
-        fail(f"there is no board {which}".rstrip() + " in the room; `vistel board --new` puts one up")
+        fail(f"there is no board {which}".rstrip() + f" {where}")
     chosen = boards[-1]
     strokes = room.written.get(chosen.id, ())
     try:

@@ -45,27 +45,33 @@ def chosen(file: Path | None, hub: str | None) -> tuple[Conference, str]:
 
 
 def chosen_here(file: Path | None, hub: str | None) -> tuple[Conference, str, str]:
-    """As `chosen`, and as whom this machine takes part: a site that has joined from here, or whose certificate alone is here; else
-    the hub. Ends the command where a certificate is missing."""
+    """As `chosen`, and as whom this machine takes part. Ends the command where a certificate is missing."""
+    conference, endpoint = chosen(file, hub)
+    return conference, endpoint, site_here(conference, endpoint)
+
+
+def site_here(conference: Conference, endpoint: str) -> str:
+    """As whom this machine takes part: a site that has joined from here, or whose certificate alone is here; else the hub. Ends the
+    command where a certificate is missing."""
     from vistel.conference.connect import name_shown
     from vistel.conference.model import HUB_PLACE
     from vistel.wire.zenoh.bus import BusError
 
-    conference, endpoint = chosen(file, hub)
-    joined_as = next((r.site for r in conferences_here() if (r.name, r.hub) == (conference.name, endpoint)), "")
+    if joined_as := next((r.site for r in conferences_here() if (r.name, r.hub) == (conference.name, endpoint)), ""):
+        return joined_as
     try:
-        return conference, endpoint, joined_as or name_shown(conference, HUB_PLACE)
+        return name_shown(conference, HUB_PLACE)
     except BusError as e:
         fail(str(e))
 
 
 def joined(file: Path | None, hub: str | None) -> tuple[Conference | Running, str, str]:
-    """As `chosen`, and a site to join as; of one that runs here the file, which takes long to load, is read only where nobody takes
-    part."""
+    """As `chosen_here`, with the router last; of one that runs here the file, which takes long to load, is read only where nobody
+    takes part."""
     if file is None and (running := newest()).people:
         return running, next(iter(running.people.values())), hub or running.hub
-    conference, endpoint = chosen(file, hub)
-    return conference, conference.sites[0].name, endpoint
+    conference, endpoint, site = chosen_here(file, hub)
+    return conference, site, endpoint
 
 
 def participants(file: Path | None, hub: str | None) -> tuple[Conference | Running, dict[str, str], str]:

@@ -16,6 +16,7 @@ from vistel.capture.body import RATE_HZ, BodyCapture, warm_up
 from vistel.capture.config import Config, Person, TrackedProp
 from vistel.capture.face import FaceCapture
 from vistel.capture.props import PropCapture
+from vistel.capture.silence import Silences
 from vistel.conference.model import Conference
 from vistel.figure.posture.solve import Solved
 from vistel.messages.postures import sample_of
@@ -42,7 +43,7 @@ _SOLVE = Histogram(
 _MOTIONS = Counter("vistel_posture_motions_total", "Motion messages published", ["participant"])
 _PROPS = Counter("vistel_posture_props_total", "Poses of props published", ["thing"])
 _REJECTED = Gauge("vistel_posture_rejected_samples", "Sensor samples rejected", ["participant"])
-_STALE = Gauge("vistel_posture_stale_sensors", "Sensors that are silent", ["participant"])
+_STALE = Gauge("vistel_posture_stale_sensors", "Sensors that are silent for two seconds or longer", ["participant"])
 
 _STALE_PART = {
     "chest": StalePart.CHEST,
@@ -160,7 +161,7 @@ class _Maker:
         self._bus = bus
         self._motion = MotionPublication(bus, person.name, crowded=config.crowded, losses=config.losses, repeats=config.repeats)
         self._about: Publication = bus.publish(BY_NAME["participant"], participant=person.name)
-        self._silent: frozenset[str] = frozenset()
+        self._silences = Silences()
         self._solve_s, self._motions = _SOLVE.labels(person.name), _MOTIONS.labels(person.name)
 
     def announce(self, clock: Clock) -> None:
@@ -178,8 +179,7 @@ class _Maker:
         self._solve_s.observe(time.perf_counter() - started)
         self._motion.put(self._sample(t_ns, solved))
         self._motions.inc()
-        if (silent := solved.stale - self.person.not_worn) != self._silent:
-            self._note(silent)
+        self._note(*self._silences.news(solved.stale - self.person.not_worn, t_ns))
 
     def _sample(self, t_ns: int, solved: Solved) -> MotionSample:
         gaze, marks, lids = self.face.for_motion()
@@ -202,11 +202,11 @@ class _Maker:
             next_ns = max(clock.now_ns(), self.capture.newest_ns + PATIENCE_NS)
             tick = max(tick, math.floor((next_ns - start_ns) * 1e-9 * RATE_HZ))
 
-    def _note(self, stale: frozenset[str]) -> None:
-        for name in sorted(stale - self._silent):
+    def _note(self, silent: list[str], back: list[str]) -> None:
+        for name in silent:
             log.warning("sensor silent participant=%s sensor=%s", self.person.name, name)
-        for name in sorted(self._silent - stale):
+        for name in back:
             log.info("sensor back participant=%s sensor=%s", self.person.name, name)
-        self._silent = stale
-        _STALE.labels(self.person.name).set(len(stale))
-        _REJECTED.labels(self.person.name).set(self.capture.rejected)
+        if silent or back:
+            _STALE.labels(self.person.name).set(len(self._silences.silent))
+            _REJECTED.labels(self.person.name).set(self.capture.rejected)

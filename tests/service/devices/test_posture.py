@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import AsyncIterator, Callable, Coroutine
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -235,13 +236,28 @@ def test_gloves_that_nobody_wears_are_not_called_silent_and_those_that_are_worn_
 ) -> None:
     async def script(stage: Stage) -> None:
         stage.silent = {"left_glove", "right_glove"}
-        await stage.play(2.0)
+        await stage.play(3.0)
 
     bare = Conference(sites=[Site(name="a", participants=[Participant(name="ann", avatar=AVERAGE, gloves={})])])
     perform(script, tmp_path, bare)
     assert [r.getMessage() for r in caplog.records if "silent" in r.getMessage()] == []
     perform(script, tmp_path)
     assert "sensor silent participant=ann sensor=left_glove" in [r.getMessage() for r in caplog.records]
+
+
+def test_a_sensor_that_pauses_for_less_than_two_seconds_is_not_told_of(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    async def script(stage: Stage) -> None:
+        for seconds in (1.5, 2.5):
+            await stage.play(1.0)
+            stage.silent = {"left_glove"}
+            await stage.play(seconds)
+            stage.silent = set()
+        await stage.play(1.0)
+
+    with caplog.at_level(logging.INFO, "vistel.posture"):
+        perform(script, tmp_path)
+    told = [m for r in caplog.records if (m := r.getMessage()).startswith("sensor")]
+    assert told == [f"sensor {what} participant=ann sensor=left_glove" for what in ("silent", "back")]
 
 
 def test_a_backlog_of_three_seconds_that_arrives_at_once_makes_no_sensor_look_silent(tmp_path: Path) -> None:

@@ -54,7 +54,7 @@ def turn_page(context: Context, action: ask.TurnPage) -> Answer:
     shown = round(action.page) - 1 if action.page else thing.pages.shown + round(action.by)
     count = len(thing.pages.models)
     if not 0 <= shown < count:
-        raise Refused(f"the {thing.name} has no such page: it has {count}, and shows {thing.pages.shown + 1}")
+        raise Refused(f"no such page of the panel {thing.name!r}: it has {count}, and shows page {thing.pages.shown + 1}")
     after = replace(context.placed(n), thing=_showing(thing, thing.pages, shown), dents=context.dents(n))
     return changed(context, (n,), [after]), (thing.id,)
 

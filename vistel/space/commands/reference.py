@@ -182,11 +182,19 @@ def _singular(word: str) -> tuple[str, ...]:
     return tuple(word[: -len(end)] for end in ("s", "es") if word.endswith(end) and len(word) > len(end) + 1)
 
 
+_SHOWN = {
+    Shown.POINTED: "where you point",
+    Shown.LOOKED_AT: "where you look",
+    Shown.SELECTED: "that you have selected",
+    Shown.HELD: "in your hands",
+}
+
+
 def _nothing(which: Which) -> str:
     if which.thing:
         return f"there is no thing {which.thing!r} in the room"
-    said = [which.colour, which.name or which.shape or "thing", f"that is {which.shown.value}" if which.shown else ""]
-    return f"there is no {' '.join(word for word in said if word)} in the room"
+    said = " ".join(word for word in (which.colour, which.name or which.shape or "thing") if word)
+    return f"there is no {said} {_SHOWN[which.shown] if which.shown else 'in the room'}"
 
 
 def _this(speaker: Speaker, things: Sequence[Thing], positions: F64, radii: F64) -> list[int]:

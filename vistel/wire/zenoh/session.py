@@ -42,12 +42,12 @@ async def open_session(endpoints: Sequence[str], tls: TlsFiles | None, connect_s
             gate.watch(session)
         return session, gate
     assert failure is not None
-    raise BusError(no_router(endpoints, _unless_late(failure), "; or the certificates do not match" if tls else "")) from failure
+    raise BusError(no_router(endpoints, _unless_late(failure), " If so, the certificates do not match" if tls else "")) from failure
 
 
 def no_router(endpoints: Sequence[str], why: str = "", hint: str = "") -> str:
     """What a user is told when no router answers."""
-    return f"bus: no router answers at {', '.join(endpoints)}{why}; is it running there{hint}?"
+    return f"bus: no router answers at {', '.join(endpoints)}{why}; is it running there?{hint}"
 
 
 def check_endpoints(endpoints: Sequence[str]) -> None:

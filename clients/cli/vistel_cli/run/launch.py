@@ -20,8 +20,9 @@ DRAWING = "drawing"
 """The fork server of what draws."""
 OTHERS = "others"
 """The fork server of what does not."""
-# Devices first stop feeding, then services end, the recorder last so that it receives everything.
-_STOP_RANK = {"sim": 4, "renderer": 3, "world": 2, "recorder": 0}
+# Simulated devices stay, as real ones would, until nothing reads them: a log would tell of devices that somebody unplugged. The
+# recorder is last, so that it receives everything.
+_STOP_RANK = {"renderer": 3, "world": 2, "sim": 1, "recorder": 0}
 
 
 def host_spec(

@@ -15,7 +15,7 @@ from vistel.conference.model import Conference
 from vistel.v1.audio_pb2 import EquipmentRequest, EquipmentStatus, SoundStatus, VoiceControl
 from vistel.wire.bus import Bus, Sample, Subscription
 from vistel.wire.topics import BY_NAME
-from vistel_cli.conference_choice import Hub, RunningFile, chosen, endpoint_of, on_bus
+from vistel_cli.conference_choice import Hub, RunningFile, chosen, endpoint_of, on_bus, site_here
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.stop_asked import stop_asked
@@ -154,7 +154,7 @@ def watch(
                 with contextlib.suppress(TimeoutError):
                     await asyncio.wait_for(stop.wait(), 0.2)
 
-    on_bus(conference, conference.sites[0].name, endpoint, shown)
+    on_bus(conference, site_here(conference, endpoint), endpoint, shown)
 
 
 def _site_lines(status: SoundStatus) -> list[Text]:

@@ -11,7 +11,7 @@ import typer
 from vistel.session.steering.moving import PresentWorlds, move_room
 from vistel.wire.bus import Bus
 from vistel.wire.world.presence import WorldAt
-from vistel_cli.conference_choice import Hub, RunningFile, chosen, joined, on_bus
+from vistel_cli.conference_choice import Hub, RunningFile, chosen_here, joined, on_bus
 from vistel_cli.terminal import FAILED, USAGE, fail, out
 from vistel_cli.waiting import waiting
 
@@ -67,13 +67,13 @@ def move(
       vistel world move conference.toml --place hub --anyway  # its place is gone
     """
     check_place(place)
-    conference, endpoint = chosen(file, hub)
+    conference, endpoint, site = chosen_here(file, hub)
 
     async def work(bus: Bus) -> str:
         return await moved(bus, place, force=anyway)
 
     with waiting(f"moving the room of {conference.name} to {place}"):
-        reason = on_bus(conference, conference.sites[0].name, endpoint, work)
+        reason = on_bus(conference, site, endpoint, work)
     if reason:
         fail(reason, FAILED)
     out.print(f"the room of {conference.name} is led at {place}")

@@ -12,7 +12,7 @@ from pydantic import ValidationError
 from vistel.conference.model import Conference
 from vistel.wire.log import LogError, LogReader
 from vistel.wire.topics import BY_NAME
-from vistel_cli.conference_choice import on_bus
+from vistel_cli.conference_choice import on_bus, site_here
 from vistel_cli.log.piece import check_within
 from vistel_cli.log.study import reading
 from vistel_cli.terminal import FAILED, fail, print_warning
@@ -26,7 +26,7 @@ def running(conference: Conference, hub: str) -> tuple[Interior, str]:
     """The room of a running conference, asked over its router, and a text with its step."""
     from vistel.space.world import World  # loads the mathematics
 
-    site, world = conference.sites[0].name, f"the world of {conference.name} at {hub}"
+    site, world = site_here(conference, hub), f"the world of {conference.name} at {hub}"
     answer = on_bus(conference, site, hub, lambda bus: bus.query(BY_NAME["world_save"]), world)
     if answer is None:
         fail(f"no world answers at {hub}; is the conference {conference.name} running?", FAILED)

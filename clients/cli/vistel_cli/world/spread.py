@@ -11,7 +11,7 @@ import typer
 from vistel.conference.model import Conference
 from vistel.conference.placement import PlacedRoom, Relocation, loads, relocations
 from vistel.wire.bus import Bus
-from vistel_cli.conference_choice import endpoint_of, on_bus
+from vistel_cli.conference_choice import endpoint_of, on_bus, site_here
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out, print_error
@@ -65,7 +65,7 @@ def spread(
 
 
 def _room(conference: Conference, endpoint: str) -> PlacedRoom:
-    worlds = on_bus(conference, conference.sites[0].name, endpoint, gathered, f"the worlds of {conference.name}")
+    worlds = on_bus(conference, site_here(conference, endpoint), endpoint, gathered, f"the worlds of {conference.name}")
     people = sum(len(site.participants) for site in conference.sites)
     at = next((w.place for w in worlds if w.leads), "")
     return PlacedRoom(conference.name, people, at, frozenset(w.place for w in worlds))
@@ -94,5 +94,5 @@ def _relocate(conference: Conference, endpoint: str, move: Relocation) -> list[s
     async def work(bus: Bus) -> str:
         return await moved(bus, move.place, force=False)
 
-    reason = on_bus(conference, conference.sites[0].name, endpoint, work)
+    reason = on_bus(conference, site_here(conference, endpoint), endpoint, work)
     return [f"{move.room}: {reason}"] if reason else []

@@ -40,6 +40,7 @@ def test_every_colour_is_called_by_its_name() -> None:
 def test_what_is_not_there_and_what_may_be_several_is_reported() -> None:
     talk = Talk()
     assert refused(talk.say(ask.Paint(Which(colour="pink"), COLOURS["red"]))) == "there is no pink thing in the room"
+    assert refused(talk.say(ask.Release(Which(shown=Shown.HELD)))) == "there is no thing in your hands"
     done(talk.say(ask.Copy(Which("ball"))))
     said = refused(talk.say(ask.Delete(Which(shape="ball"))))
     assert said.startswith("2 things may be meant (the yellow ball, the yellow ball 2)")

@@ -116,9 +116,9 @@ def test_pages_are_turned_by_one_and_by_number_and_end_at_the_ends() -> None:
     assert shown(talk, panel) == PAGES[1]
     done(talk.say(TurnPage(page=3.0)))
     assert shown(talk, panel) == PAGES[2]
-    assert "it has 3, and shows 3" in refused(talk.say(TurnPage(by=1.0)))
+    assert "it has 3, and shows page 3" in refused(talk.say(TurnPage(by=1.0)))
     done(talk.say(TurnPage(by=-2.0)))
-    assert "no such page" in refused(talk.say(TurnPage(by=-1.0)))
+    assert refused(talk.say(TurnPage(by=-1.0))).startswith("no such page of the panel ")
     done(talk.say(Undo()))
     assert shown(talk, panel) == PAGES[2]
 
