@@ -38,6 +38,9 @@ class Guest:
         x, y, z = self._facing.T @ (p_room - self._seat)
         return float(x), float(y), float(z)
 
+    def into_room(self, p_seat: tuple[float, float, float]) -> np.ndarray:
+        return self._facing @ np.array(p_seat) + self._seat
+
     def does(self, record: bytes | None = None) -> Posture:
         """One step on; record: what the page says, None for nothing."""
         self.t_ns += STEP_NS
@@ -73,6 +76,23 @@ def test_a_guest_takes_the_baton_from_the_table_lifts_it_and_lets_go() -> None:
         held[k], up[k] = bool(view.grasps), float(baton()[1] - lies[1])
     assert not held[20] and held[120] and held[239] and not held[299]
     assert up[235] > 0.12
+
+
+@pytest.mark.parametrize(
+    ("thing", "seat"),
+    [("box", 0), ("box", 2), ("ball", 0), ("ball", 2), ("can", 2), ("ring", 0), ("ring", 1), ("cone", 1), ("tile", 1), ("tile", 2)],
+)
+def test_a_guest_takes_every_small_thing_within_reach(thing: str, seat: int) -> None:
+    """Led as the page leads a hand to what is pressed (clients/web/join/hand.ts)."""
+    guest, world = Guest(seat=seat), World(meeting_room(3))
+    lies = next(t for t in world.things_now if t.id == thing).position
+    away = (lies - guest.into_room((0.0, 1.2, 0.0))) * (1.0, 0.0, 1.0)
+    place = guest.into_seat(lies + 0.03 * away / np.linalg.norm(away) + (0.0, 0.01, 0.0))
+    hand = {"left" if place[0] > 0.05 else "right": Pointed(place, None, True)}
+    for k in range(1, 120):
+        if stepped(world, guest, guest.does(posture_record(0.1, -0.4, **hand)), k).grasps:
+            return
+    raise AssertionError(f"{thing} lies where it lay")
 
 
 def test_a_guests_hand_on_the_shoulder_of_somebody_tracked_deforms_both() -> None:

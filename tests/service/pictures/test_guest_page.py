@@ -10,6 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from browser import Page, page
 from guest_room import GuestRoom, at_the_door
@@ -27,6 +28,15 @@ CHOOSE_READER = (
 )
 BARE = "places => places.findLast(([x, y]) => document.elementFromPoint(x, y)?.id === 'room')"
 """Of places on the page, a highest one at which there is the picture and no button."""
+
+
+def palms(room: GuestRoom) -> np.ndarray:
+    """(N, 3) where the hand that is led now has been led."""
+    led = [
+        f.left if f.HasField("left") else f.right if f.HasField("right") else None for f in room.pointed if not f.HasField("guest")
+    ]
+    last = next((n for n, hand in enumerate(reversed(led)) if hand is None), len(led))
+    return np.array([(hand.palm.x, hand.palm.y, hand.palm.z) for hand in led[len(led) - last :] if hand is not None])
 
 
 async def mouse(tab: Page, kind: str, at: list[float], **more: Any) -> None:
@@ -91,6 +101,8 @@ def test_a_guest_opens_the_link_enters_looks_waves_touches_and_rests(monkeypatch
             led = newest(room)
             assert at and (led.HasField("left") or led.HasField("right")), "a hand is led"
             assert not (led.left.close or led.right.close)  # people are touched, not taken
+            await room.until(lambda: len(palms(room)) > 60, "the hand is led on")
+            assert np.ptp(palms(room), axis=0).max() < 2e-3, "it goes to what was pressed, however the view moves meanwhile"
             await mouse(tab, "mouseReleased", at, button="left", clickCount=1)
             await room.until(lambda: not (newest(room).HasField("left") or newest(room).HasField("right")), "the hand rests")
             # The letters of a line are no gestures; its addresses can be followed, and what looks like a page's code is text.
