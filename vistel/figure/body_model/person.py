@@ -46,8 +46,10 @@ _OLD_WOMAN = 0.55
 """Share of it in women: MakeHuman's old faces, folds and thin lips are men's."""
 _WOMAN = {"chin-width": -0.3, "nose-volume": -0.25, "eye-scale": 0.15, "mouth-upperlip-volume": 0.2, "chin-bones": -0.2}
 """What differs in women, besides what MakeHuman makes of the sexes."""
-_HAIRY, _SHAVED = 0.9, 0.65
-"""How much of the skin is hidden where hair grows, and where it is shaved."""
+_HAIRY = 0.9
+"""How much of the skin is hidden where hair grows."""
+_SHAVED = 0.65
+"""The same of a shaved head."""
 _OF_CLOTHES = 0.016
 """How far hair lies off dressed shoulders [m]."""
 _BITE = ("mouth-lowerlip", "mouth-upperlip", "mouth-trans", "mouth-scale-depth", "chin-prognathism", "chin-jaw-drop")

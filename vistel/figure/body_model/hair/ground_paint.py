@@ -8,10 +8,12 @@ from vistel.figure.body_model.hair.scalp import Scalp
 from vistel.figure.body_model.texels import Colour, between, noise
 from vistel.geometry.smoothstep import smooth
 
-_BEGINS, _WHOLE = -0.045, 0.09
-"""How far inside the hairline the first short hairs are, and where they are as many as farther in; of a shaved head
-`_SHAVED` as far. As shares of the head's size."""
+_BEGINS = -0.045
+"""How far inside the hairline the first short hairs are, as a share of the head's size."""
+_WHOLE = 0.09
+"""How far inside it they are as many as farther in, likewise."""
 _SHAVED = 2.2
+"""By how much farther that is on a shaved head."""
 _NEAR = 0.6
 """Farthest place outside the hairline that is looked at, likewise."""
 _BEYOND = 9
