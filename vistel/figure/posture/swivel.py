@@ -30,6 +30,9 @@ class Comfort(NamedTuple):
     deviation: float = 1.1
     flexion: float = 0.6
     keep: float = 0.05
+    twist_at_rest: float = -0.7
+    deviation_at_rest: float = 0.15
+    flexion_at_rest: float = 0.0
     axial_at_rest: float = -0.4
 
 
