@@ -164,7 +164,7 @@ def test_a_patch_of_an_older_file_is_not_rigid() -> None:
     assert lens.film
     assert of_numbers(lens.numbers, lens.pictures).rigid
     assert not of_numbers(lens.numbers[:12], lens.pictures).rigid
-    with pytest.raises(ValueError, match="11 numbers, expected 13"):
+    with pytest.raises(ValueError, match="11 numbers, expected 14"):
         of_numbers(lens.numbers[:11], {})
 
 
