@@ -113,6 +113,20 @@ class PressedFigure:
         return turned / self._share[vertices].sum(axis=1, dtype=np.float64)[:, None, None]
 
 
+class LookTimes:
+    """When it is looked at who presses what. What stands still, as a log does where nobody plays it, is seen for long: then it is
+    looked at as it is."""
+
+    def __init__(self) -> None:
+        self._seen_ns = 0
+
+    def at(self, now_ns: int) -> tuple[int, bool]:
+        """Called once for each frame, of `now_ns`: a number that is the same for frames of which one look is enough; and whether
+        it stands still."""
+        stands, self._seen_ns = now_ns == self._seen_ns, now_ns
+        return now_ns if stands else now_ns // PERIOD_NS, stands
+
+
 class PressedSkin:
     """Of all people of a room. figure: somebody's, None while it is being made and where there is none."""
 
@@ -120,7 +134,7 @@ class PressedSkin:
         self._figure, self._ghosts = figure, Ghosts()
         self._looked: tuple[int, tuple[ActingGhost, ...], tuple[str, ...]] | None = None
         """When, at which pairs, at whose figures."""
-        self._seen_ns = 0
+        self._times = LookTimes()
         self._told: dict[str, Pressed] = {}
         self._words = json.dumps({"kind": "skin", "people": []})
 
@@ -131,9 +145,8 @@ class PressedSkin:
         touching = {name for ghost in acting for name in (ghost.target, ghost.source)}
         people = [person for person in now.people if person.about.name in touching][:MOST_PEOPLE]
         made = [(person, figure) for person in people if (figure := self._figure(person.about)) is not None]
-        # What stands still, as a log does where nobody plays it, is seen for long: it is told as it is.
-        stands, self._seen_ns = now.now_ns == self._seen_ns, now.now_ns
-        at = now.now_ns if stands else now.now_ns // PERIOD_NS, acting, tuple(person.about.name for person, _ in made)
+        when, stands = self._times.at(now.now_ns)
+        at = when, acting, tuple(person.about.name for person, _ in made)
         if at != self._looked:
             self._looked = at
             self._look(replace(now, world=replace(now.world, ghosts=acting)), made, MOVED_M if stands else CHANGED_M)

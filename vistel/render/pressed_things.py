@@ -17,7 +17,7 @@ from vistel.figure.body import pose_body
 from vistel.figure.posture.posture import pose_joints
 from vistel.geometry.pose import Pose
 from vistel.render.glb_files import ThingFile
-from vistel.render.pressed_skin import MOST_PEOPLE, PERIOD_NS, Pressed, PressedFigure, PressedSkin
+from vistel.render.pressed_skin import MOST_PEOPLE, LookTimes, Pressed, PressedFigure, PressedSkin
 from vistel.render.room_gltf import FURNITURE
 from vistel.render.stage.stage import Instant, ParticipantInfo
 from vistel.render.things.soft import Reshaped, SoftThing, SoftThings, is_soft, pulls_of
@@ -80,14 +80,14 @@ class PressedThings:
         """What `_soft` has, and digests of the files, by id."""
         self._places = [_Place(_words(n, None)) for n in range(MOST_THINGS)]
         self._looked: tuple[object, ...] = ()
-        self._seen_ns = self._pause = 0
+        self._times, self._pause = LookTimes(), 0
 
     def words(self, now: Instant) -> Iterator[tuple[str, str]]:
         """For each place the kind of message, and JSON: which thing is dented how, as of the last look. Asked for each frame."""
-        stands, self._seen_ns = now.now_ns == self._seen_ns, now.now_ns
+        when, stands = self._times.at(now.now_ns)
         self._pause -= 1
         if stands or self._pause <= 0:
-            self._look(now, now.now_ns if stands else now.now_ns // PERIOD_NS)
+            self._look(now, when)
         for n, place in enumerate(self._places):
             yield f"dents{n}", place.words
 

@@ -66,12 +66,16 @@ export class Plots {
     this.beside = beside;
     this.fields = null;
     this.plot = null;
-    this.choose(names);
+    this.show(names);
   }
 
   choose(names: string[]): void {
-    this.names = [...new Set(names)].slice(0, MOST);
+    this.show(names);
     this.changed();
+  }
+
+  private show(names: string[]): void {
+    this.names = [...new Set(names)].slice(0, MOST);
     this.ask();
     this.draw(true);
   }

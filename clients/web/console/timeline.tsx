@@ -35,7 +35,6 @@ export class Timeline {
   private notes: Note[] = [];
   private dragged: number | null = null; // where the hand holds the playhead [s]
   private waiting = false; // for the picture of where the hand is
-  private addressed: number | null = null; // where the address has the playhead, until it is there [s]
   private loopFrom: number | null = null;
   private damage: string[] = [];
   private grows = false;
@@ -68,20 +67,17 @@ export class Timeline {
     this.toLive = live;
     this.lanes = null;
     this.notes = [];
-    if (!live) this.goToAddress();
+    if (this.head) this.send({ t: this.t }); // the connection was lost, and has come back
+    else if (!live) this.goToAddress();
     this.show();
   }
 
   end(): void {
-    this.head = this.addressed = null;
+    this.head = null;
   }
 
   receiveHead(head: Playhead): void {
     this.head = head;
-    if (this.addressed !== null) {
-      if (Math.abs(head.t - Math.min(head.end, Math.max(0, this.addressed))) < 2e-3) this.addressed = null;
-      else this.send({ t: this.addressed }); // what is said while a connection breaks is lost
-    }
     if (this.waiting && this.dragged !== null && Math.abs(head.t - this.dragged) < 2e-3) {
       this.cost = performance.now() - this.asked;
       this.waiting = false;
@@ -116,7 +112,6 @@ export class Timeline {
   }
 
   goTo(t: number): void {
-    this.addressed = null;
     this.dragged = Math.min(this.end_s, Math.max(0, t));
     if (!this.holding) this.zoom.follow(this.dragged);
     this.waiting = true;
@@ -134,13 +129,10 @@ export class Timeline {
 
   private goToAddress(): void {
     const t = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? Number.NaN);
-    if (!Number.isFinite(t)) return;
-    this.addressed = t;
-    this.send({ t });
+    if (Number.isFinite(t)) this.send({ t });
   }
 
   private toggle(): void {
-    this.addressed = null;
     this.send({ playing: !this.playing });
     this.remember();
   }

@@ -163,6 +163,7 @@ class _Maker:
         self._about: Publication = bus.publish(BY_NAME["participant"], participant=person.name)
         self._silences = Silences()
         self._solve_s, self._motions = _SOLVE.labels(person.name), _MOTIONS.labels(person.name)
+        self._stale, self._rejected = _STALE.labels(person.name), _REJECTED.labels(person.name)
 
     def announce(self, clock: Clock) -> None:
         """Publish who this is."""
@@ -179,6 +180,7 @@ class _Maker:
         self._solve_s.observe(time.perf_counter() - started)
         self._motion.put(self._sample(t_ns, solved))
         self._motions.inc()
+        self._rejected.set(self.capture.rejected)
         self._note(*self._silences.news(solved.stale - self.person.not_worn, t_ns))
 
     def _sample(self, t_ns: int, solved: Solved) -> MotionSample:
@@ -207,6 +209,4 @@ class _Maker:
             log.warning("sensor silent participant=%s sensor=%s", self.person.name, name)
         for name in back:
             log.info("sensor back participant=%s sensor=%s", self.person.name, name)
-        if silent or back:
-            _STALE.labels(self.person.name).set(len(self._silences.silent))
-            _REJECTED.labels(self.person.name).set(self.capture.rejected)
+        self._stale.set(len(self._silences.silent))

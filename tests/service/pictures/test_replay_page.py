@@ -12,6 +12,7 @@ from typing import Any
 import aiohttp
 import numpy as np
 import pytest
+import served_log
 from browser import Page, page
 from numpy.typing import NDArray
 from served_log import MEETING, SOFTWARE_GL, run, served
@@ -35,7 +36,7 @@ from vistel.v1.geometry_pb2 import Vec3
 from vistel.v1.world_pb2 import HandForce
 from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.topics import BY_NAME
-from vistel_services.console import bundle, player
+from vistel_services.console import bundle, player, replays
 from vistel_services.console.replays import MOST_REPLAYS
 
 
@@ -249,6 +250,40 @@ def test_skin_gives_way_in_a_browser_as_the_engine_has_it_and_who_is_chosen_show
             await tab.until("(([arrows, shapes]) => arrows === 1 && shapes > 5)(window.vistel.contacts())")  # with the next picture
             await tab.value(f"{choose}.click()")
             await tab.until("window.vistel.contacts().every((count) => count === 0)")
+
+    run(watch())
+
+
+def test_a_page_whose_connection_breaks_comes_back_to_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    if bundle.bundle_missing():
+        pytest.skip("the console's page has not been made (make web)")
+    servers: list[Any] = []
+    heads: list[Any] = []
+    opened, visit = served_log.open_server, replays._Visit.__init__
+
+    async def open_server(*given: Any) -> Any:
+        servers.append(await opened(*given))
+        return servers[0]
+
+    def visited(self: Any, *given: Any) -> None:
+        visit(self, *given)
+        heads.append(lambda: self._head.t)
+
+    monkeypatch.setattr(served_log, "open_server", open_server)
+    monkeypatch.setattr(replays._Visit, "__init__", visited)
+
+    async def watch() -> None:
+        async with served(MEETING) as url, page(tmp_path, *SOFTWARE_GL) as tab:
+            await tab.open(f"{url}#t=4.5", 480, 400)
+            for moment in (4.5, 3.0):  # that of the address, and one that the hand went to
+                if moment != 4.5:
+                    await tab.value(f"window.vistelTravel.goTo({moment})")
+                await tab.until(f"window.vistelTravel && Math.abs(window.vistelTravel.t() - {moment}) < 1e-3")
+                await until(lambda at=moment: heads[-1]() == at, "the playhead there")
+                before = len(heads)
+                for connection in servers[0]._runner.server.connections:
+                    connection.transport.abort()
+                await until(lambda count=before, at=moment: len(heads) > count and heads[-1]() == at, "back where it was")
 
     run(watch())
 

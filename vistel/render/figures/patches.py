@@ -48,8 +48,8 @@ class Patches:
 
     def program(self, patch: Patch, more: tuple[str, ...] = (), *, small: bool = False) -> moderngl.Program:
         """The one that draws such patches; more: defines; small: where they are small in the picture."""
-        said = {"GLOW": any(patch.glow), "BLEND": patch.blend, "FILM": patch.film, "BOTH_SIDES": patch.both_sides}
-        said["STRANDS"] = patch.strands
+        of_light = {"GLOW": any(patch.glow), "STRANDS": patch.strands}
+        said = of_light | {"BLEND": patch.blend, "FILM": patch.film, "BOTH_SIDES": patch.both_sides}
         words = (*(_DEFINES[name] for name in patch.pictures), *(word for word, there in said.items() if there))
         shader, light = "patch", self._light
         if small and patch.matt and self._by_vertex is not None:
