@@ -5,7 +5,7 @@ import { build } from "esbuild";
 const root = process.argv.slice(2).find((said) => !said.startsWith("--")) ?? "../../";
 const pages = {
   "watch/main.ts": "services/vistel_services/renderer/out/page/watch.js",
-  "studio/main.ts": "clients/cli/vistel_cli/wrinkle/studio/page/studio.js",
+  "studio/wrinkles/main.ts": "clients/cli/vistel_cli/studio/wrinkles/page/studio.js",
 };
 // They hold code of others, so they are made at set-up and not committed; only these with --console.
 const made = {
@@ -15,6 +15,8 @@ const made = {
   "sound/microphone_worklet.ts": "services/vistel_services/console/page/microphone.js",
   "sound/player_worklet.ts": "services/vistel_services/console/page/player.js",
   "join/screen_worker.ts": "services/vistel_services/console/page/screen.js",
+  "studio/avatar/main.tsx": "clients/cli/vistel_cli/studio/page/avatar.js",
+  "studio/calibration/main.tsx": "clients/cli/vistel_cli/studio/page/calibration.js",
   "join/camera_worker.ts": "services/vistel_services/console/page/landmarks/camera_worker.js",
 };
 // Only guests who show a PDF need it: it is loaded then.

@@ -21,6 +21,10 @@ if TYPE_CHECKING:  # slow to load
     from vistel.conference.model import Conference
 
 
+_STUDIO = ".studio"
+"""Ending of the file that says where studios are."""
+
+
 @dataclass(frozen=True)
 class Running:
     """A conference that runs, called `name`. hub: its router, such as "tcp/127.0.0.1:7447"; file: its conference file; folder:
@@ -52,12 +56,34 @@ def running_folder() -> Path:
 def announced(running: Running) -> Generator[None]:
     """List the conference for other processes until the block or this process ends. A folder that cannot be written is no error:
     others then need the router's address."""
-    path = running_folder() / f"{os.getpid()}.json"
+    with _listed(f"{os.getpid()}.json", json.dumps(asdict(running), indent=2)):
+        yield
+
+
+@contextmanager
+def studio_announced(address: str) -> Generator[None]:
+    """Tell other processes where the studios are, until the block or this process ends."""
+    with _listed(f"{os.getpid()}{_STUDIO}", address):
+        yield
+
+
+def studio_here() -> str:
+    """Address of the studios that run on this machine; empty for none."""
+    for path in running_folder().glob(f"*{_STUDIO}"):
+        with suppress(OSError, ValueError):  # removed meanwhile, or of another program
+            if not _removed(path):
+                return path.read_text("utf-8")
+    return ""
+
+
+@contextmanager
+def _listed(name: str, text: str) -> Generator[None]:
+    path = running_folder() / name
     held: int | None = None
     with suppress(OSError):
         path.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
         with whole_file(path, private=True) as stream:
-            stream.write(json.dumps(asdict(running), indent=2).encode())
+            stream.write(text.encode())
             if sys.platform != "win32":  # locked before anybody sees it, through a handle that outlives the stream
                 held = os.dup(stream.fileno())
                 fcntl.flock(held, fcntl.LOCK_EX)
@@ -93,8 +119,7 @@ def _announced() -> list[Running]:
     found: list[Running] = []
     for path in running_folder().glob("*.json"):
         with suppress(OSError, ValueError, TypeError):  # removed meanwhile, or of another program
-            if _left_behind(path):
-                path.unlink()
+            if _removed(path):
                 continue
             found.append(Running(**json.loads(path.read_bytes())))
     return sorted(found, key=lambda r: r.started_ns, reverse=True)
@@ -107,8 +132,14 @@ def router_of(conference: Conference) -> str | None:
     return here[0].hub if here else ",".join(conference.bus.endpoints) or None
 
 
+def _removed(path: Path) -> bool:
+    """Whether the process that wrote the file is dead: only then its lock is free. The file is removed then. Raises OSError."""
+    if dead := _left_behind(path):
+        path.unlink()
+    return dead
+
+
 def _left_behind(path: Path) -> bool:
-    """Whether the process that wrote the file is dead: only then its lock is free."""
     if sys.platform == "win32":
         return False
     with path.open("rb") as stream:

@@ -40,6 +40,7 @@ COMMANDS = {
     "calibrate": Lazy(
         "vistel_cli.calibrate.calibrate:app", PARTICIPANTS, "Measure people and devices, into files for a conference."
     ),
+    "studio": Lazy("vistel_cli.studio.open_studio:studio", PARTICIPANTS),
     "devices": Lazy("vistel_cli.devices.devices:devices", PARTICIPANTS),
     "record": Lazy("vistel_cli.run.record:record", RESEARCHERS),
     "replay": Lazy("vistel_cli.log.replay:replay", RESEARCHERS),

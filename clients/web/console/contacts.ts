@@ -3,13 +3,11 @@ import {
   ConeGeometry,
   CylinderGeometry,
   Group,
-  LatheGeometry,
   Mesh,
   MeshBasicMaterial,
-  MeshStandardMaterial,
-  Vector2,
   Vector3,
 } from "three";
+import { shapesOn } from "./cone_spheres";
 import type { Figure } from "./figure";
 import type { Force, Primitives } from "./wire";
 import type { Chosen } from "./who";
@@ -19,12 +17,9 @@ const SHORTEST_M = 0.02;
 const LONGEST_M = 0.09;
 const HEAD_M = 0.011;
 const THICK_M = 0.0014;
-const STEPS = 6; // of a cone-sphere's round end
-const AROUND = 14;
 const NEAR_M = 0.12; // a shape that is farther from where it touches is not seen
 const UP = new Vector3(0, 1, 0);
 const ARROW = new MeshBasicMaterial({ color: 0xffb020, depthTest: false, transparent: true, toneMapped: false });
-const SHAPE = new MeshStandardMaterial({ color: 0x58b4ff, roughness: 0.5, transparent: true, opacity: 0.35, depthWrite: false });
 const SHAFT = new CylinderGeometry(THICK_M, THICK_M, 1, 8).translate(0, 0.5, 0);
 const HEAD = new ConeGeometry(2.6 * THICK_M, HEAD_M, 12).translate(0, 0.5 * HEAD_M, 0);
 
@@ -73,7 +68,7 @@ export class Contacts {
   /** Those of somebody's primitives that are near a place. */
   private showShapes(figure: Figure, at: Vector3): void {
     if (!figure.primitives) return;
-    const shapes = this.shapes.get(figure.primitives) ?? made(figure, figure.primitives);
+    const shapes = this.shapes.get(figure.primitives) ?? shapesOn((joint) => figure.bone(joint), figure.primitives);
     this.shapes.set(figure.primitives, shapes);
     figure.root.updateMatrixWorld(true);
     const place = new Vector3();
@@ -94,32 +89,4 @@ function arrow({ at, force }: Force): Group {
   group.position.set(...at);
   group.quaternion.setFromUnitVectors(UP, along.normalize());
   return group;
-}
-
-/** A mesh for each primitive, on the bone that carries it. */
-function made(figure: Figure, { joint, a, b, radiusA, radiusB }: Primitives): Mesh[] {
-  return joint.map((bone, n) => {
-    const [from, to] = [new Vector3(...a[n]!), new Vector3(...b[n]!)];
-    const shape = new Mesh(coneSphere(from.distanceTo(to), radiusA[n]!, radiusB[n]!), SHAPE);
-    shape.position.copy(from).add(to).multiplyScalar(0.5);
-    shape.quaternion.setFromUnitVectors(UP, to.sub(from).normalize());
-    shape.visible = false;
-    figure.bone(bone).add(shape);
-    return shape;
-  });
-}
-
-/** Two spheres and the cone round both, along y, its middle at the origin. */
-function coneSphere(length: number, radiusA: number, radiusB: number): LatheGeometry {
-  const tilt = length > 0 ? Math.asin(Math.min(1, Math.max(-1, (radiusA - radiusB) / length))) : 0; // where the cone meets the spheres
-  const points: Vector2[] = [];
-  const arc = (radius: number, y: number, from: number, to: number) => {
-    for (let n = 0; n <= STEPS; n++) {
-      const angle = from + ((to - from) * n) / STEPS;
-      points.push(new Vector2(Math.max(1e-6, radius * Math.cos(angle)), y + radius * Math.sin(angle)));
-    }
-  };
-  arc(radiusA, -length / 2, -Math.PI / 2, tilt);
-  arc(radiusB, length / 2, tilt, Math.PI / 2);
-  return new LatheGeometry(points, AROUND);
 }

@@ -177,6 +177,7 @@ function hear(words: Words): void {
     element("conference").textContent = words.log ?? words.conference;
     travel.hello(words);
     steering.begin(Boolean(words.steers));
+    showStudio(words.studio ?? "");
     events.begin();
     if (!words.beside) room?.receiveBeside(null);
     showSound();
@@ -226,6 +227,14 @@ function hear(words: Words): void {
     return travel.hear(words);
   }
   showSoon();
+}
+
+/** The way to the studios that run on this machine. address: "" for none. */
+function showStudio(address: string): void {
+  const link = element<HTMLAnchorElement>("studio");
+  link.hidden = !address || !["localhost", "127.0.0.1"].includes(location.hostname);
+  link.href = address;
+  link.textContent = panelText("studio");
 }
 
 /** What is said to the pages of guests alone. */

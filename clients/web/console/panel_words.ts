@@ -2,6 +2,7 @@
 import { phrases } from "./language";
 
 const ENGLISH = {
+  studio: "Studio",
   roomView: "Room",
   tableView: "Table",
   eyesOf: "{0}’s eyes",
@@ -86,6 +87,7 @@ const ENGLISH = {
 };
 type Key = keyof typeof ENGLISH;
 const JAPANESE: Record<Key, string> = {
+  studio: "スタジオ",
   roomView: "部屋",
   tableView: "テーブル",
   eyesOf: "{0} の目から",

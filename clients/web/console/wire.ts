@@ -143,6 +143,7 @@ export interface Hello {
   conference: string;
   recorded?: boolean; // of the live room: it can be gone back in
   steers?: boolean; // of the live room: the page is the host's
+  studio?: string; // for the host: where the studios of the server's machine are; "": none run
   log?: string; // the name of the log that is seen in place of the live room
   grows?: boolean; // it is being written, or was cut off
   damage?: string[];

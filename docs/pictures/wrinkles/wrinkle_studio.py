@@ -10,8 +10,8 @@ from aiohttp import web
 
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.wrinkle.wrinkle_sets import wrinkle_sets
-from vistel_cli.wrinkle.studio.opened import Opened
-from vistel_cli.wrinkle.studio.server import Studio
+from vistel_cli.studio.wrinkles.opened import Opened
+from vistel_cli.studio.wrinkles.server import Studio
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests"))

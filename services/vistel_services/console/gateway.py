@@ -15,6 +15,7 @@ from prometheus_client import Counter, Gauge
 
 from vistel.conference.model import Conference
 from vistel.conference.paths import RunPaths
+from vistel.conference.running import studio_here
 from vistel.session.chat import Chat
 from vistel.session.steering.page import Steering
 from vistel.wire import background, motion
@@ -121,6 +122,7 @@ class Gateway:
     def viewing(self, connection: web.WebSocketResponse, viewer: Viewer) -> Generator[None]:
         """While entered, the room is sent there."""
         hello = {"kind": "hello", "conference": self._conference.name, "recorded": bool(self._paths.logs), "steers": viewer.steers}
+        hello["studio"] = studio_here() if viewer.steers else ""
         viewer.put("hello", json.dumps(hello))
         self._viewers.add(viewer)
         self._connections.add(connection)

@@ -18,8 +18,8 @@ from browser import Page, page
 from vistel.figure.avatar.texture import island_of
 from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.wrinkle.wrinkle_sets import load_sets, sets_in, wrinkle_sets
-from vistel_cli.wrinkle.studio.opened import Opened
-from vistel_cli.wrinkle.studio.server import Studio
+from vistel_cli.studio.wrinkles.opened import Opened
+from vistel_cli.studio.wrinkles.server import Studio
 
 READY = "!!window.studio && window.studio.link.idle && window.studio.state.sets.length > 0"
 CONTROL, SHIFT = 2, 8

@@ -4,6 +4,7 @@ import asyncio
 import contextlib
 import shutil
 from collections.abc import Callable
+from typing import Protocol
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
@@ -17,7 +18,19 @@ Now = Callable[[], float]
 """Seconds since the moves began."""
 
 
-class Asker:
+class Asker(Protocol):
+    """Who asks a person for moves."""
+
+    def tell(self, text: str) -> None:
+        """Say what to do."""
+        ...
+
+    async def lead(self, now: Now, begin_s: float, seconds: float, go: str) -> None:
+        """Count down to `begin_s`, say `go`, and show the `seconds` of it passing."""
+        ...
+
+
+class TerminalAsker:
     """Asks on the terminal. With `speak` it also asks aloud, if a speech program is installed."""
 
     def __init__(self, speak: bool) -> None:
@@ -34,7 +47,7 @@ class Asker:
             self._speaking.add(background.start(_say(self._voice, text), "voice"))
 
     async def lead(self, now: Now, begin_s: float, seconds: float, go: str) -> None:
-        """Count down to `begin_s`, say `go`, and show the `seconds` of it passing."""
+        """As `Asker` has it."""
         await until(now, begin_s - 3.0)
         for left in (3, 2, 1):
             await until(now, begin_s - left)

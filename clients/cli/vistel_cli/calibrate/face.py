@@ -1,7 +1,10 @@
 """`vistel calibrate face`: a person's neutral face, and the colour of its marks, in their helmet's camera."""
 
+from __future__ import annotations
+
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,7 +15,13 @@ from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.terminal import fail, out
 
-_STILL_PX = 2.0
+if TYPE_CHECKING:
+    from vistel.arrays import U8
+    from vistel.conference.model import Participant
+    from vistel.vision.face_calibration import FaceCalibration
+
+STILL_PX = 2.0
+"""A face whose marks move more was not kept still."""
 _MOST = 90
 
 
@@ -41,19 +50,10 @@ def face(
         fail(f'{file}: {name} has no face camera; give them [sites.participants.face] with kind = "camera"')
     path = output or Path(f"{face_name(name)}.json")
     keep_existing(path, force=force)
-    # Loads what only this command needs.
-    from vistel.vision.face_calibration import FaceCalibrationError, calibrate_face, write_face
-    from vistel_sim.pictures.face import FacePicture, View, rest_face
-    from vistel_sim.pictures.noise import light_at
-    from vistel_sim.simulation import device_seed
+    from vistel.vision.face_calibration import FaceCalibrationError, write_face
 
-    drawn = FacePicture(device_seed(seed, face_name(name)))
-    frames = [
-        picture
-        for _, picture in shown(person.face, clip, seconds, lambda k: drawn.draw(rest_face(), k, View(gains=light_at(k / 30))))
-    ]
     try:
-        found = calibrate_face(frames[:: max(1, len(frames) // _MOST)], mirrored=person.face.mirrored)
+        found, pictures = measure_face(person, seed, clip, seconds)
         write_face(path, found)
     except FaceCalibrationError as e:
         fail(f"{clip or person.face.source}: {e}")
@@ -63,7 +63,7 @@ def face(
         out.print_json(
             data={
                 "file": str(path),
-                "pictures": len(frames),
+                "pictures": pictures,
                 "wander_px": round(found.wander_px, 3),
                 "misfit_mm": round(found.misfit_mm, 3),
                 "contrast": round(found.key.contrast(), 1),
@@ -73,6 +73,25 @@ def face(
     out.print(f"marks moved by {found.wander_px:.2f} px while the face was to be still")
     out.print(f"they lie {found.misfit_mm:.1f} mm off those of a standard face")
     out.print(f"their colour stands out of the rest {found.key.contrast():.0f}:1")
-    if found.wander_px > _STILL_PX:
+    if found.wander_px > STILL_PX:
         out.print("that is much: keep the face still and do it again", style="yellow")
     out.print(f"wrote {path}", soft_wrap=True)
+
+
+def measure_face(
+    person: Participant, seed: int, clip: Path | None, seconds: float, see: Callable[[U8], object] = lambda _: None
+) -> tuple[FaceCalibration, int]:
+    """What the pictures say of a still face, and how many there were. see: is given each picture. Raises FaceCalibrationError."""
+    # Loads what only this needs.
+    from vistel.vision.face_calibration import calibrate_face
+    from vistel_sim.pictures.face import FacePicture, View, rest_face
+    from vistel_sim.pictures.noise import light_at
+    from vistel_sim.simulation import device_seed
+
+    assert person.face is not None
+    drawn = FacePicture(device_seed(seed, face_name(person.name)))
+    frames: list[U8] = []
+    for _, picture in shown(person.face, clip, seconds, lambda k: drawn.draw(rest_face(), k, View(gains=light_at(k / 30)))):
+        frames.append(picture)
+        see(picture)
+    return calibrate_face(frames[:: max(1, len(frames) // _MOST)], mirrored=person.face.mirrored), len(frames)

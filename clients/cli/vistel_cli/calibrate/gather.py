@@ -1,7 +1,7 @@
 """A participant's receivers during the moves of a calibration: live from their tracker, or from a log."""
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +24,7 @@ from vistel.figure.calibration.moves import (
 )
 from vistel.v1.device_pb2 import TrackerFrame
 from vistel.wire.log import LogError, LogReader
-from vistel_cli.calibrate.ask import Asker, Now, until
+from vistel_cli.calibrate.ask import Asker, Now, TerminalAsker, until
 from vistel_cli.devices.session import alone, running
 from vistel_cli.people import person_of
 from vistel_cli.terminal import fail
@@ -101,20 +101,23 @@ def from_log(path: Path, conference: Conference, name: str, steps: Sequence[Step
 
 def live(conference: Conference, name: str, steps: Sequence[Step], speak: bool) -> Moves:
     """Ask for the moves one after the other, and record them. Raises MoveError."""
-    return asyncio.run(_live(conference, name, steps, Asker(speak)))
+    return asyncio.run(ask_moves(conference, name, steps, TerminalAsker(speak)))
 
 
 def _roles(config: TrackerConfig) -> dict[int, str]:
     return {n: str(role) for role, n in config.stations.items()}
 
 
-async def _live(conference: Conference, name: str, steps: Sequence[Step], asker: Asker) -> Moves:
+async def ask_moves(
+    conference: Conference, name: str, steps: Sequence[Step], asker: Asker, see: Callable[[TrackerFrame], object] = lambda _: None
+) -> Moves:
+    """As `live`, on the loop that runs. see: is given each frame of the tracker."""
     site, person = person_of(conference, name)
     config = tracker_of(person)
     with_tracker = person.model_copy(update={"gloves": {}, "face": None, "eye": None})
     async with running(alone(conference, site, with_tracker), (tracker,)) as session:
         collected = Collected(_roles(config), session.begin_ns)
-        session.listen("tracker", collected.take)
+        session.listen("tracker", lambda frame: (collected.take(frame), see(frame)))
         if not await session.until(lambda: not collected.silent, START_S):
             missing = ", ".join(name.replace("_", " ") for name in collected.silent)
             raise MoveError(

@@ -1,8 +1,11 @@
 """`vistel calibrate gaze`: maps the pupil's position in an eye camera's picture to the direction of gaze."""
 
+from __future__ import annotations
+
 import math
+from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -13,9 +16,17 @@ from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.terminal import USAGE, err, fail, out
 
+if TYPE_CHECKING:
+    from vistel.arrays import U8
+    from vistel.conference.model import Participant
+    from vistel.vision.eye_reader import EyeReading
+    from vistel.vision.gaze_calibration import GazeCalibration
+
 _USED = (0.4, 0.95)
 """Share of each point's time that is evaluated: the eye needs the rest to arrive."""
-_GOOD_DEG = 1.5
+GOOD_DEG = 1.5
+"""An error above this is much."""
+POINTS = 9
 
 
 def gaze(
@@ -48,41 +59,17 @@ def gaze(
         fail("expected --seconds 0.3 to 30 s, --yaw and --pitch 2 to 40 degrees", USAGE)
     path = output or Path(f"{eye_name(name)}.json")
     keep_existing(path, force=force)
-    # Loads what only this command needs.
-    import cv2
-    import numpy as np
-
-    from vistel.vision.eye_reader import EyeReader
     from vistel.vision.face_calibration import FaceCalibrationError
-    from vistel.vision.gaze_calibration import GAZE_TARGETS, calibrate_gaze, write_gaze
-    from vistel_sim.pictures.eye import EyePicture
-    from vistel_sim.simulation import device_seed
-
-    targets = GAZE_TARGETS / np.abs(GAZE_TARGETS).max(0) * np.radians((yaw, pitch))
-    drawn = EyePicture(device_seed(seed, eye_name(name)), right=person.eye.eye == "right")
-
-    def simulated(k: int) -> Any:
-        return drawn.draw(targets[min(8, int(k / SIMULATED_HZ / seconds))], 1.0, k)
+    from vistel.vision.gaze_calibration import write_gaze
 
     live = clip is None and not person.eye.simulated
-    reader = EyeReader()
-    pupils: list[list[Any]] = [[] for _ in targets]
-    openings: list[float] = []
-    size, point = (0, 0), -1
-    for t_s, picture in shown(person.eye, clip, len(targets) * seconds, simulated):
-        now, phase = divmod(t_s / seconds, 1.0)
-        if int(now) > point and int(now) < len(targets):
-            point = int(now)
-            if live:
-                err.print(f"point {point + 1} of {len(targets)}: {_where(*targets[point])}")
-        grey = picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-        size = grey.shape[1], grey.shape[0]
-        reading = reader.read(np.asarray(grey, np.uint8))
-        if reading.pupil is not None and _USED[0] < phase < _USED[1] and int(now) < len(targets):
-            pupils[int(now)].append(reading.pupil.centre)
-            openings.append(reading.opening_px)
+
+    def tell(point: int, where: str) -> None:
+        if live:
+            err.print(f"point {point} of {POINTS}: {where}")
+
     try:
-        found = calibrate_gaze([np.array(p).reshape(-1, 2) for p in pupils], targets, size, float(np.median(openings or [0.0])))
+        found, points = measure_gaze(person, seed, clip, seconds, (yaw, pitch), tell)
         write_gaze(path, found)
     except FaceCalibrationError as e:
         fail(f"{clip or person.eye.source}: {e}")
@@ -92,7 +79,7 @@ def gaze(
         out.print_json(
             data={
                 "file": str(path),
-                "points": sum(len(p) > 0 for p in pupils),
+                "points": points,
                 "residual_deg": round(found.residual_deg, 3),
                 "left_out_deg": round(found.left_out_deg, 3),
                 "open_px": round(found.open_px, 1),
@@ -100,10 +87,58 @@ def gaze(
         )
         return
     out.print(f"residual on the points {found.residual_deg:.2f} degrees; on points left out {found.left_out_deg:.2f}")
-    if found.left_out_deg > _GOOD_DEG:
+    if found.left_out_deg > GOOD_DEG:
         advice = "keep the head still, look at each point until the next is announced, and do it again"
         out.print(f"that is much: {advice}", style="yellow")
     out.print(f"wrote {path}", soft_wrap=True)
+
+
+def measure_gaze(
+    person: Participant,
+    seed: int,
+    clip: Path | None,
+    seconds: float,
+    angles_deg: tuple[float, float],
+    tell: Callable[[int, str], object],
+    see: Callable[[U8, EyeReading], object] = lambda _, __: None,
+) -> tuple[GazeCalibration, int]:
+    """The map from the pupil to the gaze, and at how many points the pupil was seen. seconds: for each point; angles_deg: of the
+    outer points, to the sides, and up and down; tell: is told each point, from 1, and where it is; see: is given each picture and
+    what was read in it. Raises FaceCalibrationError."""
+    # Loads what only this needs.
+    import cv2
+    import numpy as np
+
+    from vistel.vision.eye_reader import EyeReader
+    from vistel.vision.gaze_calibration import GAZE_TARGETS, calibrate_gaze
+    from vistel_sim.pictures.eye import EyePicture
+    from vistel_sim.simulation import device_seed
+
+    assert person.eye is not None
+    targets = GAZE_TARGETS / np.abs(GAZE_TARGETS).max(0) * np.radians(angles_deg)
+    drawn = EyePicture(device_seed(seed, eye_name(person.name)), right=person.eye.eye == "right")
+
+    def simulated(k: int) -> Any:
+        return drawn.draw(targets[min(POINTS - 1, int(k / SIMULATED_HZ / seconds))], 1.0, k)
+
+    reader = EyeReader()
+    pupils: list[list[Any]] = [[] for _ in targets]
+    openings: list[float] = []
+    size, point = (0, 0), -1
+    for t_s, picture in shown(person.eye, clip, POINTS * seconds, simulated):
+        now, phase = divmod(t_s / seconds, 1.0)
+        if int(now) > point and int(now) < POINTS:
+            point = int(now)
+            tell(point + 1, _where(*targets[point]))
+        grey = np.asarray(picture if picture.ndim == 2 else cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY), np.uint8)
+        size = grey.shape[1], grey.shape[0]
+        reading = reader.read(grey)
+        see(grey, reading)
+        if reading.pupil is not None and _USED[0] < phase < _USED[1] and int(now) < POINTS:
+            pupils[int(now)].append(reading.pupil.centre)
+            openings.append(reading.opening_px)
+    found = calibrate_gaze([np.array(p).reshape(-1, 2) for p in pupils], targets, size, float(np.median(openings or [0.0])))
+    return found, sum(len(p) > 0 for p in pupils)
 
 
 def _where(yaw_rad: float, pitch_rad: float) -> str:

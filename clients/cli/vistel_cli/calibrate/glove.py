@@ -1,7 +1,7 @@
 """`vistel calibrate glove`: fits a glove to its user from four hand shapes held still."""
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
 
@@ -11,7 +11,7 @@ from rich.table import Table
 from vistel.conference.device_list import Device, devices_of_participant
 from vistel.conference.model import Conference
 from vistel.devices.kind import load
-from vistel_cli.calibrate.ask import Asker
+from vistel_cli.calibrate.ask import Asker, TerminalAsker
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE, LOG
 from vistel_cli.overwriting import Force, keep_existing
@@ -19,6 +19,7 @@ from vistel_cli.people import person_of
 from vistel_cli.terminal import fail, load_conference, out
 
 START_S = 20.0
+_POOR_NOTES = 4
 
 
 class GloveReadings(NamedTuple):
@@ -66,7 +67,7 @@ def glove(
     if log is not None:
         _from_log(log, device, take)
     else:
-        why = asyncio.run(_live(conference, glove, take, Asker(speak)))
+        why = asyncio.run(ask_hands(conference, glove, take, TerminalAsker(speak)))
     if not collected.raw:
         fail(f"{device}: no data received; {why}")
     try:
@@ -76,7 +77,7 @@ def glove(
         fail(f"{device}: {e}")
     except OSError as e:
         fail(f"{target}: cannot be written: {e.strerror}")
-    verdict = "good" if not found.notes else "fair" if len(found.notes) < 4 else "poor"
+    verdict = verdict_of(found.notes)
     if as_json:
         unrest = {hand: round(v, 2) for hand, v in found.unrest_deg.items()}
         out.print_json(
@@ -90,6 +91,11 @@ def glove(
     for note in found.notes:
         out.print(note, style="yellow", soft_wrap=True)
     out.print(f"{device}: {verdict}. Written to {target}.", soft_wrap=True)
+
+
+def verdict_of(notes: Sequence[str]) -> str:
+    """Of a fit with these notes."""
+    return "good" if not notes else "fair" if len(notes) < _POOR_NOTES else "poor"
 
 
 def _glove_of(conference: Conference, participant: str, side: str) -> Device:
@@ -115,7 +121,7 @@ def _from_log(path: Path, device: str, take: Callable[[Any], None]) -> None:
             take(record.message)
 
 
-async def _live(conference: Conference, glove: Device, take: Callable[[Any], None], asker: Asker) -> str:
+async def ask_hands(conference: Conference, glove: Device, take: Callable[[Any], None], asker: Asker) -> str:
     """Ask for the hand shapes one after the other, and record them. Returns the reason when no data was received, else ""."""
     from vistel.figure.calibration.moves import PAUSE_S
     from vistel.protocol.glove_fit import HANDS, HOLD_S

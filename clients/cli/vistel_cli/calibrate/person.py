@@ -1,9 +1,11 @@
 """`vistel calibrate tracker` and `vistel calibrate body`: bone lengths, receivers' and transmitter's positions from six moves."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.table import Table
@@ -16,6 +18,12 @@ from vistel_cli.overwriting import Force, keep_existing
 from vistel_cli.people import person_of
 from vistel_cli.terminal import FAILED, fail, load_conference, out
 from vistel_cli.waiting import waiting
+
+if TYPE_CHECKING:
+    from vistel.conference.model import Participant
+    from vistel.figure.calibration.fit import Calibrated
+    from vistel.figure.calibration.moves import Moves, Step
+    from vistel.figure.posture.swivel import Comfort
 
 File = Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file, with the tracker's participant and port.")]
 Who = Annotated[str, typer.Argument(help="Participant.")]
@@ -62,12 +70,7 @@ def tracker(
         "transmitter_heading_deg": round(math.degrees(found.heading), 1),
         "file": str(target) if written else None,
     }
-    x, y, z = table["transmitter_position_m"]
-    text = (
-        f"The transmitter stands {_along(x, 'to the left', 'to the right')}, {_along(y, 'up', 'down')} and "
-        f"{_along(z, 'ahead', 'behind')} of the seat's foot, turned by {table['transmitter_heading_deg']}°."
-    )
-    _show(found, table, as_json, [text], target if written else None)
+    _show(found, table, as_json, [where_transmitter_is(found)], target if written else None)
 
 
 def body(
@@ -137,26 +140,51 @@ def _calibrated(
     height: float | None = None,
 ) -> tuple[Any, dict[str, Any]]:
     """Record and fit. Ends the command with one line when the moves cannot be used."""
-    from vistel.figure.calibration.arms import fit_comfort, samples_of
-    from vistel.figure.calibration.files import CalibrationFileError, load_body
-    from vistel.figure.calibration.fit import calibrate
-    from vistel.figure.calibration.moves import ALL_STEPS, STEPS, MoveError
+    from vistel.figure.calibration.files import CalibrationFileError
+    from vistel.figure.calibration.moves import MoveError
     from vistel_cli.calibrate.gather import from_log, live
 
     conference = load_conference(file)
     _, person = person_of(conference, name)
     if height is not None and not 0.5 <= height <= 2.6:
         fail(f"--height {height}: expected metres, 0.5 to 2.6", 2)
-    steps = ALL_STEPS if forearm else STEPS
+    steps = steps_of(forearm=forearm)
     try:
-        known = load_body(person.body).skeleton if own_body and person.body else None
         moves = from_log(log, conference, name, steps, begin) if log else live(conference, name, steps, speak)
         with waiting("computing"):
-            found = calibrate(moves, height or person.height, known)
-            comfort = {s: fit_comfort(samples_of(moves[f"{s}_forearm"], s, found)) for s in ("left", "right") if forearm}
+            return fitted(moves, person, height or person.height, own_body=own_body, forearm=forearm)
     except (MoveError, CalibrationFileError) as e:
         fail(str(e))
-    return found, comfort
+
+
+def steps_of(*, forearm: bool) -> Sequence[Step]:
+    """The moves that are asked for."""
+    from vistel.figure.calibration.moves import ALL_STEPS, STEPS
+
+    return ALL_STEPS if forearm else STEPS
+
+
+def fitted(
+    moves: Moves, person: Participant, height: float, *, own_body: bool, forearm: bool
+) -> tuple[Calibrated, dict[str, Comfort]]:
+    """What the moves say of the person and their tracker, and the comfort of arms, if that was asked for. own_body: the bones are
+    those of the person's file, where there is one. Raises MoveError, CalibrationFileError."""
+    from vistel.figure.calibration.arms import fit_comfort, samples_of
+    from vistel.figure.calibration.files import load_body
+    from vistel.figure.calibration.fit import calibrate
+
+    known = load_body(person.body).skeleton if own_body and person.body else None
+    found = calibrate(moves, height, known)
+    return found, {s: fit_comfort(samples_of(moves[f"{s}_forearm"], s, found)) for s in ("left", "right") if forearm}
+
+
+def where_transmitter_is(found: Calibrated) -> str:
+    """In a sentence."""
+    x, y, z = (float(v) for v in found.position)
+    return (
+        f"The transmitter stands {_along(x, 'to the left', 'to the right')}, {_along(y, 'up', 'down')} and "
+        f"{_along(z, 'ahead', 'behind')} of the seat's foot, turned by {math.degrees(found.heading):.1f}°."
+    )
 
 
 def _judged(found: Any, anyway: bool) -> bool:

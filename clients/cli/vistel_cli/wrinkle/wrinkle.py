@@ -23,7 +23,7 @@ from vistel_cli.waiting import progress
 if TYPE_CHECKING:
     from vistel.wrinkle.shape import WrinkleShape
 
-LATER = {"studio": Lazy("vistel_cli.wrinkle.open_studio:studio"), "wear": Lazy("vistel_cli.wrinkle.wear:wear")}
+LATER = {"studio": Lazy("vistel_cli.studio.open_studio:wrinkle_studio"), "wear": Lazy("vistel_cli.wrinkle.wear:wear")}
 app = typer.Typer(cls=lazy_group(LATER), no_args_is_help=True)
 
 

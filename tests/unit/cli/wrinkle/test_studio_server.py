@@ -22,10 +22,10 @@ from PIL import Image
 
 from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.wrinkle.wrinkle_sets import sets_in, wrinkle_sets
-from vistel_cli.wrinkle.studio.document import page_form
-from vistel_cli.wrinkle.studio.opened import Opened, worn_by
-from vistel_cli.wrinkle.studio.photograph import lying, plain, texture_of
-from vistel_cli.wrinkle.studio.server import Studio
+from vistel_cli.studio.wrinkles.document import page_form
+from vistel_cli.studio.wrinkles.opened import Opened, worn_by
+from vistel_cli.studio.wrinkles.photograph import lying, plain, texture_of
+from vistel_cli.studio.wrinkles.server import Studio
 
 KINDS = {"f4": np.float32, "u4": np.uint32, "u1": np.uint8}
 

@@ -68,7 +68,7 @@ export class PinsView {
     this.say("Unfolding the texture …", "busy");
     const { session } = this.state.opened;
     const asked = { session, form: this.state.form, bends: this.state.bends };
-    const { head, arrays } = await api.unpacked<{ islands: Island[]; size: Vec }>(await api.post("/api/photograph", asked));
+    const { head, arrays } = await api.unpacked<{ islands: Island[]; size: Vec }>(await api.post("api/photograph", asked));
     const address = `${api.albedoAddress(session, this.state.form.base)}&of=avatar&base=${this.state.form.base}`;
     const picture = await createImageBitmap(await (await fetch(address)).blob(), { colorSpaceConversion: "none" });
     this.laid = { ...head, ...(arrays as unknown as Omit<Laid, "islands" | "size" | "picture">), picture };
@@ -94,7 +94,7 @@ export class PinsView {
         this.bent = false;
         const { session } = this.state.opened;
         const asked = { session, form: this.state.form, bends: this.state.bends };
-        const { arrays } = await api.unpacked(await api.post("/api/photograph", asked));
+        const { arrays } = await api.unpacked(await api.post("api/photograph", asked));
         this.laid.positions = arrays.positions as Float32Array;
         this.laid.normals = arrays.normals as Float32Array;
         this.redraw();

@@ -22,7 +22,7 @@ from vistel.wrinkle.dressing import BEFORE, MARGIN, dressed, unrolled
 from vistel.wrinkle.region import Tube
 from vistel.wrinkle.texture import encoded, linear, shading
 from vistel.wrinkle.worn import FINEST, LIGHT, TEXELS, Worn, WornSet
-from vistel_cli.wrinkle.studio.bends import actions_of, expression_of, posture_of
+from vistel_cli.studio.wrinkles.bends import actions_of, expression_of, posture_of
 
 PLAIN = 128
 """Value of a texel whose light is unchanged by wrinkles."""

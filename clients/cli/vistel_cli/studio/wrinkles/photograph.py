@@ -10,12 +10,13 @@ from vistel.figure.avatar.avatar import Avatar, Registration
 from vistel.figure.avatar.texture import island_of, islands, registered, unregistered, with_picture
 from vistel.figure.making.pictures import decode
 from vistel.figure.making.source import MakingError
+from vistel_cli.studio.requests import RequestError
 
 MOST_ISLANDS = 40
 """Most islands that are offered, largest first."""
 
 
-class PictureError(ValueError):
+class PictureError(RequestError):
     """A photograph or a registration that cannot be used; one line."""
 
 

@@ -1,4 +1,33 @@
-// studio/api.ts
+// console/language.ts
+var STORED = "vistel-language";
+var language = localStorage.getItem(STORED) ?? (navigator.language.startsWith("ja") ? "ja" : "en");
+document.documentElement.lang = language;
+function phrases(english, japanese) {
+  return (key, ...given) => given.reduce((said, each, n) => said.replace(`{${n}}`, () => String(each)), (language === "ja" ? japanese : english)[key]);
+}
+
+// studio/frame.ts
+var NAMES = phrases(
+  { avatar: "Avatar", wrinkles: "Wrinkles", calibration: "Calibration", room: "Room", studios: "Studios" },
+  { avatar: "アバター", wrinkles: "しわ", calibration: "校正", room: "部屋", studios: "スタジオ" }
+);
+async function frame(here) {
+  const nav = document.getElementById("studios");
+  if (!nav) return;
+  nav.setAttribute("aria-label", NAMES("studios"));
+  const answer = await fetch("../studios.json");
+  const { studios, console } = await answer.json();
+  nav.replaceChildren(...studios.map((studio2) => link(`../${studio2}/`, NAMES(studio2), studio2 === here)));
+  if (console) nav.append(link(console, NAMES("room"), false));
+}
+function link(to, text2, here) {
+  const a = document.createElement("a");
+  [a.href, a.textContent] = [to, text2];
+  if (here) a.setAttribute("aria-current", "page");
+  return a;
+}
+
+// studio/wrinkles/api.ts
 var Refusal = class extends Error {
   constructor(text2, status) {
     super(text2);
@@ -8,20 +37,20 @@ var Refusal = class extends Error {
 };
 var page = Math.random().toString(36).slice(2);
 async function open() {
-  return unpacked(await post("/api/open", { page }));
+  return unpacked(await post("api/open", { page }));
 }
 async function update(session, asked) {
-  return unpacked(await post("/api/update", { ...asked, session, page }));
+  return unpacked(await post("api/update", { ...asked, session, page }));
 }
 async function save(session, form, revision) {
-  return (await post("/api/save", { session, form, revision, page })).json();
+  return (await post("api/save", { session, form, revision, page })).json();
 }
 async function doing() {
-  const answer = await fetch(`/api/doing?page=${page}`);
+  const answer = await fetch(`api/doing?page=${page}`);
   return answer.ok ? (await answer.json()).doing : "";
 }
 function albedoAddress(session, version) {
-  return `/api/albedo?session=${encodeURIComponent(session)}&version=${version}`;
+  return `api/albedo?session=${encodeURIComponent(session)}&version=${version}`;
 }
 async function post(path2, body) {
   return sent(path2, JSON.stringify(body), "application/json");
@@ -40,7 +69,7 @@ async function sent(path2, body, type) {
   return answer;
 }
 async function picture(session, island, base, file) {
-  const address = `/api/picture?session=${encodeURIComponent(session)}&island=${island}&base=${base}&page=${page}`;
+  const address = `api/picture?session=${encodeURIComponent(session)}&island=${island}&base=${base}&page=${page}`;
   return (await sent(address, file, "application/octet-stream")).json();
 }
 var KINDS = { f4: Float32Array, u4: Uint32Array, u1: Uint8Array };
@@ -59,7 +88,7 @@ async function unpacked(answer) {
   return { head, arrays };
 }
 
-// studio/dom.ts
+// studio/wrinkles/dom.ts
 function make(tag, attributes = {}, ...children) {
   const out = document.createElement(tag);
   for (const [key, value] of Object.entries(attributes)) {
@@ -106,7 +135,7 @@ function words(name) {
   return text2.charAt(0).toUpperCase() + text2.slice(1);
 }
 
-// studio/bends_view.ts
+// studio/wrinkles/bends_view.ts
 var BendsView = class {
   constructor(panel, state, bent) {
     this.state = state;
@@ -156,7 +185,7 @@ var BendsView = class {
   }
 };
 
-// studio/colours.ts
+// studio/wrinkles/colours.ts
 var INK = {
   back: "#121315",
   grid: "rgba(255,255,255,0.07)",
@@ -171,7 +200,7 @@ var INK = {
 };
 var FONT = "11px system-ui, sans-serif";
 
-// studio/geometry.ts
+// studio/wrinkles/geometry.ts
 var sub = (a, b) => [a[0] - b[0], a[1] - b[1]];
 var add = (a, b) => [a[0] + b[0], a[1] + b[1]];
 var scale = (a, by) => [a[0] * by, a[1] * by];
@@ -304,7 +333,7 @@ function attribute(branch, of, place) {
   return mix(value(place.span), value(place.span + 1), t);
 }
 
-// studio/edits.ts
+// studio/wrinkles/edits.ts
 var PROFILES = {
   cloth: [
     { intensity: 1, offset: 0, thickness: 1, lean: 0.2 },
@@ -547,7 +576,7 @@ function snapped(points, branch, at, reach) {
   return scale(best, 1);
 }
 
-// studio/drive_view.ts
+// studio/wrinkles/drive_view.ts
 var EDGE = { left: 42, right: 18, top: 14, bottom: 26 };
 var DriveView = class {
   constructor(canvas, state) {
@@ -748,7 +777,7 @@ var DriveView = class {
   }
 };
 
-// studio/figure_view.ts
+// studio/wrinkles/figure_view.ts
 var VERTEX = `#version 300 es
 in vec3 position;
 in vec3 normal;
@@ -1018,7 +1047,7 @@ function linked(gl) {
   return program;
 }
 
-// studio/fields.ts
+// studio/wrinkles/fields.ts
 function number(label, value, range, change) {
   const shown = (x) => String(Number(x.toFixed(4)));
   const field = make("input", { type: "number", step: range.step, min: range.low, max: range.high, value: shown(value), "aria-label": label });
@@ -1063,7 +1092,7 @@ function check(label, value, change) {
   return make("label", { class: "field wide check" }, make("span", {}, label), field);
 }
 
-// studio/inspector.ts
+// studio/wrinkles/inspector.ts
 var ENDS = [
   ["taper", "Tapers off"],
   ["vanish", "Vanishes"],
@@ -1224,7 +1253,7 @@ function button(label, key, click) {
   return make("button", { class: "small", title: key ? `${label} (${key})` : label, click }, label);
 }
 
-// studio/link.ts
+// studio/wrinkles/link.ts
 var LATER_MS = 60;
 var SLOW_MS = 700;
 var Link = class {
@@ -1336,7 +1365,7 @@ var Link = class {
   }
 };
 
-// studio/registration.ts
+// studio/wrinkles/registration.ts
 function applied(s, p) {
   return [s.a * p[0] - s.b * p[1] + s.t[0], s.b * p[0] + s.a * p[1] + s.t[1]];
 }
@@ -1391,7 +1420,7 @@ function rest(pins, s, size) {
   });
 }
 
-// studio/pins_view.ts
+// studio/wrinkles/pins_view.ts
 var PinsView = class {
   constructor(canvas, state, figure, say2) {
     this.canvas = canvas;
@@ -1435,7 +1464,7 @@ var PinsView = class {
     this.say("Unfolding the texture …", "busy");
     const { session } = this.state.opened;
     const asked = { session, form: this.state.form, bends: this.state.bends };
-    const { head, arrays } = await unpacked(await post("/api/photograph", asked));
+    const { head, arrays } = await unpacked(await post("api/photograph", asked));
     const address = `${albedoAddress(session, this.state.form.base)}&of=avatar&base=${this.state.form.base}`;
     const picture2 = await createImageBitmap(await (await fetch(address)).blob(), { colorSpaceConversion: "none" });
     this.laid = { ...head, ...arrays, picture: picture2 };
@@ -1460,7 +1489,7 @@ var PinsView = class {
         this.bent = false;
         const { session } = this.state.opened;
         const asked = { session, form: this.state.form, bends: this.state.bends };
-        const { arrays } = await unpacked(await post("/api/photograph", asked));
+        const { arrays } = await unpacked(await post("api/photograph", asked));
         this.laid.positions = arrays.positions;
         this.laid.normals = arrays.normals;
         this.redraw();
@@ -1712,7 +1741,7 @@ var PinsView = class {
   }
 };
 
-// studio/ink.ts
+// studio/wrinkles/ink.ts
 var AROUND = 0.5;
 function path(ink, there, curve) {
   ink.beginPath();
@@ -1801,7 +1830,7 @@ function paintPlane(ink, there, plane, picture2, knots) {
   }
 }
 
-// studio/plane_view.ts
+// studio/wrinkles/plane_view.ts
 var GRAB = 9;
 var PlaneView = class {
   constructor(canvas, state, say2) {
@@ -2134,7 +2163,7 @@ var PlaneView = class {
   }
 };
 
-// studio/set_list.ts
+// studio/wrinkles/set_list.ts
 var SetList = class {
   constructor(panel, state) {
     this.panel = panel;
@@ -2185,7 +2214,7 @@ var SetList = class {
   }
 };
 
-// studio/history.ts
+// studio/wrinkles/history.ts
 var History = class {
   constructor(start, most = 200) {
     this.most = most;
@@ -2229,7 +2258,7 @@ var History = class {
   }
 };
 
-// studio/state.ts
+// studio/wrinkles/state.ts
 var State = class {
   constructor(opened) {
     this.opened = opened;
@@ -2337,7 +2366,7 @@ var State = class {
   }
 };
 
-// studio/main.ts
+// studio/wrinkles/main.ts
 var notice = byId("notice");
 function say(text2, kind = "") {
   notice.textContent = text2;
@@ -2367,11 +2396,11 @@ function studio(state, figure) {
   new SetList(byId("sets"), state);
   let paintings = 0;
   const repaint = () => painted(figure, state.opened.session, ++paintings);
-  const link = new Link(state, figure, plane, () => bends, say, repaint);
+  const link2 = new Link(state, figure, plane, () => bends, say, repaint);
   const pins = new PinsView(byId("pins"), state, figure, say);
   const bends = new BendsView(byId("bends"), state, () => {
     if (state.mode === "photograph") void pins.pose();
-    else link.ask();
+    else link2.ask();
   });
   const { opened } = state;
   byId("title").textContent = opened.name;
@@ -2379,12 +2408,12 @@ function studio(state, figure) {
   document.title = `${opened.name} · Wrinkle studio`;
   let drawnSet = "";
   state.listen((change) => {
-    if (change === "form") link.ask({ form: true });
-    if (change === "look") link.ask();
+    if (change === "form") link2.ask({ form: true });
+    if (change === "look") link2.ask();
     const key = `${state.selection.set} ${state.selection.side}`;
     if (change === "selection" && key !== drawnSet) {
       drawnSet = key;
-      link.ask({ seek: true, focus: true });
+      link2.ask({ seek: true, focus: true });
     }
     follow();
   });
@@ -2438,7 +2467,7 @@ function studio(state, figure) {
     byId("mode-wrinkles").classList.toggle("chosen", which === "wrinkles");
     byId("mode-photograph").classList.toggle("chosen", which === "photograph");
     if (which === "wrinkles") {
-      link.anew();
+      link2.anew();
       return;
     }
     try {
@@ -2482,7 +2511,7 @@ function studio(state, figure) {
     state.held = !state.held;
     state.tell("look");
   });
-  click("seek", () => link.ask({ seek: true, focus: true }));
+  click("seek", () => link2.ask({ seek: true, focus: true }));
   click("whole", () => figure.whole());
   click("plain", () => {
     figure.plain = !figure.plain;
@@ -2568,11 +2597,12 @@ function studio(state, figure) {
   const first = state.form.sets.findIndex((s) => s.name === "sleeve_deep");
   state.select({ set: Math.max(0, first) });
   say("Drag a point, or press ? for keys", "");
-  Object.assign(window, { studio: { state, plane, drive, figure, link, pins } });
+  Object.assign(window, { studio: { state, plane, drive, figure, link: link2, pins } });
 }
 var HINTS = {
   select: "",
   draw: "Click points of the curve; Enter or double-click ends it, Esc forgets it",
   branch: "Click on a curve, then points away from it; Enter ends it"
 };
+void frame("wrinkles");
 begin().catch((fault) => say(fault instanceof Error ? fault.message : String(fault), "fault"));

@@ -1,13 +1,11 @@
-"""The studio's web server: the page, and the mathematics behind it. It listens on this machine only, by default. Everybody who
-reaches the port may edit the avatar, so it refuses requests of other pages (Origin) and under other names (Host)."""
+"""The wrinkle studio's part of the server: its page, and the mathematics behind it."""
 
 import asyncio
 import io
-import json
 import logging
 import secrets
 from collections import OrderedDict
-from collections.abc import Callable, Set
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeVar
@@ -15,41 +13,25 @@ from typing import Any, TypeVar
 from aiohttp import web
 from PIL import Image
 
-from vistel.wrinkle.errors import WrinkleError
 from vistel.wrinkle.shape_file import builtin_shapes
 from vistel.wrinkle.wrinkle_sets import WrinkleSet
-from vistel_cli.wrinkle.studio.bends import BENDS, driving_actions, driving_joints
-from vistel_cli.wrinkle.studio.document import check, page_form
-from vistel_cli.wrinkle.studio.envelope import packed
-from vistel_cli.wrinkle.studio.figure_scene import FigureScene
-from vistel_cli.wrinkle.studio.opened import ConflictError, Opened
-from vistel_cli.wrinkle.studio.photograph import PictureError, texture_of
-from vistel_cli.wrinkle.studio.session import PageSession
+from vistel_cli.studio.pages import add_files
+from vistel_cli.studio.requests import RequestError, read_json
+from vistel_cli.studio.wrinkles.bends import BENDS, driving_actions, driving_joints
+from vistel_cli.studio.wrinkles.document import check, page_form
+from vistel_cli.studio.wrinkles.envelope import packed
+from vistel_cli.studio.wrinkles.figure_scene import FigureScene
+from vistel_cli.studio.wrinkles.opened import ConflictError, Opened
+from vistel_cli.studio.wrinkles.photograph import texture_of
+from vistel_cli.studio.wrinkles.session import PageSession
 
 log = logging.getLogger("vistel.studio")
 T = TypeVar("T")
 
 PAGE = Path(__file__).with_name("page")
-FILES = {"/": "index.html", "/studio.css": "studio.css", "/studio.js": "studio.js"}
-_TYPES = {".html": "text/html", ".css": "text/css", ".js": "text/javascript"}
+_FILES = {"/": "index.html", "/studio.css": "studio.css", "/studio.js": "studio.js"}
 MOST_PAGES = 8
 """Most sessions at once. The one longest unused is dropped; its page must be opened again."""
-MOST_BYTES = 64 << 20
-"""Of a request: photographs come in one."""
-_SAFE = {
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; frame-ancestors 'none'",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cache-Control": "no-store",
-}
-
-
-class RequestError(Exception):
-    """A request that cannot be fulfilled; one line for the page."""
-
-    def __init__(self, text: str, status: int = 400) -> None:
-        super().__init__(text)
-        self.status = status
 
 
 class Studio:
@@ -62,14 +44,11 @@ class Studio:
         self._laid: tuple[FigureScene, list[WrinkleSet], PageSession] | None = None
         self._doing: dict[str, str] = {}
         self._maths = ThreadPoolExecutor(1, thread_name_prefix="studio")
-        self._hosts: Set[str] = frozenset()
 
-    def app(self, hosts: Set[str]) -> web.Application:
-        """hosts: names and ports under which the page is served."""
-        self._hosts = hosts
-        app = web.Application(middlewares=[self._guard], client_max_size=MOST_BYTES)
-        for path in FILES:
-            app.router.add_get(path, self._file)
+    def app(self) -> web.Application:
+        """Its part of the studios' server."""
+        app = web.Application()
+        add_files(app, PAGE, _FILES)
         app.router.add_post("/api/open", self._open)
         app.router.add_post("/api/update", self._update)
         app.router.add_post("/api/save", self._save)
@@ -83,37 +62,9 @@ class Studio:
     async def _close(self, _: web.Application) -> None:
         self._maths.shutdown(wait=False, cancel_futures=True)
 
-    @web.middleware
-    async def _guard(self, request: web.Request, handler: Any) -> web.StreamResponse:
-        if request.headers.get("Host", "") not in self._hosts:
-            return _said("this address is not the studio's; open the one that it printed", 403)
-        origin = request.headers.get("Origin")
-        if origin is not None and origin not in {f"http://{host}" for host in self._hosts}:
-            return _said("asked for by another page", 403)
-        if request.method == "POST" and request.content_type not in ("application/json", "application/octet-stream"):
-            return _said("expected JSON", 415)
-        try:
-            response = await handler(request)
-        except RequestError as fault:
-            return _said(str(fault), fault.status)
-        except web.HTTPException as fault:
-            return _said(fault.reason, fault.status)
-        except (WrinkleError, PictureError, OSError) as fault:
-            log.info("event=refused path=%s reason=%r", request.path, str(fault))
-            return _said(str(fault), 400)
-        except Exception:
-            log.exception("event=request_failed path=%s", request.path)
-            return _said("the studio could not do this; its log says more", 500)
-        response.headers.update(_SAFE)
-        return response
-
-    async def _file(self, request: web.Request) -> web.StreamResponse:
-        path = PAGE / FILES[request.path]
-        return web.Response(body=path.read_bytes(), content_type=_TYPES[path.suffix], charset="utf-8")
-
     async def _open(self, request: web.Request) -> web.StreamResponse:
         """A page begins: {page: a name of its own choice for `doing`}."""
-        page = str((await _asked(request)).get("page", ""))
+        page = str((await read_json(request)).get("page", ""))
 
         def opened() -> tuple[dict[str, Any], dict[str, Any]]:
             say = self._say(page)
@@ -154,13 +105,13 @@ class Studio:
         return _packed(head, arrays)
 
     async def _update(self, request: web.Request) -> web.StreamResponse:
-        asked = await _asked(request)
+        asked = await read_json(request)
         session = self._session(asked)
         head, arrays = await self._do(str(asked.get("page", "")), lambda: session.update(asked))
         return _packed(head, arrays)
 
     async def _photograph(self, request: web.Request) -> web.StreamResponse:
-        asked = await _asked(request)
+        asked = await read_json(request)
         session = self._session(asked)
         return _packed(*await self._do(str(asked.get("page", "")), lambda: session.photograph(asked)))
 
@@ -175,7 +126,7 @@ class Studio:
 
     async def _save(self, request: web.Request) -> web.StreamResponse:
         """{session, revision, form}: 409 where the file is of another revision."""
-        asked = await _asked(request)
+        asked = await read_json(request)
         session = self._session(asked)
 
         def saved() -> str:
@@ -233,22 +184,8 @@ class Studio:
         return self._sessions[key]
 
 
-async def _asked(request: web.Request) -> dict[str, Any]:
-    try:
-        data = json.loads(await request.text())
-    except (ValueError, UnicodeDecodeError, RecursionError) as fault:
-        raise RequestError(f"not JSON: {fault}") from fault
-    if not isinstance(data, dict):
-        raise RequestError("expected a JSON object")
-    return data
-
-
 def _packed(head: dict[str, Any], arrays: dict[str, Any]) -> web.Response:
     return web.Response(body=packed(head, arrays), content_type="application/octet-stream")
-
-
-def _said(text: str, status: int) -> web.Response:
-    return web.json_response({"error": text}, status=status, headers=_SAFE)
 
 
 def _of(what: object, *names: str) -> dict[str, Any]:

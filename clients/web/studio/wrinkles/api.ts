@@ -1,4 +1,4 @@
-// The studio's server: requests, and the arrays in its answers (vistel_cli.wrinkle.studio.envelope).
+// The studio's server: requests, and the arrays in its answers (vistel_cli.studio.wrinkles.envelope).
 
 import type { Form, Opened, Updated } from "./types";
 
@@ -29,11 +29,11 @@ export interface UpdateRequest {
 const page = Math.random().toString(36).slice(2);
 
 export async function open(): Promise<{ head: Opened; arrays: Arrays }> {
-  return unpacked<Opened>(await post("/api/open", { page }));
+  return unpacked<Opened>(await post("api/open", { page }));
 }
 
 export async function update(session: string, asked: UpdateRequest): Promise<{ head: Updated; arrays: Arrays }> {
-  return unpacked<Updated>(await post("/api/update", { ...asked, session, page }));
+  return unpacked<Updated>(await post("api/update", { ...asked, session, page }));
 }
 
 export async function save(
@@ -41,17 +41,17 @@ export async function save(
   form: Form,
   revision: string,
 ): Promise<{ revision: string; files: string[] }> {
-  return (await post("/api/save", { session, form, revision, page })).json();
+  return (await post("api/save", { session, form, revision, page })).json();
 }
 
 /** Says what the server does for this page, "" where nothing. */
 export async function doing(): Promise<string> {
-  const answer = await fetch(`/api/doing?page=${page}`);
+  const answer = await fetch(`api/doing?page=${page}`);
   return answer.ok ? ((await answer.json()) as { doing: string }).doing : "";
 }
 
 export function albedoAddress(session: string, version: number): string {
-  return `/api/albedo?session=${encodeURIComponent(session)}&version=${version}`;
+  return `api/albedo?session=${encodeURIComponent(session)}&version=${version}`;
 }
 
 export async function post(path: string, body: unknown): Promise<Response> {
@@ -79,7 +79,7 @@ export async function picture(
   base: number,
   file: File,
 ): Promise<{ base: number; notes: string[] }> {
-  const address = `/api/picture?session=${encodeURIComponent(session)}&island=${island}&base=${base}&page=${page}`;
+  const address = `api/picture?session=${encodeURIComponent(session)}&island=${island}&base=${base}&page=${page}`;
   return (await sent(address, file, "application/octet-stream")).json();
 }
 

@@ -14,10 +14,10 @@ from vistel.wrinkle.instance import Instance
 from vistel.wrinkle.region import builtin_regions, sides_of, tube
 from vistel.wrinkle.worn import REFERENCE_HEIGHT, Worn, WornSet
 from vistel.wrinkle.wrinkle_sets import WrinkleSet
-from vistel_cli.wrinkle.studio.bends import strongest, values_of
-from vistel_cli.wrinkle.studio.document import CheckedSets, SetFault, check
-from vistel_cli.wrinkle.studio.figure_scene import DrawnFigure, FigureScene
-from vistel_cli.wrinkle.studio.photograph import PictureError, laid_out, lying, photographed, texture_of
+from vistel_cli.studio.wrinkles.bends import strongest, values_of
+from vistel_cli.studio.wrinkles.document import CheckedSets, SetFault, check
+from vistel_cli.studio.wrinkles.figure_scene import DrawnFigure, FigureScene
+from vistel_cli.studio.wrinkles.photograph import PictureError, laid_out, lying, photographed, texture_of
 
 BATCH = 4
 """Number of sets up to which no progress is shown."""

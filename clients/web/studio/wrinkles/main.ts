@@ -1,5 +1,6 @@
 // The wrinkle studio's page: opens what the server holds and ties the views together.
 
+import { frame } from "../frame";
 import * as api from "./api";
 import { BendsView } from "./bends_view";
 import { byId, make, typing, words } from "./dom";
@@ -268,4 +269,5 @@ const HINTS: Record<Tool, string> = {
   branch: "Click on a curve, then points away from it; Enter ends it",
 };
 
+void frame("wrinkles");
 begin().catch((fault: unknown) => say(fault instanceof Error ? fault.message : String(fault), "fault"));
