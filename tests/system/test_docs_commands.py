@@ -56,7 +56,7 @@ NOT_RUN = {
 """Commands that no test can run, as regular expressions, and why."""
 INSTEAD = {"make demo": "vistel up --seconds 20"}
 """What `make demo` does after setting up, which `make first` tries in a fresh clone."""
-UNTIL_STOPPED = r"vistel sim (?!crowd)|replay .*--open|wrinkle studio|voice watch|vistel chat$|examples/activities"
+UNTIL_STOPPED = r"vistel sim (?!crowd)|replay .*--open|vistel (wrinkle )?studio|voice watch|vistel chat$|examples/activities"
 """They run until Ctrl-C: each must show a line, and then end well."""
 WAITING = re.compile(r"… \d+ s$")
 """The end of a line that says what a command waits for (`vistel_cli/waiting.py`)."""

@@ -10,6 +10,7 @@ from aiohttp import web
 
 from vistel.figure.people.builtin import builtin_avatar
 from vistel.wrinkle.wrinkle_sets import wrinkle_sets
+from vistel_cli.studio.pages import studios
 from vistel_cli.studio.wrinkles.opened import Opened
 from vistel_cli.studio.wrinkles.server import Studio
 
@@ -28,7 +29,7 @@ async def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         opened = Opened(avatar, Path(folder) / "eva.usda", "builtin:person=carla", wrinkle_sets())
         hosts: set[str] = set()
-        runner = web.AppRunner(Studio(opened).app(hosts))
+        runner = web.AppRunner(studios({"wrinkles": Studio(opened).app()}, hosts, "wrinkles"))
         await runner.setup()
         try:
             await web.TCPSite(runner, "127.0.0.1", 0).start()

@@ -18,6 +18,7 @@ from browser import Page, page
 from vistel.figure.avatar.texture import island_of
 from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.wrinkle.wrinkle_sets import load_sets, sets_in, wrinkle_sets
+from vistel_cli.studio.pages import studios
 from vistel_cli.studio.wrinkles.opened import Opened
 from vistel_cli.studio.wrinkles.server import Studio
 
@@ -90,7 +91,8 @@ async def studio(folder: Path) -> AsyncIterator[Tab]:
     path = folder / "somebody.usda"
     save_usd(long_armed(), path)
     hosts: set[str] = set()
-    runner = web.AppRunner(Studio(Opened(load_usd(path), path, path.name, wrinkle_sets(["shirt", "face"]))).app(hosts))
+    part = Studio(Opened(load_usd(path), path, path.name, wrinkle_sets(["shirt", "face"]))).app()
+    runner = web.AppRunner(studios({"wrinkles": part}, hosts, "wrinkles"))
     await runner.setup()
     try:
         await web.TCPSite(runner, "127.0.0.1", 0).start()

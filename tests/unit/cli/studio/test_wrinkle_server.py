@@ -22,6 +22,7 @@ from PIL import Image
 
 from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.wrinkle.wrinkle_sets import sets_in, wrinkle_sets
+from vistel_cli.studio.pages import studios
 from vistel_cli.studio.wrinkles.document import page_form
 from vistel_cli.studio.wrinkles.opened import Opened, worn_by
 from vistel_cli.studio.wrinkles.photograph import lying, plain, texture_of
@@ -57,9 +58,13 @@ class Server:
         return status, head, arrays
 
     def open(self) -> dict[str, Any]:
-        status, head, _ = self.post("/api/open", {})
+        status, head, _ = self.post("/wrinkles/api/open", {})
         assert status == 200, head
         return head
+
+
+def _studio(path: Path) -> web.Application:
+    return Studio(Opened(load_usd(path), path, path.name, wrinkle_sets(["trousers"]))).app()
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +76,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
     async def begin() -> web.AppRunner:
         hosts: set[str] = set()
-        runner = web.AppRunner(Studio(Opened(load_usd(path), path, path.name, wrinkle_sets(["trousers"]))).app(hosts))
+        runner = web.AppRunner(studios({"wrinkles": _studio(path)}, hosts, "wrinkles"))
         await runner.setup()
         await web.TCPSite(runner, "127.0.0.1", 0).start()
         at.append(f"127.0.0.1:{runner.addresses[0][1]}")
@@ -94,12 +99,13 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]:
 
 
 def test_requests_of_other_pages_and_under_other_names_are_refused(server: Server) -> None:
-    assert server.ask("/")[0] == 200
-    assert server.ask("/", Host="evil.example")[0] == 403
-    assert server.post("/api/open", {}, Origin="http://evil.example")[0] == 403
-    assert server.post("/api/open", {}, Origin=f"http://{server.address}")[0] == 200
-    assert server.ask("/api/open", b"{}", **{"Content-Type": "text/plain"})[0] == 415
-    assert server.ask("/api/open", b"[" * 100_000, **{"Content-Type": "application/json"})[0] == 400
+    assert server.ask("/")[0] == 200  # leads to the page
+    assert server.ask("/wrinkles/")[0] == 200
+    assert server.ask("/wrinkles/", Host="evil.example")[0] == 403
+    assert server.post("/wrinkles/api/open", {}, Origin="http://evil.example")[0] == 403
+    assert server.post("/wrinkles/api/open", {}, Origin=f"http://{server.address}")[0] == 200
+    assert server.ask("/wrinkles/api/open", b"{}", **{"Content-Type": "text/plain"})[0] == 415
+    assert server.ask("/wrinkles/api/open", b"[" * 100_000, **{"Content-Type": "application/json"})[0] == 400
 
 
 @pytest.mark.parametrize("path", ["/../server.py", "/%2e%2e/server.py", "/page/../../opened.py", "/somebody.usda"])
@@ -108,14 +114,14 @@ def test_nothing_but_the_page_is_read_from_disk(server: Server, path: str) -> No
 
 
 def test_a_page_that_was_forgotten_is_reported_so(server: Server) -> None:
-    status, said, _ = server.post("/api/update", {"session": "nobody"})
+    status, said, _ = server.post("/wrinkles/api/update", {"session": "nobody"})
     assert (status, said["error"]) == (410, "this page's session has ended; open it again")
 
 
 def test_what_cannot_be_used_is_reported_and_the_figure_stays_as_it_was(server: Server) -> None:
     page = server.open()
     asked = {"session": page["session"], "have": 0, "bends": {"knees": 90}}
-    status, before, first = server.post("/api/update", {**asked, "form": page["form"]})
+    status, before, first = server.post("/wrinkles/api/update", {**asked, "form": page["form"]})
     assert status == 200
     assert before["faults"] == []
     shape = page["shapes"]["knee"]
@@ -124,7 +130,7 @@ def test_what_cannot_be_used_is_reported_and_the_figure_stays_as_it_was(server: 
     def said(change: Any) -> str:
         form = deepcopy(page["form"])
         change(form)
-        status, head, arrays = server.post("/api/update", {**asked, "form": form, "have": before["light"]["version"]})
+        status, head, arrays = server.post("/wrinkles/api/update", {**asked, "form": form, "have": before["light"]["version"]})
         assert status == 200
         np.testing.assert_array_equal(arrays["uv"], first["uv"])
         assert "light" not in arrays
@@ -145,15 +151,15 @@ def test_what_cannot_be_used_is_reported_and_the_figure_stays_as_it_was(server: 
 def test_only_the_light_that_changed_is_sent(server: Server) -> None:
     page = server.open()
     asked = {"session": page["session"], "bends": {"knees": 90}}
-    _, head, arrays = server.post("/api/update", {**asked, "form": page["form"], "have": 0})
+    _, head, arrays = server.post("/wrinkles/api/update", {**asked, "form": page["form"], "have": 0})
     whole = arrays["light"].copy()
     assert whole.shape == tuple(page["albedo"][::-1])
     page["form"]["sets"][0]["wrinkles"][0]["intensity"] *= 0.5
-    _, head, arrays = server.post("/api/update", {**asked, "form": page["form"], "have": head["light"]["version"]})
+    _, head, arrays = server.post("/wrinkles/api/update", {**asked, "form": page["form"], "have": head["light"]["version"]})
     x, y, w, h = head["light"]["rect"]
     assert w * h < whole.size / 2
     whole[y : y + h, x : x + w] = arrays["light"]
-    _, _, arrays = server.post("/api/update", {**asked, "have": 0})
+    _, _, arrays = server.post("/wrinkles/api/update", {**asked, "have": 0})
     np.testing.assert_array_equal(arrays["light"], whole)
 
 
@@ -161,7 +167,7 @@ def test_a_set_is_sought_where_it_is_strongest(server: Server) -> None:
     page = server.open()
     knee = next(k for k, s in enumerate(page["form"]["sets"]) if s["name"] == "knee")
     asked = {"session": page["session"], "have": 0, "bends": {}, "form": page["form"], "seek": {"set": knee, "side": "left_"}}
-    _, head, _ = server.post("/api/update", asked)
+    _, head, _ = server.post("/wrinkles/api/update", asked)
     assert head["bends"]["knees"] > 30
     assert next(s["weight"] for s in head["sets"] if s["set"] == knee) > 0.9
 
@@ -171,7 +177,7 @@ def test_what_is_saved_opens_the_same_and_a_stale_page_overwrites_nothing(server
     form = one["form"]
     form["sets"][0]["drive"]["curve"]["knots"] = [[20, 0], [90, 1]]
     form["texture"] = [{"island": 0, "move": [0.01, -0.02], "turn": 0.1, "scale": 1.05}]
-    status, done, _ = server.post("/api/save", {"session": one["session"], "revision": one["revision"], "form": form})
+    status, done, _ = server.post("/wrinkles/api/save", {"session": one["session"], "revision": one["revision"], "form": form})
     assert status == 200, done
     saved = load_usd(server.path)
     again = page_form(worn_by(saved, "saved"))
@@ -181,17 +187,17 @@ def test_what_is_saved_opens_the_same_and_a_stale_page_overwrites_nothing(server
 
     before = server.path.read_bytes()
     stale = {"session": other["session"], "revision": other["revision"], "form": other["form"]}
-    status, said, _ = server.post("/api/save", stale)
+    status, said, _ = server.post("/wrinkles/api/save", stale)
     assert status == 409
     assert "saved by somebody else" in said["error"]
     assert server.path.read_bytes() == before
-    status, _, _ = server.post("/api/save", {"session": one["session"], "revision": done["revision"], "form": form})
+    status, _, _ = server.post("/wrinkles/api/save", {"session": one["session"], "revision": done["revision"], "form": form})
     assert status == 200
 
 
 def test_photographs_of_any_size_lie_on_an_island_and_others_are_refused(server: Server) -> None:
     page = server.open()
-    address = f"/api/picture?session={page['session']}&island=0"
+    address = f"/wrinkles/api/picture?session={page['session']}&island=0"
     kind = {"Content-Type": "application/octet-stream"}
     status, data = server.ask(address, b"no picture", **kind)
     assert status == 400
@@ -202,7 +208,7 @@ def test_photographs_of_any_size_lie_on_an_island_and_others_are_refused(server:
     status, data = server.ask(address, stream.getvalue(), **kind)
     assert (status, json.loads(data)["base"]) == (200, 1)
     form = {**page["form"], "base": 1, "texture": []}
-    _, laid, arrays = server.post("/api/photograph", {"session": page["session"], "form": form, "bends": {}})
+    _, laid, arrays = server.post("/wrinkles/api/photograph", {"session": page["session"], "form": form, "bends": {}})
     assert laid["size"] != page["albedo"]
     assert len(arrays["uv"]) == len(arrays["positions"]) == len(arrays["island"])
 

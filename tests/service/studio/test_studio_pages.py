@@ -1,0 +1,93 @@
+"""The studios' pages in a real browser: an avatar is turned, posed and smiles; a face is calibrated; one navigation leads round."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+from collections.abc import AsyncIterator
+from pathlib import Path
+
+import pytest
+from aiohttp import web
+from avatar_fixture import long_armed
+from browser import Page, page
+
+from vistel.conference.files import load
+from vistel.figure.posture.posture import pose_joints
+from vistel.figure.posture.standard import standard_postures
+from vistel.figure.skeleton import JOINT_INDEX
+from vistel.vision.gaze_calibration import read_gaze
+from vistel_cli.studio.avatar import AvatarStudio
+from vistel_cli.studio.calibration import CalibrationStudio
+from vistel_cli.studio.pages import PAGE, studios
+
+FILE = """
+name = "lab"
+[[sites]]
+name = "here"
+[[sites.participants]]
+name = "ada"
+[sites.participants.eye]
+"""
+SETTLED = "!!window.vistelAvatar && window.vistelAvatar.settled()"
+AVATAR = long_armed()
+
+
+@contextlib.asynccontextmanager
+async def tab_of(folder: Path, at: str) -> AsyncIterator[Page]:
+    if not (PAGE / "avatar.js").is_file():
+        pytest.skip("the pages' scripts have not been made: npm's registry was not reached")
+    file = folder / "lab.toml"
+    file.write_text(FILE)
+    hosts: set[str] = set()
+    parts = {"avatar": AvatarStudio(lambda: AVATAR, "me").app(), "calibration": CalibrationStudio(load(file), file).app()}
+    runner = web.AppRunner(studios(parts, hosts, "avatar"), shutdown_timeout=1.0)
+    await runner.setup()
+    try:
+        await web.TCPSite(runner, "127.0.0.1", 0).start()
+        address = f"127.0.0.1:{runner.addresses[0][1]}"
+        hosts.add(address)
+        async with page(folder, "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader") as tab:
+            await tab.open(f"http://{address}/{at}", 1000, 700)
+            yield tab
+            assert [m for m in tab.messages if "GL Driver Message" not in m] == []
+    finally:
+        await runner.cleanup()
+
+
+def test_an_avatar_sits_down_on_the_page_as_in_the_library_and_a_slider_bends_its_elbow(tmp_path: Path) -> None:
+    async def look() -> None:
+        async with tab_of(tmp_path, "") as tab:
+            await tab.until(SETTLED)
+            await tab.value("[...document.querySelectorAll('aside button')].find((b) => b.textContent === 'table').click()")
+            wanted = pose_joints(AVATAR.skeleton, standard_postures()["table"]).position
+            await tab.until(f"{SETTLED} && Math.abs(window.vistelAvatar.joints()[0][1] - {wanted[0, 1]}) < 1e-3")
+            hand = JOINT_INDEX["left_hand"]
+            assert await tab.value(f"window.vistelAvatar.joints()[{hand}]") == pytest.approx(wanted[hand], abs=1e-3)
+            bend = "document.querySelector('label.slider input')"  # the first: the left elbow
+            await tab.value(f"{bend}.value = 120; {bend}.dispatchEvent(new Event('input', {{ bubbles: true }}))")
+            away = f"((j) => Math.hypot(...j[{hand}].map((x, k) => x - j[{JOINT_INDEX['left_upper_arm']}][k])))"
+            straight = AVATAR.skeleton.length("left_upper_arm", "left_lower_arm") + AVATAR.skeleton.length(
+                "left_lower_arm", "left_hand"
+            )
+            await tab.until(f"{SETTLED} && {away}(window.vistelAvatar.joints()) < {0.6 * straight}")
+            await tab.until("document.querySelector('aside section').textContent.includes('mesh')")  # it is judged
+
+    asyncio.run(look())
+
+
+def test_from_the_avatar_one_comes_to_calibration_where_an_eye_is_measured_and_kept(tmp_path: Path) -> None:
+    async def look() -> None:
+        async with tab_of(tmp_path, "avatar/") as tab:
+            await tab.until("document.querySelectorAll('#studios a').length === 2")
+            await tab.click("#studios a:nth-child(2)")
+            await tab.until("location.pathname === '/calibration/' && !!document.querySelector('[data-what=\"ada gaze\"]')")
+            await tab.click('[data-what="ada gaze"]')
+            await tab.until("!!document.querySelector('.live img, #keep')")
+            await tab.until("!!document.querySelector('#keep')")
+            assert await tab.value("document.querySelector('.say').textContent") == "Found: good"
+            await tab.click("#keep")
+            await tab.until("document.querySelector('#stage code')?.textContent === 'eye.calibration = \"ada-eye.json\"'")
+            read_gaze(tmp_path / "ada-eye.json")
+
+    asyncio.run(look())
