@@ -1,7 +1,6 @@
-"""The studios' pages in a browser: avatar*.png, calibration*.png. Needs Chromium, a Japanese font and the pages' scripts (`make web`);
-takes minutes.
+"""The studios' pages in a browser: avatar*.png, calibration*.png. Needs Chromium, a Japanese font, and the pages (`make web`).
 
-    python docs/pictures/studio/studio.py
+python docs/pictures/studio/studio.py
 """
 
 import asyncio

@@ -21,7 +21,21 @@ from vistel_cli.terminal import print_error
 STYLES = re.compile(r"\[/?(bold|dim)\]")
 
 
-FOLDERS = ("run", "voice", "world", "devices", "log", "avatar", "wrinkle", "calibrate", "scene", "examples", "faults", "testing")
+FOLDERS = (
+    "run",
+    "voice",
+    "world",
+    "devices",
+    "log",
+    "avatar",
+    "wrinkle",
+    "calibrate",
+    "scene",
+    "examples",
+    "faults",
+    "studio",
+    "testing",
+)
 EVERY = dict(every_command(typer.main.get_command(app), "vistel"))
 OF_OTHERS = {"numpy", "numba", "zenoh", "pydantic", "google.protobuf", "cv2", "pxr", "av", "PIL", "scipy", "aiohttp", "psutil"}
 

@@ -68,7 +68,7 @@ class Seen(Protocol):
         ...
 
     def angles(self, degrees: list[float]) -> None:
-        """How far the joints of a hand are turned: for each finger, from the thumb on, its root, its root sideways, and two joints."""
+        """Turns of a hand's joints: for each finger, from the thumb on, its root, its root sideways, and two joints."""
         ...
 
     def picture(self, picture: U8, circles: list[tuple[float, float, float]]) -> None:

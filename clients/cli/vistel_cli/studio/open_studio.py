@@ -32,8 +32,10 @@ OpenPage = Annotated[bool, typer.Option("--open", help="Open the page in a brows
 
 def studio(
     avatar: AvatarArgument = "builtin",
-    conference: Annotated[
-        Path | None, Takes(CONFERENCE), typer.Option(help="Conference file, with the devices that are to be calibrated.")
+    conference_file: Annotated[
+        Path | None,
+        Takes(CONFERENCE),
+        typer.Option("--conference", help="Conference file, with the devices that are to be calibrated."),
     ] = None,
     output: Output = None,
     port: Port = None,
@@ -50,7 +52,7 @@ def studio(
       vistel studio me.usda --conference conference.toml
     """
     opened = _opened(avatar, output, None, free=True)
-    _serve(opened, "avatar", host, port, open_page, conference)
+    _serve(opened, "avatar", host, port, open_page, conference_file)
 
 
 def wrinkle_studio(
