@@ -133,7 +133,7 @@ def _sound() -> Finding:
 def router_port(port: int = 7447) -> Finding:
     """Whether a router on this machine could listen on `port`."""
     with socket.socket() as s:
-        s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as a router does: connections of an earlier one may not have ended
+        s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as a router does: an earlier one's connections may last
         try:
             s.bind(("127.0.0.1", port))
         except OSError:
