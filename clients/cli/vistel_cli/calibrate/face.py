@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from vistel.conference.device_names import face_name
-from vistel_cli.calibrate.pictures import participant, shown
+from vistel_cli.calibrate.pictures import participant, shown, tell_use
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
@@ -75,4 +75,4 @@ def face(
     out.print(f"their colour stands out of the rest {found.key.contrast():.0f}:1")
     if found.wander_px > _STILL_PX:
         out.print("that is much: keep the face still and do it again", style="yellow")
-    out.print(f"wrote {path}", soft_wrap=True)
+    tell_use(file, person, "face", path)

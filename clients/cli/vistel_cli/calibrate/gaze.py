@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import typer
 
 from vistel.conference.device_names import eye_name
-from vistel_cli.calibrate.pictures import SIMULATED_HZ, participant, shown
+from vistel_cli.calibrate.pictures import SIMULATED_HZ, participant, shown, tell_use
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
@@ -103,7 +103,7 @@ def gaze(
     if found.left_out_deg > _GOOD_DEG:
         advice = "keep the head still, look at each point until the next is announced, and do it again"
         out.print(f"that is much: {advice}", style="yellow")
-    out.print(f"wrote {path}", soft_wrap=True)
+    tell_use(file, person, "eye", path)
 
 
 def _where(yaw_rad: float, pitch_rad: float) -> str:

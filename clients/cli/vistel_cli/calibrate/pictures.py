@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from rich.text import Text
 
 from vistel.arrays import U8
 from vistel.conference.devices import EyeConfig, FaceConfig
 from vistel.conference.model import Participant
 from vistel_cli.people import person_of
-from vistel_cli.terminal import fail, load_conference
+from vistel_cli.terminal import fail, load_conference, out
 from vistel_cli.waiting import progress
 
 if TYPE_CHECKING:
@@ -43,7 +45,24 @@ def shown(
         return
     from vistel.devices.transport.camera import CameraSource
 
-    yield from _read(CameraSource(str(clip) if clip is not None else camera.source), seconds, timed=clip is None)
+    if clip is not None:
+        yield from _read(CameraSource(str(clip)), seconds, timed=False)
+        return
+    with progress("looking") as tell:
+        for t_s, picture in _read(CameraSource(camera.source), seconds, timed=True):
+            yield t_s, picture
+            tell(t_s / seconds)
+
+
+def tell_use(file: Path, person: Participant, kind: str, path: Path) -> None:
+    """Print where the calibration was written, and how the conference gets to read it. kind: "face" or "eye"."""
+    out.print(f"wrote {path}", soft_wrap=True)
+    camera = person.face if kind == "face" else person.eye
+    folder = file.resolve().parent
+    if camera is not None and (camera.calibration is None or (folder / camera.calibration).resolve() != path.resolve()):
+        beside = os.path.relpath(path.resolve(), folder)
+        section = f"[sites.participants.{kind}]"
+        out.print(Text(f'to use it, write calibration = "{beside}" into {section} of {person.name} in {file}'), soft_wrap=True)
 
 
 def _read(source: CameraSource, seconds: float, *, timed: bool) -> Iterator[tuple[float, U8]]:
