@@ -10,6 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from vistel.conference.device_list import simulated_names
+from vistel.conference.model import Conference
+from vistel.conference.simulators import cause, is_being_started
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.log import Log
@@ -67,6 +70,7 @@ class Lanes:
         self._gaps: list[tuple[float, float, str]] = []
         self._faults: list[tuple[float, str]] = []
         self._states: dict[str, int] = {}
+        self._simulated = _simulated(log)
         self._done = 0.0
 
     def parts(self) -> Iterator[dict[str, Any]]:
@@ -144,8 +148,9 @@ class Lanes:
         before = self._states.get(message.device)
         self._states[message.device] = message.state
         bad = message.state not in (DeviceStatus.STATE_STREAMING, DeviceStatus.STATE_STARTING, DeviceStatus.STATE_ABSENT)
+        bad = bad and not is_being_started(message, self._simulated, t)
         if bad and before != message.state and len(self._faults) < MOST_EVENTS:
-            said = message.detail or DeviceStatus.State.Name(message.state).removeprefix("STATE_").lower()
+            said = cause(message) or DeviceStatus.State.Name(message.state).removeprefix("STATE_").lower()
             self._faults.append((t, f"{message.device}: {said}"))
 
     def _said(self, record: LogRecord, t: float) -> None:
@@ -173,3 +178,11 @@ def _spans(found: Intervals[str], end: float) -> list[list[Any]]:
         edges = found.within(what, 0.0, end)
         out += [[round(a, 3), round(b, 3), what] for a, b in zip(edges[::2], edges[1::2], strict=True)]
     return sorted(out, key=lambda span: span[0])[:MOST_EVENTS]
+
+
+def _simulated(log: Log) -> list[str]:
+    """The names of devices that were simulated; none where the log has no conference file that can be read."""
+    try:
+        return simulated_names(Conference.model_validate(log.conference))
+    except ValueError:
+        return []

@@ -7,8 +7,9 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 
-SILENT_S = 2.0
-"""Nothing is said before so much time has passed [s]."""
+SILENT_S = 1.0
+"""Nothing is said before so much time has passed [s]: with the start of Python before it, or another short wait, it is still less
+than two seconds."""
 EVERY_S = 1.9
 """Where there is no terminal, a line is printed so often [s]."""
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import math
 
 from vistel.audio.delay_policy import DelayUnitShare
 from vistel.v1.audio_pb2 import EquipmentRequest
@@ -25,7 +26,7 @@ class DelayUnit:
         self._requests = bus.publish(BY_NAME["equipment_request"], equipment=name)
         self._share = DelayUnitShare()
         self._requested_s: float | None = None
-        self._own_s = 0.0
+        self._own_s, self._most_s = 0.0, math.inf
 
     def take(self) -> None:
         """Take its newest status."""
@@ -35,9 +36,9 @@ class DelayUnit:
             if known != (self.acoustic_s is not None):
                 log.log(logging.INFO if known else logging.WARNING, "event=delay_unit known=%s detail=%r", known, status.detail)
             self.acoustic_s = status.acoustic_s if known else None
-            for value in status.values:
-                if value.name == "own_latency":
-                    self._own_s = value.observed
+            observed = {value.name: value.observed for value in status.values}
+            self._own_s = observed.get("own_latency", self._own_s)
+            self._most_s = observed.get("max_delay", self._most_s)
 
     @property
     def latency_s(self) -> float:
@@ -48,7 +49,7 @@ class DelayUnit:
         """Request the delay that all voices have had to spare for a while."""
         if spare_s is None or self.acoustic_s is None:
             return
-        wanted = self._share.wanted_s(now_ns, spare_s)
+        wanted = self._share.wanted_s(now_ns, min(spare_s, self._most_s))
         if wanted is None or (self._requested_s is not None and abs(wanted - self._requested_s) < _STEP_S):
             return
         self._requested_s = wanted

@@ -6,6 +6,7 @@ them within a round. After a second without a valid answer the device's state, a
 
 from __future__ import annotations
 
+import asyncio
 import logging
 from collections.abc import Mapping
 
@@ -105,9 +106,10 @@ class DelayRegisters:
 
 async def run_device(device: Device, bus: Bus, clock: Clock) -> None:
     """Runs until cancelled."""
-    loop = _DeviceLoop(device, bus, clock)
+    loop, task = _DeviceLoop(device, bus, clock), asyncio.current_task()
     try:
-        while True:
+        # pymodbus waits with asyncio.wait_for, which in Python 3.11 loses a cancellation that comes together with an answer.
+        while task is None or not task.cancelling():
             await loop.round()
     finally:
         loop.close()

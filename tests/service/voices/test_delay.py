@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 from collections.abc import Callable, Coroutine, Mapping
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,8 @@ from vistel.wire.clock import SystemClock
 from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel_services.delay import Config, Device, run
+from vistel_services.delay.client import ModbusDevice
+from vistel_services.delay.service import run_device
 from vistel_sim.equipment.delay_unit import OWN_LATENCY, RATE, DelayLine, SimulatedDelayUnit
 from vistel_sim.equipment.room_device import SimulatedRoomDevice
 from vistel_sim.faults import Fault, Kind
@@ -162,6 +165,39 @@ def test_requests_that_make_no_sense_are_reported_and_left_out(tmp_path: Path) -
         await room.until(lambda s: s.delay_known and s.acoustic_s > 0.01)
 
     with_room(tmp_path, play)
+
+
+def test_it_ends_also_where_a_cancellation_comes_together_with_an_answer(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    reads = 0
+    read_all = ModbusDevice.read_all
+
+    async def read_and_lose(device: ModbusDevice) -> dict[str, float]:
+        """As asyncio.wait_for of Python 3.11 loses one."""
+        nonlocal reads
+        reads += 1
+        found = await read_all(device)
+        task = asyncio.current_task()
+        assert task is not None
+        if reads == 3:
+            task.cancel()
+            with contextlib.suppress(asyncio.CancelledError):
+                await asyncio.sleep(0)
+        return found
+
+    monkeypatch.setattr(ModbusDevice, "read_all", read_and_lose)
+
+    async def main() -> None:
+        clock = SystemClock()
+        room = Room(tmp_path, MemoryNetwork().bus("c", "tokyo", clock), clock)
+        unit = asyncio.create_task(room.unit.run())
+        try:
+            await run_device(room.device, room.bus, clock)
+        finally:
+            unit.cancel()
+            await asyncio.gather(unit, return_exceptions=True)
+
+    asyncio.run(main())
+    assert reads == 3
 
 
 def test_a_device_that_is_no_delay_unit_is_named_as_such(tmp_path: Path) -> None:

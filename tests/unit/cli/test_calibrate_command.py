@@ -169,3 +169,31 @@ def test_a_grid_is_made_from_a_recording_of_a_receiver_held_on_known_points(tmp_
     code, _, told = calibrate(*words[:3], tmp_path / "short.mcap", *words[4:], "--out", tmp_path / "x.json")
     assert code == 1 and "held still 26 times, the file has 27 points" in " ".join(told.split())
     assert not (tmp_path / "x.json").exists()
+
+
+HELMET = """
+[sites.participants.face]
+kind = "camera"
+source = "SOURCE"
+calibration = "ada-face.json"
+"""
+
+
+def test_a_face_is_calibrated_from_a_simulated_camera_and_one_learns_how_to_use_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    (tmp_path / "conference.toml").write_text(FILE + HELMET.replace("SOURCE", "sim"))
+    code, said, _ = calibrate("face", tmp_path / "conference.toml", "ada", "--seconds", "0.5", "-o", tmp_path / "ada-face.json")
+    assert code == 0 and said.splitlines()[-1] == f"wrote {tmp_path / 'ada-face.json'}"
+    code, said, _ = calibrate("face", tmp_path / "conference.toml", "ada", "--seconds", "0.5", "-o", tmp_path / "other.json")
+    assert code == 0 and 'write calibration = "other.json" into [sites.participants.face] of ada' in said
+
+
+def test_a_camera_that_is_not_there_is_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "conference.toml").write_text(FILE + HELMET.replace("SOURCE", "63"))
+    code, _, said = calibrate("face", tmp_path / "conference.toml", "ada", "-o", tmp_path / "ada-face.json")
+    assert code == 1 and " ".join(said.split()) == (
+        "error: camera 63: is not there, or is in use by another program; vistel devices lists cameras"
+    )
+    assert capfd.readouterr() == ("", "")  # not even by OpenCV, which prints past this process's streams

@@ -66,6 +66,21 @@ def test_length_and_people_and_what_is_missing_come_before_the_channels(log: Pat
     assert "channels under vistel/duo/" in lines[6]
 
 
+@pytest.mark.parametrize(("goes_on_s", "missing"), [(5, 0), (15, 1)])
+def test_a_recorder_that_stops_after_the_sites_misses_nothing_of_them(log: Path, goes_on_s: int, missing: int) -> None:
+    path = log.parent / "longer.mcap"
+    with LogWriter(path, conference=CONFERENCE.replace('[[sites.participants]]\nname = "ben"\nprogram = true\n', "")) as writer:
+        for n in range(10 * (2 + goes_on_s)):
+            at_ns = START_NS + n * 100_000_000
+            motion, state = Motion(), WorldState()
+            motion.header.version = state.header.version = 1
+            motion.header.t_ns = state.header.t_ns = at_ns
+            if n < 20:
+                writer.write(BY_NAME["motion"], "vistel/duo/site/lab/participant/ada/motion", motion, at_ns)
+            writer.write(BY_NAME["world_state"], "vistel/duo/world/state", state, at_ns)
+    assert json.loads(shown(path, "--json"))["missing"] == ["motion of ada: ends at 1.9 s"] * missing
+
+
 def test_what_is_damaged_is_reported_once(log: Path) -> None:
     log.write_bytes(log.read_bytes()[: log.stat().st_size // 4])
     said = shown(log)

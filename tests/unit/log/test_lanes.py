@@ -7,8 +7,11 @@ from pathlib import Path
 import pytest
 
 import vistel.log
+from vistel.conference.simulators import STARTING_S
 from vistel.log.lanes import MOST_BINS, PIECES, Lanes
+from vistel.v1.device_pb2 import DeviceStatus
 from vistel.wire.log import LogReader, LogWriter
+from vistel.wire.topics import BY_NAME
 
 MEETING = Path(__file__).parents[2] / "replay" / "meeting.mcap"
 
@@ -33,6 +36,42 @@ def test_a_log_cut_off_has_the_lanes_of_what_is_whole_and_says_what_is_missing(t
     with vistel.log.open(cut) as log:
         last = list(Lanes(log).parts())[-1]
     assert 0.0 < last["end"] < 6.0 and "cut off" in last["damage"][0]
+
+
+def test_a_simulated_device_that_is_still_being_started_is_no_fault_and_one_that_stops_is(tmp_path: Path) -> None:
+    conference = """
+    name = "duo"
+    [[sites]]
+    name = "lab"
+    [[sites.participants]]
+    name = "ada"
+    [sites.participants.tracker]
+    port = "sim"
+    [sites.participants.gloves.left]
+    port = "/dev/ttyUSB0"
+    """
+    statuses = [
+        (0.0, "ada-tracker", DeviceStatus.STATE_SEARCHING, 0, "/run/dev/ada-tracker: is not there; plug the device in"),
+        (0.0, "ada-glove-left", DeviceStatus.STATE_SEARCHING, 0, "/dev/ttyUSB0: is not there; plug the device in"),
+        (1.0, "ada-tracker", DeviceStatus.STATE_STREAMING, 10, ""),
+        (2.0, "ada-tracker", DeviceStatus.STATE_SEARCHING, 120, "/run/dev/ada-tracker: unplugged"),
+        (STARTING_S, "ada-tracker", DeviceStatus.STATE_STREAMING, 120, ""),
+        (STARTING_S + 1.0, "ada-tracker", DeviceStatus.STATE_SEARCHING, 0, ""),
+    ]
+    path = tmp_path / "duo.mcap"
+    with LogWriter(path, conference=conference) as writer:
+        for at_s, device, state, frames, detail in statuses:
+            status = DeviceStatus(device=device, state=state, frames=frames, detail=detail)
+            status.header.version, status.header.t_ns = 1, round(at_s * 1e9)
+            key = f"vistel/duo/site/lab/device/{device}/status"
+            writer.write(BY_NAME["device_status"], key, status, 1_700_000_000_000_000_000 + round(at_s * 1e9))
+    with vistel.log.open(path) as log:
+        faults = list(Lanes(log).parts())[-1]["faults"]
+    assert faults == [
+        [0.0, "ada-glove-left: /dev/ttyUSB0: is not there; plug the device in"],
+        [2.0, "ada-tracker: unplugged"],
+        [STARTING_S + 1.0, "ada-tracker: searching"],
+    ]
 
 
 def test_a_reader_sees_what_is_appended_to_a_log_while_it_is_written(tmp_path: Path) -> None:

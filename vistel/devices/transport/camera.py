@@ -57,6 +57,7 @@ class CameraSource:
 def open_video(source: CameraSource) -> cv2.VideoCapture:
     """May take seconds. Raises TransportError."""
     address = source.where()
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)  # else each backend warns of a camera that is not there
     if address.isdecimal():
         video = cv2.VideoCapture(int(address))
     elif address.startswith("/dev/"):
@@ -67,6 +68,8 @@ def open_video(source: CameraSource) -> cv2.VideoCapture:
     else:
         video = cv2.VideoCapture(address, cv2.CAP_FFMPEG)
     if not video.isOpened():
+        if address.isdecimal():
+            raise TransportError(f"camera {address}: is not there, or is in use by another program; vistel devices lists cameras")
         raise TransportError(f"{address}: shows no pictures; is it a camera or a clip, and not in use elsewhere?")
     if address.isdecimal() or address.startswith("/dev/"):
         video.set(cv2.CAP_PROP_FOURCC, cv2.VideoWriter.fourcc(*"MJPG"))

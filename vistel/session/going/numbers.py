@@ -6,8 +6,9 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any, Protocol
 
-from vistel.conference.device_list import devices_of_site
+from vistel.conference.device_list import devices_of_site, simulated_names
 from vistel.conference.model import Conference
+from vistel.conference.simulators import cause, is_being_started
 from vistel.session.going.flows import FLOWS, Flows
 from vistel.session.going.troubles import troubles
 from vistel.v1.audio_pb2 import SoundStatus
@@ -56,6 +57,7 @@ class Numbers:
     def __init__(self, conference: Conference, arrivals: Arrivals) -> None:
         """arrivals: of the bus that is listened to, with what the others on it take."""
         self._conference, self._arrivals, self._flows = conference, arrivals, Flows()
+        self._simulated = simulated_names(conference)
         self._at = {p.name: site.name for site in conference.sites for p in site.participants}
         self._subscriptions = [arrivals.bus.subscribe(BY_NAME[topic], polled=True) for topic in _TOPICS]
         self._newest: dict[str, dict[str, Sample]] = {topic: {} for topic in _TOPICS}
@@ -76,7 +78,11 @@ class Numbers:
         """The figures at conference time `t_ns`, ready for JSON. people: who is shown then."""
         out = {"sites": self._sites(t_ns), "people": self._people(t_ns, people), "services": self._services(t_ns)}
         flows = self._flows.now(t_ns, self._arrivals.of_key)
-        return out | {"devices": self._devices(), "flows": flows, "troubles": troubles(out, self._devices())}
+        up_s = max((row["up_s"] for row in out["services"]), default=0.0)
+        starting = {d.device for d, _ in self._statuses() if is_being_started(d, self._simulated, up_s)}
+        devices = self._devices()
+        wrong = troubles(out, [d for d in devices if d["name"] not in starting])
+        return out | {"devices": devices, "flows": flows, "troubles": wrong}
 
     def _sites(self, t_ns: int) -> list[dict[str, Any]]:
         images: dict[str, tuple[ImageDelay, float]] = {
@@ -126,17 +132,20 @@ class Numbers:
         ]
 
     def _devices(self) -> list[dict[str, Any]]:
-        states: list[tuple[DeviceStatus, str]] = [(s.message, s.names["site"]) for s in self._newest["device_status"].values()]
         return [
             {
                 "name": d.device,
                 "site": site,
                 "state": DeviceStatus.State.Name(d.state).removeprefix("STATE_").lower(),
                 "frames_per_s": d.rate_hz,
-                "detail": d.detail,
+                "detail": cause(d),
             }
-            for d, site in sorted(states, key=lambda state: state[0].device)
+            for d, site in sorted(self._statuses(), key=lambda state: state[0].device)
         ]
+
+    def _statuses(self) -> list[tuple[DeviceStatus, str]]:
+        """What each device says, and its site."""
+        return [(s.message, s.names["site"]) for s in self._newest["device_status"].values()]
 
     def _services(self, t_ns: int) -> list[dict[str, Any]]:
         clocks: dict[tuple[str, str], ClockOffset] = {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from vistel.conference.device_names import face_name
-from vistel_cli.calibrate.pictures import participant, shown
+from vistel_cli.calibrate.pictures import participant, shown, tell_use
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
@@ -50,6 +50,7 @@ def face(
         fail(f'{file}: {name} has no face camera; give them [sites.participants.face] with kind = "camera"')
     path = output or Path(f"{face_name(name)}.json")
     keep_existing(path, force=force)
+    from vistel.devices.transport import TransportError
     from vistel.vision.face_calibration import FaceCalibrationError, write_face
 
     try:
@@ -59,6 +60,8 @@ def face(
         fail(f"{clip or person.face.source}: {e}")
     except OSError as e:
         fail(f"{path}: cannot be written: {e.strerror}")
+    except TransportError as e:
+        fail(str(e))
     if as_json:
         out.print_json(
             data={
@@ -75,13 +78,14 @@ def face(
     out.print(f"their colour stands out of the rest {found.key.contrast():.0f}:1")
     if found.wander_px > STILL_PX:
         out.print("that is much: keep the face still and do it again", style="yellow")
-    out.print(f"wrote {path}", soft_wrap=True)
+    tell_use(file, person, "face", path)
 
 
 def measure_face(
     person: Participant, seed: int, clip: Path | None, seconds: float, see: Callable[[U8], object] = lambda _: None
 ) -> tuple[FaceCalibration, int]:
-    """What the pictures say of a still face, and how many there were. see: is given each picture. Raises FaceCalibrationError."""
+    """What the pictures say of a still face, and how many there were. see: is given each picture. Raises FaceCalibrationError,
+    TransportError."""
     # Loads what only this needs.
     from vistel.vision.face_calibration import calibrate_face
     from vistel_sim.pictures.face import FacePicture, View, rest_face

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from vistel.conference.device_names import eye_name
-from vistel_cli.calibrate.pictures import SIMULATED_HZ, participant, shown
+from vistel_cli.calibrate.pictures import SIMULATED_HZ, participant, shown, tell_use
 from vistel_cli.inputs import Takes
 from vistel_cli.kind_of_file import CONFERENCE
 from vistel_cli.overwriting import Force, keep_existing
@@ -59,6 +59,7 @@ def gaze(
         fail("expected --seconds 0.3 to 30 s, --yaw and --pitch 2 to 40 degrees", USAGE)
     path = output or Path(f"{eye_name(name)}.json")
     keep_existing(path, force=force)
+    from vistel.devices.transport import TransportError
     from vistel.vision.face_calibration import FaceCalibrationError
     from vistel.vision.gaze_calibration import write_gaze
 
@@ -75,6 +76,8 @@ def gaze(
         fail(f"{clip or person.eye.source}: {e}")
     except OSError as e:
         fail(f"{path}: cannot be written: {e.strerror}")
+    except TransportError as e:
+        fail(str(e))
     if as_json:
         out.print_json(
             data={
@@ -90,7 +93,7 @@ def gaze(
     if found.left_out_deg > GOOD_DEG:
         advice = "keep the head still, look at each point until the next is announced, and do it again"
         out.print(f"that is much: {advice}", style="yellow")
-    out.print(f"wrote {path}", soft_wrap=True)
+    tell_use(file, person, "eye", path)
 
 
 def measure_gaze(
@@ -104,7 +107,8 @@ def measure_gaze(
 ) -> tuple[GazeCalibration, int]:
     """The map from the pupil to the gaze, and at how many points the pupil was seen. seconds: for each point; angles_deg: of the
     outer points, to the sides, and up and down; tell: is told each point, from 1, and where it is; see: is given each picture and
-    what was read in it. Raises FaceCalibrationError."""
+    what was read in it. Raises FaceCalibrationError,
+    TransportError."""
     # Loads what only this needs.
     import cv2
     import numpy as np

@@ -130,13 +130,15 @@ def _sound() -> Finding:
     return Finding("Sound card", "found", "by the system")
 
 
-def _ports() -> Finding:
+def router_port(port: int = 7447) -> Finding:
+    """Whether a router on this machine could listen on `port`."""
     with socket.socket() as s:
+        s.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as a router does: an earlier one's connections may last
         try:
-            s.bind(("127.0.0.1", 7447))
+            s.bind(("127.0.0.1", port))
         except OSError:
-            return Finding("Port 7447", "absent", "in use, probably by a router", "`vistel up` takes a free port")
-    return Finding("Port 7447", "found", "free for a router")
+            return Finding(f"Port {port}", "absent", "in use, probably by a router", "`vistel up` takes a free port")
+    return Finding(f"Port {port}", "found", "free for a router")
 
 
 def _encoder() -> Finding:
@@ -165,4 +167,4 @@ def _disk() -> Finding:
     return Finding("Disk", "found", f"{free:.0f} GiB free here")
 
 
-CHECKS: tuple[Callable[[], Finding], ...] = (_python, _machine, _gl, _display, _encoder, _sound, _ports)
+CHECKS: tuple[Callable[[], Finding], ...] = (_python, _machine, _gl, _display, _encoder, _sound, router_port)

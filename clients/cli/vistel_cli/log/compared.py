@@ -52,7 +52,8 @@ def _print_joints(found: Comparison, limits: Limits) -> None:
             notes.append(f"{who}: {len(turned) - SHOWN} more joints turn otherwise, by {turned[SHOWN].degrees:.2f}° and less")
         if carried:
             most = f"{carried[0].mm:.1f} mm ({carried[0].joint})"
-            notes.append(f"{who}: {len(carried)} joints turn alike but are elsewhere, by up to {most}")
+            counted = "1 joint turns alike but is" if len(carried) == 1 else f"{len(carried)} joints turn alike but are"
+            notes.append(f"{who}: {counted} elsewhere, by up to {most}")
     if table.row_count:
         out.print(table)
     for note in notes:

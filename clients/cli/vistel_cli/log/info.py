@@ -15,6 +15,8 @@ from vistel_cli.terminal import out
 
 _GAP_S = 1.0
 """A stream that is silent for longer is missing."""
+_ENDING_S = 10.0
+"""Sites stop before the recorder does, by less than this."""
 _FRAMES = ("tracker", "glove", "face", "pointer", "camera_body", "headset")
 _WRAPPED = 2
 """How far the rest of a wrapped key is indented."""
@@ -91,25 +93,31 @@ def read_contents(reader: LogReader) -> LogContents:
 
 
 def _missing(log: LogContents) -> Iterator[str]:
+    wanted: dict[str, list[Channel]] = {}
     if log.conference is None:
         yield "a conference file that this version can read"
     else:
         for site in log.conference.sites:
             for person in site.participants:
-                yield from _absent(log, f"motion of {person.name}", log.of("motion", participant=person.name))
+                wanted[f"motion of {person.name}"] = log.of("motion", participant=person.name)
         for device in devices_of(log.conference):
             decoded = log.of(*_FRAMES, device=device.name)
-            yield from _absent(log, f"frames of {device.name}", decoded or log.of("device_raw", device=device.name))
-    yield from _absent(log, "state of the world", log.of("world_state"))
+            wanted[f"frames of {device.name}"] = decoded or log.of("device_raw", device=device.name)
+    end_s = max((log.second(c.last_ns) for channels in wanted.values() for c in channels), default=log.seconds)
+    if log.seconds - end_s > _ENDING_S:
+        end_s = log.seconds
+    for what, channels in wanted.items():
+        yield from _absent(log, what, channels, end_s)
+    yield from _absent(log, "state of the world", log.of("world_state"), log.seconds)
 
 
-def _absent(log: LogContents, what: str, channels: list[Channel]) -> Iterator[str]:
+def _absent(log: LogContents, what: str, channels: list[Channel], end_s: float) -> Iterator[str]:
     if not channels:
         yield f"{what}: none at all"
     for c in channels:
         if c.longest_gap_s > _GAP_S:
             yield f"{what}: none for {c.longest_gap_s:.1f} s from {log.second(c.gap_begin_ns):.1f} s"
-        if log.seconds - log.second(c.last_ns) > _GAP_S:
+        if end_s - log.second(c.last_ns) > _GAP_S:
             yield f"{what}: ends at {log.second(c.last_ns):.1f} s"
 
 

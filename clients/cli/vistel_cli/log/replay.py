@@ -252,7 +252,7 @@ async def _play(
             if "world" in services:
                 world, start_ns = await asyncio.to_thread(seeded_world, reader, conference, paths, start_ns)
                 begin_ns = max(begin_ns, start_ns)
-        router = Router.open()
+            router = Router.open()
         lead_s = LEAD_FORKED_S if servers and all(s.ready for s in servers.values()) else LEAD_S
         lead_s += WORLD_EARLY_S + PREROLL_S
         clock = ReplayClock(begin_ns, time.monotonic_ns() + int(lead_s * 1e9 + (begin_ns - start_ns) / speed), speed)
@@ -261,19 +261,19 @@ async def _play(
         specs = [host_spec(p, file, router.endpoint, paths, clock.text()) for p in plans]
         supervisor = Supervisor(specs, folder, servers)
         leading = None
+
+        def reached() -> str:
+            at = (clock.now_ns() - begin_ns) * 1e-9
+            return f"{begin + at:.1f} s of {end:.1f} s at {speed:g}x" if at > 0 else "starting the processes"
+
         try:
-            await supervisor.start()
-            feeder = Feeder(reader, conference, bus, clock, source.value)
-            if world is not None:
-                await clock.sleep_until_ns(preroll_ns - int(WORLD_EARLY_S * speed * 1e9))
-                own_clock = StandingClock(clock, start_ns)
-                leading = background.start(_lead(world, conference, router.endpoint, own_clock), "world")
-
-            def reached() -> str:
-                at = (clock.now_ns() - begin_ns) * 1e-9
-                return f"{begin + at:.1f} s of {end:.1f} s at {speed:g}x" if at > 0 else "starting the processes"
-
             with waiting(reached, silent_s=0.0):
+                await supervisor.start()
+                feeder = Feeder(reader, conference, bus, clock, source.value)
+                if world is not None:
+                    await clock.sleep_until_ns(preroll_ns - int(WORLD_EARLY_S * speed * 1e9))
+                    own_clock = StandingClock(clock, start_ns)
+                    leading = background.start(_lead(world, conference, router.endpoint, own_clock), "world")
                 feeding = background.start(feeder.feed(start_ns - PREROLL_NS, start_ns, end_ns, preroll_ns), "feed")
                 stopping = background.start(stop.wait(), "stop")
                 await asyncio.wait({feeding, stopping}, return_when=asyncio.FIRST_COMPLETED)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterator
 
 from rich.console import Console, Group, RenderableType
@@ -12,6 +11,7 @@ from rich.text import Text
 
 from vistel.conference.device_list import devices_of_site
 from vistel.conference.model import Conference
+from vistel.conference.simulators import cause
 from vistel.v1.device_pb2 import DeviceStatus
 from vistel_cli.run.logged_errors import LoggedErrors
 from vistel_cli.run.observer import Observer
@@ -76,8 +76,7 @@ class Events:
             elif now == "starting":
                 yield "is starting"
             elif now != "streaming" and before in (None, "streaming", "starting", "absent"):
-                simulated = rf"^\S+/dev/{re.escape(device)}: "  # its port is in a folder of the run
-                yield f"fails: {re.sub(simulated, '', status.detail) or now}"
+                yield f"fails: {cause(status) or now}"
             self._states[device] = now
         more = status.bytes_skipped - min(self._skipped.setdefault(device, status.bytes_skipped), status.bytes_skipped)
         if more >= GARBAGE_BYTES:

@@ -15,6 +15,7 @@ from vistel.capture.body import USABLE, receiver_pose
 from vistel.conference.device_list import Device, devices_of_participant
 from vistel.conference.model import Conference, Participant
 from vistel.devices.kind import load
+from vistel.devices.transport import TransportError
 from vistel.figure.calibration.files import CalibrationFileError, MeasuredPerson, TrackerSetup, save_body, save_tracker
 from vistel.figure.calibration.moves import MoveError
 from vistel.protocol.glove_calibration import GloveCalibrationError
@@ -26,7 +27,7 @@ from vistel.vision.spots import find_spots
 from vistel_cli.calibrate import face, gather, gaze, glove, person
 from vistel_cli.calibrate.ask import Asker
 
-FAULTS = (MoveError, CalibrationFileError, GloveCalibrationError, FaceCalibrationError)
+FAULTS = (MoveError, CalibrationFileError, GloveCalibrationError, FaceCalibrationError, TransportError)
 """What a calibration raises whose moves or pictures cannot be used; one line."""
 What = Literal["body", "tracker", "left_glove", "right_glove", "face", "gaze"]
 FACE_S = 2.0

@@ -23,7 +23,8 @@ from vistel_cli.terminal import FAILED, USAGE, fail, load_conference, out
 
 app = typer.Typer(no_args_is_help=True)
 
-_PATIENCE_S = 4.0
+_PATIENCE_S = 15.0
+"""A service of a busy machine may need seconds to take a command [s]."""
 
 Who = Annotated[str | None, typer.Option("--as", help="Participant; default: the first of the file.")]
 

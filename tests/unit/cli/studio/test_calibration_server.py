@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 from pathlib import Path
 
 import pytest
@@ -160,6 +161,16 @@ def test_a_calibration_that_fails_says_why_in_one_line(file: Path, monkeypatch: 
         await client.post("/calibration/start", json={"participant": "ada", "what": "tracker"})
         assert '"fault": "arms: the receiver left hand was silent"' in await ended(client)
         assert (await client.post("/calibration/keep", json={})).status == 400
+
+    served(file, ask)
+
+
+def test_a_camera_that_is_not_there_is_said_on_the_page(file: Path) -> None:
+    file.write_text(FILE.replace("participants.eye]", 'participants.eye]\nsource = "/dev/video99"'))
+
+    async def ask(client: TestClient) -> None:
+        await client.post("/calibration/start", json={"participant": "ada", "what": "gaze"})
+        assert "/dev/video99" in json.loads((await ended(client)).removeprefix("data: "))["fault"]
 
     served(file, ask)
 
