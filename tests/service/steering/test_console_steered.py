@@ -21,6 +21,7 @@ from waiting import until
 from vistel.conference.console import ConsoleConfig
 from vistel.conference.invitations import invitations_in
 from vistel.conference.model import Conference
+from vistel.conference.running import studio_announced
 from vistel.log.notes import beside
 from vistel.session.steering import actions
 from vistel.v1.service_pb2 import FaultReply, FaultRequest, RunProcess, RunReply, RunRequest
@@ -72,6 +73,12 @@ async def opened(room: GuestRoom, token: str = "", path: str = "live", **headers
     shown = headers | ({"Authorization": f"Bearer {token}"} if token else {})
     async with aiohttp.ClientSession() as session, session.ws_connect(f"http://{room.address}/{path}", headers=shown) as socket:
         yield Steered(socket)
+
+
+@contextlib.asynccontextmanager
+async def studios_run(address: str) -> AsyncIterator[None]:
+    with studio_announced(address):
+        yield
 
 
 def refused_so_far() -> float:
@@ -246,10 +253,12 @@ def test_who_shows_only_the_viewers_token_is_refused_counted_and_logged(
         asked: list[bytes] = []
         for topic in ("fault", "run"):
             hub.serve(BY_NAME[topic], asked.append)
-        async with room.serving(monkeypatch):
+        monkeypatch.setenv("XDG_RUNTIME_DIR", str(tmp_path / "run"))
+        async with room.serving(monkeypatch), studios_run("http://127.0.0.1:8765/avatar/"):
             link = room.invited()
             async with opened(room, TOKEN) as viewer:
-                assert not (await viewer.told("hello"))["steers"]
+                hello = await viewer.told("hello")
+                assert not hello["steers"] and not hello["studio"]
                 before = refused_so_far()
                 said = [{"do": action, "id": 1} | words for action, words in ASKED.items()]
                 said += [{"note": "x", "author": "Eve"}, {"complete": "b"}, {"lines": {}}]
@@ -259,7 +268,8 @@ def test_who_shows_only_the_viewers_token_is_refused_counted_and_logged(
                 assert refused_so_far() == before + len(said)
             assert not asked and not acts.take() and not any(topic.take() for topic in told)
             async with opened(room, HOST_TOKEN) as host:
-                assert (await host.told("hello"))["steers"]
+                hello = await host.told("hello")
+                assert hello["steers"] and hello["studio"] == "http://127.0.0.1:8765/avatar/"
                 assert (await host.do("mute", participant="guest-1"))["done"]
             with pytest.raises(aiohttp.WSServerHandshakeError):
                 async with opened(room, link):

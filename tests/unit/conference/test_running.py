@@ -9,7 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from vistel.conference.running import Running, announced, conferences_here, running_conferences, running_folder
+from vistel.conference.running import (
+    Running,
+    announced,
+    conferences_here,
+    running_conferences,
+    running_folder,
+    studio_announced,
+    studio_here,
+)
 
 DEMO = Running("demo", "tcp/127.0.0.1:7447", "demo.toml", "out/demo", 1, {"aiko": "tokyo"}, {"tokyo": "http://127.0.0.1:8090/"})
 OTHER = Running("den", "tcp/127.0.0.1:9", "den.toml", "out/den", 2)
@@ -97,3 +105,22 @@ def test_only_the_user_may_read_where_their_conference_is() -> None:
         (file,) = running_folder().iterdir()
         assert file.stat().st_mode & 0o077 == 0
         assert running_folder().stat().st_mode & 0o077 == 0
+
+
+def test_studios_are_found_while_they_run_and_are_no_conference() -> None:
+    assert studio_here() == ""
+    with announced(DEMO), studio_announced("http://127.0.0.1:8765/avatar/"):
+        assert studio_here() == "http://127.0.0.1:8765/avatar/"
+        assert running_conferences() == [DEMO]
+    assert studio_here() == ""
+
+
+def test_studios_that_died_are_not_found() -> None:
+    script = """import os
+from vistel.conference.running import studio_announced
+with studio_announced("x"):
+    os.kill(os.getpid(), 9)"""
+    subprocess.run([sys.executable, "-c", script], check=False)
+    assert len(list(running_folder().iterdir())) == 1
+    assert studio_here() == ""
+    assert list(running_folder().iterdir()) == []
