@@ -61,13 +61,15 @@ export class Timeline {
   begin({ damage, grows, beside, offset, path, people }: Hello, live: (() => void) | null): void {
     this.damage = damage ?? [];
     this.grows = grows ?? false;
+    const back = this.head && path === this.path ? this.head : null; // the connection to this log was lost, and has come back
+    const shifted = back && beside && beside === this.beside?.name ? this.beside.offset : undefined;
     this.path = path ?? "";
     this.people = people ?? [];
-    this.beside = beside ? { name: beside, offset: offset ?? 0 } : null;
+    this.beside = beside ? { name: beside, offset: shifted ?? offset ?? 0 } : null;
     this.toLive = live;
     this.lanes = null;
     this.notes = [];
-    if (this.head) this.send({ t: this.t }); // the connection was lost, and has come back
+    if (back) this.send({ t: this.t, speed: back.speed, loop: back.loop, playing: back.playing, offset: shifted });
     else if (!live) this.goToAddress();
     this.show();
   }

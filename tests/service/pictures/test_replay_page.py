@@ -6,6 +6,7 @@ import asyncio
 import contextlib
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -267,23 +268,33 @@ def test_a_page_whose_connection_breaks_comes_back_to_where_it_was(tmp_path: Pat
 
     def visited(self: Any, *given: Any) -> None:
         visit(self, *given)
-        heads.append(lambda: self._head.t)
+        heads.append(lambda: (self._head, self._offset))
 
     monkeypatch.setattr(served_log, "open_server", open_server)
     monkeypatch.setattr(replays._Visit, "__init__", visited)
 
     async def watch() -> None:
-        async with served(MEETING) as url, page(tmp_path, *SOFTWARE_GL) as tab:
+        async def broken(back: Callable[[Playhead, float], bool]) -> None:
+            before = len(heads)
+            for connection in servers[0]._runner.server.connections:
+                connection.transport.abort()
+            await until(lambda: len(heads) > before and back(*heads[-1]()), "back as it was")
+
+        async with served(MEETING, MEETING) as url, page(tmp_path, *SOFTWARE_GL) as tab:
             await tab.open(f"{url}#t=4.5", 480, 400)
             for moment in (4.5, 3.0):  # that of the address, and one that the hand went to
                 if moment != 4.5:
                     await tab.value(f"window.vistelTravel.goTo({moment})")
                 await tab.until(f"window.vistelTravel && Math.abs(window.vistelTravel.t() - {moment}) < 1e-3")
-                await until(lambda at=moment: heads[-1]() == at, "the playhead there")
-                before = len(heads)
-                for connection in servers[0]._runner.server.connections:
-                    connection.transport.abort()
-                await until(lambda count=before, at=moment: len(heads) > count and heads[-1]() == at, "back where it was")
+                await until(lambda at=moment: heads[-1]()[0].t == at, "the playhead there")
+                await broken(lambda head, _, at=moment: head.t == at and not head.playing)
+            offset = "document.querySelector('.beside input')"
+            await tab.value(f"{offset}.value = '0.25'; {offset}.dispatchEvent(new Event('change', {{ bubbles: true }}))")
+            slower = "document.querySelector('select[aria-label=Speed]')"
+            await tab.value(f"{slower}.value = '0.1'; {slower}.dispatchEvent(new Event('change', {{ bubbles: true }}))")
+            await tab.click("button.play")
+            await until(lambda: heads[-1]()[0].playing and heads[-1]()[0].speed == 0.1 and heads[-1]()[1] == 0.25, "playing")
+            await broken(lambda head, shifted: head.playing and head.speed == 0.1 and shifted == 0.25 and head.t > 3.0)
 
     run(watch())
 
