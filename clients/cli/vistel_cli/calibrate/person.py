@@ -137,11 +137,12 @@ def _calibrated(
     height: float | None = None,
 ) -> tuple[Any, dict[str, Any]]:
     """Record and fit. Ends the command with one line when the moves cannot be used."""
-    from vistel.figure.calibration.arms import fit_comfort, samples_of
-    from vistel.figure.calibration.files import CalibrationFileError, load_body
-    from vistel.figure.calibration.fit import calibrate
-    from vistel.figure.calibration.moves import ALL_STEPS, STEPS, MoveError
-    from vistel_cli.calibrate.gather import from_log, live
+    with waiting("loading"):
+        from vistel.figure.calibration.arms import fit_comfort, samples_of
+        from vistel.figure.calibration.files import CalibrationFileError, load_body
+        from vistel.figure.calibration.fit import calibrate
+        from vistel.figure.calibration.moves import ALL_STEPS, STEPS, MoveError
+        from vistel_cli.calibrate.gather import from_log, live
 
     conference = load_conference(file)
     _, person = person_of(conference, name)
