@@ -33,7 +33,7 @@ from vistel_services import tracker
 START_S = 20.0
 """Longest wait for the first values of all receivers."""
 TRIES = 3
-"""Of each move, live."""
+"""Of each move, live; of all moves of a simulated person."""
 _AFTER_S = 0.3
 """Until what was measured at the end of a move has come."""
 
@@ -100,8 +100,15 @@ def from_log(path: Path, conference: Conference, name: str, steps: Sequence[Step
 
 
 def live(conference: Conference, name: str, steps: Sequence[Step], speak: bool) -> Moves:
-    """Ask for the moves one after the other, and record them. Raises MoveError."""
-    return asyncio.run(_live(conference, name, steps, Asker(speak)))
+    """Ask for the moves one after the other, and record them. A simulated person, who does them at their times, begins again where
+    one cannot be used, as where a busy machine made receivers silent. Raises MoveError."""
+    asker, tries = Asker(speak), TRIES if tracker_of(person_of(conference, name)[1]).port == "sim" else 1
+    for _ in range(tries - 1):
+        try:
+            return asyncio.run(_live(conference, name, steps, asker))
+        except MoveError as e:
+            asker.tell(f"Once more, from the beginning: {e}")
+    return asyncio.run(_live(conference, name, steps, asker))
 
 
 def _roles(config: TrackerConfig) -> dict[int, str]:
