@@ -222,6 +222,7 @@ def test_a_table_too_short_for_a_posture_is_told(tmp_path: Path) -> None:
     done = call("import", table, "-o", tmp_path / "x.mcap")
     assert done.exit_code == 0, done.output
     assert "short: no posture could be computed" in done.stderr
+    assert "short.csv: moved by" in done.stderr and "moved by" not in done.stdout  # it comes while the wait is told of there
     missing = call("info", tmp_path / "x.mcap").stdout
     assert "motion of short: none at all" in missing and "glove" not in missing
 

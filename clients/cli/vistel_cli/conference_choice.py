@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import logging
 from collections.abc import Awaitable, Callable
 from contextlib import nullcontext
 from pathlib import Path
@@ -127,6 +128,7 @@ def on_bus(
     from vistel.wire.zenoh.endpoints import may_answer
     from vistel.wire.zenoh.session import no_router
 
+    keep_clock_quiet()
     endpoints = hub.split(",")
     with waiting(f"waiting for the router at {hub}"):
         if not any(may_answer(e, ANSWER_S) for e in endpoints):  # the bus waits longer, for a router that starts
@@ -145,6 +147,12 @@ def on_bus(
         return asyncio.run(connected())
     except BusError as e:
         fail(str(e))
+
+
+def keep_clock_quiet() -> None:
+    """What the clock logs is for the log of a service: a command whose machine's time is wrong has it corrected, and says so itself
+    where somebody should know. Python would print it where no handler is."""
+    logging.getLogger("vistel.clock").addHandler(logging.NullHandler())
 
 
 async def _connected(conference: Conference | Running, site: str, hub: str) -> ZenohBus:

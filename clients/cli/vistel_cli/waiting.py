@@ -2,25 +2,50 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 
-SILENT_S = 1.0
-"""Nothing is said before so much time has passed [s]: with the start of Python before it, or another short wait, it is still less
-than two seconds."""
+SILENT_S = 2.0
+"""Nothing is said before so much time has passed [s] ..."""
+SILENT_ON_TERMINAL_S = 1.0
+"""... and on a terminal so much: who sits there wonders earlier [s]."""
+BEGINNING_S = 5.0
+"""A command begins with several short waits. On a terminal those within this time are taken for one [s]."""
 EVERY_S = 1.9
 """Where there is no terminal, a line is printed so often [s]."""
+
+
+class _Command:
+    """The command of this process."""
+
+    begun_s = -BEGINNING_S
+    """When it began, on the clock of `time.monotonic`."""
+
+
+def command_begins() -> None:
+    """Tell that a command of a terminal begins now."""
+    _Command.begun_s = time.monotonic()
+
+
+def silent_of(since_s: float, *, on_terminal: bool) -> float:
+    """How long a wait says nothing at first [s] that begins `since_s` after its command."""
+    if not on_terminal:
+        return SILENT_S
+    return max(0.0, SILENT_ON_TERMINAL_S - since_s) if since_s < BEGINNING_S else SILENT_ON_TERMINAL_S
 
 
 @contextmanager
 def waiting(what: str | Callable[[], str], silent_s: float | None = None) -> Iterator[None]:
     """Within the block, `what`, or what it gives then, is said on standard error with the seconds that have passed: "waiting for
-    the world … 4 s". silent_s: first it says nothing for so long; default `SILENT_S`. In a thread, for the command may be loading,
-    or wait in native code."""
+    the world … 4 s". silent_s: first it says nothing for so long; default `SILENT_S`, and less on a terminal. In a thread, for the
+    command may be loading, or wait in native code."""
+    if silent_s is None:
+        silent_s = silent_of(time.monotonic() - _Command.begun_s, on_terminal=sys.stderr.isatty())
     ended = threading.Event()
-    thread = threading.Thread(target=_tell, args=(what, SILENT_S if silent_s is None else silent_s, ended), daemon=True)
+    thread = threading.Thread(target=_tell, args=(what, silent_s, ended), daemon=True)
     thread.start()
     try:
         yield

@@ -122,8 +122,7 @@ class Gateway:
     def viewing(self, connection: web.WebSocketResponse, viewer: Viewer) -> Generator[None]:
         """While entered, the room is sent there."""
         hello = {"kind": "hello", "conference": self._conference.name, "recorded": bool(self._paths.logs), "steers": viewer.steers}
-        hello["studio"] = studio_here() if viewer.steers else ""
-        viewer.put("hello", json.dumps(hello))
+        viewer.put("hello", json.dumps(hello | {"studio": studio_here() if viewer.steers else ""}))
         self._viewers.add(viewer)
         self._connections.add(connection)
         self._somebody.set()

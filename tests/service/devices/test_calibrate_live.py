@@ -12,7 +12,9 @@ from virtual_time import LoopClock, VirtualTimeLoop
 
 from vistel.conference.files import load
 from vistel.figure.calibration.files import load_body, load_tracker
+from vistel.figure.calibration.moves import STEPS, MoveError, ReceiverTrack, Samples, Step, step_tracks
 from vistel.protocol import fivedt_calibration, glove_calibration
+from vistel_cli.calibrate import gather
 from vistel_cli.devices import session as device_session
 from vistel_cli.main import app
 from vistel_sim.limbs import own_limbs
@@ -67,6 +69,22 @@ def test_a_body_is_measured_from_moves_that_are_asked_for(calibrate, tmp_path: P
     found = load_body(tmp_path / "ada-body.json").skeleton
     own = own_limbs(load(tmp_path / "lab.toml"))["ada"].skeleton
     assert found.upper_arm == pytest.approx(own.upper_arm, abs=0.005)
+
+
+def test_a_simulated_person_begins_again_where_a_move_cannot_be_used(calibrate, monkeypatch: pytest.MonkeyPatch) -> None:
+    moves: list[str] = []
+
+    def heard_at_the_second_time(step: Step, samples: Samples, begin_s: float) -> dict[str, ReceiverTrack]:
+        moves.append(step.name)
+        if len(moves) == 2:
+            raise MoveError(f"{step.name}: the receiver chest was silent")
+        return step_tracks(step, samples, begin_s)
+
+    monkeypatch.setattr(gather, "step_tracks", heard_at_the_second_time)
+    code, said = calibrate("tracker")
+    assert code == 0, said
+    assert f"Once more, from the beginning: {moves[1]}: the receiver chest was silent" in said.replace("\n", "")
+    assert moves[2:] == [step.name for step in STEPS] and moves[:2] == moves[2:4]
 
 
 def test_a_tracker_is_calibrated_from_moves_that_are_asked_for(calibrate, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 from waiting import wait_until
 
-from vistel_cli.waiting import progress, waiting
+from vistel_cli.waiting import progress, silent_of, waiting
 
 
 @pytest.mark.parametrize("what", ["reading [log]: 45%", lambda: "reading [log]: 45%"], ids=["a text", "what is true then"])
@@ -62,3 +62,12 @@ def test_nothing_is_said_where_nothing_is_to_be_shown(monkeypatch: pytest.Monkey
     with progress("tracing", show=False) as tell:
         tell(0.45)
     assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(("since_s", "silent_s"), [(0.0, 1.0), (0.4, 0.6), (3.0, 0.0), (6.0, 1.0)])
+def test_on_a_terminal_the_waits_at_the_beginning_of_a_command_are_one(
+    monkeypatch: pytest.MonkeyPatch, since_s: float, silent_s: float
+) -> None:
+    monkeypatch.setattr("vistel_cli.waiting.SILENT_S", 2.0)
+    assert silent_of(since_s, on_terminal=True) == pytest.approx(silent_s)
+    assert silent_of(since_s, on_terminal=False) == 2.0

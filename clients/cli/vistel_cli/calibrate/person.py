@@ -140,9 +140,10 @@ def _calibrated(
     height: float | None = None,
 ) -> tuple[Any, dict[str, Any]]:
     """Record and fit. Ends the command with one line when the moves cannot be used."""
-    from vistel.figure.calibration.files import CalibrationFileError
-    from vistel.figure.calibration.moves import MoveError
-    from vistel_cli.calibrate.gather import from_log, live
+    with waiting("loading"):
+        from vistel.figure.calibration.files import CalibrationFileError
+        from vistel.figure.calibration.moves import MoveError
+        from vistel_cli.calibrate.gather import from_log, live
 
     conference = load_conference(file)
     _, person = person_of(conference, name)

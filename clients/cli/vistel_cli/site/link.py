@@ -86,8 +86,9 @@ def _greet(conference: Conference, place: str, endpoint: str) -> bool:
         return False
     if offset.objection:
         fail(offset.objection)
-    if machine_is_off(clock):
-        print_warning(f"{machine_is_off(clock)}; VISTEL corrects it for itself. Set the time of the machine that is wrong")
+    if off := machine_is_off(clock):
+        mend = "set the time of the machine that is wrong: timedatectl set-ntp true"
+        print_warning(f"{off}; VISTEL corrects it for itself; {mend}")
     return True
 
 

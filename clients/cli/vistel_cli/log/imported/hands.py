@@ -12,7 +12,7 @@ from vistel.log.headsets.leap import read_leap
 from vistel.protocol.pages.pointer import guest_record
 from vistel_cli.log.imported.recorded import Messages, Recorded, Said
 from vistel_cli.log.imported.sensors import raw
-from vistel_cli.terminal import out, print_warning
+from vistel_cli.terminal import err, print_warning
 
 ENTERS_EVERY_S = 0.25
 """As often as the gateway says who has a seat [s]."""
@@ -39,7 +39,7 @@ def _guest(path: Path, name: str, said: Said, found: HeadAndHands, told: str, ro
         print_warning(f"{path}: the time goes back {found.back} times; {rows} are taken in the order of their times")
     usable = sum(1 for _ in records(found, 0))
     far = f"; {len(found.t) - usable} of {len(found.t)} {rows} are too far from the seat and left out"
-    out.print(f"{path.name}: {told}{far if usable < len(found.t) else ''}", soft_wrap=True)
+    err.print(f"{path.name}: {told}{far if usable < len(found.t) else ''}", soft_wrap=True)
     person = {"name": name, "height": said.height, "guest": True}
 
     def messages(_: Conference, begin_ns: int) -> Messages:

@@ -11,7 +11,7 @@ from vistel.v1.device_pb2 import RawBytes
 from vistel.wire.raw_bytes import RawGatherer
 from vistel.wire.topics import BY_NAME
 from vistel_cli.log.imported.recorded import NAME, SITE, Messages, Recorded
-from vistel_cli.terminal import out, print_warning
+from vistel_cli.terminal import err, print_warning
 
 Read = tuple[float, bytes]
 """A time [s] and what a tracker said then."""
@@ -47,7 +47,7 @@ def capture(path: Path, height: float) -> Recorded:
 def _tell(path: Path, who: str, back: int, remark: str) -> None:
     if back:
         print_warning(f"{path}: the time goes back {back} times; measurements are taken in the order of their times")
-    out.print(f"{who}: {remark}", soft_wrap=True)
+    err.print(f"{who}: {remark}", soft_wrap=True)  # above what is said of the wait
 
 
 def tracked(name: str, height: float, port: str) -> dict[str, Any]:
