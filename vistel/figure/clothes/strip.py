@@ -6,10 +6,17 @@ import numpy as np
 
 from vistel.arrays import F32, F64, I32
 from vistel.figure.clothes.cloth import Cloth
+from vistel.figure.making.assembly.piece import closest
 
 _WAVES = 8
 _ASIDE = 5e-4
 """How far beside a rim's place on its panel the strip's is [m]."""
+_DOWN: F64 = np.array((0.25, 0.5, 0.75, 1.0))
+_ALONG: F64 = np.array((0.0, 0.33, 0.67))
+"""Where hems are looked at: from the rim to their inner edges, and from one place of the rim to the next."""
+_ROUNDS = 6
+_AT_ONCE = 0.004
+"""By how much a hem is moved inwards each time, at most [m]."""
 
 
 def frames(cloth: Cloth, ring: I32, rounds: int = 5) -> tuple[F64, F64]:
@@ -75,13 +82,13 @@ def with_strip(
 
 
 def hem(cloth: Cloth, ring: I32, thick: float, deep: float, edge: bool = True) -> Cloth:
-    """What is folded in at a rim: an edge as thick as the cloth, and a hem inside [m]. It is a piece of its own, or the light on
+    """What is folded in at a rim: an edge as thick as the cloth, and a hem inside [m], which nowhere comes out of the cloth. It is a piece of its own, or the light on
     the cloth would turn with its edge. edge: without it the hem alone, where nobody looks at it from near by."""
     cloth.rim[ring] = True
     out, away = frames(cloth, ring)
     p, count = cloth.points[ring], len(ring)
     folded = [p - 0.7 * thick * out + 0.3 * thick * away] if edge else []
-    rows = np.array([p, *folded, p - 1.7 * thick * out - deep * away])
+    rows = np.array([p, *folded, _within(cloth, p, p - 1.7 * thick * out - deep * away, -out, thick)])
     own, flat = _continued(cloth, ring, len(rows) - 1)
     return Cloth(
         rows.reshape(-1, 3),
@@ -93,6 +100,29 @@ def hem(cloth: Cloth, ring: I32, thick: float, deep: float, edge: bool = True) -
         np.ones(len(rows) * count, np.bool_),
         cloth.panels,
     )
+
+
+def _within(cloth: Cloth, rim: F64, inner: F64, inwards: F64, thick: float) -> F64:
+    """(N, 3) the inner edge of a hem, moved inwards (N, 3) until what lies between it and its rim (N, 3) is inside the cloth: its
+    triangles are larger than those of the rim, and cut into what is round."""
+    a, b = (grid.ravel() for grid in np.meshgrid(_DOWN, _ALONG, indexing="ij"))
+    out = inner.copy()
+    for _ in range(_ROUNDS):
+        top, low = (p[:, None] + b[:, None] * (np.roll(p, -1, axis=0) - p)[:, None] for p in (rim, out))
+        places = (top + a[:, None] * (low - top)).reshape(-1, 3)
+        on, share, _ = closest(places, cloth.points[cloth.triangles])
+        corner = cloth.points[cloth.triangles[on]]
+        face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+        face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-12)
+        high = ((places - np.einsum("nk,nkc->nc", share, corner)) * face).sum(axis=1).reshape(len(rim), -1)
+        short = (np.maximum(0.0, high + a * thick) / a).max(axis=1)
+        if not short.any():
+            break
+        # Each place lies between two of the edge; evenly, or the edge would have teeth.
+        both = np.maximum(short, np.roll(short, 1))
+        wide = np.max([np.roll(both, k) for k in (-1, 0, 1)], axis=0)
+        out += np.minimum(0.5 * (both + wide), _AT_ONCE)[:, None] * inwards
+    return out
 
 
 def _bands(number: I32) -> I32:
