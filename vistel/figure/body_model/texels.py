@@ -80,10 +80,12 @@ def on_triangles(uv: F32, triangles: I32, values: F64, size: tuple[int, ...], be
     (left, top), (wide, tall) = low, high - low
     side = int(max(wide, tall))
     square = np.column_stack([at[:, 0] - left, side - (at[:, 1] - top)]) / side
-    of, share = (a[:tall, :wide] for a in rasterise(square, triangles.astype(np.int64), side))
+    owner, weight = rasterise(square, triangles.astype(np.int64), side)
+    of, share = owner[:tall, :wide], weight[:tall, :wide]
     first, second, third = (values[triangles[of, k]] for k in range(3))
     there = third + share[..., 0] * (first - third) + share[..., 1] * (second - third)
-    away, (row, column) = distance_transform_edt(of < 0, return_indices=True)
+    nearest: Any = distance_transform_edt(of < 0, return_indices=True)
+    away, (row, column) = nearest
     box = slice(int(top), int(top + tall)), slice(int(left), int(left + wide))
     return box, np.where(away <= beyond, there[row, column], -np.inf).astype(np.float32)
 

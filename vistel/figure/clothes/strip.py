@@ -11,9 +11,10 @@ from vistel.figure.making.assembly.piece import closest
 _WAVES = 8
 _ASIDE = 5e-4
 """How far beside a rim's place on its panel the strip's is [m]."""
-_DOWN: F64 = np.array((0.25, 0.5, 0.75, 1.0))
-_ALONG: F64 = np.array((0.0, 0.33, 0.67))
-"""Where hems are looked at: from the rim to their inner edges, and from one place of the rim to the next."""
+_PLACES: F64 = np.array([(i, k, 5 - i - k) for i in range(6) for k in range(6 - i)]) / 5.0
+"""Where triangles of hems are looked at: shares of their corners."""
+_SHALLOW = 0.2
+"""So near its rim, as a share of its depth, a hem is taken to be as deep as this: it cannot be moved there."""
 _ROUNDS = 6
 _AT_ONCE = 0.004
 """By how much a hem is moved inwards each time, at most [m]."""
@@ -82,8 +83,9 @@ def with_strip(
 
 
 def hem(cloth: Cloth, ring: I32, thick: float, deep: float, edge: bool = True) -> Cloth:
-    """What is folded in at a rim: an edge as thick as the cloth, and a hem inside [m], which nowhere comes out of the cloth. It is a piece of its own, or the light on
-    the cloth would turn with its edge. edge: without it the hem alone, where nobody looks at it from near by."""
+    """What is folded in at a rim: an edge as thick as the cloth, and a hem inside [m], which nowhere comes out of the cloth. It is
+    a piece of its own, or the light on the cloth would turn with its edge. edge: without it the hem alone, where nobody looks at it
+    from near by."""
     cloth.rim[ring] = True
     out, away = frames(cloth, ring)
     p, count = cloth.points[ring], len(ring)
@@ -105,23 +107,24 @@ def hem(cloth: Cloth, ring: I32, thick: float, deep: float, edge: bool = True) -
 def _within(cloth: Cloth, rim: F64, inner: F64, inwards: F64, thick: float) -> F64:
     """(N, 3) the inner edge of a hem, moved inwards (N, 3) until what lies between it and its rim (N, 3) is inside the cloth: its
     triangles are larger than those of the rim, and cut into what is round."""
-    a, b = (grid.ravel() for grid in np.meshgrid(_DOWN, _ALONG, indexing="ij"))
+    count, cover = len(rim), cloth.points[cloth.triangles]
+    face = np.cross(cover[:, 1] - cover[:, 0], cover[:, 2] - cover[:, 0])
+    face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-12)
+    corners = _bands(np.arange(2 * count, dtype=np.int32).reshape(2, count))
+    deep = (_PLACES @ (corners >= count).T).T
     out = inner.copy()
     for _ in range(_ROUNDS):
-        top, low = (p[:, None] + b[:, None] * (np.roll(p, -1, axis=0) - p)[:, None] for p in (rim, out))
-        places = (top + a[:, None] * (low - top)).reshape(-1, 3)
-        on, share, _ = closest(places, cloth.points[cloth.triangles])
-        corner = cloth.points[cloth.triangles[on]]
-        face = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-        face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-12)
-        high = ((places - np.einsum("nk,nkc->nc", share, corner)) * face).sum(axis=1).reshape(len(rim), -1)
-        short = (np.maximum(0.0, high + a * thick) / a).max(axis=1)
+        places = np.einsum("kc,fcx->fkx", _PLACES, np.vstack([rim, out])[corners]).reshape(-1, 3)
+        on, share, _ = closest(places, cover)
+        high = ((places - np.einsum("nk,nkc->nc", share, cover[on])) * face[on]).sum(axis=1).reshape(deep.shape)
+        short = np.max(np.maximum(0.0, high + deep * thick) / np.maximum(deep, _SHALLOW), axis=1)
         if not short.any():
             break
-        # Each place lies between two of the edge; evenly, or the edge would have teeth.
-        both = np.maximum(short, np.roll(short, 1))
-        wide = np.max([np.roll(both, k) for k in (-1, 0, 1)], axis=0)
-        out += np.minimum(0.5 * (both + wide), _AT_ONCE)[:, None] * inwards
+        by = np.zeros(2 * count)
+        np.maximum.at(by, corners.ravel(), np.repeat(short, 3))
+        # Evenly, or the edge would have teeth.
+        wide = np.max([np.roll(by[count:], k) for k in (-1, 0, 1)], axis=0)
+        out += np.minimum(0.5 * (by[count:] + wide), _AT_ONCE)[:, None] * inwards
     return out
 
 
