@@ -102,7 +102,7 @@ def test_the_ground_of_hair_is_painted_on_the_head_alone(shaved: bool) -> None:
     mesh = body(5).mesh
     picture = np.full((*body_model().masks["skin"].shape, 3), 200, np.uint8)
     paint_ground(picture, Scalp(body(5)), (20.0, 20.0, 20.0), 0.9, np.random.default_rng(0), shaved=shaved)
-    high, wide = picture.shape[:2]
+    high, wide = len(picture), len(picture[0])
     column, row = np.floor(mesh.uv * (wide, -high) + (0.0, high)).astype(int).clip(0, (wide - 1, high - 1)).T
     dark = picture[row, column].max(axis=1) < 190
     p, scalp = mesh.vertices[mesh.corner_vertex].astype(np.float64), Scalp(body(5))
