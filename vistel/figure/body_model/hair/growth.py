@@ -18,6 +18,8 @@ _LIGHT = 0.2
 """Weight of hair up to which it stands by itself; at twice that it lies."""
 _ROOM = 0.004
 """How far off it lies, so that wide locks do not cut into the cap [m]."""
+_EDGE = 0.5
+"""How far inside the hairline it lies throughout, as a share of the head's size."""
 _TOP = 0.7
 """How high above the middle of the skull that is so throughout, as a share of the head's size; below the middle hair falls."""
 _NONE = Cap(0.0)
@@ -53,7 +55,8 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
     near, normal = np.zeros(len(p)), roots.normal
     path, out = [p], [normal]
     taken = np.full(len(roots), _STEPS)
-    lies = float(smooth((growth.weight - _LIGHT) / _LIGHT))
+    # Along the hairline locks hide its edge.
+    lies = float(smooth((growth.weight - _LIGHT) / _LIGHT)) * smooth(roots.inside / (_EDGE * scalp.size))
     for k in range(_STEPS):
         # Ears are pressed by hair that lies over them.
         lift = growth.lift * (1.0 - 0.65 * smooth((scalp.middle[1] - p[:, 1]) / (0.5 * scalp.size)))
