@@ -122,7 +122,8 @@ def make(avatar: Avatar, planes_of: dict[str, list[tuple[str, np.ndarray, np.nda
 def main() -> None:
     folder = Path(sys.argv[1])
     print("making a person, some seconds …", flush=True)
-    in_paint = replace(described("builtin:person=carla", "eva", 1.70), dressed=False)  # a scan is one surface
+    # A scan is one surface, and long hair would be cut with the neck: what is assembled is joined at the skin alone.
+    in_paint = replace(described("builtin:person=carla,hair=bun", "eva", 1.70), dressed=False)
     avatar = body_model.make(in_paint, "eva")
     planes_of = cuts(avatar)
     print("cutting them into parts …", flush=True)

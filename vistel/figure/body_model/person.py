@@ -148,7 +148,7 @@ def make(told: Person, name: str = "person") -> Avatar:
         worn = outfit(body, person.outfit or drawn_outfit(person.sex, person.age, person.face_seed)) if person.dressed else ()
         picture, patches = skin.result()
     hides = _SHAVED if style == "shaved" else _HAIRY
-    paint_ground(picture, model.masks["skin"] > 0, Scalp(body, back), colours.hair, hides, rng, shaved=style == "shaved")
+    paint_ground(picture, Scalp(body, back), colours.hair, hides, rng, shaved=style == "shaved")
     return joined(painted(body, picture, patches), [part for part in (*grown, *worn) if part is not None])
 
 

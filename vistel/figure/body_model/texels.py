@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from PIL import Image, ImageFilter
 from scipy.ndimage import distance_transform_edt
 
-from vistel.arrays import F32, F64, U8, Bool
+from vistel.arrays import F32, F64, I32, U8, Bool
+from vistel.figure.avatar.atlas_kernels import rasterise
 from vistel.figure.body_model.model import BodyModel
 from vistel.geometry.smoothstep import smooth
 
@@ -67,6 +68,26 @@ def between(uv: F32, values: F64, size: tuple[int, ...]) -> tuple[tuple[slice, s
     y, x = np.mgrid[box]
     scipy: Any = import_module("scipy.interpolate")  # slow to load, and only people who are made need it
     return box, np.asarray(scipy.griddata(at, values, (x, y), fill_value=1.0))
+
+
+def on_triangles(uv: F32, triangles: I32, values: F64, size: tuple[int, ...], beyond: float) -> tuple[tuple[slice, slice], F32]:
+    """Rows and columns of a picture of `size` (H, W) that hold triangles (F, 3) of texture coordinates uv (N, 2), and there (h, w)
+    what values (N,) at these say, up to so many texels `beyond` the triangles; -inf farther away."""
+    at = np.column_stack([uv[:, 0] * size[1], (1.0 - uv[:, 1]) * size[0]]).astype(np.float64)
+    used = at[triangles].reshape(-1, 2)
+    low = np.maximum(np.floor(used.min(axis=0) - beyond).astype(int), 0)
+    high = np.minimum(np.ceil(used.max(axis=0) + beyond).astype(int), size[1::-1])
+    (left, top), (wide, tall) = low, high - low
+    side = int(max(wide, tall))
+    square = np.column_stack([at[:, 0] - left, side - (at[:, 1] - top)]) / side
+    owner, weight = rasterise(square, triangles.astype(np.int64), side)
+    of, share = owner[:tall, :wide], weight[:tall, :wide]
+    first, second, third = (values[triangles[of, k]] for k in range(3))
+    there = third + share[..., 0] * (first - third) + share[..., 1] * (second - third)
+    nearest: Any = distance_transform_edt(of < 0, return_indices=True)
+    away, (row, column) = nearest
+    box = slice(int(top), int(top + tall)), slice(int(left), int(left + wide))
+    return box, np.where(away <= beyond, there[row, column], -np.inf).astype(np.float32)
 
 
 def put(picture: U8, box: F64, part: Floats) -> None:

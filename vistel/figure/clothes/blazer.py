@@ -39,10 +39,11 @@ def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     cloth, more, hems = made.cloth, list[Cloth](), list[Cloth]()
     neck = next(ring for ring in rings if abs(float(cloth.points[ring, 0].mean())) < 0.05)
     more.append(lapels(build, cloth, along(cloth, neck, 0.0, 56, lowest=True), "lapel"))
-    # Lapels hide the edge along the neck.
     for ring in rings:
-        cuff = abs(float(cloth.points[ring, 0].mean())) > 0.05
-        hems.append(hem(cloth, ring, cut.thick, 0.035, edge=cuff))
+        # Lapels hide the edge along the neck.
+        if ring is not neck:
+            cuff = abs(float(cloth.points[ring, 0].mean())) > 0.05
+            hems.append(hem(cloth, ring, cut.thick, 0.035, edge=cuff))
     height, at = middle_line(build, made.cloth)
     y = _button(build) - 0.5 * _CLOSED * scale
     place = np.array((0.0, y, float(np.interp(y, height, at[:, 2])) + 0.002))
@@ -55,7 +56,7 @@ def blazer(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
         sinks,
         pattern.inside,
         look,
-        (1250, 600),
+        (1250, 560),
         hems=tuple(hems),
         details=(closing,),
         both_sides=True,

@@ -12,6 +12,8 @@ Field = Callable[[F64], F64]
 """How far points (N, 3) lie inside a border [m], negative beyond it."""
 _SNAP = 0.45
 """A vertex that is nearer to the line than this share of an edge is moved onto it, so that no slivers arise."""
+_ROUND = 16
+"""Vertices that a rim has, about, if it would have fewer."""
 
 
 class Cutting:
@@ -34,6 +36,7 @@ class Cutting:
             points[row] = _moved(points[row], seam)
             free[row] = False
         self._split(points, normals, value, dense(mesh.bone, mesh.weight), mesh.limb, triangles)
+        self._refine_rims()
         self.rims = loops(self.triangles)
 
     def _split(self, points: F64, normals: F64, value: F64, weight: F32, limb: I32, triangles: I32) -> None:
@@ -67,6 +70,36 @@ class Cutting:
         self.weight, self.limb = weight[used], limb[used]
         nearer: I32 = crossed[np.arange(len(crossed)), (value[b] > value[a]).astype(np.int64)]
         self.source = np.concatenate([np.arange(len(value), dtype=np.int32), nearer])[used]
+
+    def _refine_rims(self) -> None:
+        """Put more vertices into rims that have few: arms and legs have so few round them that cuffs would have corners."""
+        p, triangles = self.points, self.triangles.tolist()
+        of = {(t[k], t[(k + 1) % 3]): n for n, t in enumerate(triangles) for k in range(3)}
+        pairs: list[tuple[int, int, float]] = []
+        for ring in loops(self.triangles):
+            way = np.linalg.norm(p[np.roll(ring, -1)] - p[ring], axis=1)
+            parts = np.maximum(1, np.round(_ROUND * way / way.sum())).astype(np.int64)
+            for start, end, count in zip(ring.tolist(), np.roll(ring, -1).tolist(), parts.tolist(), strict=True):
+                n = of[start, end]
+                apex = next(v for v in triangles[n] if v not in (start, end))
+                first = len(p) + len(pairs)
+                chain = [start, *range(first, first + count - 1), end]
+                pairs += [(start, end, (k + 1) / count) for k in range(count - 1)]
+                triangles[n] = [start, chain[1], apex]
+                for k in range(1, count):
+                    of[end, apex] = len(triangles)
+                    triangles.append([chain[k], chain[k + 1], apex])
+        if not pairs:
+            return
+        ends = np.array([pair[:2] for pair in pairs], np.int32)
+        a, b = ends[:, 0], ends[:, 1]
+        t = np.array([pair[2] for pair in pairs])[:, None]
+        self.points, normal, weight = (np.vstack([old, (1.0 - t) * old[a] + t * old[b]]) for old in (p, self.normals, self.weight))
+        self.normals = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        self.weight = weight.astype(np.float32)
+        nearer = np.where(t[:, 0] < 0.5, a, b)
+        self.limb, self.source = (np.concatenate([old, old[nearer]]) for old in (self.limb, self.source))
+        self.triangles = np.array(triangles, np.int32)
 
 
 def _near(triangles: I32, value: F64) -> Bool:

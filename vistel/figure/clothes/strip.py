@@ -6,10 +6,18 @@ import numpy as np
 
 from vistel.arrays import F32, F64, I32
 from vistel.figure.clothes.cloth import Cloth
+from vistel.figure.making.assembly.piece import closest
 
 _WAVES = 8
 _ASIDE = 5e-4
 """How far beside a rim's place on its panel the strip's is [m]."""
+_PLACES: F64 = np.array([(i, k, 5 - i - k) for i in range(6) for k in range(6 - i)]) / 5.0
+"""Where triangles of hems are looked at: shares of their corners."""
+_SHALLOW = 0.2
+"""So near its rim, as a share of its depth, a hem is taken to be as deep as this: it cannot be moved there."""
+_ROUNDS = 6
+_AT_ONCE = 0.004
+"""By how much a hem is moved inwards each time, at most [m]."""
 
 
 def frames(cloth: Cloth, ring: I32, rounds: int = 5) -> tuple[F64, F64]:
@@ -75,13 +83,14 @@ def with_strip(
 
 
 def hem(cloth: Cloth, ring: I32, thick: float, deep: float, edge: bool = True) -> Cloth:
-    """What is folded in at a rim: an edge as thick as the cloth, and a hem inside [m]. It is a piece of its own, or the light on
-    the cloth would turn with its edge. edge: without it the hem alone, where nobody looks at it from near by."""
+    """What is folded in at a rim: an edge as thick as the cloth, and a hem inside [m], which nowhere comes out of the cloth. It is
+    a piece of its own, or the light on the cloth would turn with its edge. edge: without it the hem alone, where nobody looks at it
+    from near by."""
     cloth.rim[ring] = True
     out, away = frames(cloth, ring)
     p, count = cloth.points[ring], len(ring)
     folded = [p - 0.7 * thick * out + 0.3 * thick * away] if edge else []
-    rows = np.array([p, *folded, p - 1.7 * thick * out - deep * away])
+    rows = np.array([p, *folded, _within(cloth, p, p - 1.7 * thick * out - deep * away, -out, thick)])
     own, flat = _continued(cloth, ring, len(rows) - 1)
     return Cloth(
         rows.reshape(-1, 3),
@@ -93,6 +102,30 @@ def hem(cloth: Cloth, ring: I32, thick: float, deep: float, edge: bool = True) -
         np.ones(len(rows) * count, np.bool_),
         cloth.panels,
     )
+
+
+def _within(cloth: Cloth, rim: F64, inner: F64, inwards: F64, thick: float) -> F64:
+    """(N, 3) the inner edge of a hem, moved inwards (N, 3) until what lies between it and its rim (N, 3) is inside the cloth: its
+    triangles are larger than those of the rim, and cut into what is round."""
+    count, cover = len(rim), cloth.points[cloth.triangles]
+    face = np.cross(cover[:, 1] - cover[:, 0], cover[:, 2] - cover[:, 0])
+    face /= np.maximum(np.linalg.norm(face, axis=1, keepdims=True), 1e-12)
+    corners = _bands(np.arange(2 * count, dtype=np.int32).reshape(2, count))
+    deep = (_PLACES @ (corners >= count).T).T
+    out = inner.copy()
+    for _ in range(_ROUNDS):
+        places = np.einsum("kc,fcx->fkx", _PLACES, np.vstack([rim, out])[corners]).reshape(-1, 3)
+        on, share, _ = closest(places, cover)
+        high = ((places - np.einsum("nk,nkc->nc", share, cover[on])) * face[on]).sum(axis=1).reshape(deep.shape)
+        short = np.max(np.maximum(0.0, high + deep * thick) / np.maximum(deep, _SHALLOW), axis=1)
+        if not short.any():
+            break
+        by = np.zeros(2 * count)
+        np.maximum.at(by, corners.ravel(), np.repeat(short, 3))
+        # Evenly, or the edge would have teeth.
+        wide = np.max([np.roll(by[count:], k) for k in (-1, 0, 1)], axis=0)
+        out += np.minimum(0.5 * (by[count:] + wide), _AT_ONCE)[:, None] * inwards
+    return out
 
 
 def _bands(number: I32) -> I32:

@@ -11,13 +11,16 @@ from vistel.figure.avatar.check import check_avatar
 from vistel.figure.body_model.assemble import assemble
 from vistel.figure.body_model.model import body_model
 from vistel.figure.body_model.person import Person, fit
+from vistel.figure.clothes.blazer import BLAZER, blazer
 from vistel.figure.clothes.build import Build
 from vistel.figure.clothes.cut import loops
 from vistel.figure.clothes.outfit import outfit
 from vistel.figure.clothes.shell import shell
 from vistel.figure.clothes.tops import T_SHIRT, above, hem_height, neckline, sleeves, top_pattern
 from vistel.figure.clothes.wardrobe import BOTTOMS, SHOES, TOPS, Outfit, drawn_outfit
+from vistel.figure.clothes.weave import Weave
 from vistel.figure.figure import Figure, vertex_normals
+from vistel.figure.making.assembly.piece import closest
 from vistel.figure.part import Part, joined
 from vistel.figure.posture.standard import standard_postures
 
@@ -68,6 +71,35 @@ def test_a_shell_lies_outside_the_skin_and_ends_in_one_closed_rim_at_each_border
     # A hem is a clean line: as high all round, to some millimetres.
     hem = made.cloth.points[made.rims["hem"][0], 1]
     assert np.ptp(hem) < 0.012
+
+
+@pytest.mark.parametrize("name", ["thin", "heavy", "old"])
+def test_a_hem_stays_inside_the_cloth_that_it_is_folded_from(name: str) -> None:
+    jacket = blazer("blazer", Build.of(body(name)), BLAZER, Weave(), 0)
+    # Lapels are folded outwards, and face the cloth beneath them.
+    cover = jacket.cloth.points[jacket.cloth.triangles[jacket.cloth.panel != jacket.cloth.panels.index("lapel")]]
+    face = np.cross(cover[:, 1] - cover[:, 0], cover[:, 2] - cover[:, 0])
+    face /= np.linalg.norm(face, axis=1, keepdims=True)
+    shares = np.array([(a, b, 8 - a - b) for a in range(9) for b in range(9 - a)]) / 8.0
+    assert len(jacket.hems) == 3
+    for folded in jacket.hems:
+        places = np.einsum("kc,fcx->fkx", shares, folded.points[folded.triangles]).reshape(-1, 3)
+        on, share, _ = closest(places, cover)
+        out = ((places - np.einsum("nk,nkc->nc", share, cover[on])) * face[on]).sum(axis=1)
+        # What lies beside the cloth's border is not over it.
+        assert out[share.min(axis=1) > 0.02].max() < 0.0004
+        assert out.min() < -0.004
+
+
+def test_cuffs_are_round() -> None:
+    jacket = blazer("blazer", Build.of(body("thin")), BLAZER, Weave(), 0)
+    rings = [ring for ring in loops(jacket.cloth.triangles) if np.ptp(jacket.cloth.points[ring, 0]) < 0.03]
+    assert len(rings) == 2
+    for ring in rings:
+        edge = np.diff(jacket.cloth.points[ring], axis=0, append=jacket.cloth.points[ring[:1]])
+        along = edge / np.linalg.norm(edge, axis=1, keepdims=True)
+        corner = np.arccos(np.clip((along * np.roll(along, 1, axis=0)).sum(axis=1), -1.0, 1.0))
+        assert np.degrees(corner.max()) < 45.0
 
 
 @pytest.mark.parametrize("top", ["t-shirt", "shirt", "blazer", "dress"])

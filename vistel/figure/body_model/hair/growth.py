@@ -14,6 +14,14 @@ _STEPS = 26
 """Of a curve while it grows."""
 ROWS = 24
 """Places of a curve."""
+_LIGHT = 0.2
+"""Weight of hair up to which it stands by itself; at twice that it lies."""
+_ROOM = 0.004
+"""How far off it lies, so that wide locks do not cut into the cap [m]."""
+_EDGE = 0.5
+"""How far inside the hairline it lies throughout, as a share of the head's size."""
+_TOP = 0.7
+"""How high above the middle of the skull that is so throughout, as a share of the head's size; below the middle hair falls."""
 _NONE = Cap(0.0)
 _DOWN = np.array((0.0, -1.0, 0.0))
 Comb = Callable[[Scalp, F64, Roots], F64]
@@ -47,6 +55,8 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
     near, normal = np.zeros(len(p)), roots.normal
     path, out = [p], [normal]
     taken = np.full(len(roots), _STEPS)
+    # Along the hairline locks hide its edge.
+    lies = float(smooth((growth.weight - _LIGHT) / _LIGHT)) * smooth(roots.inside / (_EDGE * scalp.size))
     for k in range(_STEPS):
         # Ears are pressed by hair that lies over them.
         lift = growth.lift * (1.0 - 0.65 * smooth((scalp.middle[1] - p[:, 1]) / (0.5 * scalp.size)))
@@ -60,7 +70,10 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
         near, normal = scalp.skin(moved)
         # Off the skin by more and more from the root on, and no deeper than that anywhere.
         high = growth.cap.height(scalp, moved, scalp.inside(moved))
-        deep = np.maximum(0.0, high + lift * float(smooth((k + 2.0) / (0.6 * _STEPS))) - near)
+        deep = high + lift * float(smooth((k + 2.0) / (0.6 * _STEPS))) - near
+        # On top of a head hair that hangs lies: its steps are long, and straight ones would leave what is round.
+        top = smooth((moved[:, 1] - scalp.middle[1]) / (_TOP * scalp.size))
+        deep = np.maximum(-lies * top * np.maximum(0.0, -deep - _ROOM), deep)
         moved += deep[:, None] * normal
         near += deep
         way = _unit(moved - p + 1e-9)

@@ -13,8 +13,10 @@ from vistel.figure.avatar.avatar import Avatar
 from vistel.figure.avatar.check import check_avatar
 from vistel.figure.body_model.assemble import assemble
 from vistel.figure.body_model.hair.beard import BEARDS, beard
+from vistel.figure.body_model.hair.ground_paint import paint_ground
 from vistel.figure.body_model.hair.hair import hair
 from vistel.figure.body_model.hair.natural import usual_style
+from vistel.figure.body_model.hair.scalp import Scalp
 from vistel.figure.body_model.hair.styles import STYLES
 from vistel.figure.body_model.model import body_model
 from vistel.figure.body_model.person import Person, drawn, fit, make
@@ -93,6 +95,19 @@ def test_each_level_keeps_its_budget_and_can_be_drawn(style: str) -> None:
         ]
         assert max(part.albedo.shape[:2]) <= 512
         check_avatar(joined(body(who), [part]), style)
+
+
+@pytest.mark.parametrize("shaved", [False, True])
+def test_the_ground_of_hair_is_painted_on_the_head_alone(shaved: bool) -> None:
+    mesh = body(5).mesh
+    picture = np.full((*body_model().masks["skin"].shape, 3), 200, np.uint8)
+    paint_ground(picture, Scalp(body(5)), (20.0, 20.0, 20.0), 0.9, np.random.default_rng(0), shaved=shaved)
+    high, wide = len(picture), len(picture[0])
+    column, row = np.floor(mesh.uv * (wide, -high) + (0.0, high)).astype(int).clip(0, (wide - 1, high - 1)).T
+    dark = picture[row, column].max(axis=1) < 190
+    p, scalp = mesh.vertices[mesh.corner_vertex].astype(np.float64), Scalp(body(5))
+    assert np.linalg.norm(p[dark] - scalp.middle, axis=1).max() < 1.6 * scalp.size
+    assert dark[np.linalg.norm(p - (scalp.middle + scalp.size * np.eye(3)[1]), axis=1) < 0.4 * scalp.size].all()
 
 
 def test_long_hair_lies_on_what_shoulders_wear() -> None:
