@@ -149,32 +149,31 @@ async def _pictures(conference: Conference, offer: Offer, asker: Asker, seen: Se
     loop = asyncio.get_running_loop()
     stopped = False
 
-    def tell(text: str) -> None:
+    def pass_on(what: Callable[..., object], *given: object) -> None:
         if stopped:
             raise FaceCalibrationError("stopped")
-        loop.call_soon_threadsafe(asker.tell, text)
+        loop.call_soon_threadsafe(what, *given)
 
     def see_face(picture: U8) -> None:
         nonlocal key
-        if stopped:
-            raise FaceCalibrationError("stopped")
         key = key or first_key(picture)
         spots = [] if key is None else find_spots(key.apply(picture), FULL).centre.tolist()
-        loop.call_soon_threadsafe(seen.picture, picture, [(x, y, _SPOT_PX) for x, y in spots])
+        pass_on(seen.picture, picture, [(x, y, _SPOT_PX) for x, y in spots])
 
     def see_eye(picture: U8, reading: EyeReading) -> None:
-        if stopped:
-            raise FaceCalibrationError("stopped")
         at = reading.pupil
-        circles = [] if at is None else [(*at.centre.tolist(), float(at.axes.mean()))]
-        loop.call_soon_threadsafe(seen.picture, picture, circles)
+        pass_on(seen.picture, picture, [] if at is None else [(*at.centre.tolist(), float(at.axes.mean()))])
+
+    def tell(point: int, where: str) -> None:
+        pass_on(asker.tell, f"{point} of {gaze.POINTS}: {where}")
 
     key: ColourKey | None = None
     is_face = offer.what == "face"
     asker.tell("Look ahead, mouth closed, face relaxed." if is_face else "Keep the head still, and look at each point when asked.")
     if not offer.device.simulated:
         began = loop.time()
-        await asker.lead(lambda: loop.time() - began, _READY_S, FACE_S if is_face else gaze.POINTS * POINT_S, "go")
+        await asker.lead(lambda: loop.time() - began, _READY_S, 0.0, "go")
+        asker.tell("Keep still.")
     try:
         if is_face:
             still, _ = await asyncio.to_thread(face.measure_face, offer.person, conference.seed, None, FACE_S, see_face)
@@ -184,8 +183,8 @@ async def _pictures(conference: Conference, offer: Offer, asker: Asker, seen: Se
                 ("colour stands out", f"{still.key.contrast():.0f}:1", ""),
             ]
             return Found("good" if still.wander_px <= face.STILL_PX else "poor", lambda path: write_face(path, still), rows)
-        made = gaze.measure_gaze, offer.person, conference.seed, None, POINT_S, _GAZE_DEG
-        found, points = await asyncio.to_thread(*made, lambda n, where: tell(f"{n} of {gaze.POINTS}: {where}"), see_eye)
+        how = conference.seed, None, POINT_S, _GAZE_DEG, tell, see_eye
+        found, points = await asyncio.to_thread(gaze.measure_gaze, offer.person, *how)
         good = found.left_out_deg <= gaze.GOOD_DEG
         rows = [
             ("points at which the pupil was seen", f"{points} of {gaze.POINTS}", ""),
