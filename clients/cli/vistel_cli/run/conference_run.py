@@ -32,11 +32,12 @@ from vistel_cli.run.earlier_room import kept_line, resume
 from vistel_cli.run.folders import forget, lead_to
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.live_table import Events, LiveTable
-from vistel_cli.run.logged_errors import LoggedErrors, last_line
+from vistel_cli.run.logged_errors import LoggedErrors
 from vistel_cli.run.observer import Observer
 from vistel_cli.run.pages import console_line, guests_line, pages_of
 from vistel_cli.run.patience import Patience
 from vistel_cli.run.prepared import STOPPED_PREPARING, prepare
+from vistel_cli.run.restarts import Restarts
 from vistel_cli.run.steps import WIDE_ENOUGH, Steps, time_taken, words
 from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.terminal import FAILED, USAGE, err, fail, indented, out, print_error, print_warning
@@ -138,7 +139,7 @@ class ConferenceRun:
         if not conference.record:
             supervisor.children[specs[-1].name].halted = True
         tell = print_warning if self.as_json else events.add
-        supervisor.on_exit = lambda name, code: tell(ended(name, code, supervisor.log_file(name)))
+        background.start(Restarts(supervisor, tell).watch(), "restarts")
         struck = Struck(supervisor, router, links, clock, conference.world.folder or paths.run, events.add)
         striker = Striker(struck, bus)
         told = Told(supervisor, links, bus, events.add)
@@ -275,14 +276,6 @@ class ConferenceRun:
         for fault in faults:
             print_error(fault)
         return FAILED if faults else 0
-
-
-def ended(name: str, code: int, log: Path) -> str:
-    """What is said of a process that has ended, with its last words where these say what it cannot use."""
-    if code == -signal.SIGABRT:
-        return f"{name} hung, and was ended; starting it again"
-    why = f": {last_line(log)}" if code == USAGE else ""
-    return f"{name} ended ({signal.Signals(-code).name if code < 0 else code}){why}; starting it again"
 
 
 def at_the_end(name: str, code: int) -> str:

@@ -16,12 +16,13 @@ from vistel.conference.paths import RunPaths
 from vistel.conference.running import Running, announced
 from vistel.wire import background
 from vistel_cli.renewing import keep_certificate
-from vistel_cli.run.conference_run import at_the_end, ended
+from vistel_cli.run.conference_run import at_the_end
 from vistel_cli.run.earlier_room import resume
 from vistel_cli.run.folders import forget, lead_to
 from vistel_cli.run.launch import host_spec, open_fork_servers, sim_spec, start
 from vistel_cli.run.pages import console_line, pages_of
 from vistel_cli.run.prepared import STOPPED_PREPARING, prepare
+from vistel_cli.run.restarts import Restarts
 from vistel_cli.run.stopping import ENDING, Stopping
 from vistel_cli.terminal import FAILED, err, out, print_error, print_warning
 from vistel_cli.waiting import waiting
@@ -89,7 +90,7 @@ async def _run(
         logs.configure_file("hub/supervisor", folder / "supervisor.log")
         servers = open_fork_servers(conference, plans, file, folder, simulators=bool(simulate))
         supervisor = Supervisor(specs, folder, servers)
-        supervisor.on_exit = lambda name, code: print_warning(ended(name, code, supervisor.log_file(name)))
+        background.start(Restarts(supervisor, print_warning).watch(), "restarts")
         here = announced(_joined(conference, plans[0].site, hub, source, paths)) if source else contextlib.nullcontext()
         with here, monitored(conference.monitoring.listen, paths.out / "metrics", [p.node for p in plans]):
             try:

@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from vistel_cli.run.conference_run import _show_report, ended, held_by
+from vistel_cli.run.conference_run import _show_report, held_by
 from vistel_cli.run.logged_errors import LoggedErrors, told
+from vistel_cli.run.restarts import ended
 from vistel_services.process import logs
 
 REFUSED = "event=avatar_refused participant=%s avatar=%s reason=%r shown=stand-in"
