@@ -67,7 +67,10 @@ def devices(
     """
     conference = load_conference(file or DEMO_FILE)
     if motion:
-        conference = with_motion(conference, motion)
+        try:
+            conference = with_motion(conference, motion)
+        except ValueError as e:  # a MotionError, whose module loads the mathematics
+            fail(f"--motion {e}")
     names = simulated_names(conference)
     try:
         faults = [fault_from_text(text) for text in fault or []]

@@ -73,7 +73,10 @@ def up(
         if console:  # after the checks: meanwhile another conference may take the port that is free now, and no file is wrong then
             conference = held.enter_context(with_console(conference))
         if motion is not None:
-            conference = with_motion(conference, motion)
+            try:
+                conference = with_motion(conference, motion)
+            except ValueError as e:  # a MotionError, whose module loads the mathematics
+                faults.append(f"--motion {e}")
         if links and conference.bus.mode != "embedded":
             fail("--simulate-links: is for conferences whose router is that of `vistel up`", USAGE)
         if plan:
@@ -101,11 +104,15 @@ def left_by_a_run(conference: Conference, folder: Path) -> list[Path]:
 def with_motion(conference: Conference, motion: str) -> Conference:
     """The conference with `motion` fed to the simulated devices: a folder's people take the first seats, a BVH one.
 
-    A thing that the motion moves becomes a prop of the first site, with a tracker of its own.
+    A thing that the motion moves becomes a prop of the first site, with a tracker of its own. Raises MotionError.
     """
+    from vistel_sim.motion.open import check_file, things_of  # loads the mathematics, which `vistel --help` need not
+    from vistel_sim.motion.source import MotionError
+
     path = Path(motion)
     if not path.exists():
-        fail(f"--motion {motion}: no such file or folder")
+        raise MotionError(f"{motion}: no such file or folder")
+    check_file(path)
     people = 2 if path.is_dir() else 1
     data = conference.model_dump(mode="json", exclude_none=True)
     left = people
@@ -114,13 +121,6 @@ def with_motion(conference: Conference, motion: str) -> Conference:
             if left > 0:
                 participant["motion"] = str(path.resolve())
                 left -= 1
-    from vistel_sim.motion.open import check_file, things_of  # loads the mathematics, which `vistel --help` need not
-    from vistel_sim.motion.source import MotionError
-
-    try:
-        check_file(path)
-    except MotionError as e:
-        fail(f"--motion {e}")
     tracked = {prop["thing"] for site in data["sites"] for prop in site["props"]}
     data["sites"][0]["props"] += [{"thing": thing} for thing in things_of(path) if thing not in tracked]
     return Conference.model_validate(data)

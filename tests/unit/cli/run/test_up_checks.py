@@ -147,3 +147,14 @@ def test_two_conferences_that_start_at_once_choose_two_ports(tmp_path: Path) -> 
         again = int(first.console.at.rpartition(":")[2])
         with socket.create_server(("127.0.0.1", again)):  # as the console does
             pass
+
+
+def test_a_motion_that_cannot_be_played_hides_no_fault_of_the_file(tmp_path: Path) -> None:
+    file = tmp_path / "lab.toml"
+    file.write_text('name = "lab"\n[[sites]]\nname = "here"\n[[sites.participants]]\nname = "ada"\navatar = "gone.usda"\n')
+    walk = tmp_path / "walk.bvh"
+    walk.write_text("HIERARCHY\nROOT Hips\n{\n")
+    done = CliRunner().invoke(app, ["up", str(file), "--plan", "--motion", str(walk)])
+    said = (done.stdout + done.stderr).replace("\n", " ")
+    assert done.exit_code == 1
+    assert "gone.usda" in said and f"--motion {walk}" in said
