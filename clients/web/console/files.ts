@@ -1,6 +1,7 @@
 // Files of the room: all are fetched at once; what is slow to show is shown in turn, so that the room is seen meanwhile.
 import { FileLoader, type Group } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
+import { shine } from "./strands";
 
 const FIRST_WAIT_MS = 500;
 const MOST_WAIT_MS = 4000; // who still has none after it is seen as a stand-in
@@ -42,7 +43,9 @@ export class Files {
 
   private async read(data: Promise<ArrayBuffer>): Promise<Group> {
     const { scene, parser } = await this.reading.parseAsync(await data, "");
-    scene.userData.primitives = parser.json.extensions?.VISTEL_avatar?.primitives; // of a figure
+    const avatar = parser.json.extensions?.VISTEL_avatar; // of a figure
+    scene.userData.primitives = avatar?.primitives;
+    shine(scene, avatar?.patches ?? []);
     return scene;
   }
 }

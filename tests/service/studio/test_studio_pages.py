@@ -5,14 +5,18 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import AsyncIterator
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from aiohttp import web
 from avatar_fixture import long_armed
 from browser import Page, page
 
 from vistel.conference.files import load
+from vistel.figure.avatar.avatar import Avatar
+from vistel.figure.avatar.patch import Patch
 from vistel.figure.posture.posture import pose_joints
 from vistel.figure.posture.standard import standard_postures
 from vistel.figure.skeleton import JOINT_INDEX
@@ -34,13 +38,13 @@ AVATAR = long_armed()
 
 
 @contextlib.asynccontextmanager
-async def tab_of(folder: Path, at: str) -> AsyncIterator[Page]:
+async def tab_of(folder: Path, at: str, avatar: Avatar = AVATAR) -> AsyncIterator[Page]:
     if not (PAGE / "avatar.js").is_file():
         pytest.skip("the pages' scripts have not been made: npm's registry was not reached")
     file = folder / "lab.toml"
     file.write_text(FILE)
     hosts: set[str] = set()
-    parts = {"avatar": AvatarStudio(lambda: AVATAR, "me").app(), "calibration": CalibrationStudio(load(file), file).app()}
+    parts = {"avatar": AvatarStudio(lambda: avatar, "me").app(), "calibration": CalibrationStudio(load(file), file).app()}
     runner = web.AppRunner(studios(parts, hosts, "avatar"), shutdown_timeout=1.0)
     await runner.setup()
     try:
@@ -91,3 +95,19 @@ def test_from_the_avatar_one_comes_to_calibration_where_an_eye_is_measured_and_k
             read_gaze(tmp_path / "ada-eye.json")
 
     asyncio.run(look())
+
+
+def test_what_is_of_strands_mirrors_light_across_them(tmp_path: Path) -> None:
+    async def brightness(strands: bool) -> float:
+        whole = Patch((0.0, 0.0, 1.0, 1.0), 0.7, 0.0, opacity=np.full((4, 4), 255, np.uint8), strands=strands)
+        folder = tmp_path / f"{strands}"
+        folder.mkdir()
+        async with tab_of(folder, "", replace(AVATAR, patches=(whole,))) as tab:
+            await tab.until(SETTLED)
+            drawn = await tab.value("window.vistelAvatar.drawn()")
+            await tab.value("document.querySelectorAll('#views button')[1].click()")
+            await tab.until(f"window.vistelAvatar.drawn() > {drawn}")
+            return float((await tab.picture())[100:600, 50:600].mean())
+
+    plain, shining = (asyncio.run(brightness(strands)) for strands in (False, True))
+    assert shining > plain + 1.0

@@ -21,6 +21,7 @@ import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { shapesOn } from "../../console/cone_spheres";
 import { lit } from "../../console/light";
 import { drawnBySoftware, Pictures } from "../../console/pictures";
+import { shine } from "../../console/strands";
 import type { Primitives } from "../../console/wire";
 
 const FIELD = 30;
@@ -76,7 +77,9 @@ export class Stage {
       this.meshes.push(node);
     });
     this.ownMaterials = this.meshes.map((mesh) => mesh.material);
-    const primitives: Primitives | undefined = parser.json.extensions?.VISTEL_avatar?.primitives;
+    const avatar = parser.json.extensions?.VISTEL_avatar;
+    const primitives: Primitives | undefined = avatar?.primitives;
+    shine(scene as Group, avatar?.patches ?? []);
     if (primitives) this.shapes = shapesOn((joint) => this.bones[joint]!, primitives);
     this.scene.add(scene as Group);
     this.pictures.ask();
