@@ -39,7 +39,7 @@ def test_a_process_that_was_killed_is_said_to_be_back_once_it_gives_signs_of_lif
 
         await until(back)
         restarts.look()
-        assert told[1:] == ["tokyo/world is back, after 7 s"]
+        assert told[1:] == ["tokyo/world is back, after 7.4 s"]
         await supervisor.stop()
 
     asyncio.run(scene())

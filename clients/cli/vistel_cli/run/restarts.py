@@ -43,7 +43,7 @@ class Restarts:
             file = self._supervisor.children[name].spec.alive
             if file is not None and alive.last(file) != before:
                 del self._away[name]
-                self._tell(f"{name} is back, after {self._now_s() - since_s:.0f} s")
+                self._tell(f"{name} is back, after {self._now_s() - since_s:.1f} s")
 
 
 def ended(name: str, code: int, log: Path) -> str:
