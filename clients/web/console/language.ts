@@ -4,6 +4,10 @@ const STORED = "vistel-language";
 let language = localStorage.getItem(STORED) ?? (navigator.language.startsWith("ja") ? "ja" : "en");
 document.documentElement.lang = language;
 
+export function speaksJapanese(): boolean {
+  return language === "ja";
+}
+
 export function switchLanguage(): void {
   language = language === "ja" ? "en" : "ja";
   localStorage.setItem(STORED, language);

@@ -1,16 +1,18 @@
 // The frame round all studios: where one is, the others, and the room of the conference that runs on this machine.
-import { phrases } from "../console/language";
+import { phrases, switchLanguage } from "../console/language";
 
 const NAMES = phrases(
-  { avatar: "Avatar", wrinkles: "Wrinkles", calibration: "Calibration", room: "Room", studios: "Studios" },
-  { avatar: "アバター", wrinkles: "しわ", calibration: "校正", room: "部屋", studios: "スタジオ" },
+  { avatar: "Avatar", wrinkles: "Wrinkles", calibration: "Calibration", room: "Room", studios: "Studios", language: "日本語" },
+  { avatar: "アバター", wrinkles: "しわ", calibration: "校正", room: "部屋", studios: "スタジオ", language: "English" },
 );
 type Studio = "avatar" | "wrinkles" | "calibration";
 
 /** Lay out the links. here: the studio of this page. */
 export async function frame(here: Studio): Promise<void> {
-  const nav = document.getElementById("studios");
-  if (!nav) return;
+  const other = document.getElementById("language")!;
+  other.textContent = NAMES("language");
+  other.onclick = () => (switchLanguage(), location.reload());
+  const nav = document.getElementById("studios")!;
   nav.setAttribute("aria-label", NAMES("studios"));
   const answer = await fetch("../studios.json");
   const { studios, console } = (await answer.json()) as { studios: Studio[]; console: string };

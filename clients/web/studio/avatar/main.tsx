@@ -1,7 +1,7 @@
 // The avatar studio's page: an avatar looked at from all sides, in any posture and with any expression, and what is wrong with it.
 import { render } from "preact";
-import { switchLanguage } from "../../console/language";
 import { frame } from "../frame";
+import { said } from "../said";
 import { type Pose, Stage, type View } from "./stage";
 import { text } from "./words";
 
@@ -207,7 +207,7 @@ function Slider(given: { label: string; low: number; high: number; unit: string;
   const { label, low, high, unit, value, turned } = given;
   return (
     <label class="slider">
-      <span>{label}</span>
+      <span>{said(label)}</span>
       <input type="range" min={low} max={high} step={unit ? 1 : 0.01} value={value} onInput={(event) => turned(Number(event.currentTarget.value))} />
       <output>{unit ? `${value.toFixed(0)}${unit}` : `${(100 * value).toFixed(0)} %`}</output>
     </label>
@@ -217,8 +217,6 @@ function Slider(given: { label: string; low: number; high: number; unit: string;
 async function begin(): Promise<void> {
   say(text("loading"));
   void frame("avatar");
-  element("language").textContent = text("language");
-  element("language").onclick = () => (switchLanguage(), location.reload());
   element("figure").setAttribute("aria-label", text("canvas"));
   element("views").setAttribute("aria-label", text("views"));
   const about = await got<About>("about.json");

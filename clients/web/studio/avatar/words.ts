@@ -30,7 +30,6 @@ const ENGLISH = {
   open: "Mouth open",
   noFace: "This avatar has no shapes of the face.",
   fit: "How each shape fits",
-  language: "日本語",
 };
 const JAPANESE: Record<keyof typeof ENGLISH, string> = {
   avatar: "アバター",
@@ -61,6 +60,5 @@ const JAPANESE: Record<keyof typeof ENGLISH, string> = {
   open: "口を開ける",
   noFace: "このアバターには顔の形がありません。",
   fit: "それぞれの形の合い方",
-  language: "English",
 };
 export const text = phrases(ENGLISH, JAPANESE);

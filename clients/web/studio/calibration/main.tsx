@@ -1,7 +1,7 @@
 // The calibration studio's page: what can be measured, what is asked, what the devices see, what was found.
 import { render } from "preact";
-import { switchLanguage } from "../../console/language";
 import { frame } from "../frame";
+import { asked, said } from "../said";
 import { forget, type Live, LiveView, remember } from "./live";
 import { text } from "./words";
 
@@ -91,7 +91,7 @@ function Stage() {
   return (
     <>
       <h2>{text("of", now.participant, text(now.what))}</h2>
-      {!ended && <p class="say" role="status">{now.say}</p>}
+      {!ended && <p class="say" role="status">{asked(now.say)}</p>}
       {now.phase === "ready" && <p class="count">{text("ready", seconds)}</p>}
       {now.phase === "go" && <p class="count go">{text("go", seconds)}</p>}
       {now.fault && <p class="say fault" role="alert">{now.fault}</p>}
@@ -122,7 +122,7 @@ function Found({ now, found }: { now: Now; found: NonNullable<Now["found"]> }) {
         <tbody>
           {found.rows.map(([what, figure, verdict]) => (
             <tr key={what}>
-              <th>{what.replaceAll("_", " ")}</th>
+              <th>{said(what.replaceAll("_", " "))}</th>
               <td>{figure}</td>
               <td>{verdict && <span class={`verdict-${verdict}`}>{text(verdict)}</span>}</td>
             </tr>
@@ -184,6 +184,4 @@ function listen(): void {
 
 void frame("calibration");
 document.title = `${text("title")} – VISTEL`;
-element("language").textContent = text("language");
-element("language").onclick = () => (switchLanguage(), location.reload());
 void offered().then(listen);

@@ -41,7 +41,6 @@ const ENGLISH = {
   middle: "middle",
   ring: "ring",
   little: "little",
-  language: "日本語",
 };
 const JAPANESE: Record<keyof typeof ENGLISH, string> = {
   title: "校正",
@@ -83,6 +82,5 @@ const JAPANESE: Record<keyof typeof ENGLISH, string> = {
   middle: "中指",
   ring: "薬指",
   little: "小指",
-  language: "English",
 };
 export const text = phrases(ENGLISH, JAPANESE);

@@ -1,4 +1,6 @@
-// Small ways to make elements.
+// Small ways to make elements, in the language of the page.
+
+import { said } from "../said";
 
 type Attributes = Record<string, string | number | boolean | ((event: Event) => void)>;
 type Child = Node | string;
@@ -13,9 +15,9 @@ export function make<K extends keyof HTMLElementTagNameMap>(
   for (const [key, value] of Object.entries(attributes)) {
     if (typeof value === "function") out.addEventListener(key, value);
     else if (typeof value === "boolean") out.toggleAttribute(key, value);
-    else out.setAttribute(key, String(value));
+    else out.setAttribute(key, key === "title" || key === "aria-label" ? said(String(value)) : String(value));
   }
-  out.append(...children);
+  out.append(...children.map((child) => (typeof child === "string" ? said(child) : child)));
   return out;
 }
 

@@ -1,6 +1,8 @@
 // The wrinkle studio's page: opens what the server holds and ties the views together.
 
+import { speaksJapanese } from "../../console/language";
 import { frame } from "../frame";
+import { said, sayPage } from "../said";
 import * as api from "./api";
 import { BendsView } from "./bends_view";
 import { byId, make, typing, words } from "./dom";
@@ -17,12 +19,12 @@ import { State, type Mode, type Tool } from "./state";
 const notice = byId("notice");
 
 function say(text: string, kind: "busy" | "fault" | "good" | "" = ""): void {
-  notice.textContent = text;
+  notice.textContent = said(text);
   notice.className = kind;
 }
 
 async function begin(): Promise<void> {
-  const waiting = window.setInterval(() => void api.doing().then((text) => text && say(`${text} …`, "busy")), 500);
+  const waiting = window.setInterval(() => void api.doing().then((text) => text && say(`${said(text)} …`, "busy")), 500);
   try {
     const { head, arrays } = await api.open();
     const figure = new FigureView(byId<HTMLCanvasElement>("figure"));
@@ -99,7 +101,7 @@ function studio(state: State, figure: FigureView): void {
     const now = JSON.stringify([set?.name, set?.region, set?.drive, state.selection.side, state.form.sets.length]);
     if (now === headed) return;
     headed = now;
-    byId("plane-title").textContent = set ? words(set.name) : "No set";
+    byId("plane-title").textContent = set ? words(set.name) : said("No set");
     const sides = Object.keys(state.regionOf(set)?.planes ?? {});
     byId("sides").replaceChildren(
       ...(sides.length > 1 ? sides : []).map((side) =>
@@ -143,17 +145,19 @@ function studio(state: State, figure: FigureView): void {
       const done = await api.save(opened.session, form, opened.revision);
       opened.revision = done.revision;
       state.saved = JSON.stringify(form);
-      say(`Saved ${done.files.join(" and ")}`, "good");
+      say(speaksJapanese() ? `保存しました: ${done.files.join("、")}` : `Saved ${done.files.join(" and ")}`, "good");
     } catch (fault) {
       const conflict = fault instanceof api.Refusal && fault.status === 409;
       const text = fault instanceof Error ? fault.message : String(fault);
-      say(conflict ? `Not saved: ${text}. Reload the page to have what was saved.` : `Not saved: ${text}`, "fault");
+      const again = speaksJapanese() ? "ページを再読み込みすると、保存されたものが開きます。" : "Reload the page to have what was saved.";
+      say(`${said("Not saved")}: ${text}${conflict ? `. ${again}` : ""}`, "fault");
     }
     follow();
   }
 
   function undone(label: string | null, what: string): void {
-    say(label ? `${what} ${label.toLowerCase()}` : `Nothing to ${what.toLowerCase()}`, "");
+    if (speaksJapanese()) say(label ? `${said(what)}: ${said(label)}` : `${said(what)}: なし`);
+    else say(label ? `${what} ${label.toLowerCase()}` : `Nothing to ${what.toLowerCase()}`);
   }
 
   const click = (id: string, act: () => void): void => byId(id).addEventListener("click", act);
@@ -269,5 +273,6 @@ const HINTS: Record<Tool, string> = {
   branch: "Click on a curve, then points away from it; Enter ends it",
 };
 
+sayPage(document.documentElement);
 void frame("wrinkles");
 begin().catch((fault: unknown) => say(fault instanceof Error ? fault.message : String(fault), "fault"));

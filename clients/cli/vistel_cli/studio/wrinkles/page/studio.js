@@ -2,18 +2,28 @@
 var STORED = "vistel-language";
 var language = localStorage.getItem(STORED) ?? (navigator.language.startsWith("ja") ? "ja" : "en");
 document.documentElement.lang = language;
+function speaksJapanese() {
+  return language === "ja";
+}
+function switchLanguage() {
+  language = language === "ja" ? "en" : "ja";
+  localStorage.setItem(STORED, language);
+  document.documentElement.lang = language;
+}
 function phrases(english, japanese) {
-  return (key, ...given) => given.reduce((said, each, n) => said.replace(`{${n}}`, () => String(each)), (language === "ja" ? japanese : english)[key]);
+  return (key, ...given) => given.reduce((said2, each, n) => said2.replace(`{${n}}`, () => String(each)), (language === "ja" ? japanese : english)[key]);
 }
 
 // studio/frame.ts
 var NAMES = phrases(
-  { avatar: "Avatar", wrinkles: "Wrinkles", calibration: "Calibration", room: "Room", studios: "Studios" },
-  { avatar: "アバター", wrinkles: "しわ", calibration: "校正", room: "部屋", studios: "スタジオ" }
+  { avatar: "Avatar", wrinkles: "Wrinkles", calibration: "Calibration", room: "Room", studios: "Studios", language: "日本語" },
+  { avatar: "アバター", wrinkles: "しわ", calibration: "校正", room: "部屋", studios: "スタジオ", language: "English" }
 );
 async function frame(here) {
+  const other = document.getElementById("language");
+  other.textContent = NAMES("language");
+  other.onclick = () => (switchLanguage(), location.reload());
   const nav = document.getElementById("studios");
-  if (!nav) return;
   nav.setAttribute("aria-label", NAMES("studios"));
   const answer = await fetch("../studios.json");
   const { studios, console } = await answer.json();
@@ -25,6 +35,213 @@ function link(to, text2, here) {
   [a.href, a.textContent] = [to, text2];
   if (here) a.setAttribute("aria-current", "page");
   return a;
+}
+
+// studio/said.ts
+var JAPANESE = {
+  // Moves and hands of a calibration.
+  "Waiting for the device.": "機器を待っています。",
+  "Computing.": "計算しています。",
+  "Keep still.": "そのまま動かないでください。",
+  "Done. Thank you.": "終わりました。ありがとうございました。",
+  "Stand straight, face the table, arms out to the sides, palms down. Hold still.": "まっすぐ立ち、テーブルの方を向き、腕を横に伸ばして手のひらを下に。そのまま止まります。",
+  "Keep the chest still. Nod, shake your head, tilt it to both shoulders; slowly, as far as it goes.": "胸を動かさずに、うなずき、首を横に振り、左右の肩へ傾けます。ゆっくり、できるだけ大きく。",
+  "Keep elbows and wrists straight. Draw large circles with both arms, ahead, to the sides and up.": "肘と手首を伸ばしたまま、両腕で前、横、上に大きな円を描きます。",
+  "Upper arms still at your sides, wrists straight. Bend and stretch both elbows, turning the palms.": "上腕を体の脇に付け、手首を伸ばしたまま、両肘を曲げ伸ばしし、手のひらを返します。",
+  "Hold both forearms still. Circle with your hands in the wrists, and turn nothing else.": "両方の前腕を動かさずに、手首だけで手を回します。",
+  "Legs still. Bow, lean to both sides and turn to both sides with the chest.": "脚を動かさずに、お辞儀をし、左右に傾け、胸を左右に回します。",
+  "Hold the hand flat, fingers together, thumb along the index finger.": "手を平らにし、指をそろえ、親指を人差し指に沿わせます。",
+  "Make a tight fist, thumb over the fingers.": "親指を外にして、拳を固く握ります。",
+  "Hold the hand flat and spread fingers and thumb as far as they go.": "手を平らにし、指と親指をできるだけ広げます。",
+  "Touch the tip of the thumb with the tip of the index finger, other fingers relaxed.": "親指の先と人差し指の先を合わせ、ほかの指は力を抜きます。",
+  "Look ahead, mouth closed, face relaxed.": "口を閉じ、顔の力を抜いて、前を見ます。",
+  "Keep the head still, and look at each point when asked.": "頭を動かさずに、言われた点を順に見ます。",
+  open: "開いた手",
+  fist: "拳",
+  spread: "広げた手",
+  pinch: "つまむ",
+  "t pose": "Tの姿勢",
+  head: "頭",
+  arms: "腕",
+  elbows: "肘",
+  wrists: "手首",
+  spine: "背骨",
+  // Sliders.
+  "Left elbow": "左の肘",
+  "Right elbow": "右の肘",
+  "Left arm up": "左腕を上げる",
+  "Right arm up": "右腕を上げる",
+  "Arms forward": "腕を前へ",
+  Fists: "拳",
+  "Knees and hips": "膝と腰",
+  "Back bent": "背中を曲げる",
+  "Head bowed": "頭を下げる",
+  Arms: "腕",
+  Body: "体",
+  Face: "顔",
+  "Inner brows up": "眉の内側を上げる",
+  "Outer brows up": "眉の外側を上げる",
+  Frown: "しかめる",
+  Squint: "目を細める",
+  "Nose wrinkled": "鼻にしわ",
+  Smile: "笑う",
+  "Jaw dropped": "口を開ける",
+  // The page of wrinkles.
+  "Opening …": "開いています…",
+  Wrinkles: "しわ",
+  Photograph: "写真",
+  "Lay the texture right with pins": "ピンでテクスチャーを合わせる",
+  Undo: "元に戻す",
+  Redo: "やり直す",
+  Keys: "キー",
+  "Keys (?)": "キー (?)",
+  Save: "保存",
+  "Save (Ctrl+S)": "保存 (Ctrl+S)",
+  Sets: "セット",
+  "New set": "新しいセット",
+  "New set …": "新しいセット…",
+  Texture: "テクスチャー",
+  Island: "島",
+  "A picture of your own for this island": "この島に自分の写真を使う",
+  "Photograph …": "写真…",
+  "The texture as it lay without pins": "ピンのない元のテクスチャー",
+  "Clear pins": "ピンを消す",
+  "Select and drag (V)": "選んで動かす (V)",
+  Select: "選択",
+  "Draw a curve (P)": "曲線を描く (P)",
+  Draw: "描く",
+  "Draw a branch (B)": "枝を描く (B)",
+  Branch: "枝",
+  "Add a shape": "形を加える",
+  "Add shape …": "形を加える…",
+  "Show the whole plane (F)": "全体を表示 (F)",
+  Fit: "全体",
+  "Texture of the region with its wrinkles": "しわの付いた部分のテクスチャー",
+  "Picture with the net of an island": "島の網を重ねた写真",
+  "Driving curve": "駆動曲線",
+  Figure: "人物",
+  "Show the selected set wholly, whatever the figure does (H)": "姿勢に関わらず、選んだセットを最大で表示 (H)",
+  "Full strength": "最大",
+  "Bend to where the set is strongest (G)": "セットが最も強くなるまで曲げる (G)",
+  "Bend to it": "そこまで曲げる",
+  "Without colour": "色なし",
+  Grey: "色なし",
+  "The whole figure (double-click)": "全身 (ダブルクリック)",
+  Whole: "全身",
+  "The figure; drag to turn it": "人物。ドラッグで回します",
+  Bend: "曲げる",
+  Reset: "戻す",
+  "Double-click: as at first": "ダブルクリックで最初に戻す",
+  Left: "左",
+  Right: "右",
+  "No set": "セットなし",
+  Sleeve: "袖",
+  "Trouser leg": "ズボンの脚",
+  Trunk: "胴",
+  Skirt: "スカート",
+  Wrinkle: "しわ",
+  Set: "セット",
+  Curve: "曲線",
+  Point: "点",
+  Duplicate: "複製",
+  Delete: "削除",
+  Name: "名前",
+  Material: "素材",
+  Cloth: "布",
+  Skin: "肌",
+  Lift: "盛り上がり",
+  Memory: "形の記憶",
+  Intensity: "強さ",
+  Width: "幅",
+  Start: "始まり",
+  End: "終わり",
+  Cap: "端",
+  "Tapers off": "細くなる",
+  Vanishes: "消える",
+  Round: "丸い",
+  Radius: "半径",
+  Height: "高さ",
+  Size: "大きさ",
+  Turn: "回転",
+  Wrinkledness: "しわの多さ",
+  Seed: "乱数の種",
+  Mirrored: "鏡像",
+  "Driven by": "動かすもの",
+  "Between knots": "節の間",
+  smooth: "なめらか",
+  straight: "直線",
+  Rotation: "回転",
+  "Click a curve to edit it, or draw one with P.": "曲線をクリックして編集するか、Pで描きます。",
+  "Drag a point, or press ? for keys": "点をドラッグします。? でキーの一覧",
+  "Click points of the curve; Enter or double-click ends it, Esc forgets it": "曲線の点をクリックします。Enterかダブルクリックで終わり、Escで取り消し",
+  "Click on a curve, then points away from it; Enter ends it": "曲線をクリックし、そこから点を打ちます。Enterで終わり",
+  "Unfolding the texture …": "テクスチャーを広げています…",
+  "Click the net to set a pin; drag pins to where they belong on the picture": "網をクリックしてピンを置き、写真の正しい所へドラッグします",
+  Working: "作業中",
+  "laying cloth on sleeves and legs": "袖と脚に布を掛けています",
+  "preparing the figure": "人物を用意しています",
+  "looking where the texture lies": "テクスチャーの位置を調べています",
+  "laying the photograph": "写真を貼っています",
+  "laying the texture": "テクスチャーを貼っています",
+  // What was done, as undone and redone.
+  "Add knot": "節を加える",
+  "Delete knot": "節を削除",
+  "Move wrinkle": "しわを動かす",
+  "Draw curve": "曲線を描く",
+  "Draw branch": "枝を描く",
+  "Add point": "点を加える",
+  "Delete point": "点を削除",
+  "Delete branch": "枝を削除",
+  "Delete wrinkle": "しわを削除",
+  "Duplicate wrinkle": "しわを複製",
+  "Turn wrinkle": "しわを回す",
+  "Scale wrinkle": "しわを拡大縮小",
+  "Move point": "点を動かす",
+  "Delete set": "セットを削除",
+  "Rename set": "セットの名前",
+  "Delete pin": "ピンを削除",
+  "Set pin": "ピンを置く",
+  "Move pin": "ピンを動かす",
+  Ends: "端",
+  Mirror: "鏡像",
+  Driver: "動かすもの",
+  "Form of curve": "曲線の形",
+  Axis: "軸",
+  "Not saved": "保存できませんでした",
+  Close: "閉じる",
+  "V, P, B": "V, P, B",
+  "Select, draw a curve, draw a branch from a curve": "選択、曲線を描く、曲線から枝を描く",
+  "End what is drawn, or forget it": "描いたものを終える、取り消す",
+  "Double-click on a curve": "曲線をダブルクリック",
+  "Add a control point": "制御点を加える",
+  "Square handle": "四角い取っ手",
+  "Width at the selected point": "選んだ点の幅",
+  "Delete the point, the branch, the wrinkle": "点、枝、しわを削除",
+  "Arrows, with Shift": "矢印キー、Shiftと共に",
+  "Move the point or wrinkle by 1 mm, 5 mm": "点かしわを1 mm、5 mm動かす",
+  "Next point of the curve": "曲線の次の点",
+  "Turn and scale the wrinkle": "しわを回す、拡大縮小する",
+  "Duplicate the wrinkle": "しわを複製",
+  "Full strength; bend the figure to the set": "最大で表示、セットまで曲げる",
+  "Show the whole texture": "テクスチャー全体を表示",
+  "Wheel, right drag": "ホイール、右ドラッグ",
+  "Zoom; move the view": "拡大縮小、表示の移動",
+  "Undo, redo": "元に戻す、やり直す",
+  "Click the net to set a pin, drag it to where that place of the body is on the picture, Del deletes it": "網をクリックしてピンを置き、写真のその体の場所へドラッグ。Delで削除",
+  "Drag knots, double-click adds one, Del deletes it": "節をドラッグ、ダブルクリックで加え、Delで削除"
+};
+function said(text2) {
+  return speaksJapanese() && JAPANESE[text2.trim()] || text2;
+}
+function sayPage(root) {
+  if (!speaksJapanese()) return;
+  const texts = document.createTreeWalker(root, NodeFilter.SHOW_TEXT);
+  for (let node = texts.nextNode(); node; node = texts.nextNode()) {
+    const text2 = node.nodeValue ?? "";
+    if (said(text2) !== text2) node.nodeValue = said(text2);
+  }
+  for (const name of ["title", "aria-label"])
+    for (const element of root.querySelectorAll(`[${name}]`)) element.setAttribute(name, said(element.getAttribute(name)));
 }
 
 // studio/wrinkles/api.ts
@@ -63,8 +280,8 @@ async function sent(path2, body, type) {
     throw new Refusal("The studio does not answer; is it still running?", 0);
   }
   if (!answer.ok) {
-    const said = await answer.json().catch(() => ({}));
-    throw new Refusal(said.error ?? `the studio said ${answer.status}`, answer.status);
+    const said2 = await answer.json().catch(() => ({}));
+    throw new Refusal(said2.error ?? `the studio said ${answer.status}`, answer.status);
   }
   return answer;
 }
@@ -94,9 +311,9 @@ function make(tag, attributes = {}, ...children) {
   for (const [key, value] of Object.entries(attributes)) {
     if (typeof value === "function") out.addEventListener(key, value);
     else if (typeof value === "boolean") out.toggleAttribute(key, value);
-    else out.setAttribute(key, String(value));
+    else out.setAttribute(key, key === "title" || key === "aria-label" ? said(String(value)) : String(value));
   }
-  out.append(...children);
+  out.append(...children.map((child) => typeof child === "string" ? said(child) : child));
   return out;
 }
 function byId(id) {
@@ -1404,13 +1621,13 @@ function kept(island, s, middle, size) {
   const move = sub(back, m);
   return { island, move: [move[0] / size[0], move[1] / size[1]], turn: -Math.atan2(s.b, s.a), scale: 1 / k };
 }
-function ofKept(said, middle, size) {
-  if (!said) return { a: 1, b: 0, t: [0, 0] };
-  const k = 1 / said.scale;
-  const a = k * Math.cos(-said.turn);
-  const b = k * Math.sin(-said.turn);
+function ofKept(said2, middle, size) {
+  if (!said2) return { a: 1, b: 0, t: [0, 0] };
+  const k = 1 / said2.scale;
+  const a = k * Math.cos(-said2.turn);
+  const b = k * Math.sin(-said2.turn);
   const m = [middle[0] * size[0], middle[1] * size[1]];
-  const at = add(m, [said.move[0] * size[0], said.move[1] * size[1]]);
+  const at = add(m, [said2.move[0] * size[0], said2.move[1] * size[1]]);
   return { a, b, t: sub(m, applied({ a, b, t: [0, 0] }, at)) };
 }
 function rest(pins, s, size) {
@@ -1562,8 +1779,8 @@ var PinsView = class {
     return [(box[0] + box[2]) / 2, (box[1] + box[3]) / 2];
   }
   similarity(island = this.island) {
-    const said = this.state.form.texture.find((t) => t.island === island);
-    return ofKept(said, this.centre(island), this.laid?.size ?? [1, 1]);
+    const said2 = this.state.form.texture.find((t) => t.island === island);
+    return ofKept(said2, this.centre(island), this.laid?.size ?? [1, 1]);
   }
   change(label, how, merge = "") {
     const { laid, island } = this;
@@ -1728,10 +1945,10 @@ var PinsView = class {
     if (!laid) return;
     const [w, h] = laid.size;
     const moved = laid.uv.slice();
-    for (const said of this.state.form.texture) {
-      const how = this.similarity(said.island);
+    for (const said2 of this.state.form.texture) {
+      const how = this.similarity(said2.island);
       for (let k = 0; k < laid.island.length; k++) {
-        if (laid.island[k] !== said.island) continue;
+        if (laid.island[k] !== said2.island) continue;
         const at = applied(how, [laid.uv[2 * k] * w, laid.uv[2 * k + 1] * h]);
         moved[2 * k] = at[0] / w;
         moved[2 * k + 1] = at[1] / h;
@@ -2369,11 +2586,11 @@ var State = class {
 // studio/wrinkles/main.ts
 var notice = byId("notice");
 function say(text2, kind = "") {
-  notice.textContent = text2;
+  notice.textContent = said(text2);
   notice.className = kind;
 }
 async function begin() {
-  const waiting = window.setInterval(() => void doing().then((text2) => text2 && say(`${text2} …`, "busy")), 500);
+  const waiting = window.setInterval(() => void doing().then((text2) => text2 && say(`${said(text2)} …`, "busy")), 500);
   try {
     const { head, arrays } = await open();
     const figure = new FigureView(byId("figure"));
@@ -2434,8 +2651,8 @@ function studio(state, figure) {
     button2.title = title;
   }
   function faults() {
-    const said = new Map(state.faults.map((f) => [f.text, f.set === null && f.shape === null ? "note" : "fault"]));
-    byId("faults").replaceChildren(...[...said].slice(0, 4).map(([text2, kind]) => make("li", { class: kind }, text2)));
+    const said2 = new Map(state.faults.map((f) => [f.text, f.set === null && f.shape === null ? "note" : "fault"]));
+    byId("faults").replaceChildren(...[...said2].slice(0, 4).map(([text2, kind]) => make("li", { class: kind }, text2)));
   }
   let headed = "";
   function head() {
@@ -2443,7 +2660,7 @@ function studio(state, figure) {
     const now = JSON.stringify([set?.name, set?.region, set?.drive, state.selection.side, state.form.sets.length]);
     if (now === headed) return;
     headed = now;
-    byId("plane-title").textContent = set ? words(set.name) : "No set";
+    byId("plane-title").textContent = set ? words(set.name) : said("No set");
     const sides = Object.keys(state.regionOf(set)?.planes ?? {});
     byId("sides").replaceChildren(
       ...(sides.length > 1 ? sides : []).map(
@@ -2484,16 +2701,18 @@ function studio(state, figure) {
       const done = await save(opened.session, form, opened.revision);
       opened.revision = done.revision;
       state.saved = JSON.stringify(form);
-      say(`Saved ${done.files.join(" and ")}`, "good");
+      say(speaksJapanese() ? `保存しました: ${done.files.join("、")}` : `Saved ${done.files.join(" and ")}`, "good");
     } catch (fault) {
       const conflict = fault instanceof Refusal && fault.status === 409;
       const text2 = fault instanceof Error ? fault.message : String(fault);
-      say(conflict ? `Not saved: ${text2}. Reload the page to have what was saved.` : `Not saved: ${text2}`, "fault");
+      const again = speaksJapanese() ? "ページを再読み込みすると、保存されたものが開きます。" : "Reload the page to have what was saved.";
+      say(`${said("Not saved")}: ${text2}${conflict ? `. ${again}` : ""}`, "fault");
     }
     follow();
   }
   function undone(label, what) {
-    say(label ? `${what} ${label.toLowerCase()}` : `Nothing to ${what.toLowerCase()}`, "");
+    if (speaksJapanese()) say(label ? `${said(what)}: ${said(label)}` : `${said(what)}: なし`);
+    else say(label ? `${what} ${label.toLowerCase()}` : `Nothing to ${what.toLowerCase()}`);
   }
   const click = (id, act) => byId(id).addEventListener("click", act);
   click("undo", () => undone(state.undo(), "Undo"));
@@ -2604,5 +2823,6 @@ var HINTS = {
   draw: "Click points of the curve; Enter or double-click ends it, Esc forgets it",
   branch: "Click on a curve, then points away from it; Enter ends it"
 };
+sayPage(document.documentElement);
 void frame("wrinkles");
 begin().catch((fault) => say(fault instanceof Error ? fault.message : String(fault), "fault"));
