@@ -29,7 +29,8 @@ async def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         opened = Opened(avatar, Path(folder) / "eva.usda", "builtin:person=carla", wrinkle_sets())
         hosts: set[str] = set()
-        runner = web.AppRunner(studios({"wrinkles": Studio(opened).app()}, hosts, "wrinkles"))
+        parts = {"avatar": web.Application(), "wrinkles": Studio(opened).app(), "calibration": web.Application()}
+        runner = web.AppRunner(studios(parts, hosts, "wrinkles"))
         await runner.setup()
         try:
             await web.TCPSite(runner, "127.0.0.1", 0).start()
