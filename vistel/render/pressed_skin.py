@@ -57,7 +57,7 @@ class Pressed:
         return bool(np.abs(offsets[0] - offsets[1]).max() > by_m)
 
     def row(self, who: str) -> dict[str, object]:
-        """As a page reads it (clients/web/console/skin.ts)."""
+        """As a page reads it (clients/web/console/figures/skin.ts)."""
         step_m = max(float(np.abs(self.offset).max()), 1e-6) / _MOST
         return {
             "who": who,

@@ -7,8 +7,8 @@ import {
   MeshBasicMaterial,
   Vector3,
 } from "three";
-import { shapesOn } from "./cone_spheres";
-import type { Figure } from "./figure";
+import { shapesOn } from "./figures/cone_spheres";
+import type { Figure } from "./figures/figure";
 import type { Force, Primitives } from "./wire";
 import type { Chosen } from "./who";
 

@@ -1,6 +1,6 @@
 // Soft things that are dented where something presses on them (vistel/render/pressed_things.py).
 import { type Group, Mesh } from "three";
-import { Pressed, type PressedRow } from "./skin";
+import { Pressed, type PressedRow } from "./figures/skin";
 
 /** Which thing is dented in one of the few places of the stream for them; null: none. */
 export interface Dents {

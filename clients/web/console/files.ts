@@ -1,7 +1,7 @@
 // Files of the room: all are fetched at once; what is slow to show is shown in turn, so that the room is seen meanwhile.
 import { FileLoader, type Group } from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { shine } from "./strands";
+import { shine } from "./figures/strands";
 
 const FIRST_WAIT_MS = 500;
 const MOST_WAIT_MS = 4000; // who still has none after it is seen as a stand-in

@@ -18,12 +18,12 @@ import {
 import { Contacts } from "./contacts";
 import { DentedThings } from "./dents";
 import { dispose } from "./dispose";
-import { Figure } from "./figure";
+import { Figure } from "./figures/figure";
 import { Files } from "./files";
 import { lit } from "./light";
 import { drawnBySoftware } from "./pictures";
 import { Screens } from "./screens";
-import type { Skin } from "./skin";
+import type { Skin } from "./figures/skin";
 import type { Forces, Frame, Held, Ink, Joints, PersonRow, Signals, Table, ThingRow } from "./wire";
 import { INK, Written } from "./written";
 

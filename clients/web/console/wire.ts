@@ -1,7 +1,7 @@
 // What the gateway sends (vistel/render/frames.py says how): words as JSON, frames as bytes.
 import type { Dents } from "./dents";
 import type { Lanes, Playhead } from "./lanes";
-import type { Skin } from "./skin";
+import type { Skin } from "./figures/skin";
 
 export interface Joints {
   kind: "joints";

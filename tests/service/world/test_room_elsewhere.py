@@ -41,7 +41,7 @@ from vistel.wire.memory_bus import MemoryBus, MemoryNetwork
 from vistel.wire.topics import BY_NAME
 from vistel.wire.world.listener import WorldListener
 from vistel.wire.zenoh.bus import Router, ZenohBus
-from vistel_cli.run.room_elsewhere import with_room
+from vistel_cli.site.room_elsewhere import with_room
 from vistel_services import world
 
 DEN = Path(__file__).parents[3] / "examples/rooms/den.usdz"

@@ -67,7 +67,7 @@ def join(
         fail("expected a conference file and the name of this site, or --invite - and the line of an invitation", USAGE)
     with waiting("checking the conference"):
         from vistel_cli.run.checks import faults_of  # loads slowly
-        from vistel_cli.run.room_elsewhere import with_room
+        from vistel_cli.site.room_elsewhere import with_room
 
         conference = _meant(load_conference(file, room_elsewhere=True), insecure)
         if site is None:

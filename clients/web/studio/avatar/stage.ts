@@ -18,10 +18,10 @@ import {
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
-import { shapesOn } from "../../console/cone_spheres";
+import { shapesOn } from "../../console/figures/cone_spheres";
 import { lit } from "../../console/light";
 import { drawnBySoftware, Pictures } from "../../console/pictures";
-import { shine } from "../../console/strands";
+import { shine } from "../../console/figures/strands";
 import type { Primitives } from "../../console/wire";
 
 const FIELD = 30;

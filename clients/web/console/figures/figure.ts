@@ -10,9 +10,9 @@ import {
   SphereGeometry,
   Vector3,
 } from "three";
-import { dispose } from "./dispose";
+import { dispose } from "../dispose";
 import { Pressed, type PressedRow } from "./skin";
-import type { Joints, PersonFrame, PersonRow, Primitives } from "./wire";
+import type { Joints, PersonFrame, PersonRow, Primitives } from "../wire";
 
 const STAND_IN = new MeshStandardMaterial({ color: 0x8a93a0, roughness: 0.8 });
 const GHOST = new MeshStandardMaterial({

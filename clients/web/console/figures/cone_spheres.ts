@@ -1,6 +1,6 @@
 // The primitives of a figure as shapes that are seen through.
 import { type Bone, LatheGeometry, Mesh, MeshStandardMaterial, Vector2, Vector3 } from "three";
-import type { Primitives } from "./wire";
+import type { Primitives } from "../wire";
 
 const STEPS = 6; // of a cone-sphere's round end
 const AROUND = 14;
