@@ -9,6 +9,7 @@ type Studio = "avatar" | "wrinkles" | "calibration";
 
 /** Lay out the links. here: the studio of this page. */
 export async function frame(here: Studio): Promise<void> {
+  document.documentElement.dataset.begun = "true"; // missing.js says what is wrong where this does not come
   const other = document.getElementById("language")!;
   other.textContent = NAMES("language");
   other.onclick = () => (switchLanguage(), location.reload());

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import shutil
 from collections.abc import AsyncIterator
 from dataclasses import replace
 from pathlib import Path
@@ -21,6 +22,8 @@ from vistel.figure.posture.posture import pose_joints
 from vistel.figure.posture.standard import standard_postures
 from vistel.figure.skeleton import JOINT_INDEX
 from vistel.vision.gaze_calibration import read_gaze
+from vistel_cli.studio import avatar as avatar_page
+from vistel_cli.studio import calibration as calibration_page
 from vistel_cli.studio.avatar import AvatarStudio
 from vistel_cli.studio.calibration import CalibrationStudio
 from vistel_cli.studio.pages import PAGE, studios
@@ -38,7 +41,8 @@ AVATAR = long_armed()
 
 
 @contextlib.asynccontextmanager
-async def tab_of(folder: Path, at: str, avatar: Avatar = AVATAR) -> AsyncIterator[Page]:
+async def tab_of(folder: Path, at: str, avatar: Avatar = AVATAR, complains: str = "GL Driver Message") -> AsyncIterator[Page]:
+    """complains: in what the browser may say beside what it says of slow graphics."""
     if not (PAGE / "avatar.js").is_file():
         pytest.skip("the pages' scripts have not been made: npm's registry was not reached")
     file = folder / "lab.toml"
@@ -54,7 +58,7 @@ async def tab_of(folder: Path, at: str, avatar: Avatar = AVATAR) -> AsyncIterato
         async with page(folder, "--enable-unsafe-swiftshader", "--use-gl=angle", "--use-angle=swiftshader") as tab:
             await tab.open(f"http://{address}/{at}", 1000, 700)
             yield tab
-            assert [m for m in tab.messages if "GL Driver Message" not in m] == []
+            assert [m for m in tab.messages if complains not in m and "GL Driver Message" not in m] == []
     finally:
         await runner.cleanup()
 
@@ -111,3 +115,21 @@ def test_what_is_of_strands_mirrors_light_across_them(tmp_path: Path) -> None:
 
     plain, shining = (asyncio.run(brightness(strands)) for strands in (False, True))
     assert shining > plain + 1.0
+
+
+@pytest.mark.parametrize("studio", ["avatar", "calibration"])
+def test_a_page_whose_script_has_not_been_made_says_how_to_make_it(
+    studio: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    bare = tmp_path / "page"
+    bare.mkdir()
+    for file in (file for file in PAGE.iterdir() if file.suffix != ".js"):
+        shutil.copy(file, bare)
+    for module in (avatar_page, calibration_page):
+        monkeypatch.setattr(module, "PAGE", bare)
+
+    async def look() -> None:
+        async with tab_of(tmp_path, f"{studio}/", complains="404") as tab:
+            await tab.until("document.getElementById('trouble').textContent.includes('make web')")
+
+    asyncio.run(look())

@@ -30,7 +30,8 @@ def studios(parts: Mapping[str, web.Application], hosts: Set[str], first: str) -
     app.router.add_get("/", whole)
     app.router.add_get("/studios.json", which)
     add_files(app, PAGE, {"/frame.css": "frame.css"})
-    add_files(app, bundle.FOLDER, {"/console.css": "console.css"})  # they look as the console does
+    # They look as the console does, and say as it does what has not been made.
+    add_files(app, bundle.FOLDER, {"/console.css": "console.css", "/missing.js": "missing.js"})
     for name, part in parts.items():
         app.add_subapp(f"/{name}/", part)
     return app

@@ -183,5 +183,6 @@ function listen(): void {
 }
 
 void frame("calibration");
+element("stage").replaceChildren(); // what missing.js would have written into
 document.title = `${text("title")} – VISTEL`;
 void offered().then(listen);

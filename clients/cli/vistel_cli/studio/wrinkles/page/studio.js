@@ -20,6 +20,7 @@ var NAMES = phrases(
   { avatar: "アバター", wrinkles: "しわ", calibration: "校正", room: "部屋", studios: "スタジオ", language: "English" }
 );
 async function frame(here) {
+  document.documentElement.dataset.begun = "true";
   const other = document.getElementById("language");
   other.textContent = NAMES("language");
   other.onclick = () => (switchLanguage(), location.reload());
