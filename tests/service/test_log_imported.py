@@ -148,7 +148,7 @@ def test_a_wrong_unit_is_told_with_a_guess_and_with_the_right_one_the_numbers_ar
 def test_a_capture_of_vrpn_is_read_as_the_same_bytes_on_a_wire(folder: Path, tmp_path: Path) -> None:
     capture = write_capture(tmp_path / "ben.vrpn", folder / "ben.csv")
     done = call("import", capture, "--height", "1.82", "-o", tmp_path / "ben.mcap")
-    assert done.exit_code == 0 and "Imported0" in done.stdout, done.output
+    assert done.exit_code == 0 and "Imported0" in done.stderr, done.output
     there, here = (wrists(vistel.log.open(path), "ben") for path in (folder / "ben.mcap", tmp_path / "ben.mcap"))
     assert apart_m(there, here) < 0.005
 
