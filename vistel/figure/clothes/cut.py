@@ -77,8 +77,8 @@ class Cutting:
         of = {(t[k], t[(k + 1) % 3]): n for n, t in enumerate(triangles) for k in range(3)}
         pairs: list[tuple[int, int, float]] = []
         for ring in loops(self.triangles):
-            way = np.linalg.norm(p[np.roll(ring, -1)] - p[ring], axis=1)
-            parts = np.maximum(1, np.round(_ROUND * way / way.sum())).astype(np.int64)
+            way: F64 = np.linalg.norm(p[np.roll(ring, -1)] - p[ring], axis=1)
+            parts = np.maximum(1.0, np.rint(way * (_ROUND / float(way.sum())))).astype(np.int64)
             for start, end, count in zip(ring.tolist(), np.roll(ring, -1).tolist(), parts.tolist(), strict=True):
                 n = of[start, end]
                 apex = next(v for v in triangles[n] if v not in (start, end))
@@ -94,9 +94,10 @@ class Cutting:
         ends = np.array([pair[:2] for pair in pairs], np.int32)
         a, b = ends[:, 0], ends[:, 1]
         t = np.array([pair[2] for pair in pairs])[:, None]
-        self.points, normal, weight = (np.vstack([old, (1.0 - t) * old[a] + t * old[b]]) for old in (p, self.normals, self.weight))
+        self.points = np.vstack([p, (1.0 - t) * p[a] + t * p[b]])
+        normal = np.vstack([self.normals, (1.0 - t) * self.normals[a] + t * self.normals[b]])
         self.normals = normal / np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
-        self.weight = weight.astype(np.float32)
+        self.weight = np.vstack([self.weight, (1.0 - t) * self.weight[a] + t * self.weight[b]]).astype(np.float32)
         nearer = np.where(t[:, 0] < 0.5, a, b)
         self.limb, self.source = (np.concatenate([old, old[nearer]]) for old in (self.limb, self.source))
         self.triangles = np.array(triangles, np.int32)
