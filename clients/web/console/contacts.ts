@@ -46,8 +46,8 @@ export class Contacts {
     return [this.root.children.length, [...this.shapes.values()].flat().filter((shape) => shape.visible).length];
   }
 
-  /** Whether what is seen may have changed. */
-  private show(figures: Map<string, Figure>): boolean {
+  /** Again, since figures may have put on their files meanwhile. Whether what is seen may have changed. */
+  show(figures: Map<string, Figure>): boolean {
     const before = this.root.children.length;
     const id = this.chosen?.person ?? this.chosen?.thing;
     const felt = this.forces.filter(({ who, body }) => who === id || body === id);

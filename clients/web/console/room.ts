@@ -333,6 +333,7 @@ export class Room {
     };
     try {
       await this.files.takeInTurn(digest, ready, (scene) => figure.wear(scene));
+      this.contacts.show(this.figures);
     } catch {
       figure.about = { ...about, file: null };
     }

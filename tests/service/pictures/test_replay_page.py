@@ -255,6 +255,37 @@ def test_skin_gives_way_in_a_browser_as_the_engine_has_it_and_who_is_chosen_show
     run(watch())
 
 
+def test_who_is_chosen_before_the_figures_come_shows_what_presses_once_they_are_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if bundle.bundle_missing():
+        pytest.skip("the console's page has not been made (make web)")
+    go_on, asset = asyncio.Event(), replays.Replays.asset
+
+    async def held_back(self: Any, request: Any) -> Any:
+        await go_on.wait()
+        return await asset(self, request)
+
+    monkeypatch.setattr(replays.Replays, "asset", held_back)
+
+    async def watch() -> None:
+        async with served(with_a_force(6.2, tmp_path)) as url, page(tmp_path, *SOFTWARE_GL) as tab:
+            await tab.open(f"{url}#t=6.2", 480, 400)
+            await tab.until("document.documentElement.dataset.begun")
+            if not await tab.value("window.vistel !== undefined"):
+                pytest.skip("this Chromium has no WebGL")
+            choose = "[...document.querySelectorAll('.choices button')].find((b) => b.textContent.startsWith('ben'))"
+            await tab.until(choose)
+            await tab.value(f"{choose}.click()")
+            await tab.until("document.querySelector('.card')?.textContent.includes('aiko (5.0 N)')")
+            assert await tab.value("window.vistel.ready()") == 0
+            go_on.set()
+            await tab.until("window.vistel.ready() === 2")
+            await tab.until("(([arrows, shapes]) => arrows === 1 && shapes > 5)(window.vistel.contacts())")
+
+    run(watch())
+
+
 def test_a_page_whose_connection_breaks_comes_back_to_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if bundle.bundle_missing():
         pytest.skip("the console's page has not been made (make web)")
