@@ -61,14 +61,15 @@ def test_a_guest_writes_a_note_and_reads_it(monkeypatch: pytest.MonkeyPatch, tmp
                     (left, top), (right, bottom) = at.min(axis=0).astype(int), at.max(axis=0).astype(int)
                     return (await tab.picture()).astype(int)[top:bottom, left:right, :3]
 
-                while True:  # the file of its looks is on the way, and the view follows the guest's eyes
-                    now = await seen()
+                def written(now: np.ndarray) -> bool:
                     paper = (now[..., 0] > 120) & (now[..., 0] - now[..., 2] > 60)
-                    if paper.mean() > 0.5:
-                        break
+                    if paper.mean() < 0.5:
+                        return False
+                    ink = now.max(axis=2) < 0.6 * now[paper].max(axis=1).mean()
+                    return 0.02 < ink.mean() < 0.4  # dark letters
+
+                while not written(await seen()):  # the file of its looks is on the way, and the view follows the guest's eyes
                     await asyncio.sleep(0.1)
-                ink = now.max(axis=2) < 0.6 * now[paper].max(axis=1).mean()
-                assert 0.02 < ink.mean() < 0.4, "letters are dark on it"
                 assert not [m for m in tab.messages if "Error" in m], tab.messages
 
     asyncio.run(visit())
