@@ -97,8 +97,8 @@ class CalibrationStudio:
         self._offers = {f"{o.person.name} {o.what}": o for o in (offers(conference) if conference else ())}
         self._progress: Progress | None = None
         self._task: asyncio.Task[None] | None = None
+        self._changing = asyncio.Lock()
         self._pages = 0
-        self._number = 0
 
     def app(self) -> web.Application:
         """Its part of the studios' server."""
@@ -139,9 +139,10 @@ class CalibrationStudio:
         offer = self._offers.get(f"{asked.get('participant')} {asked.get('what')}")
         if offer is None or self._conference is None:
             raise RequestError("no such calibration; load the page again", 404)
-        await self._end()
-        self._progress = Progress(offer)
-        self._task = background.start(self._run(self._conference, self._progress), "calibration")
+        async with self._changing:
+            await self._end()
+            self._progress = Progress(offer)
+            self._task = background.start(self._run(self._conference, self._progress), "calibration")
         log.info("event=calibration_started participant=%s what=%s", offer.person.name, offer.what)
         return web.json_response({})
 
@@ -158,9 +159,9 @@ class CalibrationStudio:
             raise
 
     async def _stop(self, _: web.Request) -> web.StreamResponse:
-        await self._end()
-        self._progress = None
-        self._number += 1
+        async with self._changing:
+            await self._end()
+            self._progress = None
         return web.json_response({})
 
     async def _keep(self, request: web.Request) -> web.StreamResponse:
@@ -191,16 +192,17 @@ class CalibrationStudio:
         await response.prepare(request)
         self._pages += 1
         try:
-            sent: object = None
-            while True:
+            sent: object = ()
+            while request.transport is not None:  # a page that has gone is not written to, and would count for ever
                 progress = self._progress
-                new = (self._number, progress, progress and progress.number)
+                new = progress, progress and progress.number
                 if new != sent:
                     sent = new
                     form = progress and progress.page_form()
                     await response.write(f"data: {json.dumps(form)}\n\n".encode())
                 await asyncio.sleep(_LOOK_S)
         except ConnectionError:
-            return response
+            pass
         finally:
             self._pages -= 1
+        return response

@@ -7,7 +7,7 @@ import json
 from pathlib import Path
 
 import pytest
-from aiohttp.test_utils import TestClient, TestServer
+from aiohttp import ClientSession, web
 from virtual_time import LoopClock, run
 
 from vistel.conference.files import load
@@ -113,18 +113,26 @@ def test_a_face_and_an_eye_are_measured_and_their_pictures_are_seen(file: Path, 
 
 
 def served(file: Path, ask) -> None:
+    """As the command serves it: aiohttp's server for tests ends what a client leaves, and that of the command does not."""
+
     async def serve() -> None:
         hosts: set[str] = set()
-        async with TestClient(
-            TestServer(studios({"calibration": CalibrationStudio(load(file), file).app()}, hosts, "calibration"))
-        ) as c:
-            hosts.add(f"{c.host}:{c.port}")
-            await ask(c)
+        parts = {"calibration": CalibrationStudio(load(file), file).app()}
+        runner = web.AppRunner(studios(parts, hosts, "calibration"), shutdown_timeout=1.0)
+        await runner.setup()
+        try:
+            await web.TCPSite(runner, "127.0.0.1", 0).start()
+            address = f"127.0.0.1:{runner.addresses[0][1]}"
+            hosts.add(address)
+            async with ClientSession(f"http://{address}") as client:
+                await ask(client)
+        finally:
+            await runner.cleanup()
 
     asyncio.run(serve())
 
 
-async def ended(client: TestClient) -> str:
+async def ended(client: ClientSession) -> str:
     """Reads how far it is until it has ended; the last that was said."""
     async with client.get("/calibration/now") as events:
         async for line in events.content:
@@ -134,7 +142,7 @@ async def ended(client: TestClient) -> str:
 
 
 def test_what_was_found_is_kept_beside_the_conference_file_and_never_written_over_unasked(file: Path, tmp_path: Path) -> None:
-    async def ask(client: TestClient) -> None:
+    async def ask(client: ClientSession) -> None:
         assert (await client.post("/calibration/keep", json={})).status == 400  # nothing yet
         await client.post("/calibration/start", json={"participant": "ada", "what": "gaze"})
         assert '"verdict": "good"' in await ended(client)
@@ -157,7 +165,7 @@ def test_a_calibration_that_fails_says_why_in_one_line(file: Path, monkeypatch: 
 
     monkeypatch.setattr(calibration, "calibrate", fails)
 
-    async def ask(client: TestClient) -> None:
+    async def ask(client: ClientSession) -> None:
         await client.post("/calibration/start", json={"participant": "ada", "what": "tracker"})
         assert '"fault": "arms: the receiver left hand was silent"' in await ended(client)
         assert (await client.post("/calibration/keep", json={})).status == 400
@@ -168,7 +176,7 @@ def test_a_calibration_that_fails_says_why_in_one_line(file: Path, monkeypatch: 
 def test_a_camera_that_is_not_there_is_said_on_the_page(file: Path) -> None:
     file.write_text(FILE.replace("participants.eye]", 'participants.eye]\nsource = "/dev/video99"'))
 
-    async def ask(client: TestClient) -> None:
+    async def ask(client: ClientSession) -> None:
         await client.post("/calibration/start", json={"participant": "ada", "what": "gaze"})
         assert "/dev/video99" in json.loads((await ended(client)).removeprefix("data: "))["fault"]
 
@@ -176,7 +184,7 @@ def test_a_camera_that_is_not_there_is_said_on_the_page(file: Path) -> None:
 
 
 def test_one_that_is_stopped_leaves_the_devices_free_for_the_next(file: Path) -> None:
-    async def ask(client: TestClient) -> None:
+    async def ask(client: ClientSession) -> None:
         await client.post("/calibration/start", json={"participant": "ada", "what": "tracker"})
         assert (await client.post("/calibration/stop", json={})).status == 200
         await client.post("/calibration/start", json={"participant": "ada", "what": "face"})
@@ -185,9 +193,31 @@ def test_one_that_is_stopped_leaves_the_devices_free_for_the_next(file: Path) ->
     served(file, ask)
 
 
+def test_pages_that_have_gone_leave_room_for_others(file: Path) -> None:
+    async def ask(client: ClientSession) -> None:
+        async def came() -> bool:
+            async with client.get("/calibration/now") as events:
+                return events.status == 200 and (await events.content.readline()).strip() == b"data: null"
+
+        for _ in range(2 * calibration._MOST_PAGES):
+            while not await came():  # one that has gone is noticed soon
+                await asyncio.sleep(calibration._LOOK_S)
+
+    served(file, ask)
+
+
+def test_of_two_that_are_begun_at_once_one_goes_on(file: Path) -> None:
+    async def ask(client: ClientSession) -> None:
+        asked = {"participant": "ada", "what": "tracker"}
+        await asyncio.gather(*(client.post("/calibration/start", json=asked) for _ in range(3)))
+        assert sum(task.get_name() == "calibration" for task in asyncio.all_tasks()) == 1
+
+    served(file, ask)
+
+
 @pytest.mark.parametrize("asked", [{}, {"participant": "bob", "what": "tracker"}, {"participant": ["ada"], "what": None}])
 def test_what_nobody_has_is_not_begun(file: Path, asked: dict) -> None:
-    async def ask(client: TestClient) -> None:
+    async def ask(client: ClientSession) -> None:
         assert (await client.post("/calibration/start", json=asked)).status == 404
 
     served(file, ask)
