@@ -8,7 +8,6 @@ const MOST_WAIT_MS = 4000; // who still has none after it is seen as a stand-in
 
 export class Files {
   private readonly fetching = new FileLoader().setResponseType("arraybuffer");
-  private readonly reading = new GLTFLoader();
   private turn: Promise<unknown> = Promise.resolve();
 
   /** Ask with the token of a guest's link. */
@@ -18,14 +17,14 @@ export class Files {
 
   /** What a file holds. Rejects where it does not come, or is none. */
   async take(digest: string): Promise<Group> {
-    return this.read(this.fetch(digest));
+    return readGlb(await this.fetch(digest));
   }
 
   /** As `take`, but what they hold is put in its place one file after the other. ready: asked when it is a file's turn; whether it is
    * still wanted. */
   async takeInTurn(digest: string, ready: () => Promise<boolean>, put: (scene: Group) => void): Promise<void> {
     const data = this.fetch(digest);
-    const turn = this.turn.then(async () => (await ready()) && put(await this.read(data)));
+    const turn = this.turn.then(async () => (await ready()) && put(await readGlb(await data)));
     this.turn = Promise.allSettled([data, turn]);
     await turn;
   }
@@ -40,12 +39,13 @@ export class Files {
         await new Promise((done) => setTimeout(done, wait));
       }
   }
+}
 
-  private async read(data: Promise<ArrayBuffer>): Promise<Group> {
-    const { scene, parser } = await this.reading.parseAsync(await data, "");
-    const avatar = parser.json.extensions?.VISTEL_avatar; // of a figure
-    scene.userData.primitives = avatar?.primitives;
-    shine(scene, avatar?.patches ?? []);
-    return scene;
-  }
+/** What a file holds. Rejects where it is none. */
+export async function readGlb(data: ArrayBuffer): Promise<Group> {
+  const { scene, parser } = await new GLTFLoader().parseAsync(data, "");
+  const avatar = parser.json.extensions?.VISTEL_avatar; // of a figure
+  scene.userData.primitives = avatar?.primitives;
+  shine(scene, avatar?.patches ?? []);
+  return scene;
 }

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from vistel.figure.calibration.fit import Calibrated
     from vistel.figure.calibration.moves import Moves, Step
     from vistel.figure.posture.swivel import Comfort
+    from vistel.figure.skeleton import Skeleton
 
 File = Annotated[Path, Takes(CONFERENCE), typer.Argument(help="Conference file, with the tracker's participant and port.")]
 Who = Annotated[str, typer.Argument(help="Participant.")]
@@ -108,17 +109,9 @@ def body(
     tall = height or found.skeleton.height
     if written:
         _write(lambda: save_body(MeasuredPerson(tall, found.skeleton, comfort), target), target)
-    s = found.skeleton
-    sides = ("left", "right")
-    measures: dict[str, Any] = {
-        "upper_arm_cm": [round(100 * s.length(f"{side}_upper_arm", f"{side}_lower_arm"), 1) for side in sides],
-        "forearm_cm": [round(100 * s.length(f"{side}_lower_arm", f"{side}_hand"), 1) for side in sides],
-        "shoulders_cm": round(100 * s.length("left_upper_arm", "right_upper_arm"), 1),
-        "spine_cm": round(100 * s.spine, 1),
-        "collar_shortening": s.collar_shortening,
-        "arms_learnt": sorted(comfort),
-    }
-    table = _verdict(found) | measures | {"file": str(target) if written else None}
+    measures = measures_of(found.skeleton)
+    about = {"collar_shortening": found.skeleton.collar_shortening, "arms_learnt": sorted(comfort)}
+    table = _verdict(found) | measures | about | {"file": str(target) if written else None}
     rows = Table("measure", "left", "right")
     for name, key in (("upper arm", "upper_arm_cm"), ("forearm", "forearm_cm")):
         rows.add_row(name, *(f"{v:.1f} cm" for v in measures[key]))
@@ -177,6 +170,17 @@ def fitted(
     known = load_body(person.body).skeleton if own_body and person.body else None
     found = calibrate(moves, height, known)
     return found, {s: fit_comfort(samples_of(moves[f"{s}_forearm"], s, found)) for s in ("left", "right") if forearm}
+
+
+def measures_of(bones: Skeleton) -> dict[str, Any]:
+    """Of a body [cm]; of limbs left and right."""
+    sides = ("left", "right")
+    return {
+        "upper_arm_cm": [round(100 * bones.length(f"{side}_upper_arm", f"{side}_lower_arm"), 1) for side in sides],
+        "forearm_cm": [round(100 * bones.length(f"{side}_lower_arm", f"{side}_hand"), 1) for side in sides],
+        "shoulders_cm": round(100 * bones.length("left_upper_arm", "right_upper_arm"), 1),
+        "spine_cm": round(100 * bones.spine, 1),
+    }
 
 
 def where_transmitter_is(found: Calibrated) -> str:

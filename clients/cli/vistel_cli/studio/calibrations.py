@@ -121,10 +121,8 @@ async def _moves(conference: Conference, offer: Offer, asker: Asker, seen: Seen)
         setup = TrackerSetup(found.position, found.heading, found.mounts)
         return Found(worst, lambda path: save_tracker(setup, path), rows, [person.where_transmitter_is(found)])
     bones = found.skeleton
-    for name, a, b in (("upper arm", "upper_arm", "lower_arm"), ("forearm", "lower_arm", "hand")):
-        left, right = (100 * bones.length(f"{side}_{a}", f"{side}_{b}") for side in ("left", "right"))
-        rows.append((f"{name}, left and right", f"{left:.1f} and {right:.1f} cm", ""))
-    rows.append(("between the shoulders", f"{100 * bones.length('left_upper_arm', 'right_upper_arm'):.1f} cm", ""))
+    for name, cm in person.measures_of(bones).items():
+        rows.append((f"size of {name.removesuffix('_cm')}", f"{' and '.join(map(str, cm)) if isinstance(cm, list) else cm} cm", ""))
     return Found(worst, lambda path: save_body(MeasuredPerson(height, bones, comfort), path), rows)
 
 
@@ -177,21 +175,22 @@ async def _pictures(conference: Conference, offer: Offer, asker: Asker, seen: Se
     try:
         if is_face:
             still, _ = await asyncio.to_thread(face.measure_face, offer.person, conference.seed, None, FACE_S, see_face)
+            verdict = "good" if still.wander_px <= face.STILL_PX else "poor"
             rows = [
-                ("marks moved by", f"{still.wander_px:.2f} px", "good" if still.wander_px <= face.STILL_PX else "poor"),
+                ("marks moved by", f"{still.wander_px:.2f} px", verdict),
                 ("off a standard face by", f"{still.misfit_mm:.1f} mm", ""),
                 ("colour stands out", f"{still.key.contrast():.0f}:1", ""),
             ]
-            return Found("good" if still.wander_px <= face.STILL_PX else "poor", lambda path: write_face(path, still), rows)
+            return Found(verdict, lambda path: write_face(path, still), rows)
         how = conference.seed, None, POINT_S, _GAZE_DEG, tell, see_eye
         found, points = await asyncio.to_thread(gaze.measure_gaze, offer.person, *how)
-        good = found.left_out_deg <= gaze.GOOD_DEG
+        verdict = "good" if found.left_out_deg <= gaze.GOOD_DEG else "poor"
         rows = [
             ("points at which the pupil was seen", f"{points} of {gaze.POINTS}", ""),
             ("error on the points", f"{found.residual_deg:.2f}°", ""),
-            ("error on points left out", f"{found.left_out_deg:.2f}°", "good" if good else "poor"),
+            ("error on points left out", f"{found.left_out_deg:.2f}°", verdict),
         ]
-        return Found("good" if good else "poor", lambda path: write_gaze(path, found), rows)
+        return Found(verdict, lambda path: write_gaze(path, found), rows)
     finally:
         stopped = True
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -51,7 +52,7 @@ def studio(
 
       vistel studio me.usda --conference conference.toml
     """
-    opened = _opened(avatar, output, None, free=True)
+    opened = _opened(avatar, output, None)
     _serve(opened, "avatar", host, port, open_page, conference_file)
 
 
@@ -94,15 +95,15 @@ def _serve(opened: Opened, first: str, host: str, port: int | None, show: bool, 
     serve(parts, first, host, port, show, f"wrinkles are saved to {opened.path}")
 
 
-def _opened(spec: str, output: Path | None, sets: Path | None, *, free: bool = False) -> Opened:
-    """free: a built-in person is saved to a name that is free, unless one is given."""
+def _opened(spec: str, output: Path | None, sets: Path | None) -> Opened:
+    """A built-in person is saved to a name that is free, unless one is given."""
     with waiting("loading the studio"):
         from vistel.wrinkle.errors import WrinkleError  # - the mathematics take long to load
         from vistel.wrinkle.wrinkle_sets import load_sets
         from vistel_cli.studio.wrinkles.opened import Opened, worn_by
 
     made = spec.startswith("builtin")
-    path = output or (_name(free=free) if made else Path(spec))
+    path = output or (_free_name() if made else Path(spec))
     if path.suffix.lower() == ".npz" or not path.suffix:
         fail(f"{path}: cannot be saved to; name a file with -o NAME.usda")
     check_output(path)
@@ -115,6 +116,6 @@ def _opened(spec: str, output: Path | None, sets: Path | None, *, free: bool = F
         fail(str(fault))
 
 
-def _name(*, free: bool) -> Path:
-    names = (Path("avatar.usda"), *(Path(f"avatar-{n}.usda") for n in range(2, 1000)))
-    return next((name for name in names if not name.exists()), names[0]) if free else names[0]
+def _free_name() -> Path:
+    names = (Path(f"avatar{f'-{n}' if n > 1 else ''}.usda") for n in count(1))
+    return next(name for name in names if not name.exists())

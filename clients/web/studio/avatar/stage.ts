@@ -3,7 +3,6 @@ import {
   BufferGeometry,
   CircleGeometry,
   Color,
-  Group,
   LineBasicMaterial,
   LineSegments,
   type Material,
@@ -17,11 +16,10 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
-import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { shapesOn } from "../../console/figures/cone_spheres";
+import { readGlb } from "../../console/files";
 import { lit } from "../../console/light";
 import { drawnBySoftware, Pictures } from "../../console/pictures";
-import { shine } from "../../console/figures/strands";
 import type { Primitives } from "../../console/wire";
 
 const FIELD = 30;
@@ -69,7 +67,7 @@ export class Stage {
 
   /** Take what an avatar's file holds. Rejects where it is none. */
   async load(data: ArrayBuffer): Promise<void> {
-    const { scene, parser } = await new GLTFLoader().parseAsync(data, "");
+    const scene = await readGlb(data);
     scene.traverse((node) => {
       if (!(node instanceof SkinnedMesh)) return;
       node.frustumCulled = false;
@@ -77,11 +75,9 @@ export class Stage {
       this.meshes.push(node);
     });
     this.ownMaterials = this.meshes.map((mesh) => mesh.material);
-    const avatar = parser.json.extensions?.VISTEL_avatar;
-    const primitives: Primitives | undefined = avatar?.primitives;
-    shine(scene as Group, avatar?.patches ?? []);
+    const primitives: Primitives | undefined = scene.userData.primitives;
     if (primitives) this.shapes = shapesOn((joint) => this.bones[joint]!, primitives);
-    this.scene.add(scene as Group);
+    this.scene.add(scene);
     this.pictures.ask();
   }
 

@@ -105,7 +105,7 @@ function Stage() {
           <button type="button" id="stop" onClick={() => void post("stop")}>{text("stop")}</button>
         )}
         {now.found && !now.kept && (
-          <button type="button" id="keep" onClick={() => void keep()}>{page.over ? text("over", offerOf(now)?.file ?? "") : text("keep")}</button>
+          <button type="button" id="keep" onClick={() => void keep()}>{page.over ? text("over", offerOf(now)?.file ?? "") : text(now.found.verdict === "poor" ? "keepPoor" : "keep")}</button>
         )}
       </p>
     </>

@@ -84,6 +84,7 @@ def test_a_tracker_and_a_body_are_measured_and_every_receiver_is_seen(file: Path
         watched = Watched(offer_of(file, what))
         found = run(calibrations.calibrate(load(file), watched.offer, watched, watched))
         assert found.verdict in ("good", "fair"), found.rows
+        assert len({name for name, _, _ in found.rows}) == len(found.rows) == (9 if what == "body" else 5)
         assert len([said for said in watched.all_said if said[0].isdigit()]) == 6
         assert watched.phases == {"asks", "ready", "go"}
         assert set(watched.shown[2]["receivers"]) == {"head", "chest", "left hand", "right hand"}

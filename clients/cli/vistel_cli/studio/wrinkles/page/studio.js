@@ -67,6 +67,10 @@ var JAPANESE = {
   elbows: "肘",
   wrists: "手首",
   spine: "背骨",
+  "size of upper arm": "上腕の長さ (左と右)",
+  "size of forearm": "前腕の長さ (左と右)",
+  "size of shoulders": "肩幅",
+  "size of spine": "背骨の長さ",
   // Sliders.
   "Left elbow": "左の肘",
   "Right elbow": "右の肘",
@@ -210,7 +214,6 @@ var JAPANESE = {
   Axis: "軸",
   "Not saved": "保存できませんでした",
   Close: "閉じる",
-  "V, P, B": "V, P, B",
   "Select, draw a curve, draw a branch from a curve": "選択、曲線を描く、曲線から枝を描く",
   "End what is drawn, or forget it": "描いたものを終える、取り消す",
   "Double-click on a curve": "曲線をダブルクリック",
