@@ -12,7 +12,7 @@ from vistel.figure.people.builtin import builtin_avatar
 from vistel.wrinkle.wrinkle_sets import wrinkle_sets
 from vistel_cli.studio.pages import studios
 from vistel_cli.studio.wrinkles.opened import Opened
-from vistel_cli.studio.wrinkles.server import Studio
+from vistel_cli.studio.wrinkles.server import WrinkleStudio
 
 ROOT = Path(__file__).resolve().parents[3]
 sys.path.insert(0, str(ROOT / "tests"))
@@ -29,7 +29,7 @@ async def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         opened = Opened(avatar, Path(folder) / "eva.usda", "builtin:person=carla", wrinkle_sets())
         hosts: set[str] = set()
-        parts = {"avatar": web.Application(), "wrinkles": Studio(opened).app(), "calibration": web.Application()}
+        parts = {"avatar": web.Application(), "wrinkles": WrinkleStudio(opened).app(), "calibration": web.Application()}
         runner = web.AppRunner(studios(parts, hosts, "wrinkles"))
         await runner.setup()
         try:

@@ -20,7 +20,7 @@ from vistel.figure.formats.usd import load_usd, save_usd
 from vistel.wrinkle.wrinkle_sets import load_sets, sets_in, wrinkle_sets
 from vistel_cli.studio.pages import studios
 from vistel_cli.studio.wrinkles.opened import Opened
-from vistel_cli.studio.wrinkles.server import Studio
+from vistel_cli.studio.wrinkles.server import WrinkleStudio
 
 READY = "!!window.studio && window.studio.link.idle && window.studio.state.sets.length > 0"
 CONTROL, SHIFT = 2, 8
@@ -91,7 +91,7 @@ async def studio(folder: Path) -> AsyncIterator[Tab]:
     path = folder / "somebody.usda"
     save_usd(long_armed(), path)
     hosts: set[str] = set()
-    part = Studio(Opened(load_usd(path), path, path.name, wrinkle_sets(["shirt", "face"]))).app()
+    part = WrinkleStudio(Opened(load_usd(path), path, path.name, wrinkle_sets(["shirt", "face"]))).app()
     runner = web.AppRunner(studios({"wrinkles": part}, hosts, "wrinkles"))
     await runner.setup()
     try:

@@ -13,7 +13,7 @@ from vistel.arrays import U8
 from vistel.conference.model import Conference
 from vistel.wire import background
 from vistel_cli.calibrate.ask import Now, until
-from vistel_cli.studio.calibrations import FAULTS, Found, Offer, calibrate, jpeg, offers
+from vistel_cli.studio.live_calibration import FAULTS, Found, Offer, calibrate, jpeg, offers
 from vistel_cli.studio.pages import PAGE, add_files
 from vistel_cli.studio.requests import RequestError, read_json
 

@@ -84,11 +84,11 @@ def _serve(opened: Opened, first: str, host: str, port: int | None, show: bool, 
     def parts() -> Mapping[str, Application]:
         from vistel_cli.studio.avatar import AvatarStudio
         from vistel_cli.studio.calibration import CalibrationStudio
-        from vistel_cli.studio.wrinkles.server import Studio
+        from vistel_cli.studio.wrinkles.server import WrinkleStudio
 
         return {
             "avatar": AvatarStudio(lambda: opened.avatar, opened.source).app(),
-            "wrinkles": Studio(opened).app(),
+            "wrinkles": WrinkleStudio(opened).app(),
             "calibration": CalibrationStudio(loaded, conference).app(),
         }
 

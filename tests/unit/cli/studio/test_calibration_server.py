@@ -17,7 +17,7 @@ from vistel.protocol.glove_calibration import load_calibration
 from vistel.vision.face_calibration import read_face
 from vistel.vision.gaze_calibration import read_gaze
 from vistel_cli.devices import session as device_session
-from vistel_cli.studio import calibration, calibrations
+from vistel_cli.studio import calibration, live_calibration
 from vistel_cli.studio.calibration import CalibrationStudio, Progress
 from vistel_cli.studio.pages import studios
 
@@ -47,14 +47,14 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return path
 
 
-def offer_of(file: Path, what: str) -> calibrations.Offer:
-    return next(o for o in calibrations.offers(load(file)) if o.what == what)
+def offer_of(file: Path, what: str) -> live_calibration.Offer:
+    return next(o for o in live_calibration.offers(load(file)) if o.what == what)
 
 
 class Watched(Progress):
     """Remembers what was said, and what was shown of the devices."""
 
-    def __init__(self, offer: calibrations.Offer) -> None:
+    def __init__(self, offer: live_calibration.Offer) -> None:
         super().__init__(offer)
         self.all_said: list[str] = []
         self.phases: set[str] = set()
@@ -69,7 +69,7 @@ class Watched(Progress):
 
 
 def test_everybody_with_a_device_that_can_be_calibrated_is_offered(file: Path) -> None:
-    found = [(o.person.name, o.what, o.file, o.key) for o in calibrations.offers(load(file))]
+    found = [(o.person.name, o.what, o.file, o.key) for o in live_calibration.offers(load(file))]
     assert found == [
         ("ada", "body", "ada-body.json", "body"),
         ("ada", "tracker", "ada-tracker.json", "tracker.calibration"),
@@ -82,7 +82,7 @@ def test_everybody_with_a_device_that_can_be_calibrated_is_offered(file: Path) -
 def test_a_tracker_and_a_body_are_measured_and_every_receiver_is_seen(file: Path, tmp_path: Path) -> None:
     for what, read in (("tracker", load_tracker), ("body", load_body)):
         watched = Watched(offer_of(file, what))
-        found = run(calibrations.calibrate(load(file), watched.offer, watched, watched))
+        found = run(live_calibration.calibrate(load(file), watched.offer, watched, watched))
         assert found.verdict in ("good", "fair"), found.rows
         assert len({name for name, _, _ in found.rows}) == len(found.rows) == (9 if what == "body" else 5)
         assert len([said for said in watched.all_said if said[0].isdigit()]) == 6
@@ -94,7 +94,7 @@ def test_a_tracker_and_a_body_are_measured_and_every_receiver_is_seen(file: Path
 
 def test_a_hand_is_measured_and_its_fingers_are_seen(file: Path, tmp_path: Path) -> None:
     watched = Watched(offer_of(file, "left_glove"))
-    found = run(calibrations.calibrate(load(file), watched.offer, watched, watched))
+    found = run(live_calibration.calibrate(load(file), watched.offer, watched, watched))
     assert found.verdict == "good", found.notes
     assert [row[0] for row in found.rows] == ["open", "fist", "spread", "pinch"]
     fist = watched.shown[2]["angles"]  # just before the third is asked for
@@ -106,7 +106,7 @@ def test_a_hand_is_measured_and_its_fingers_are_seen(file: Path, tmp_path: Path)
 def test_a_face_and_an_eye_are_measured_and_their_pictures_are_seen(file: Path, tmp_path: Path) -> None:
     for what, read in (("face", read_face), ("gaze", read_gaze)):
         watched = Watched(offer_of(file, what))
-        found = run(calibrations.calibrate(load(file), watched.offer, watched, watched))
+        found = run(live_calibration.calibrate(load(file), watched.offer, watched, watched))
         assert found.verdict == "good", found.rows
         assert watched.page_form()["live"]["picture"].startswith("data:image/jpeg;base64,/9j/")
         found.save(tmp_path / f"{what}.json")

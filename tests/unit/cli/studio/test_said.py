@@ -9,12 +9,12 @@ import pytest
 
 from vistel.figure.calibration.moves import STEPS
 from vistel.protocol.glove_fit import HANDS
-from vistel_cli.studio import calibration, calibrations
+from vistel_cli.studio import calibration
 from vistel_cli.studio.wrinkles.bends import BENDS
 
 ROOT = Path(__file__).parents[4]
 TABLE = (ROOT / "clients" / "web" / "studio" / "said.ts").read_text("utf-8")
-OURS = [Path(str(module.__file__)).read_text("utf-8") for module in (calibrations, calibration)]
+OURS = [Path(str(module.__file__)).read_text("utf-8") for module in (live_calibration, calibration)]
 TOLD = [said for source in OURS for said in re.findall(r'(?<!")"([A-Z][^"{}\n]*\.)"(?!")', source)]
 """Its sentences, without docstrings."""
 

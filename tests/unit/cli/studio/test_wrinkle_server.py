@@ -26,7 +26,7 @@ from vistel_cli.studio.pages import studios
 from vistel_cli.studio.wrinkles.document import page_form
 from vistel_cli.studio.wrinkles.opened import Opened, worn_by
 from vistel_cli.studio.wrinkles.photograph import lying, plain, texture_of
-from vistel_cli.studio.wrinkles.server import Studio
+from vistel_cli.studio.wrinkles.server import WrinkleStudio
 
 KINDS = {"f4": np.float32, "u4": np.uint32, "u1": np.uint8}
 
@@ -64,7 +64,7 @@ class Server:
 
 
 def _studio(path: Path) -> web.Application:
-    return Studio(Opened(load_usd(path), path, path.name, wrinkle_sets(["trousers"]))).app()
+    return WrinkleStudio(Opened(load_usd(path), path, path.name, wrinkle_sets(["trousers"]))).app()
 
 
 @pytest.fixture(scope="module")

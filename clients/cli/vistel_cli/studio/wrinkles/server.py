@@ -34,7 +34,7 @@ MOST_PAGES = 8
 """Most sessions at once. The one longest unused is dropped; its page must be opened again."""
 
 
-class Studio:
+class WrinkleStudio:
     """Serves one avatar to any number of pages."""
 
     def __init__(self, opened: Opened) -> None:
