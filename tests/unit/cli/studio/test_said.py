@@ -9,7 +9,7 @@ import pytest
 
 from vistel.figure.calibration.moves import STEPS
 from vistel.protocol.glove_fit import HANDS
-from vistel_cli.studio import calibration
+from vistel_cli.studio import calibration, live_calibration
 from vistel_cli.studio.wrinkles.bends import BENDS
 
 ROOT = Path(__file__).parents[4]
