@@ -1,15 +1,15 @@
 // From where the room is looked at: round it, down on the table, or through somebody's eyes.
-import { type PerspectiveCamera, Quaternion, Spherical, Vector3 } from "three";
+import { type PerspectiveCamera, Quaternion, Vector3 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { frontInRoom } from "./fronts";
 import { FIELD, type Front, overview, type Place, type View as Seen } from "./overview";
+import { orbitedByKey } from "./orbit_keys";
 import type { Room } from "./room";
 
 const TABLE: Seen = { from: [0.01, 2.75, 0.75], to: [0, 0.72, 0] };
 const FIRST_MS = 5000; // so long after the first things who and what comes may still change from where the room is seen
 const WALL_M = 3.9; // the walls are at 4.05
 const CEILING_M = 2.85;
-const TURN = Math.PI / 24; // with one press of a key
 const NARROW = 1.2; // a picture narrower than this is looked at from farther away
 const OUT_OF_HEAD_M = 0.09; // before the eyes, so that no lashes and hair are in the way
 const HALF_TURN = new Quaternion(0, 1, 0, 0); // cameras look along -Z, heads along +Z
@@ -104,25 +104,8 @@ export class Looking {
   }
 
   private key(event: KeyboardEvent): void {
-    const turns: Record<string, [number, number, number]> = {
-      ArrowLeft: [-TURN, 0, 1],
-      ArrowRight: [TURN, 0, 1],
-      ArrowUp: [0, -TURN, 1],
-      ArrowDown: [0, TURN, 1],
-      "+": [0, 0, 0.9],
-      "=": [0, 0, 0.9],
-      "-": [0, 0, 1.1],
-    };
-    const turn = turns[event.key];
-    if (!turn || !this.controls.enabled) return;
-    event.preventDefault();
+    if (!orbitedByKey(event, this.room.camera, this.controls)) return;
     this.chosen = true;
-    const { camera } = this.room;
-    const place = new Spherical().setFromVector3(camera.position.clone().sub(this.controls.target));
-    place.theta += turn[0];
-    place.phi = Math.min(this.controls.maxPolarAngle, Math.max(0.05, place.phi + turn[1]));
-    place.radius = Math.min(this.controls.maxDistance, Math.max(this.controls.minDistance, place.radius * turn[2]));
-    camera.position.setFromSpherical(place).add(this.controls.target);
     this.room.changed?.();
   }
 }

@@ -80,6 +80,9 @@ def test_an_avatar_sits_down_on_the_page_as_in_the_library_and_a_slider_bends_it
             )
             await tab.until(f"{SETTLED} && {away}(window.vistelAvatar.joints()) < {0.6 * straight}")
             await tab.until("document.querySelector('aside section').textContent.includes('mesh')")  # it is judged
+            drawn = await tab.value("window.vistelAvatar.drawn()")
+            await tab.value("document.getElementById('figure').dispatchEvent(new KeyboardEvent('keydown', { key: 'ArrowLeft' }))")
+            await tab.until(f"window.vistelAvatar.drawn() > {drawn}")
 
     asyncio.run(look())
 

@@ -11,7 +11,6 @@ import {
   PerspectiveCamera,
   Scene,
   SkinnedMesh,
-  Spherical,
   Vector3,
   WebGLRenderer,
 } from "three";
@@ -19,12 +18,11 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 import { shapesOn } from "../../console/figures/cone_spheres";
 import { readGlb } from "../../console/files";
 import { lit } from "../../console/light";
+import { orbitedByKey } from "../../console/orbit_keys";
 import { drawnBySoftware, Pictures } from "../../console/pictures";
 import type { Primitives } from "../../console/wire";
 
 const FIELD = 30;
-const TURN = Math.PI / 24; // with one press of a key
-const NEARER = 0.85;
 const BACKGROUND = new Color(0x23272b);
 const FLOOR = new MeshStandardMaterial({ color: 0x4a4d50, roughness: 0.95 });
 const GREY = new MeshStandardMaterial({ color: 0x9a9a98, roughness: 0.7 });
@@ -167,21 +165,6 @@ export class Stage {
   }
 
   private key(event: KeyboardEvent): void {
-    const turns: Record<string, [number, number, number]> = {
-      ArrowLeft: [-TURN, 0, 1],
-      ArrowRight: [TURN, 0, 1],
-      ArrowUp: [0, -TURN, 1],
-      ArrowDown: [0, TURN, 1],
-      "+": [0, 0, NEARER],
-      "-": [0, 0, 1 / NEARER],
-    };
-    const turn = turns[event.key];
-    if (!turn) return;
-    event.preventDefault();
-    const from = this.camera.position.clone().sub(this.controls.target);
-    const at = new Spherical().setFromVector3(from);
-    at.set(at.radius * turn[2], at.phi + turn[1], at.theta + turn[0]).makeSafe();
-    this.camera.position.setFromSpherical(at).add(this.controls.target);
-    this.controls.update();
+    if (orbitedByKey(event, this.camera, this.controls)) this.controls.update();
   }
 }
