@@ -26,7 +26,8 @@ class NotUnderstoodError(ValueError):
 @dataclass(frozen=True)
 class Playhead:
     """t, end: seconds after the log's beginning. loop: the part that is repeated [s], begin before end; None: none. leaps: how
-    often it has gone elsewhere, so that who hears the log knows."""
+    often it has gone elsewhere, so that who hears the log knows. asked: the number of the last thing a viewer asked, so that they
+    know what is answered."""
 
     end: float
     t: float = 0.0
@@ -34,6 +35,7 @@ class Playhead:
     playing: bool = False
     loop: tuple[float, float] | None = None
     leaps: int = 0
+    asked: int = 0
 
     def after(self, seconds: float) -> Playhead:
         """Where it is when so many seconds have passed for who looks at it."""
@@ -52,15 +54,15 @@ class Playhead:
     def words(self) -> str:
         """JSON, as the page reads it."""
         words = {"kind": "playhead", "t": round(self.t, 4), "end": round(self.end, 4), "speed": self.speed}
-        return json.dumps(words | {"playing": self.playing, "loop": self.loop, "leaps": self.leaps})
+        return json.dumps(words | {"playing": self.playing, "loop": self.loop, "leaps": self.leaps, "asked": self.asked})
 
     def moved(self, seconds: float, end: float) -> Playhead:
         """The same moment in another log, which lasts until `end`, where all is so many seconds later."""
         return replace(self, t=min(end, max(0.0, self.t + seconds)), end=end)
 
     def told(self, asked: Mapping[str, object]) -> Playhead:
-        """After what a viewer asks: any of t, speed, playing, loop. Raises NotUnderstoodError."""
-        now = self
+        """After what a viewer asks: any of t, speed, playing, loop, and n, its number. Raises NotUnderstoodError."""
+        now = replace(self, asked=int(number(asked["n"]))) if "n" in asked else self
         if "t" in asked:
             now = replace(now, t=min(self.end, max(0.0, number(asked["t"]))), leaps=self.leaps + 1)
         if "speed" in asked:

@@ -9,6 +9,7 @@ export interface Playhead {
   playing: boolean;
   loop: [number, number] | null;
   leaps: number; // how often it has gone elsewhere
+  asked: number; // what this page asked last, when this was said: its number
 }
 export interface Event {
   t: number;

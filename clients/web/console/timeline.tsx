@@ -27,6 +27,7 @@ export interface Asked {
   note?: string;
   author?: string;
   plot?: PlotAsked;
+  n?: number; // of what is asked: the playhead says which one was heard last
 }
 
 export class Timeline {
@@ -34,11 +35,12 @@ export class Timeline {
   private lanes: Lanes | null = null;
   private notes: Note[] = [];
   private dragged: number | null = null; // where the hand holds the playhead [s]
-  private waiting = false; // for the picture of where the hand is
+  private unheard: Pick<Asked, "t" | "speed" | "playing" | "loop"> = {}; // what was asked and is not known to be heard
+  private asks = 0;
   private loopFrom: number | null = null;
   private damage: string[] = [];
   private grows = false;
-  private asked = 0;
+  private movedAt: number | null = null; // when the hand moved the playhead, until the picture of it comes [ms]
   private cost = 0;
   private toLive: (() => void) | null = null;
   private beside: { name: string; offset: number } | null = null; // the log that is seen, too, and how much later all is there [s]
@@ -67,9 +69,11 @@ export class Timeline {
     this.people = people ?? [];
     this.beside = beside ? { name: beside, offset: shifted ?? offset ?? 0 } : null;
     this.toLive = live;
+    if (!back) this.unheard = {};
+    if (!back) this.dragged = null;
     this.lanes = null;
     this.notes = [];
-    if (back) this.send({ t: this.t, speed: back.speed, loop: back.loop, playing: back.playing, offset: shifted });
+    if (back) this.ask({ t: this.t, speed: back.speed, loop: back.loop, playing: back.playing }, shifted);
     else if (!live) this.goToAddress();
     this.show();
   }
@@ -78,13 +82,15 @@ export class Timeline {
     this.head = null;
   }
 
-  receiveHead(head: Playhead): void {
-    this.head = head;
-    if (this.waiting && this.dragged !== null && Math.abs(head.t - this.dragged) < 2e-3) {
-      this.cost = performance.now() - this.asked;
-      this.waiting = false;
+  receiveHead(said: Playhead): void {
+    if (said.asked >= this.asks) {
+      this.unheard = {};
+      if (this.movedAt !== null) this.cost = performance.now() - this.movedAt;
+      this.movedAt = null;
+      if (!this.holding) this.dragged = null;
     }
-    if (!this.waiting && !this.holding) this.dragged = null;
+    const head = { ...said, ...this.unheard }; // what was said before a wish was heard does not undo it
+    this.head = head;
     this.zoom.reach(head.end);
     if (head.playing) this.zoom.follow(head.t);
     this.show();
@@ -116,10 +122,17 @@ export class Timeline {
   goTo(t: number): void {
     this.dragged = Math.min(this.end_s, Math.max(0, t));
     if (!this.holding) this.zoom.follow(this.dragged);
-    this.waiting = true;
-    this.asked = performance.now();
-    this.send({ t: this.dragged });
+    this.movedAt = performance.now();
+    this.ask({ t: this.dragged });
     this.remember();
+    this.show();
+  }
+
+  /** Move the playhead. What is asked holds until it is heard, though the connection break meanwhile. */
+  ask(moves: Timeline["unheard"], offset?: number): void {
+    this.unheard = { ...this.unheard, ...moves };
+    if (this.head) this.head = { ...this.head, ...moves };
+    this.send({ ...moves, offset, n: ++this.asks });
     this.show();
   }
 
@@ -131,21 +144,21 @@ export class Timeline {
 
   private goToAddress(): void {
     const t = Number(new URLSearchParams(location.hash.slice(1)).get("t") ?? Number.NaN);
-    if (Number.isFinite(t)) this.send({ t });
+    if (Number.isFinite(t)) this.ask({ t });
   }
 
   private toggle(): void {
-    this.send({ playing: !this.playing });
+    this.ask({ playing: !this.playing });
     this.remember();
   }
 
   private faster(by: number): void {
     const now = SPEEDS.indexOf(this.head?.speed ?? 1);
-    this.send({ speed: SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, now + by))] });
+    this.ask({ speed: SPEEDS[Math.min(SPEEDS.length - 1, Math.max(0, now + by))] });
   }
 
   private step(by: number): void {
-    if (this.playing) this.send({ playing: false });
+    if (this.playing) this.ask({ playing: false });
     this.goTo(this.t + by);
   }
 
@@ -173,10 +186,10 @@ export class Timeline {
   }
 
   private markLoop(): void {
-    if (this.head?.loop) this.send({ loop: null });
+    if (this.head?.loop) this.ask({ loop: null });
     else if (this.loopFrom === null) this.loopFrom = this.t;
     else {
-      this.send({ loop: [this.loopFrom, this.t] });
+      this.ask({ loop: [Math.min(this.loopFrom, this.t), Math.max(this.loopFrom, this.t)] });
       this.loopFrom = null;
     }
     this.show();
@@ -237,7 +250,7 @@ export class Timeline {
           <output class="time">
             {clockText(this.t)} <small>{text("of", clockText(this.end_s))}</small>
           </output>
-          <select aria-label={text("speed")} value={String(head.speed)} onChange={(e) => this.send({ speed: Number(e.currentTarget.value) })}>
+          <select aria-label={text("speed")} value={String(head.speed)} onChange={(e) => this.ask({ speed: Number(e.currentTarget.value) })}>
             {[...new Set([...SPEEDS, head.speed])].map((s) => (
               <option key={s} value={String(s)}>
                 {s}×

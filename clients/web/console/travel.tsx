@@ -99,7 +99,7 @@ export class Travel {
     if (this.beginAt) {
       const { back, playing } = this.beginAt;
       this.beginAt = null;
-      this.send({ t: Math.max(0, words.end - back), playing });
+      this.timeline.ask({ t: Math.max(0, words.end - back), playing });
     }
     this.listen(words);
     this.timeline.receiveHead(words);

@@ -291,7 +291,13 @@ def test_a_page_whose_connection_breaks_comes_back_to_where_it_was(tmp_path: Pat
         pytest.skip("the console's page has not been made (make web)")
     servers: list[Any] = []
     heads: list[Any] = []
-    opened, visit = served_log.open_server, replays._Visit.__init__
+    opened, visit, show = served_log.open_server, replays._Visit.__init__, replays._Visit._show
+    told = asyncio.Event()
+    told.set()
+
+    async def show_later(self: Any) -> None:
+        await told.wait()
+        await show(self)
 
     async def open_server(*given: Any) -> Any:
         servers.append(await opened(*given))
@@ -303,6 +309,7 @@ def test_a_page_whose_connection_breaks_comes_back_to_where_it_was(tmp_path: Pat
 
     monkeypatch.setattr(served_log, "open_server", open_server)
     monkeypatch.setattr(replays._Visit, "__init__", visited)
+    monkeypatch.setattr(replays._Visit, "_show", show_later)
 
     async def watch() -> None:
         async def broken(back: Callable[[Playhead, float], bool]) -> None:
@@ -321,11 +328,14 @@ def test_a_page_whose_connection_breaks_comes_back_to_where_it_was(tmp_path: Pat
                 await broken(lambda head, _, at=moment: head.t == at and not head.playing)
             offset = "document.querySelector('.beside input')"
             await tab.value(f"{offset}.value = '0.25'; {offset}.dispatchEvent(new Event('change', {{ bubbles: true }}))")
+            told.clear()  # it breaks before the page has been told that it was heard
             slower = "document.querySelector('select[aria-label=Speed]')"
             await tab.value(f"{slower}.value = '0.1'; {slower}.dispatchEvent(new Event('change', {{ bubbles: true }}))")
             await tab.click("button.play")
             await until(lambda: heads[-1]()[0].playing and heads[-1]()[0].speed == 0.1 and heads[-1]()[1] == 0.25, "playing")
-            await broken(lambda head, shifted: head.playing and head.speed == 0.1 and shifted == 0.25 and head.t > 3.0)
+            await broken(lambda head, shifted: head.playing and head.speed == 0.1 and shifted == 0.25 and head.t >= 3.0)
+            told.set()
+            await until(lambda: heads[-1]()[0].t > 3.0, "it goes on")
 
     run(watch())
 

@@ -42,6 +42,12 @@ def test_it_counts_how_often_it_has_gone_elsewhere() -> None:
     assert told(head, speed=2.0).leaps == 1
 
 
+def test_it_says_what_it_was_asked_last() -> None:
+    head = told(Playhead(10.0), speed=2.0, n=7)
+    assert json.loads(head.words())["asked"] == 7
+    assert told(head, t=1.0).asked == 7
+
+
 def test_times_and_speeds_out_of_range_are_taken_to_the_nearest_in_range() -> None:
     assert told(Playhead(10.0), t=-3).t == 0.0
     assert told(Playhead(10.0), t=1e9).t == 10.0
