@@ -14,7 +14,7 @@ from vistel.protocol.pages.pointer import asked_record, picture_record
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
 from vistel.session.page_writing import written_by
 from vistel.session.showing import Page, page_of_upload, sent_until_served
-from vistel.space.actions import Action, Draw, Present, PutAway, RaiseHand, React, Rub, TurnPage
+from vistel.space.actions import Action, Draw, Present, PutAway, RaiseHand, React, Rub, TurnPage, absent
 from vistel.space.arguments import Which
 from vistel.space.commands.panel import MOST_PAGES
 from vistel.v1.command_pb2 import CommandResult
@@ -127,6 +127,9 @@ class GuestPages:
                 continue
             action = asked.action
             done = result.outcome == CommandResult.OUTCOME_DONE
+            if result.reason == absent(self._participant) and self._clock.now_ns() < asked.until_ns:
+                self._give(action, asked.until_ns)  # a page that has just come, or come back, is sooner there than its figure
+                continue
             gone = isinstance(action, PutAway) or result.reason.startswith("there is no thing")
             for thing in [action.which.thing] if gone and isinstance(action, PutAway | TurnPage) else []:
                 self._panels[:] = [p for p in self._panels if p != thing]
@@ -144,10 +147,10 @@ class GuestPages:
         self._give_again()
         return told
 
-    def _give(self, action: Action) -> None:
+    def _give(self, action: Action, until_ns: int | None = None) -> None:
         command = message_of(action, secrets.token_hex(8), self._participant)
         record, now_ns = asked_record(command), self._clock.now_ns()
-        self._asked[command.id] = _Asked(action, record, now_ns + AGAIN_NS, now_ns + ANSWER_NS)
+        self._asked[command.id] = _Asked(action, record, now_ns + AGAIN_NS, until_ns or now_ns + ANSWER_NS)
         while len(self._asked) > MOST_ASKED:
             del self._asked[next(iter(self._asked))]
         self._pass_on(record)

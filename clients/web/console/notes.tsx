@@ -12,6 +12,7 @@ export class Notes {
   private notes: Note[] = [];
   private said = "";
   private written = "";
+  private sent = ""; // and not known to be kept
 
   /** add: a note about now, or about the moment of the log; goTo: null where the room is live. */
   constructor(
@@ -29,7 +30,19 @@ export class Notes {
 
   receive(notes: Note[], faults: string[]): void {
     this.notes = notes;
+    if (notes.some((note) => note.text === this.sent)) this.forget();
     this.say(faults.join(" · "));
+  }
+
+  /** The note that was written is kept. */
+  kept(said: string): void {
+    this.forget();
+    this.say(said);
+  }
+
+  private forget(): void {
+    if (lineOf(this.written) === this.sent) this.written = "";
+    this.sent = "";
   }
 
   /** What has become of a note. */
@@ -41,10 +54,8 @@ export class Notes {
   private submit(event: SubmitEvent): void {
     event.preventDefault();
     const author = (event.currentTarget as HTMLFormElement).querySelector<HTMLInputElement>("[name=author]")!.value;
-    if (!this.written.trim()) return;
-    this.add(this.written, author);
-    this.written = "";
-    this.show();
+    this.sent = lineOf(this.written);
+    if (this.sent) this.add(this.written, author); // it stays there until it is kept
   }
 
   private show(): void {
@@ -76,4 +87,9 @@ export class Notes {
       this.parent,
     );
   }
+}
+
+/** As a note keeps what was written. */
+function lineOf(written: string): string {
+  return written.trim().replace(/\s+/g, " ");
 }

@@ -90,7 +90,7 @@ export class Travel {
   hear(words: Playhead | Lanes | Plot | Fields | NotesSaid | Noted | Refused): void {
     if (words.kind === "lanes") return this.timeline.receiveLanes(words);
     if (words.kind === "plot" || words.kind === "fields") return this.plots.receive(words);
-    if (words.kind === "noted") return this.notes.say(text("noted", words.text));
+    if (words.kind === "noted") return this.notes.kept(text("noted", words.text));
     if (words.kind === "refused") return this.notes.say(refusal(words.why, words.values, words.reason));
     if (words.kind === "notes") {
       this.timeline.receiveNotes(words.notes);

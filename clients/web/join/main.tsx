@@ -31,6 +31,7 @@ import { BoardChoice, WriteButtons, Writing } from "./writing";
 
 const SEND_MS = 1000 / 30;
 const MOST_LETTERS = 300; // of a line of the chat
+const KEPT_MS = 60000; // for so long, a line that has not come back is sent again after a break of the connection
 const STILL_MS = 3000; // without a move of the pointer for so long, the head turns to who speaks
 const MIRROR_MS = 500; // how often the words beside the mirror are looked after
 const SLOW_MS = 60; // from asking for a picture until it is drawn
@@ -63,6 +64,7 @@ const pointer = { x: 0, y: 0, turning: false }; // where it is in the picture (-
 let speaker = "";
 let lines: Line[] = [];
 const written: Record<"chat" | "private", Line[]> = { chat: [], private: [] };
+let unanswered: { line: { write: string; to: string; id: string }; at: number }[] = []; // written here, and not come back yet
 let captions: Caption[] = [];
 let to = ""; // the participant to whom alone the next line goes; empty: to all
 let read = 0; // lines that have been seen: when the newest of them was written [ms]
@@ -110,6 +112,7 @@ function hear(words: Words): void {
   } else if (words.kind === "chat" || words.kind === "private") {
     written[words.kind] = words.lines;
     lines = [...written.chat, ...written.private].sort((a, b) => a.ms - b.ms);
+    unanswered = unanswered.filter(({ line }) => !lines.some(({ id, who }) => id === line.id && who === invited?.participant));
     headset.hear();
     showWords();
   } else if (words.kind === "captions") {
@@ -131,6 +134,8 @@ function hear(words: Words): void {
       link.send(JSON.stringify({ person })); // after a break of the connection
       voices.again();
       sharing.again();
+      writing?.again();
+      for (const { line } of unanswered.filter(({ at }) => performance.now() - at < KEPT_MS)) link.send(JSON.stringify(line));
     }
     showWords();
   } else if (words.kind === "joints") {
@@ -147,6 +152,7 @@ function hear(words: Words): void {
     room?.dents.receive(words);
   } else if (words.kind === "ink") {
     room?.receiveInk(words);
+    if (words.whole) writing?.look();
   } else if (words.kind === "held" && room) {
     room.held = words;
   }
@@ -253,9 +259,11 @@ function showChat(): void {
   const write = (event: Event) => {
     event.preventDefault();
     const input = (event.target as HTMLFormElement).elements.namedItem("line") as HTMLInputElement;
-    const line = input.value.trim();
-    if (!line || !trouble.hidden) return; // it stays there until there is a connection again
-    link.send(JSON.stringify({ write: line, to }));
+    const written = input.value.trim();
+    if (!written || !trouble.hidden) return; // it stays there until there is a connection again
+    const line = { write: written, to, id: newId() };
+    unanswered.push({ line, at: performance.now() });
+    link.send(JSON.stringify(line));
     input.value = "";
   };
   const others = (table?.people ?? []).filter((p) => p.name !== invited?.participant);
@@ -286,6 +294,12 @@ function showChat(): void {
     </>,
     box,
   );
+}
+
+/** By which what is sent again is known to be the same line. */
+function newId(): string {
+  const bytes = [...crypto.getRandomValues(new Uint8Array(8))]; // as many as vistel/protocol/pages/pointer.py has them
+  return bytes.map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
 function turnChat(): void {

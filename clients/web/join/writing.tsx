@@ -1,7 +1,7 @@
 // What a guest writes on a board with mouse, pen or finger: seen at once here, and sent in parts while it is written.
 import { Raycaster, Vector2, Vector3 } from "three";
 import type { Room } from "../console/room";
-import { ACROSS, type Board, UPWARDS } from "../console/written";
+import { ACROSS, type Board, FURTHEST, UPWARDS } from "../console/written";
 import { text } from "./words";
 
 export const COLOURS = { black: "#222222", red: "#c23b32", blue: "#2f6db5", green: "#3f9c5a" }; // as vistel/space/commands/names.py has them
@@ -16,7 +16,6 @@ type Said =
 
 const SEND_MS = 150; // from one part of a stroke to the next: the world takes ten commands a second
 const APART = 3; // units of the grid from one point to the next, at least
-const FURTHEST = 127; // as vistel/space/boards/stroke.py has it: a point for each way so long
 const MOST_POINTS = 120; // then the next stroke begins where this one ends
 const WIDTH = 12;
 
@@ -33,6 +32,8 @@ export class Writing {
   private stroke: Stroke | null = null;
   private number = 0;
   private sentAt = 0;
+  private broken = false; // the connection was, and what is written has not come anew since
+  private lost: Said[] = []; // to be sent again, one after the other
 
   constructor(
     private readonly room: Room,
@@ -81,9 +82,29 @@ export class Writing {
     this.stroke = null;
   }
 
-  /** Send what is left of a stroke whose pointer rests. To be called often. */
+  /** Send what a broken connection has lost, and what is left of a stroke whose pointer rests. To be called often. */
   step(): void {
-    if (this.stroke && performance.now() - this.sentAt > SEND_MS) this.send();
+    if (performance.now() - this.sentAt <= SEND_MS) return;
+    const lost = this.lost.shift();
+    if (!lost) return this.send();
+    this.say(lost);
+    this.sentAt = performance.now();
+  }
+
+  /** The connection has come back after a break. */
+  again(): void {
+    this.broken = true;
+  }
+
+  /** All that is written has come: what was sent into a connection that had broken is not among it. */
+  look(): void {
+    if (!this.broken) return;
+    this.broken = false;
+    const missing = this.room.written.missing();
+    const going = missing.find(({ id }) => id === this.stroke?.id);
+    if (this.stroke && going) this.stroke.sent = going.from;
+    const whole = missing.filter((one) => one !== going && one.points.length > 0);
+    this.lost = whole.map(({ id, board, colour, points }) => ({ draw: points.flat(), board, stroke: id, colour }));
   }
 
   private begin(board: string, point: Point): void {

@@ -330,7 +330,7 @@ class _Visit:
         elif isinstance(said.get("hear"), bool):
             self._viewer.hears = bool(said["hear"] and self._avatar)
         elif isinstance(said.get("write"), str):
-            if not (self.entered and self._lines.write(str(said["write"]), said.get("to", ""))):
+            if not (self.entered and self._lines.write(str(said["write"]), said.get("to", ""), said.get("id"))):
                 self._refuse()
         elif self._avatar and self.pages.ask(said):
             return

@@ -23,10 +23,11 @@ from vistel.audio.opus import FRAME, FRAME_NS, Encoder
 from vistel.figure.posture.posture import pose_joints
 from vistel.log.numbers import skeleton_of
 from vistel.log.two import DIFFERENCE
+from vistel.messages.notes import NoteError
 from vistel.v1.audio_pb2 import Voice
 from vistel.wire.log import LogReader, LogWriter
 from vistel.wire.topics import BY_NAME
-from vistel_services.console import bundle
+from vistel_services.console import bundle, replays
 
 HAND = "participant.ben.motion.left_hand.x"
 STANDS = "document.querySelector('.play').textContent.includes('▶')"
@@ -204,14 +205,28 @@ def test_in_a_browser_a_number_is_found_by_words_plotted_with_its_unit_and_follo
     run(watch())
 
 
-def test_in_a_browser_a_note_is_written_marked_and_gone_to(tmp_path: Path, log: Path) -> None:
+def test_in_a_browser_a_note_is_written_marked_and_gone_to_and_stays_written_until_it_is_kept(
+    tmp_path: Path, log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    kept = replays.Replays.note
+
+    def full(*_: Any) -> None:
+        monkeypatch.setattr(replays.Replays, "note", kept)
+        raise NoteError("the disk is full")
+
+    monkeypatch.setattr(replays.Replays, "note", full)
+
     async def watch() -> None:
         async with opened(tmp_path, log, "#t=2.5") as tab:
             await tab.until("Math.abs(window.vistelTravel.t() - 2.5) < 1e-3")
             await tab.value("document.querySelector('[name=note]').focus()")
             await tab.call("Input.insertText", text="<img src=x onerror=alert(1)>")
+            await tab.until("document.querySelector('[name=note]').value")
+            await tab.value("document.querySelector('.note button').click()")
+            await tab.until("document.querySelector('.noted').textContent === 'the disk is full'")
             await tab.value("document.querySelector('.note button').click()")
             await tab.until("document.querySelectorAll('ol.notes li').length === 1")
+            await tab.until("document.querySelector('[name=note]').value === ''")
             assert await tab.value("document.querySelector('ol.notes span').textContent") == "<img src=x onerror=alert(1)>"
             await tab.until("document.querySelectorAll('.track b.noted').length === 1")
             await key(tab, "Home")

@@ -126,6 +126,34 @@ def test_a_seat_that_is_given_and_taken_between_two_looks_of_the_server_is_free(
     asyncio.run(visit())
 
 
+def test_what_the_host_did_when_the_connection_broke_does_not_wait_for_its_answer_for_ever(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    if bundle.bundle_missing():
+        pytest.skip("the console's page has not been made (make web)")
+    asked: list[str] = []
+
+    async def unanswered(_: object, action: str, *__: object) -> None:
+        asked.append(action)
+        await asyncio.Event().wait()
+
+    monkeypatch.setattr(told.Steering, "do", unanswered)
+
+    async def visit() -> None:
+        room = GuestRoom(tmp_path)
+        async with room.serving(monkeypatch), page(tmp_path, *SOFTWARE_GL) as tab:
+            await tab.open(f"http://{room.address}/", 1280, 800)
+            await tab.until("document.querySelector('.steer-people')")
+            await tab.value("document.querySelector('.steer-people').open = true")
+            await seat(tab, "Ann")
+            await until(lambda: asked == ["seat"], "the seat is asked for")
+            await tab.until(answered("…"))
+            room.cut()
+            await tab.until(answered("whether this was done is not known"))
+
+    asyncio.run(visit())
+
+
 def test_a_guest_is_seated_muted_and_removed_and_the_room_moved_by_clicks(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     if bundle.bundle_missing():
         pytest.skip("the console's page has not been made (make web)")

@@ -39,7 +39,7 @@ from vistel.wire.zenoh.config import Json, TlsFiles, as_text, router_config
 from vistel.wire.zenoh.endpoints import free_port
 from vistel.wire.zenoh.gate import Gate
 from vistel.wire.zenoh.publication import ZenohPublication, undeclare
-from vistel.wire.zenoh.pump import Pump
+from vistel.wire.zenoh.pump import RING, Pump
 from vistel.wire.zenoh.reliable_reader import ReliableReader
 from vistel.wire.zenoh.session import BusError, check_endpoints, close_session, open_session, reason
 
@@ -211,7 +211,7 @@ class ZenohBus:
             now_ns = self._clock.now_ns()
             inbox.push_all([(str(s.key_expr), s.payload.to_bytes(), now_ns) for s in burst])
 
-        held.append(Pump(self._session, pattern, QUEUE_LIMIT, arrived))
+        held.append(Pump(self._session, pattern, arrived, QUEUE_LIMIT if queue_all else RING))
         self._subscribed.append(held)
         return inbox
 

@@ -19,12 +19,18 @@ from vistel.wire.zenoh.at_exit import started
 log = logging.getLogger("vistel.bus")
 
 BURST = 512
+RING = 1024
+"""Samples that wait for the thread. A ring's memory, a quarter of a kilobyte for each, is used all round: it grows until the ring
+has been filled once, which takes hours where the ring is large and messages are few."""
 
 
 class Pump:
     """Subscribes to `pattern` and calls `deliver` with lists of samples, in order, on a thread of its own."""
 
-    def __init__(self, session: zenoh.Session, pattern: str, capacity: int, deliver: Callable[[list[zenoh.Sample]], None]) -> None:
+    def __init__(
+        self, session: zenoh.Session, pattern: str, deliver: Callable[[list[zenoh.Sample]], None], capacity: int = RING
+    ) -> None:
+        """capacity: samples that wait; beyond that the oldest go."""
         self._deliver = deliver
         ring: zenoh.handlers.RingChannel[zenoh.Sample] = zenoh.handlers.RingChannel(capacity)
         self._subscriber = session.declare_subscriber(pattern, ring)

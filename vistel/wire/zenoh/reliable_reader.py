@@ -72,7 +72,7 @@ class ReliableReader:
         self._history_done = False
         self._closed = False
         self._background = background.current()
-        self._pump = Pump(session, pattern, inboxes.RELIABLE_LIMIT, self._arrived)
+        self._pump = Pump(session, pattern, self._arrived)  # what its ring drops leaves a gap, which is asked for again
         self._history = self._background.start(self._ask_for_history(), f"history {pattern}")
 
     def undeclare(self) -> None:

@@ -36,8 +36,10 @@ export class SteeringPanel {
     private readonly send: (said: object) => void,
   ) {}
 
+  /** The connection is there, or there again: what was not answered before is not answered any more. */
   begin(steers: boolean): void {
     this.steers = steers;
+    this.answers = this.answers.map((one) => (one.done === undefined ? { ...one, done: false, answer: said("broke") } : one));
     if (steers && this.filter) this.send({ lines: this.filter });
     this.show();
   }
