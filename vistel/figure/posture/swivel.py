@@ -88,9 +88,9 @@ class Circle(NamedTuple):
     """Where the elbow can be, with the wrist at its place, and what the energy of each place depends on.
 
     height: (3,) of the elbow above the shoulder in arm lengths: what is constant, and what cos and sin of the swivel are multiplied
-    by. The other three are quaternions, (2, 4): the arm turns as a whole about the axis from shoulder to wrist, so half the swivel's
-    cos of the first row and its sin of the second are added. upper: of the upper arm; turned: the same seen from where it hangs;
-    hand: seen from the forearm. weights: (10,) as for `solve_arm`.
+    by. The other three are quaternions, (2, 4): the arm turns as a whole about the axis from shoulder to wrist, so the first row
+    times cos of half the swivel and the second times its sin are added. upper: of the upper arm; turned: the same seen from where
+    it hangs; hand: seen from the forearm. weights: (10,) as for `solve_arm`.
     """
 
     height: F64
@@ -105,7 +105,7 @@ class Circle(NamedTuple):
 def _circle(
     shoulder: F64, wrist: F64, hand: F64, bones: Bones, toward: F64, up: F64, rest: F64, weights: F64
 ) -> tuple[Circle, F64]:
-    """With the elbow's direction (3,) at swivel 0, the one nearest to `toward`. wrist (3,): in reach; all else as for `solve_arm`."""
+    """With the elbow's direction (3,) at swivel 0, the nearest to `toward`. wrist (3,): in reach; the rest: as for `solve_arm`."""
     axis, along, radius = elbow_circle(shoulder, wrist, bones.upper, bones.lower)
     flexion = elbow_flexion(shoulder, wrist, bones.upper, bones.lower)
     toward = across(toward, axis)
