@@ -60,7 +60,7 @@ class LoopClock:
     """Conference time that passes with the running loop's; see `vistel.wire.clock.Clock`."""
 
     def __init__(self, begin_ns: int = 0) -> None:
-        """begin_ns: conference time at which the loop's time is 0. The loop is the one that runs when it is first asked for a time."""
+        """begin_ns: conference time at which the loop's time is 0: of the loop that runs when a time is first asked for."""
         self._begin_ns = begin_ns
 
     @cached_property

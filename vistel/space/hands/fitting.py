@@ -78,7 +78,7 @@ class HandPrimitives:
     @cached_property
     def _body(self) -> Body:
         b, rows = self.build.body, self.rows
-        names = tuple(b.names[k] for k in rows)
+        names = tuple(b.names[int(k)] for k in rows.tolist())
         return Body(names, b.joint[rows], b.a[rows], b.b[rows], b.radius_a[rows], b.radius_b[rows])
 
     def placed(self, fingers: F64) -> PrimitiveSet:

@@ -228,7 +228,8 @@ def test_bodies_of_a_scene_can_be_moved():
 @pytest.mark.parametrize("margin", [0.0, 0.03])
 def test_of_limbs_about_a_board_those_are_met_whose_skeletons_come_near_enough_and_the_others_are_not(margin):
     draw = np.random.default_rng(5)
-    board = one("superellipsoid", [0.3, 0.2, 0.02, 0.3, 0.4]).moved(matrix_from_rotvec(np.array([0.3, -0.5, 0.2])), np.array([0.1, 0.7, -0.2]))
+    turned = matrix_from_rotvec(np.array([0.3, -0.5, 0.2]))
+    board = one("superellipsoid", [0.3, 0.2, 0.02, 0.3, 0.4]).moved(turned, np.array([0.1, 0.7, -0.2]))
     limbs = cones(draw, 400, spread=0.3).moved(np.eye(3), board.position[0])
     a, b, ra, rb = (limbs.params.reshape(-1, 8)[:, k] for k in (slice(0, 3), slice(3, 6), 6, 7))
     gaps = np.full(len(limbs), np.inf)
