@@ -23,11 +23,21 @@ FOLLOW_S = 0.25
 """Time constant of following."""
 PACE_S = 0.15
 """Time constant at which the speed of walking is estimated, so that the feet do not trail behind."""
-_POSITION, _WANTED, _PACE, _HIPS = slice(0, 3), slice(3, 6), slice(6, 9), slice(9, 12)
-"""Where numbers of a stance that follows lie in their row: where it is and where it should be [m], how fast that moves [m/s], and
-the hips [m]; all in the room."""
-_HEADING, _WALKING, _TURNING = 12, 13, 14
-"""Where the toes point [rad], and how much of walking and turning is going on, 0 to 1."""
+# Where numbers of a stance that follows lie in their row, all in the room.
+_POSITION = slice(0, 3)
+"""Where it is [m]."""
+_WANTED = slice(3, 6)
+"""Where it should be [m]."""
+_PACE = slice(6, 9)
+"""How fast that moves [m/s]."""
+_HIPS = slice(9, 12)
+"""The hips [m]."""
+_HEADING = 12
+"""Where the toes point [rad]."""
+_WALKING = 13
+"""How much of walking is going on, 0 to 1."""
+_TURNING = 14
+"""The same of turning."""
 
 
 class StanceFollower:
