@@ -83,6 +83,25 @@ def matrix_from_quaternion(q: F64) -> F64:
 
 
 @compiled
+def quaternion_product(a: F64, b: F64) -> F64:
+    """(4,) Hamilton product of quaternions (x, y, z, w): the rotation `b`, then `a`."""
+    return np.array(
+        (
+            a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
+            a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
+            a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
+            a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
+        )
+    )
+
+
+@compiled
+def inverse(q: F64) -> F64:
+    """(4,) the rotation of a unit quaternion (x, y, z, w), back."""
+    return np.array((-q[0], -q[1], -q[2], q[3]))
+
+
+@compiled
 def rotvec_from_quaternion(q: F64) -> F64:
     """(3,) rotation vector, shortest arc, of a unit quaternion (x, y, z, w)."""
     sign = -1.0 if q[3] < 0.0 else 1.0

@@ -36,10 +36,10 @@ SILENT_NS = 100_000_000
 """Without a new motion for so long, a limb counts as still."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Build:
-    """Joint chain and primitives of a person. digit: (P,) of each primitive, 6 * side + digit, or -1; palm: (2, 3) point
-    at which a bar across the left and the right palm touches, in the hand's frame [m]."""
+    """Joint chain and primitives of a person; equal only to itself. digit: (P,) of each primitive, 6 * side + digit, or -1; palm:
+    (2, 3) point at which a bar across the left and the right palm touches, in the hand's frame [m]."""
 
     skeleton: Skeleton
     body: Body

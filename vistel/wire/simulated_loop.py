@@ -5,9 +5,11 @@ so that no result depends on how threads were scheduled. Nothing may wait for ot
 """
 
 import asyncio
+import contextvars
 import selectors
 from collections.abc import Callable, Coroutine
 from concurrent.futures import Executor
+from functools import cached_property
 from typing import Any, TypeVar, TypeVarTuple
 
 T = TypeVar("T")
@@ -20,13 +22,11 @@ class _Selector(selectors.DefaultSelector):
     now_s = 0.0
 
     def select(self, timeout: float | None = None) -> list[tuple[selectors.SelectorKey, int]]:
-        """What is ready; else the time moves on by `timeout` [s]. Raises RuntimeError where every task would wait for ever."""
-        found = super().select(0)
-        if not found and timeout is None:
+        """Nothing; the time moves on by `timeout` [s]. Raises RuntimeError where every task would wait for ever."""
+        if timeout is None:
             raise RuntimeError("simulated time stands still: every task waits for something that never comes")
-        if not found and timeout is not None and timeout > 0.0:
-            self.now_s += timeout
-        return found
+        self.now_s += max(0.0, timeout)
+        return []
 
 
 class SimulatedLoop(asyncio.SelectorEventLoop):
@@ -39,6 +39,12 @@ class SimulatedLoop(asyncio.SelectorEventLoop):
     def time(self) -> float:
         """Simulated time [s]."""
         return self._waiting.now_s
+
+    def call_soon_threadsafe(
+        self, callback: Callable[[*Ts], object], *args: *Ts, context: contextvars.Context | None = None
+    ) -> asyncio.Handle:
+        """As `call_soon`: the loop never sleeps, so nobody has to wake it."""
+        return self.call_soon(callback, *args, context=context)
 
     def run_in_executor(self, executor: Executor | None, func: Callable[[*Ts], T], *args: *Ts) -> asyncio.Future[T]:
         """As asyncio's, but on this thread and done when it returns."""
@@ -54,12 +60,16 @@ class LoopClock:
     """Conference time that passes with the running loop's; see `vistel.wire.clock.Clock`."""
 
     def __init__(self, begin_ns: int = 0) -> None:
-        """begin_ns: conference time at which the loop's time is 0."""
+        """begin_ns: conference time at which the loop's time is 0: of the loop that runs when a time is first asked for."""
         self._begin_ns = begin_ns
+
+    @cached_property
+    def _loop(self) -> asyncio.AbstractEventLoop:
+        return asyncio.get_running_loop()  # asks the kernel each time
 
     def now_ns(self) -> int:
         """As `Clock.now_ns`."""
-        return self._begin_ns + round(asyncio.get_running_loop().time() * 1e9)
+        return self._begin_ns + round(self._loop.time() * 1e9)
 
     steady_ns = now_ns
 
@@ -69,7 +79,7 @@ class LoopClock:
 
     def call_after(self, seconds: float, callback: Callable[[], object]) -> Callable[[], object]:
         """As `Clock.call_after`."""
-        return asyncio.get_running_loop().call_later(seconds, callback).cancel
+        return self._loop.call_later(seconds, callback).cancel
 
 
 def run(main: Coroutine[Any, Any, T]) -> T:

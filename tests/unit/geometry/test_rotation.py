@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
 
 from vistel.geometry.rotation import (
+    inverse,
     matrix_from_quaternion,
     matrix_from_rotvec,
     quaternion_from_matrix,
+    quaternion_product,
     rotation_x,
     rotation_y,
     rotation_z,
@@ -71,3 +74,10 @@ def test_slerp_goes_evenly_along_the_shorter_arc(a: np.ndarray, b: np.ndarray, t
     whole = angle(a, b)
     assert angle(a, slerp(a, b, t)) == pytest.approx(t * whole, abs=2e-3)
     assert np.linalg.norm(slerp(a, b, t)) == pytest.approx(1.0)
+
+
+@given(a=quaternions, b=quaternions)
+def test_a_product_of_quaternions_turns_by_the_second_first_and_an_inverse_back(a: np.ndarray, b: np.ndarray) -> None:
+    turned = Rotation.from_quat(quaternion_product(a, b)).as_matrix()
+    assert turned == pytest.approx((Rotation.from_quat(a) * Rotation.from_quat(b)).as_matrix(), abs=1e-12)
+    assert quaternion_product(inverse(a), a) == pytest.approx([0.0, 0.0, 0.0, 1.0], abs=1e-12)

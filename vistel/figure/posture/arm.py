@@ -13,7 +13,8 @@ import numpy as np
 from vistel.arrays import F64
 from vistel.figure.posture.posture import collar_scale
 from vistel.figure.skeleton import JOINT_INDEX, Skeleton
-from vistel.geometry.rotation import quaternion_from_matrix, rotation_y, rotvec_from_matrix
+from vistel.geometry.rotation import multiply, quaternion_from_matrix, rotation_y, rotvec_from_matrix
+from vistel.geometry.vector_kernels import cross
 from vistel.jit.kernel_jit import compiled, inner
 
 REACH_MARGIN = 1e-6
@@ -81,12 +82,13 @@ def across(direction: F64, axis: F64) -> F64:
 
 
 @compiled
-def elbow_at(shoulder: F64, wrist: F64, upper: float, lower: float, ref: F64, psi: float) -> F64:
-    """(3,) the elbow at swivel `psi` about the axis shoulder-wrist, counted from the direction `ref`."""
+def elbow_at(shoulder: F64, wrist: F64, upper: float, lower: float, ref: F64, psi: float) -> tuple[F64, F64]:
+    """The elbow at swivel `psi` about the axis shoulder-wrist, counted from the direction `ref`: (3,) its direction from that axis
+    and (3,) where it is."""
     axis, along, radius = elbow_circle(shoulder, wrist, upper, lower)
     e1 = across(ref, axis)
-    e2 = np.cross(axis, e1)
-    return shoulder + along * axis + radius * (math.cos(psi) * e1 + math.sin(psi) * e2)
+    toward = math.cos(psi) * e1 + math.sin(psi) * np.array(cross(axis, e1))
+    return toward, shoulder + along * axis + radius * toward
 
 
 @compiled
@@ -105,14 +107,14 @@ def arm_frames(shoulder: F64, elbow: F64, wrist: F64, toward: F64, side: float, 
     """
     xu = elbow - shoulder
     xu = xu / math.sqrt((xu * xu).sum())
-    hinge = np.cross(toward, wrist - shoulder)
+    hinge = np.array(cross(toward, wrist - shoulder))
     hinge = hinge - (hinge * xu).sum() * xu
     hinge = hinge / math.sqrt((hinge * hinge).sum())
     upper = np.empty((3, 3))
     upper[:, 0] = side * xu
     upper[:, 1] = -side * hinge
-    upper[:, 2] = np.cross(upper[:, 0], upper[:, 1])
-    return upper, upper @ rotation_y(-side * flexion)
+    upper[:, 2] = cross(upper[:, 0], upper[:, 1])
+    return upper, multiply(upper, rotation_y(-side * flexion))
 
 
 @compiled
@@ -132,10 +134,7 @@ def arm_dofs(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float, scale: f
     for k in range(12):
         shoulder = collar * scale
         target = clamp_reach(shoulder, wrist, upper, lower)
-        elbow = elbow_at(shoulder, target, upper, lower, ref, psi)
-        axis = (target - shoulder) / math.sqrt(((target - shoulder) ** 2).sum())
-        e1 = across(ref, axis)
-        toward = math.cos(psi) * e1 + math.sin(psi) * np.cross(axis, e1)
+        toward, elbow = elbow_at(shoulder, target, upper, lower, ref, psi)
         flexion = elbow_flexion(shoulder, target, upper, lower)
         upper_arm, forearm = arm_frames(shoulder, elbow, target, toward, side, flexion)
         error = collar_scale(upper_arm, side, shortening) - scale
@@ -149,7 +148,7 @@ def arm_dofs(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float, scale: f
     out = np.empty(7)
     out[0:3] = rotvec_from_matrix(upper_arm)
     out[3] = flexion
-    out[4:7] = rotvec_from_matrix(forearm.T @ hand)
+    out[4:7] = rotvec_from_matrix(multiply(forearm.T, hand))
     return out, toward, scale
 
 
@@ -157,5 +156,11 @@ def arm_dofs(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float, scale: f
 def twist_about_x(rotation: F64) -> float:
     """Angle of the twist part of a (3, 3) rotation about its own +X, in (-pi, pi]."""
     q = quaternion_from_matrix(rotation)
-    angle = 2.0 * math.atan2(q[0], q[3])
+    return twist_of(q[0], q[3])
+
+
+@inner
+def twist_of(x: float, w: float) -> float:
+    """As `twist_about_x`, of the quaternion (x, …, w)."""
+    angle = 2.0 * math.atan2(x, w)
     return (angle + math.pi) % (2.0 * math.pi) - math.pi

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from vistel.arrays import F64
-from vistel.figure.posture.arm import MAX_FLEXION, twist_about_x
+from vistel.figure.posture.arm import MAX_FLEXION, twist_about_x, twist_of
 from vistel.figure.posture.posture import ANKLE, KNEE, NECK, SHOULDER, SPINE_ROTATION, Posture
-from vistel.geometry.rotation import matrix_from_rotvec, multiply, rotation_x, rotvec_from_matrix
-from vistel.jit.kernel_jit import compiled
+from vistel.geometry.rotation import matrix_from_rotvec, multiply, quaternion_from_matrix, rotation_x, rotvec_from_matrix
+from vistel.jit.kernel_jit import compiled, inner
 
 SIDES = {"left": 1.0, "right": -1.0}
 MOST_KNEE = math.radians(150.0)
@@ -97,8 +97,15 @@ def axial_range(elevation: float) -> tuple[float, float]:
 def axial_excess(upper_arm: F64, side: float) -> float:
     """How far an upper arm, (3, 3) relative to the chest, is turned about itself beyond its range [rad], 0 within; side +1 left, -1
     right."""
-    low, high = axial_range(math.acos(clip(-side * upper_arm[1, 0], -1.0, 1.0)))
-    twist = twist_about_x(upper_arm)
+    q = quaternion_from_matrix(upper_arm)
+    return excess(-side * upper_arm[1, 0], q[0], q[3])
+
+
+@inner
+def excess(hanging: float, x: float, w: float) -> float:
+    """As `axial_excess`, of an upper arm with the quaternion (x, …, w); hanging: cosine of its angle from straight down."""
+    low, high = axial_range(math.acos(clip(hanging, -1.0, 1.0)))
+    twist = twist_of(x, w)
     return max(0.0, low - twist, twist - high)
 
 

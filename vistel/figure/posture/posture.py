@@ -143,6 +143,13 @@ def pose_joints(skeleton: Skeleton, posture: Posture) -> JointPose:
     return JointPose(rotation, position)
 
 
+def pose_hand(skeleton: Skeleton, right: bool, fingers: F64) -> JointPose:
+    """The joints of one hand, its fingers at (20,) angles, in the hand joint's frame. All other joints are 0."""
+    rotation, position = np.zeros((len(JOINTS), 3, 3)), np.zeros((len(JOINTS), 3))
+    _pose_hand(int(right), skeleton.offsets, PARENTS, fingers, rotation, position)
+    return JointPose(rotation, position)
+
+
 def interpolate(a: Posture, b: Posture, t: float) -> Posture:
     """The posture between `a` (t = 0) and `b` (t = 1); rotations on the shorter arc. Single joints that only one of them
     gives are given in its half."""
@@ -274,6 +281,31 @@ def _hang(c: int, p: int, local: F64, offsets: F64, rotation: F64, position: F64
         position[c, i] = position[p, i] + (x * offsets[c, 0] + y * offsets[c, 1] + z * offsets[c, 2])
 
 
+@inner
+def _pose_fingers(i: int, offsets: F64, parents: NDArray[np.int32], angles: F64, rotation: F64, position: F64) -> None:
+    """The finger joints of the left (0) or right hand, whose own joint is posed."""
+    side, first = 1.0 - 2.0 * i, _I_FINGERS[i]
+    for f in range(5):
+        for k in range(3):
+            c = first + 3 * f + k
+            p = parents[c]
+            if f == 0 and k == 0:
+                local = multiply(rotation_x(angles[0]), rotation_y(-side * angles[1]))
+            elif f == 0:
+                local = rotation_y(side * angles[1 + k])
+            elif k == 0:
+                local = multiply(rotation_y(-side * angles[4 * f + 1]), rotation_z(-side * angles[4 * f]))
+            else:
+                local = rotation_z(-side * angles[4 * f + 1 + k])
+            _hang(c, p, local, offsets, rotation, position)
+
+
+@compiled
+def _pose_hand(i: int, offsets: F64, parents: NDArray[np.int32], angles: F64, rotation: F64, position: F64) -> None:
+    rotation[_I_ARM[i] + 3] = np.eye(3)
+    _pose_fingers(i, offsets, parents, angles, rotation, position)
+
+
 @compiled
 def _pose(
     offsets: F64,
@@ -344,20 +376,7 @@ def _pose(
         rotation[j + 3] = multiply(rotation[j + 2], matrix_from_rotvec(dofs[d + 4 : d + 7]))
         position[j + 3] = position[j + 2] + turn(rotation[j + 2], offsets[j + 3])
 
-        first = _I_FINGERS[i]
-        for f in range(5):
-            for k in range(3):
-                c = first + 3 * f + k
-                p = parents[c]
-                if f == 0 and k == 0:
-                    local = multiply(rotation_x(hands[i, 0]), rotation_y(-side * hands[i, 1]))
-                elif f == 0:
-                    local = rotation_y(side * hands[i, 1 + k])
-                elif k == 0:
-                    local = multiply(rotation_y(-side * hands[i, 4 * f + 1]), rotation_z(-side * hands[i, 4 * f]))
-                else:
-                    local = rotation_z(-side * hands[i, 4 * f + 1 + k])
-                _hang(c, p, local, offsets, rotation, position)
+        _pose_fingers(i, offsets, parents, hands[i], rotation, position)
 
         leg = _I_LEG[i]
         rotation[leg] = multiply(facing, rotation_x(ankle - knee))

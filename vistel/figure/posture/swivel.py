@@ -12,8 +12,9 @@ import numpy as np
 
 from vistel.arrays import F64
 from vistel.figure.posture.arm import Bones, across, arm_dofs, arm_frames, clamp_reach, elbow_circle, elbow_flexion
-from vistel.figure.posture.limits import axial_excess
-from vistel.geometry.rotation import matrix_from_rotvec, quaternion_from_matrix, rotvec_from_matrix
+from vistel.figure.posture.limits import axial_excess, excess
+from vistel.geometry.rotation import inverse, matrix_from_rotvec, quaternion_from_matrix, quaternion_product
+from vistel.geometry.vector_kernels import cross, dot
 from vistel.jit.kernel_jit import compiled, inner
 
 
@@ -59,28 +60,19 @@ AXIAL_LIMIT = math.radians(80.0)
 
 
 @inner
-def wrist_angles(rotation: F64, side: float) -> tuple[float, float, float]:
+def wrist_angles(x: float, y: float, z: float, w: float, side: float) -> tuple[float, float, float]:
     """Twist of the forearm, deviation (towards the thumb positive), flexion (towards the palm positive) [rad].
 
-    rotation: (3, 3) hand to forearm, split into a twist about the forearm and the swing that follows it.
+    x, y, z, w: unit quaternion, hand to forearm, split into a twist about the forearm and the swing that follows it.
     """
-    q = quaternion_from_matrix(rotation)
-    n = math.sqrt(q[0] * q[0] + q[3] * q[3])
+    n = math.sqrt(x * x + w * w)
     if n < 1e-9:
         return 0.0, 0.0, math.pi
-    twist = 2.0 * math.atan2(q[0], q[3])
-    if twist > math.pi:
-        twist -= 2.0 * math.pi
-    elif twist < -math.pi:
-        twist += 2.0 * math.pi
-    # swing = q * conj(twist quaternion)
-    cx, cw = -q[0] / n, q[3] / n
-    y = q[1] * cw + q[2] * cx
-    z = q[2] * cw - q[1] * cx
-    w = q[3] * cw - q[0] * cx
-    m = math.sqrt(y * y + z * z)
-    scale = 2.0 if m < 1e-9 else 2.0 * math.atan2(m, w) / m
-    return twist, -side * y * scale, -side * z * scale
+    # swing = q * conj(twist quaternion); its w is n
+    deviation, flexion = (y * w - z * x) / n, (z * w + y * x) / n
+    m = math.sqrt(deviation * deviation + flexion * flexion)
+    scale = 2.0 if m < 1e-9 else 2.0 * math.atan2(m, n) / m
+    return 2.0 * math.atan2(math.copysign(1.0, w) * x, abs(w)), -side * deviation * scale, -side * flexion * scale
 
 
 @inner
@@ -95,46 +87,78 @@ def _over(x: float, low: float, high: float) -> float:
 class Circle(NamedTuple):
     """Where the elbow can be, with the wrist at its place, and what the energy of each place depends on.
 
-    shoulder, wrist (3,), hand (3, 3); axis (3,): from shoulder to wrist, along: of the circle's middle on it, radius [m];
-    e1, e2 (3,): swivels 0 and a quarter turn; flexion of the elbow; up (3,), rest (3, 3), weights (10,): as for `solve_arm`.
+    height: (3,) of the elbow above the shoulder in arm lengths: what is constant, and what cos and sin of the swivel are multiplied
+    by. The other three are quaternions, (2, 4): the arm turns as a whole about the axis from shoulder to wrist, so the first row
+    times cos of half the swivel and the second times its sin are added. upper: of the upper arm; turned: the same seen from where
+    it hangs; hand: seen from the forearm. weights: (10,) as for `solve_arm`.
     """
 
-    shoulder: F64
-    wrist: F64
+    height: F64
+    upper: F64
+    turned: F64
     hand: F64
-    bones: Bones
-    axis: F64
-    along: float
-    radius: float
-    e1: F64
-    e2: F64
-    flexion: float
-    up: F64
-    rest: F64
+    side: float
     weights: F64
 
 
 @inner
+def _circle(
+    shoulder: F64, wrist: F64, hand: F64, bones: Bones, toward: F64, up: F64, rest: F64, weights: F64
+) -> tuple[Circle, F64]:
+    """With the elbow's direction (3,) at swivel 0, the nearest to `toward`. wrist (3,): in reach; the rest: as for `solve_arm`."""
+    axis, along, radius = elbow_circle(shoulder, wrist, bones.upper, bones.lower)
+    flexion = elbow_flexion(shoulder, wrist, bones.upper, bones.lower)
+    toward = across(toward, axis)
+    beside = cross(axis, toward)
+    height = np.array((along * dot(axis, up), radius * dot(toward, up), radius * dot(beside, up))) / (bones.upper + bones.lower)
+    upper_arm, forearm = arm_frames(shoulder, shoulder + along * axis + radius * toward, wrist, toward, bones.side, flexion)
+    half_turn = np.array((axis[0], axis[1], axis[2], 0.0))
+    upper, turned, held = np.empty((2, 4)), np.empty((2, 4)), np.empty((2, 4))
+    upper[0], lower = quaternion_from_matrix(upper_arm), quaternion_from_matrix(forearm)
+    upper[1] = quaternion_product(half_turn, upper[0])
+    hanging, grip = inverse(quaternion_from_matrix(rest)), quaternion_from_matrix(hand)
+    for k in range(2):
+        turned[k] = quaternion_product(hanging, upper[k])
+    held[0] = quaternion_product(inverse(lower), grip)
+    held[1] = quaternion_product(inverse(quaternion_product(half_turn, lower)), grip)
+    return Circle(height, upper, turned, held, bones.side, weights), toward
+
+
+@inner
+def _at(rows: F64, c: float, s: float) -> tuple[float, float, float, float]:
+    """(x, y, z, w) of a quaternion of a Circle."""
+    return (
+        c * rows[0, 0] + s * rows[1, 0],
+        c * rows[0, 1] + s * rows[1, 1],
+        c * rows[0, 2] + s * rows[1, 2],
+        c * rows[0, 3] + s * rows[1, 3],
+    )
+
+
+@inner
 def swivel_energy(psi: float, arm: Circle) -> float:
-    """How uncomfortable the arm is with its elbow turned by `psi` from e1 towards e2."""
-    c, s = math.cos(psi), math.sin(psi)
-    side, weights = arm.bones.side, arm.weights
-    toward = c * arm.e1 + s * arm.e2
-    elbow = arm.shoulder + arm.along * arm.axis + arm.radius * toward
-    upper_arm, forearm = arm_frames(arm.shoulder, elbow, arm.wrist, toward, side, arm.flexion)
-    height = ((elbow - arm.shoulder) * arm.up).sum() / (arm.bones.upper + arm.bones.lower)
-    turned = rotvec_from_matrix(arm.rest.T @ upper_arm)
-    twist, deviation, bend = wrist_angles(forearm.T @ arm.hand, side)
-    energy = weights[0] * height + weights[1] * (turned * turned).sum()
+    """How uncomfortable the arm is with its elbow swivelled by `psi`."""
+    c, s = math.cos(0.5 * psi), math.sin(0.5 * psi)
+    cosine, sine = c * c - s * s, 2.0 * c * s
+    weights = arm.weights
+    x, y, z, w = _at(arm.upper, c, s)
+    beyond = excess(-2.0 * arm.side * (x * y + z * w), x, w)
+    x, y, z, w = _at(arm.turned, c, s)
+    n = math.sqrt(x * x + y * y + z * z)
+    angle = 2.0 * math.atan2(n, abs(w))
+    axial = 2.0 * x if n < 1e-12 else math.copysign(1.0, w) * x * angle / n
+    x, y, z, w = _at(arm.hand, c, s)
+    twist, deviation, bend = wrist_angles(x, y, z, w, arm.side)
+    energy = weights[0] * (arm.height[0] + cosine * arm.height[1] + sine * arm.height[2]) + weights[1] * angle * angle
     energy += weights[2] * (twist - weights[6]) ** 2 + weights[3] * (deviation - weights[7]) ** 2
     energy += weights[4] * (bend - weights[8]) ** 2
-    energy += weights[5] * (1.0 - c)
+    energy += weights[5] * (1.0 - cosine)
     energy += W_LIMIT * (
         _over(twist, -TWIST_LIMIT, TWIST_LIMIT)
         + _over(deviation, -ULNAR_LIMIT, RADIAL_LIMIT)
         + _over(bend, -FLEXION_LIMIT, FLEXION_LIMIT)
-        + _over(turned[0], -AXIAL_LIMIT, AXIAL_LIMIT)
-        + axial_excess(upper_arm, side) ** 2
+        + _over(axial, -AXIAL_LIMIT, AXIAL_LIMIT)
+        + beyond * beyond
     )
     return energy
 
@@ -150,13 +174,10 @@ def solve_arm(
     """
     shoulder = bones.collar * scale
     target = clamp_reach(shoulder, wrist, bones.upper, bones.lower)
-    axis, along, radius = elbow_circle(shoulder, target, bones.upper, bones.lower)
-    flexion = elbow_flexion(shoulder, target, bones.upper, bones.lower)
-    e1 = across(toward, axis)
     w = weights.copy()
     if not keep:
         w[5] = 0.0
-    arm = Circle(shoulder, target, hand, bones, axis, along, radius, e1, np.cross(axis, e1), flexion, up, rest, w)
+    arm, ref = _circle(shoulder, target, hand, bones, toward, up, rest, w)
     step = 2.0 * math.pi / SAMPLES
     best, best_energy = 0.0, 1e300
     for k in range(SAMPLES):
@@ -171,7 +192,7 @@ def solve_arm(
             best = near
     if keep:
         best = min(most, max(-most, best))
-    return arm_within_limits(wrist, hand, bones, e1, best, scale)
+    return arm_within_limits(wrist, hand, bones, ref, best, scale)
 
 
 @inner
@@ -197,7 +218,8 @@ def _golden(low: float, high: float, arm: Circle) -> tuple[float, float]:
 def arm_within_limits(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float, scale: float) -> tuple[F64, F64, float]:
     """As `arm_dofs`, with the swivel nearest to `psi` at which the upper arm turns about itself no further than it can; with the
     swivel that exceeds this least where there is none."""
-    least, best = _excess(wrist, hand, bones, ref, psi, scale), psi
+    found = arm_dofs(wrist, hand, bones, ref, psi, scale)
+    least, best = axial_excess(matrix_from_rotvec(found[0][:3]), bones.side), psi
     k = 0
     while least > 0.0 and k < LIMIT_SAMPLES:
         k += 1
@@ -206,7 +228,7 @@ def arm_within_limits(wrist: F64, hand: F64, bones: Bones, ref: F64, psi: float,
             if excess < least:
                 least, best = excess, psi + turn
     if k == 0:
-        return arm_dofs(wrist, hand, bones, ref, psi, scale)
+        return found
     if least > 0.0:
         low, high = best - LIMIT_STEP, best + LIMIT_STEP
         for _ in range(LIMIT_HALVINGS):

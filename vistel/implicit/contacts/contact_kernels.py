@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vistel.implicit.constants import THRESHOLD as T
-from vistel.implicit.contacts.contact_set import ROUNDED_POLYGON
+from vistel.implicit.contacts.contact_set import ROUNDED_POLYGON, SUPERELLIPSOID
 from vistel.implicit.contacts.contact_surface_kernels import cone_sphere_foot, field_of_ratio, perpendicular, probes, surface
 from vistel.jit.kernel_jit import inner
 from vistel.jit.pointers import at
@@ -18,6 +18,8 @@ _NEAR_END = 1e-5
 """Shares of a cone-sphere's length nearer than this are one."""
 _CLOSE = 1e-9
 """Lengths nearer than this are one [m]."""
+_PIECES = 8
+"""Of a cone-sphere whose distance from a box is bounded."""
 
 
 @inner
@@ -150,8 +152,34 @@ def _lowest(cone, kind, p, rotation, position, out):
 
 
 @inner
-def cone_against(cone, kind, p, rotation, position, row):
-    """Contact of a cone-sphere (room) with a primitive of any kind; `row` as in `cone_pair`."""
+def _clear_of_box(cone, p, rotation, position, margin):
+    """Whether a cone-sphere (room) is surely farther than `margin` from a superellipsoid [m]: balls round pieces of it are from its
+    box. `surface` says no less."""
+    ends = np.empty((2, 3))
+    for e in range(2):
+        x, y, z = cone[3 * e] - position[0], cone[3 * e + 1] - position[1], cone[3 * e + 2] - position[2]
+        for axis in range(3):
+            ends[e, axis] = rotation[0, axis] * x + rotation[1, axis] * y + rotation[2, axis] * z
+    wx, wy, wz, wr = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1], ends[1, 2] - ends[0, 2], cone[7] - cone[6]
+    half = 0.5 / _PIECES
+    around = half * (math.sqrt(wx * wx + wy * wy + wz * wz) + abs(wr)) + margin
+    for k in range(_PIECES):
+        s = (k + 0.5) / _PIECES
+        dx = max(abs(ends[0, 0] + s * wx) - p[0], 0.0)
+        dy = max(abs(ends[0, 1] + s * wy) - p[1], 0.0)
+        dz = max(abs(ends[0, 2] + s * wz) - p[2], 0.0)
+        reach = cone[6] + s * wr + around
+        if dx * dx + dy * dy + dz * dz <= reach * reach:
+            return False
+    return True
+
+
+@inner
+def cone_against(cone, kind, p, rotation, position, margin, row):
+    """Contact of a cone-sphere (room) with a primitive of any kind; `row` as in `cone_pair`. Where they are farther apart than
+    `margin` any depth below -margin may be returned."""
+    if kind == SUPERELLIPSOID and _clear_of_box(cone, p, rotation, position, margin):
+        return -1e300
     out = np.empty(5)
     s = _lowest(cone, kind, p, rotation, position, out)
     gap = _along(cone, s, kind, p, rotation, position, out)

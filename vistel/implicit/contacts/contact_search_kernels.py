@@ -76,17 +76,18 @@ def _contact(
     rotation_b,
     position_b,
     cones_b,
+    margin,
     row,
 ):
-    """Narrow phase of one pair; returns the depth."""
+    """Narrow phase of one pair; returns the depth, any one below -margin where they are farther apart than that."""
     round_a, round_b = kind_a[i] <= CONE_SPHERE, kind_b[j] <= CONE_SPHERE
     if round_a and round_b:
         return cone_pair(at(pointer(cones_a), 8 * i), at(pointer(cones_b), 8 * j), pointer(row))
     p_a, p_b = params_a[start_a[i] : start_a[i + 1]], params_b[start_b[j] : start_b[j + 1]]
     if round_a:
-        return cone_against(cones_a[i], kind_b[j], p_b, rotation_b[j], position_b[j], row)
+        return cone_against(cones_a[i], kind_b[j], p_b, rotation_b[j], position_b[j], margin, row)
     if round_b:
-        depth = cone_against(cones_b[j], kind_a[i], p_a, rotation_a[i], position_a[i], row)
+        depth = cone_against(cones_b[j], kind_a[i], p_a, rotation_a[i], position_a[i], margin, row)
         row[3:6] = -row[3:6]
         return depth
     return by_probes(kind_a[i], p_a, rotation_a[i], position_a[i], kind_b[j], p_b, rotation_b[j], position_b[j], row)
@@ -136,6 +137,7 @@ def find_pairs(
                 rotation_b,
                 position_b,
                 cones_b,
+                margin,
                 row,
             )
             if depth > -margin:
@@ -170,7 +172,22 @@ def find_among(first, kind, start, params, rotation, position, margin, cones, bo
                     if _apart(boxes, i, boxes, j, margin):
                         continue
                     depth = _contact(
-                        i, kind, start, params, rotation, position, cones, j, kind, start, params, rotation, position, cones, row
+                        i,
+                        kind,
+                        start,
+                        params,
+                        rotation,
+                        position,
+                        cones,
+                        j,
+                        kind,
+                        start,
+                        params,
+                        rotation,
+                        position,
+                        cones,
+                        margin,
+                        row,
                     )
                     if depth > -margin:
                         if count < len(pairs):

@@ -78,6 +78,21 @@ def _polygon(px, py, pz, p, out):
     return distance
 
 
+@compiled(inline="always")
+def _superellipsoid(px, py, pz, p):
+    """Both sums of a superellipsoid's equation at a point of its frame: of x and y, and of all three."""
+    e1, e2 = p[3], p[4]
+    w = abs(px / p[0]) ** (2 / e2) + abs(py / p[1]) ** (2 / e2)
+    return w, w ** (e2 / e1) + abs(pz / p[2]) ** (2 / e1)
+
+
+@inner
+def superellipsoid_ratio(px, py, pz, p):
+    """As out[4] of `surface`, of a superellipsoid."""
+    h = _superellipsoid(px, py, pz, p)[1]
+    return h ** (0.5 * p[3]) if h >= 1e-30 else 0.0
+
+
 @compiled
 def surface(px, py, pz, kind, p, out):
     """A primitive seen from a point of its own frame.
@@ -106,8 +121,7 @@ def surface(px, py, pz, kind, p, out):
         out[0], out[4] = distance - p[0], distance / p[0]
     elif kind == SUPERELLIPSOID:
         e1, e2 = p[3], p[4]
-        w = abs(px / p[0]) ** (2 / e2) + abs(py / p[1]) ** (2 / e2)
-        h = w ** (e2 / e1) + abs(pz / p[2]) ** (2 / e1)
+        w, h = _superellipsoid(px, py, pz, p)
         if h < 1e-30:
             out[0], out[1], out[2], out[3], out[4] = -min(p[0], p[1], p[2]), 0.0, 0.0, 1.0, 0.0
             return

@@ -52,7 +52,7 @@ def find_with_things(
                     depth = cone_pair(at(pointer(cones), 8 * i), at(pointer(thing_cones), 8 * j), pointer(row))
                 else:
                     p = params[start[j] : start[j + 1]]
-                    depth = cone_against(cones[i], kind[j], p, rotation[j], position[j], row)
+                    depth = cone_against(cones[i], kind[j], p, rotation[j], position[j], margin, row)
                 if depth > -margin:
                     if count < len(pairs):
                         pairs[count, 0], pairs[count, 1] = i - first[b], j

@@ -22,7 +22,7 @@ from vistel.geometry.smoothstep_kernels import ease
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.constants import THRESHOLD as T
 from vistel.implicit.contacts.contact_set import CONE_SPHERE, SPHERE, SUPERELLIPSOID
-from vistel.implicit.contacts.contact_surface_kernels import cone_sphere_foot, surface
+from vistel.implicit.contacts.contact_surface_kernels import cone_sphere_foot, superellipsoid_ratio, surface
 from vistel.jit.kernel_jit import compiled, inner
 from vistel.jit.pointers import at, keep, pointer
 
@@ -64,6 +64,8 @@ def _field(x, s, seen):
         ratio = distance / radius
     elif kind == SPHERE:
         ratio = math.sqrt(px * px + py * py + pz * pz) / p[0]
+    elif kind == SUPERELLIPSOID:
+        ratio = superellipsoid_ratio(px, py, pz, p)
     else:
         surface(px, py, pz, kind, carray(p, count), carray(seen, 5))
         ratio = seen[4]

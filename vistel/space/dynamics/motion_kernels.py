@@ -31,11 +31,11 @@ MAX_SPIN = 40.0
 def inertia(kind, start, params, rotation, position, first, end, radius, grid):
     """(3, 3) inertia per kilogram about the thing's origin, by sampling its inside."""
     out = np.zeros((3, 3))
-    seen = np.empty(5)
+    seen, x = np.empty(5), np.empty(3)
     count = 0
     for i in range(grid**3):
-        x = np.array([i % grid, i // grid % grid, i // (grid * grid)])
-        x = ((x + 0.5) / grid * 2.0 - 1.0) * radius
+        for axis in range(3):
+            x[axis] = ((i // grid**axis % grid + 0.5) / grid * 2.0 - 1.0) * radius
         for k in range(first, end):
             d = x - position[k]
             r = rotation[k]
@@ -44,7 +44,10 @@ def inertia(kind, start, params, rotation, position, first, end, radius, grid):
             c = r[0, 2] * d[0] + r[1, 2] * d[1] + r[2, 2] * d[2]
             surface(a, b, c, kind[k], params[start[k] : start[k + 1]], seen)
             if seen[0] <= 0.0:
-                out += (x * x).sum() * np.eye(3) - x.reshape(3, 1) * x.reshape(1, 3)
+                square = (x * x).sum()
+                for j in range(3):
+                    for m in range(3):
+                        out[j, m] += (square if j == m else 0.0) - x[j] * x[m]
                 count += 1
                 break
     # A thing thinner than the grid still has some inertia.

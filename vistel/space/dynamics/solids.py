@@ -52,7 +52,14 @@ class Solids:
 
     def part(self, n: int) -> PrimitiveSet:
         """The primitives of thing n, posed in its frame."""
-        return _rows(self.primitives, np.arange(int(self.first[n]), int(self.first[n + 1])))
+        if n not in self._parts:
+            self._parts[n] = _rows(self.primitives, np.arange(int(self.first[n]), int(self.first[n + 1])))
+        return self._parts[n]
+
+    @cached_property
+    def _parts(self) -> dict[int, PrimitiveSet]:
+        """What `part` has given; nobody changes it."""
+        return {}
 
     def first_part(self, n: int) -> PrimitiveSet:
         """The first primitive of thing n, posed in its frame."""

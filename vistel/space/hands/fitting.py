@@ -6,18 +6,19 @@ from the knuckle outwards. The result is kept while the hand holds the thing.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from vistel.arrays import F64, I64
+from vistel.figure.body import Body, pose_body
 from vistel.figure.posture.limits import FINGER_LIMITS
-from vistel.figure.posture.posture import Posture, pose_joints
+from vistel.figure.posture.posture import pose_hand
 from vistel.figure.skeleton import JOINT_INDEX, finger_joints
 from vistel.implicit.contacts.contact import find_contacts
 from vistel.implicit.contacts.contact_set import PrimitiveSet
-from vistel.space.people import DIGITS, HAND_JOINT, PALM, SIDES, THUMB, Build
+from vistel.space.people import DIGITS, MOST_BUILDS, PALM, SIDES, THUMB, Build
 
 PRESS = 0.0004
 """How far a finger's undeformed surface goes into what it touches [m]."""
@@ -75,20 +76,15 @@ class HandPrimitives:
     level: I64
 
     @cached_property
-    def _joint(self) -> I64:
-        return self.build.body.joint[self.rows].astype(np.int64)
+    def _body(self) -> Body:
+        b, rows = self.build.body, self.rows
+        names = tuple(b.names[int(k)] for k in rows.tolist())
+        return Body(names, b.joint[rows], b.a[rows], b.b[rows], b.radius_a[rows], b.radius_b[rows])
 
     def placed(self, fingers: F64) -> PrimitiveSet:
         """The hand with its fingers at (20,) angles, in the hand joint's frame."""
-        hands = np.zeros((2, 20))
-        hands[int(self.right)] = fingers
-        pose = pose_joints(self.build.skeleton, Posture(hands=hands))
-        hand = HAND_JOINT[int(self.right)]
-        base, at = pose.rotation[hand], pose.position[hand]
-        r, p = base.T @ pose.rotation[self._joint], (pose.position[self._joint] - at) @ base
-        body = self.build.body
-        a, b = (p + np.einsum("nij,nj->ni", r, x[self.rows]) for x in (body.a, body.b))
-        return PrimitiveSet.of_cone_spheres(a, b, body.radius_a[self.rows], body.radius_b[self.rows])
+        posed = pose_body(self._body, pose_hand(self.build.skeleton, self.right, fingers))
+        return PrimitiveSet.of_cone_spheres(posed.a, posed.b, posed.radius_a, posed.radius_b)
 
     def depths(self, fingers: F64, thing: PrimitiveSet) -> tuple[F64, F64]:
         """(H,) how deep each primitive is in the thing, -MARGIN for far off ones [m], and (H, 3) the way out of the hand."""
@@ -99,6 +95,7 @@ class HandPrimitives:
         return depth, normal
 
 
+@lru_cache(maxsize=2 * MOST_BUILDS)
 def hand_of(build: Build, right: bool) -> HandPrimitives:
     """One hand of a body."""
     rows = np.flatnonzero((build.digit >= 0) & (build.digit // DIGITS == int(right)))

@@ -72,12 +72,12 @@ def computed_sites(
     source: "devices", or "motion", which solves nothing. Nothing happens before the first window is asked for.
     """
     with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
-        sites = _Sites(reader)
-        runner.run(sites.begin(conference, source, start_ns, end_ns, paths))
+        sites, run = _Sites(reader), runner.get_loop().run_until_complete
+        run(sites.begin(conference, source, start_ns, end_ns, paths))
         while start_ns < until_ns:
             start_ns = min(start_ns + WINDOW_NS, until_ns)
-            yield runner.run(sites.window(start_ns))
-        yield runner.run(sites.end(until_ns))
+            yield run(sites.window(start_ns))
+        yield run(sites.end(until_ns))
 
 
 async def ended(running: list[asyncio.Task[None]]) -> None:

@@ -34,12 +34,12 @@ def computed_world(
     first_ns = state.header.t_ns - STEP_NS if state is not None else start_ns
     window = Window(start_ns, [], 0, ())
     with asyncio.Runner(loop_factory=SimulatedLoop) as runner:
-        led = WorldAlone()
-        runner.run(led.begin(conference, config, start_ns, first_ns))
+        led, run = WorldAlone(), runner.get_loop().run_until_complete
+        run(led.begin(conference, config, start_ns, first_ns))
         for window in windows:
-            said = in_order([*window.said, *runner.run(led.live(window))])
+            said = in_order([*window.said, *run(led.live(window))])
             yield window._replace(said=said, damage=_both(window.damage, reader.damage))
-        yield window._replace(said=runner.run(led.end()), damage=_both(window.damage, reader.damage))
+        yield window._replace(said=run(led.end()), damage=_both(window.damage, reader.damage))
 
 
 def with_world_alone(conference: Conference) -> Conference:

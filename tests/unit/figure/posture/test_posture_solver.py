@@ -66,7 +66,7 @@ def test_golden_elbow_circle() -> None:
 @pytest.mark.parametrize("name", ["arm: elbow at psi=0", "arm: elbow at psi=1"])
 def test_golden_elbow(name: str) -> None:
     i, elbow, tolerance = arm_case(name)
-    got = elbow_at(i["S"], i["W"], i["upper"], i["fore"], i["ref"], float(i["psi"]))
+    _, got = elbow_at(i["S"], i["W"], i["upper"], i["fore"], i["ref"], float(i["psi"]))
     assert got == pytest.approx(elbow, abs=tolerance)
 
 

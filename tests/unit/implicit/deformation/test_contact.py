@@ -5,6 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vistel.geometry.rotation import matrix_from_rotvec
 from vistel.implicit.constants import SURFACE_RATIO
 from vistel.implicit.contacts.contact import ContactScene, find_contacts
 from vistel.implicit.contacts.contact_set import KIND_CODES, PrimitiveSet
@@ -222,3 +223,24 @@ def test_bodies_of_a_scene_can_be_moved():
     assert len(scene.find()) == 0
     scene.primitives.position[1] = (0, -0.85, 0)
     assert scene.find().depth[0] == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("margin", [0.0, 0.03])
+def test_of_limbs_about_a_board_those_are_met_whose_skeletons_come_near_enough_and_the_others_are_not(margin):
+    draw = np.random.default_rng(5)
+    turned = matrix_from_rotvec(np.array([0.3, -0.5, 0.2]))
+    board = one("superellipsoid", [0.3, 0.2, 0.02, 0.3, 0.4]).moved(turned, np.array([0.1, 0.7, -0.2]))
+    limbs = cones(draw, 400, spread=0.3).moved(np.eye(3), board.position[0])
+    a, b, ra, rb = (limbs.params.reshape(-1, 8)[:, k] for k in (slice(0, 3), slice(3, 6), 6, 7))
+    gaps = np.full(len(limbs), np.inf)
+    seen = np.empty(5)
+    for s in np.linspace(0.0, 1.0, 101):
+        points = (a + s * (b - a) + limbs.position - board.position) @ board.rotation[0]
+        for n, x in enumerate(points):
+            surface(*x, KIND_CODES["superellipsoid"], board.params, seen)
+            gaps[n] = min(gaps[n], seen[0] - ra[n] - s * (rb[n] - ra[n]))
+    met = np.zeros(len(limbs), np.bool_)
+    met[find_contacts(limbs, board, margin=margin).a] = True
+    sure = np.abs(gaps - margin) > 2e-3
+    assert np.array_equal(met[sure], gaps[sure] < margin)
+    assert 40 < met.sum() < 360
