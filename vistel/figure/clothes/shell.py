@@ -27,7 +27,7 @@ _SINKS = (0.0035, 0.005, 0.01)
 _GIVEN = 0.022
 _UNSEEN = 0.003
 """How much farther skin gives way so far inside a border that nobody sees it: what presses sleeves presses them through it [m]."""
-_LAP = 0.0, 0.5
+_LAP = 0.12, 0.62
 """Cosine of the angle from the front, seen from above, at which cloth begins to go with raised thighs, and from which it does."""
 _MARGINS = (1.0, 0.8, 0.3)
 """Of each level, as shares: larger triangles reach farther under a border anyhow."""
