@@ -107,7 +107,7 @@ def test_what_is_pushed_through_a_sweater_is_found_and_by_how_much() -> None:
     row = np.flatnonzero((mesh.limb[covered.vertex] == arm) & covered.skin)
     way = vertex_normals(mesh)[covered.vertex[row]]
     found: list[np.ndarray] = []
-    for push in np.arange(0.0, 0.021, 0.002, np.float32):
+    for push in np.arange(0.0, 0.021, 0.002, dtype=np.float32):
         pushed = mesh.vertices.copy()
         pushed[covered.vertex[row]] += push * way
         found.append(covered.through(pushed)[row])
