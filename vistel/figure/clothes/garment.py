@@ -21,6 +21,8 @@ from vistel.geometry.smoothstep import smooth
 _GIVES = 0.005
 _BEFORE = 0.015
 """How far cloth gives way under other cloth, and how far before its border it begins to [m]."""
+_BESIDE = 0.02
+"""Small things so little beside the border of what is over them are left out: they would come through it [m]."""
 _HIDDEN = 0.010
 """How much farther where it is covered: nobody sees whether skin comes through it there [m]."""
 
@@ -65,7 +67,7 @@ class Worn:
             return whole.without((deep > margin)[piece.triangles].all(axis=1))
 
         cloth, *hems = (left(piece) for piece in (self.cloth, *self.hems))
-        details = tuple(d for d in self.details if not any((other.covers(d.points) > 0.0).all() for other in others))
+        details = tuple(d for d in self.details if not any((other.covers(d.points) > -_BESIDE).all() for other in others))
         share = len(cloth.triangles) / len(self.cloth.triangles)
         few, fewer = (round(share * count) for count in self.triangles)
         kept = tuple(piece for piece in hems if len(piece.triangles))

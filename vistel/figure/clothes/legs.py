@@ -54,8 +54,8 @@ def trousers(name: str, build: Build, cut: LegCut, weave: Weave, seed: int, *, b
     )
     made = shell(build, pattern)
     cloth = made.cloth
-    # Legs go on below where they are cut, down to the shoes.
-    seen = {"waist": borders["waist"], "shoe": above(float(build.joint("left_foot")[1]) - 0.02 * scale)}
+    # Legs go on below where they are cut, down to the shoes, and above it as a band.
+    seen = {"waist": below(build.waist), "shoe": above(float(build.joint("left_foot")[1]) - 0.02 * scale)}
     whole = replace(pattern, borders=seen)
     hems: list[Cloth] = []
     for rim, rings in made.rims.items():

@@ -25,6 +25,10 @@ _WEIGHT_ROUNDS = 6
 _CHUNK = 256
 _SINKS = (0.0035, 0.005, 0.01)
 _GIVEN = 0.022
+_UNSEEN = 0.003
+"""How much farther skin gives way so far inside a border that nobody sees it: what presses sleeves presses them through it [m]."""
+_LAP = 0.12, 0.62
+"""Cosine of the angle from the front, seen from above, at which cloth begins to go with raised thighs, and from which it does."""
 _MARGINS = (1.0, 0.8, 0.3)
 """Of each level, as shares: larger triangles reach farther under a border anyhow."""
 
@@ -66,7 +70,10 @@ class Pattern:
     def sinks(self, build: Build) -> tuple[F32, ...]:
         """For each level (V,) how far skin that it covers gives way [m]: coarse meshes of skin and cloth would cross."""
         depths = self._depths(build)
-        return tuple((most * smooth((d + _GIVEN) / _GIVEN)).astype(np.float32) for d, most in zip(depths, _SINKS, strict=False))
+        return tuple(
+            (most * smooth((d + _GIVEN) / _GIVEN) + _UNSEEN * smooth(d / _GIVEN)).astype(np.float32)
+            for d, most in zip(depths, _SINKS, strict=False)
+        )
 
     def _depths(self, build: Build) -> list[F64]:
         """For each level (V,) how far vertices of the body lie inside [m]."""
@@ -179,18 +186,24 @@ def _evened(cut: Cutting, pattern: Pattern) -> F32:
     beside = Neighbours(cut.triangles, len(weight))
     used = np.flatnonzero(weight.any(axis=0))
     weight[:, used] += free * (beside.smoothed(weight[:, used].astype(np.float64), _WEIGHT_ROUNDS) - weight[:, used])
-    _to_the_hips(weight, pattern.hangs)
+    _to_the_hips(weight, pattern.hangs * _aside(pattern, cut.points))
     for ring in cut.rims:
         weight[np.ix_(ring, used)] = np.maximum(even_ring(weight[np.ix_(ring, used)].astype(np.float64), pattern.waves), 0.0)
     return weight / weight.sum(axis=1, keepdims=True)
 
 
-def _to_the_hips(weight: F32, share: float) -> None:
-    """What hangs from the shoulders hardly goes along with thighs, in place."""
+def _to_the_hips(weight: F32, share: F64) -> None:
+    """What hangs from the shoulders hardly goes along with thighs, in place; share: (V,) of what they move that stays."""
     for side in SIDES:
         leg = JOINT_INDEX[f"{side}_upper_leg"]
-        weight[:, JOINT_INDEX["hips"]] += share * weight[:, leg]
-        weight[:, leg] *= 1.0 - share
+        weight[:, JOINT_INDEX["hips"]] += (share * weight[:, leg]).astype(np.float32)
+        weight[:, leg] *= (1.0 - share).astype(np.float32)
+
+
+def _aside(pattern: Pattern, p: F64) -> F64:
+    """(N,) 0 in front to 1 at the sides and behind: in front raised thighs would come through cloth that stays."""
+    _, angle, _, _ = pattern.panels.build.trunk.polar(p)
+    return 1.0 - smooth((np.cos(angle) - _LAP[0]) / (_LAP[1] - _LAP[0]))
 
 
 def _apart(x: F64, share: F64) -> F64:

@@ -56,7 +56,9 @@ def _beneath(build: Build, cut: ShoeCut) -> tuple[tuple[Bool, ...], tuple[F32, .
         deep = _opening(build, cut) + scale * (0.8 * cut.sock if cut.sock else _INSTEP * instep - 0.010) - y
         deep = np.where(build.on(mesh, "foot", "shank"), deep, -1.0)
         hides.append(covered(mesh, deep > 0.0))
-        sinks.append((0.004 * smooth(deep / (0.02 * scale) + 1.0) * (deep > -0.5)).astype(np.float32))
+        way = deep / (0.02 * scale)
+        # Heels are rounder than the shoe's rings, which are evened.
+        sinks.append((0.004 * (smooth(way + 1.0) + smooth(way)) * (deep > -0.5)).astype(np.float32))
     return tuple(hides), tuple(sinks)
 
 

@@ -50,7 +50,9 @@ def skirt(name: str, build: Build, cut: SkirtCut, weave: Weave, seed: int) -> Wo
         hems.append(hem(cloth, ring, cut.thick, 0.02))
     cloth, edge = _hung(build, cloth, made.rims["hips"][0], cut)
     hems.append(edge)
-    whole = replace(pattern, limbs=(*TRUNK, "thigh", "shank"), borders={"waist": borders["waist"], "hem": above(_end(build, cut))})
+    whole = replace(
+        pattern, limbs=(*TRUNK, "thigh", "shank"), borders={"waist": below(build.waist), "hem": above(_end(build, cut))}
+    )
     return Worn(
         name,
         cloth,

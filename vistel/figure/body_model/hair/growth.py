@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from vistel.arrays import F64
+from vistel.arrays import F64, Bool
 from vistel.figure.body_model.hair.cap import Cap
 from vistel.figure.body_model.hair.scalp import Roots, Scalp
 from vistel.geometry.smoothstep import smooth
@@ -22,6 +22,8 @@ _EDGE = 0.5
 """How far inside the hairline it lies throughout, as a share of the head's size."""
 _TOP = 0.7
 """How high above the middle of the skull that is so throughout, as a share of the head's size; below the middle hair falls."""
+_FACE = 0.9
+"""Azimuth up to which hair falls into the face [rad]."""
 _NONE = Cap(0.0)
 _DOWN = np.array((0.0, -1.0, 0.0))
 Comb = Callable[[Scalp, F64, Roots], F64]
@@ -33,7 +35,7 @@ class Growth:
     """How curves grow. length: (N,) [m]; end: (N,) height at which they are cut [m]; lift: (N,) how far they stand off the cap at
     most [m]; rise: cosine of the way out of the skin at the root; stiff: share of its own way that a curve keeps from step to step;
     weight: how hard it falls against how hard it is combed, 0 where it is tied; curl: (radius [m], turns per metre); cap: over
-    which they grow."""
+    which they grow; beyond: how far past the hairline they go beside and behind the face [m], where it is trimmed."""
 
     comb: Comb
     length: F64
@@ -44,6 +46,7 @@ class Growth:
     weight: float = 0.25
     curl: tuple[float, float] = (0.0, 0.0)
     cap: Cap = _NONE
+    beyond: float = np.inf
 
 
 def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) -> tuple[F64, F64]:
@@ -79,7 +82,7 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
         way = _unit(moved - p + 1e-9)
         cut = taken < k
         moved = np.where(cut[:, None], p, moved)
-        taken = np.where(~cut & (moved[:, 1] < growth.end), np.minimum(taken, k + 1), taken)
+        taken = np.where(~cut & ((moved[:, 1] < growth.end) | _past(scalp, moved, growth.beyond)), np.minimum(taken, k + 1), taken)
         p = moved
         path.append(p)
         out.append(normal)
@@ -90,6 +93,11 @@ def grown(scalp: Scalp, roots: Roots, growth: Growth, rng: np.random.Generator) 
         curve = _curled(curve, radius, turns, growth.length, rng)
         curve[:, 1:] = pushed_out(scalp, curve[:, 1:].reshape(-1, 3), np.array(0.002)).reshape(len(curve), -1, 3)
     return curve, _facing(scalp, curve, facing)
+
+
+def _past(scalp: Scalp, p: F64, beyond: float) -> Bool:
+    """(N,) whether places (N, 3) are farther past the hairline than that, beside and behind the face."""
+    return (scalp.inside(p) < -beyond) & (np.abs(scalp.angles(p)[0]) > _FACE)
 
 
 def pushed_out(scalp: Scalp, p: F64, least: F64) -> F64:

@@ -152,18 +152,24 @@ def _cropped(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) ->
     return Growth(_from_whorl, length, _nowhere(roots), 0.003 * lift, 0.45, weight=0.05)
 
 
+_TRIMMED = 0.003
+"""How far short hair goes past the hairline at ears and nape [m]."""
+
+
 def _short(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Growth:
     top = _on_top(roots)
     edge = smooth(roots.inside / (0.5 * scalp.size))
     length = _lengths(scalp, roots, (0.046 + 0.014 * top) * (0.3 + 0.7 * edge), rng)
-    return Growth(_brushed, length, _nowhere(roots), lift * (0.003 + 0.003 * top) * (0.4 + 0.6 * edge), 0.04, weight=0.05)
+    return Growth(
+        _brushed, length, _nowhere(roots), lift * (0.003 + 0.003 * top) * (0.4 + 0.6 * edge), 0.04, weight=0.05, beyond=_TRIMMED
+    )
 
 
 def _side_parting(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Growth:
     top = _on_top(roots)
     edge = np.maximum(top, smooth(roots.inside / (0.5 * scalp.size)))
     length = _lengths(scalp, roots, (0.046 + 0.052 * top) * (0.35 + 0.65 * edge), rng)
-    return Growth(_parted(PARTING, 0.45), length, _nowhere(roots), lift * (0.003 + 0.004 * top), 0.08, weight=0.1)
+    return Growth(_parted(PARTING, 0.45), length, _nowhere(roots), lift * (0.003 + 0.004 * top), 0.08, weight=0.1, beyond=_TRIMMED)
 
 
 def _curly(scalp: Scalp, roots: Roots, lift: F64, rng: np.random.Generator) -> Growth:

@@ -120,6 +120,16 @@ def test_long_hair_lies_on_what_shoulders_wear() -> None:
     assert np.quantile(off, 0.05) > 0.010
 
 
+@pytest.mark.parametrize("style", ["short", "side_parting"])
+def test_short_hair_ends_at_the_hairline_beside_and_behind_the_face(style: str) -> None:
+    for who in (3, 7):
+        p = grown(who, style).levels[0].vertices.astype(np.float64)
+        scalp = Scalp(body(who))
+        past = -scalp.inside(p)[np.abs(scalp.angles(p)[0]) > 1.0]
+        # The skin itself is lifted by a cap beyond it, and the ends of locks are wide.
+        assert past.max() < 0.013 * scalp.size / 0.095
+
+
 def test_the_same_seed_grows_the_same_hair_and_another_seed_other_hair() -> None:
     a, b, c = (grown(2, "bob", seed).levels[0].vertices for seed in (1, 1, 2))
     assert np.array_equal(a, b)
