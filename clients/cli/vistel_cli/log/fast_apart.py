@@ -6,6 +6,7 @@ import contextlib
 import multiprocessing
 import os
 import pickle
+import signal
 import sys
 from collections.abc import Iterator
 from multiprocessing.connection import Connection
@@ -51,11 +52,13 @@ def _received(here: Connection) -> Iterator[Any]:
 
 def _work(items: Iterator[object], here: Connection, there: Connection) -> None:
     here.close()  # so that this process notices when the other one ends
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is ended by the one that began it
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)  # the command's own way to end raises, which no kernel expects
     try:
         for item in items:
             there.send(item)
         there.send(None)
-    except (BrokenPipeError, KeyboardInterrupt):
+    except BrokenPipeError:
         return  # nobody asks any more
     except Exception as e:
         there.send(_sendable(e))
