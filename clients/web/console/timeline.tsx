@@ -30,12 +30,15 @@ export interface Asked {
   n?: number; // of what is asked: the playhead says which one was heard last
 }
 
+/** What moves the playhead. */
+type Moves = Pick<Asked, "t" | "speed" | "playing" | "loop">;
+
 export class Timeline {
   private head: Playhead | null = null;
   private lanes: Lanes | null = null;
   private notes: Note[] = [];
   private dragged: number | null = null; // where the hand holds the playhead [s]
-  private unheard: Pick<Asked, "t" | "speed" | "playing" | "loop"> = {}; // what was asked and is not known to be heard
+  private unheard: Moves = {}; // what was asked and is not known to be heard
   private asks = 0;
   private loopFrom: number | null = null;
   private damage: string[] = [];
@@ -69,8 +72,7 @@ export class Timeline {
     this.people = people ?? [];
     this.beside = beside ? { name: beside, offset: shifted ?? offset ?? 0 } : null;
     this.toLive = live;
-    if (!back) this.unheard = {};
-    if (!back) this.dragged = null;
+    if (!back) [this.unheard, this.dragged] = [{}, null];
     this.lanes = null;
     this.notes = [];
     if (back) this.ask({ t: this.t, speed: back.speed, loop: back.loop, playing: back.playing }, shifted);
@@ -125,11 +127,10 @@ export class Timeline {
     this.movedAt = performance.now();
     this.ask({ t: this.dragged });
     this.remember();
-    this.show();
   }
 
   /** Move the playhead. What is asked holds until it is heard, though the connection break meanwhile. */
-  ask(moves: Timeline["unheard"], offset?: number): void {
+  ask(moves: Moves, offset?: number): void {
     this.unheard = { ...this.unheard, ...moves };
     if (this.head) this.head = { ...this.head, ...moves };
     this.send({ ...moves, offset, n: ++this.asks });

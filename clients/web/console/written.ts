@@ -60,7 +60,11 @@ export class Written {
 
   receive(words: Ink): void {
     if (words.whole) this.strokes.clear();
-    for (const number of words.gone) this.strokes.delete(number);
+    for (const number of words.gone) {
+      const row = this.strokes.get(number);
+      if (row?.by === this.writer) this.forget(row.id); // rubbed out before all of it had come back
+      this.strokes.delete(number);
+    }
     for (const row of words.strokes) this.strokes.set(row.number, row);
     for (const row of words.strokes) {
       const own = row.by === this.writer && this.own.get(row.id);
@@ -79,9 +83,9 @@ export class Written {
     this.changed();
   }
 
-  /** Something that this page asked for was refused: what has not come back is not shown as if it were on the board. What is only on
-   * its way comes with the world's strokes. */
-  refused(): void {
+  /** Something that this page asked for was refused, or undone: what has not come back is not shown as if it were on the board, nor sent
+   * again. What is only on its way comes with the world's strokes. */
+  forgetDrafts(): void {
     for (const id of [...this.own.keys()]) this.forget(id);
   }
 

@@ -108,7 +108,7 @@ function hear(words: Words): void {
   } else if (words.kind === "shown") {
     if (words.live) sharing.hear(words);
     else showing.hear(words);
-    if (!words.done) room?.written.refused();
+    if (!words.done) room?.written.forgetDrafts();
   } else if (words.kind === "chat" || words.kind === "private") {
     written[words.kind] = words.lines;
     lines = [...written.chat, ...written.private].sort((a, b) => a.ms - b.ms);

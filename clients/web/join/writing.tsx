@@ -159,10 +159,12 @@ export class Writing {
   /** Rub out all of the newest board. */
   wipe(): void {
     const newest = this.boards.at(-1);
+    this.room.written.forgetDrafts();
     if (newest) this.say({ wipe: newest });
   }
 
   undo(): void {
+    this.room.written.forgetDrafts();
     this.say({ undo: true });
   }
 

@@ -31,6 +31,12 @@ async def ready(tab: Page) -> None:
     await tab.value("document.querySelectorAll('.steer-people, .steer-worlds').forEach((group) => (group.open = true))")
 
 
+async def with_people(tab: Page, room: GuestRoom) -> None:
+    await tab.open(f"http://{room.address}/", 1280, 800)
+    await tab.until("document.querySelector('.steer-people')")
+    await tab.value("document.querySelector('.steer-people').open = true")
+
+
 async def press(tab: Page, selector: str) -> None:
     """Click what may still be moved by what comes above it, once it is there."""
     await tab.until(f"((button) => button && !button.disabled && (button.click(), true))(document.querySelector({selector!r}))")
@@ -115,9 +121,7 @@ def test_a_seat_that_is_given_and_taken_between_two_looks_of_the_server_is_free(
     async def visit() -> None:
         room = GuestRoom(tmp_path)
         async with room.serving(monkeypatch), page(tmp_path, *SOFTWARE_GL) as tab:
-            await tab.open(f"http://{room.address}/", 1280, 800)
-            await tab.until("document.querySelector('.steer-people')")
-            await tab.value("document.querySelector('.steer-people').open = true")
+            await with_people(tab, room)
             await seat(tab, "Ann")
             await remove(tab, "Ann")
             await until(lambda: not invitations_in(room.paths.run), "the end of the invitation")
@@ -142,9 +146,7 @@ def test_what_the_host_did_when_the_connection_broke_does_not_wait_for_its_answe
     async def visit() -> None:
         room = GuestRoom(tmp_path)
         async with room.serving(monkeypatch), page(tmp_path, *SOFTWARE_GL) as tab:
-            await tab.open(f"http://{room.address}/", 1280, 800)
-            await tab.until("document.querySelector('.steer-people')")
-            await tab.value("document.querySelector('.steer-people').open = true")
+            await with_people(tab, room)
             await seat(tab, "Ann")
             await until(lambda: asked == ["seat"], "the seat is asked for")
             await tab.until(answered("…"))
