@@ -4,13 +4,12 @@ bus."""
 from __future__ import annotations
 
 import logging
-import re
 from collections import deque
 from collections.abc import Callable, Set
 from dataclasses import dataclass
 
 from vistel.messages.chat import ChatError, line_message
-from vistel.protocol.pages.pointer import LINE_ID_BYTES, line_record
+from vistel.protocol.pages.pointer import line_record
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
 from vistel.session.chat import PrivateLines
 from vistel.wire.bus import Bus
@@ -22,7 +21,6 @@ _log = logging.getLogger("vistel.session")
 MOST_LINES = 20
 """Lines that a guest may write within `LINES_NS`."""
 LINES_NS = 30_000_000_000
-_ID = re.compile(f"[0-9a-f]{{{2 * LINE_ID_BYTES}}}")
 
 
 @dataclass
@@ -50,16 +48,15 @@ class GuestLines:
         for come in self._come:
             come.close()
 
-    def write(self, text: str, to: object = "", line_id: object = "") -> bool:
-        """A line for all, or for one other. line_id: what the page calls it, which says it again after a break of its connection;
-        where it is no id, it is given one. False for what is no line, for nobody, and for more than a person types."""
+    def write(self, text: str, to: object = "") -> bool:
+        """A line for all, or for one other. False for what is no line, for nobody, and for more than a person types."""
         now_ns = self._clock.now_ns()
         if not (isinstance(to, str) and (to == "" or to in self._others)):
             return False
         if len(self._written_ns) == MOST_LINES and now_ns - self._written_ns[0] < LINES_NS:
             return False
         try:
-            line = line_message(text, now_ns, line_id if isinstance(line_id, str) and _ID.fullmatch(line_id) else "")
+            line = line_message(text, now_ns)
         except ChatError:
             return False
         self._written_ns.append(now_ns)

@@ -7,7 +7,7 @@ import contextlib
 import json
 import secrets
 from collections.abc import AsyncGenerator, Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from vistel.messages.commands import message_of
 from vistel.protocol.pages.pointer import asked_record, picture_record
@@ -36,8 +36,41 @@ class NotTakenError(RuntimeError):
 
 
 @dataclass
+class Kept:
+    """Of a guest's seat, what outlasts a visit: a page whose connection has broken comes back in another one. panels: ids of those
+    that were put up, the newest last; page: what the newest page calls itself; heard: the number of the last thing that it has
+    asked; waiting: pictures that it has sent, and not put up yet."""
+
+    panels: list[str] = field(default_factory=list[str])
+    page: object = None
+    heard: int = 0
+    waiting: list[Page] = field(default_factory=list[Page])
+    _told: bool = True
+
+    def begin(self, page: object) -> None:
+        """A page has come, or come back."""
+        if page != self.page or not isinstance(page, str):
+            self.page, self.heard, self.waiting = page, 0, []
+
+    def hear(self, number: object) -> bool:
+        """Whether what has this number is heard for the first time: a page asks again what it does not know to be heard."""
+        self._told = False
+        if not isinstance(number, int) or number <= self.heard:
+            return False
+        self.heard = number
+        return True
+
+    def heard_words(self) -> str:
+        """JSON for the page, that it need not ask all up to a number again; empty where it has been told."""
+        if self._told:
+            return ""
+        self._told = True
+        return json.dumps({"kind": "heard", "n": self.heard})
+
+
+@dataclass
 class _Asked:
-    """A command that is not answered yet. record: as the guest's site gets it; again_ns: when it is given again; until_ns: and
+    """A command that is not answered yet. record: as the guest's site gets it; again_ns: when it is passed on next; until_ns: and
     until when; what lies between may lose it, and the world does it once."""
 
     action: Action
@@ -49,13 +82,14 @@ class _Asked:
 class GuestPages:
     """Of one guest while their page is open. Lives on the event loop."""
 
-    def __init__(self, participant: str, bus: Bus, clock: Clock, pass_on: Callable[[bytes], None], panels: list[str]) -> None:
-        """pass_on: sends a record to the guest's site; panels: ids of those they have put up, the newest last; it is kept up."""
+    def __init__(self, participant: str, bus: Bus, clock: Clock, pass_on: Callable[[bytes], None], kept: Kept) -> None:
+        """pass_on: sends a record to the guest's site."""
         self._participant, self._bus, self._clock, self._pass_on = participant, bus, clock, pass_on
         self._results = bus.subscribe(BY_NAME["command_result"], queue_all=True, polled=True, participant=participant)
         self._asked: dict[str, _Asked] = {}
-        self._waiting: list[Page] = []
-        self._panels, self._count, self._one = panels, 0, asyncio.Lock()
+        self.kept, self._count, self._one = kept, 0, asyncio.Lock()
+        self._there = False
+        """Whether the world has the guest: who has just come, or come back, is sooner here than their figure is there."""
         self._live, self._goes_live = "", False
         """Id of the panel that shows the guest's screen, empty: none; whether there is to be one."""
 
@@ -74,7 +108,7 @@ class GuestPages:
     @property
     def full(self) -> bool:
         """Whether no more may be sent now: one at a time, so many on a panel, and so many of a visit."""
-        return self._one.locked() or self._count >= MOST_A_VISIT or len(self._waiting) >= MOST_PAGES
+        return self._one.locked() or self._count >= MOST_A_VISIT or len(self.kept.waiting) >= MOST_PAGES
 
     @contextlib.asynccontextmanager
     async def uploading(self) -> AsyncGenerator[None]:
@@ -90,19 +124,19 @@ class GuestPages:
             page = await asyncio.to_thread(page_of_upload, data)
         if not await sent_until_served(self._bus, self._clock, page, lambda: self._send(page.data)):
             raise NotTakenError("the world did not take the picture")
-        self._waiting.append(Page(b"", page.model, page.aspect))
-        return len(self._waiting)
+        self.kept.waiting.append(Page(b"", page.model, page.aspect))
+        return len(self.kept.waiting)
 
     def ask(self, said: dict[str, object]) -> bool:
         """Put up what was sent, or a panel for the guest's screen, turn a page, take the panel away, write on a board, raise a
         hand, react; False for what is none of these."""
-        which = Which(self._panels[-1]) if self._panels else None
-        if isinstance(title := said.get("show"), str) and self._waiting:
+        which = Which(self.kept.panels[-1]) if self.kept.panels else None
+        if isinstance(title := said.get("show"), str) and self.kept.waiting:
             live = said.get("live") is True
             self._goes_live = self._goes_live or live
-            pages = self._waiting[-1:] if live else self._waiting
+            pages = self.kept.waiting[-1:] if live else self.kept.waiting
             self._give(Present(tuple(p.model for p in pages), pages[0].aspect, title[:100], live))
-            self._waiting = []
+            self.kept.waiting = []
         elif said.get("live") is False:
             self.end_live()
         elif said.get("turn") in (1, -1):
@@ -127,38 +161,43 @@ class GuestPages:
                 continue
             action = asked.action
             done = result.outcome == CommandResult.OUTCOME_DONE
-            if result.reason == absent(self._participant) and self._clock.now_ns() < asked.until_ns:
-                self._give(action, asked.until_ns)  # a page that has just come, or come back, is sooner there than its figure
+            self._there = result.reason != absent(self._participant)
+            if not self._there and self._clock.now_ns() < asked.until_ns:
+                self._asked = self._anew(action, asked.until_ns) | self._asked
                 continue
             gone = isinstance(action, PutAway) or result.reason.startswith("there is no thing")
             for thing in [action.which.thing] if gone and isinstance(action, PutAway | TurnPage) else []:
-                self._panels[:] = [p for p in self._panels if p != thing]
+                self.kept.panels[:] = [p for p in self.kept.panels if p != thing]
             live = isinstance(action, Present) and action.live
             if done and live:
                 self._live = next(iter(result.things), "")
                 if not self._goes_live:
                     self.end_live()
             elif done and isinstance(action, Present):
-                self._panels += result.things
+                self.kept.panels += result.things
             if done and isinstance(action, Draw | Rub | RaiseHand | React):
                 continue  # everybody sees it
-            words = {"kind": "shown", "done": done, "reason": result.reason, "panels": len(self._panels)}
+            words = {"kind": "shown", "done": done, "reason": result.reason, "panels": len(self.kept.panels)}
             told.append(json.dumps(words | ({"live": True} if live else {})))
-        self._give_again()
+        self._pass_on_due()
         return told
 
-    def _give(self, action: Action, until_ns: int | None = None) -> None:
-        command = message_of(action, secrets.token_hex(8), self._participant)
-        record, now_ns = asked_record(command), self._clock.now_ns()
-        self._asked[command.id] = _Asked(action, record, now_ns + AGAIN_NS, until_ns or now_ns + ANSWER_NS)
+    def _give(self, action: Action) -> None:
+        self._asked |= self._anew(action, self._clock.now_ns() + ANSWER_NS)
         while len(self._asked) > MOST_ASKED:
             del self._asked[next(iter(self._asked))]
-        self._pass_on(record)
+        self._pass_on_due()
 
-    def _give_again(self) -> None:
+    def _anew(self, action: Action, until_ns: int) -> dict[str, _Asked]:
+        command = message_of(action, secrets.token_hex(8), self._participant)
+        return {command.id: _Asked(action, asked_record(command), self._clock.now_ns(), until_ns)}
+
+    def _pass_on_due(self) -> None:
+        """In order: one at a time until the world has the guest, else a later one could be done before."""
         now_ns = self._clock.now_ns()
-        for asked in self._asked.values():
-            if asked.again_ns <= now_ns < asked.until_ns:
+        due = [asked for asked in self._asked.values() if now_ns < asked.until_ns]
+        for asked in due if self._there else due[:1]:
+            if asked.again_ns <= now_ns:
                 asked.again_ns = now_ns + AGAIN_NS
                 self._pass_on(asked.record)
 

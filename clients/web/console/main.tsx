@@ -21,6 +21,7 @@ import {
   type Curve,
   decodeAll,
   type Force,
+  type Heard,
   type Held,
   type Invited,
   type Joints,
@@ -238,7 +239,7 @@ function showStudio(address: string): void {
 }
 
 /** What is said to the pages of guests alone. */
-function isOfGuests(words: Words): words is Invited | Shown | Time | Private {
+function isOfGuests(words: Words): words is Invited | Heard | Shown | Time | Private {
   return ["invited", "shown", "time", "private"].includes(words.kind);
 }
 

@@ -198,6 +198,10 @@ export interface Invited {
   people: string[]; // the built-in people
   seat: [number, number, number, number]; // on the floor [m], and its heading [rad]
 }
+export interface Heard {
+  kind: "heard"; // what a guest's page has asked, up to the n-th
+  n: number;
+}
 export interface Shown {
   kind: "shown"; // what has become of what a guest asked of their panel
   done: boolean;
@@ -310,7 +314,7 @@ export interface Captions {
   kind: "captions";
   captions: Caption[]; // the oldest first
 }
-export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin | Dents | Forces | Answers | Steering | Steered | Completions | LogLines;
+export type Words = Lanes | Playhead | Plot | Fields | Notes | Noted | Beside | Hello | Joints | Table | Held | Numbers | Invited | Heard | Shown | Refused | Time | Chat | Private | Signals | Captions | Ink | Skin | Dents | Forces | Answers | Steering | Steered | Completions | LogLines;
 
 export interface PersonFrame {
   who: number;

@@ -5,7 +5,6 @@ import type { Face, Ink, StrokeRow, ThingRow } from "./wire";
 
 export const ACROSS = 3600; // units of a face's width, as vistel/space/boards/stroke.py has them
 export const UPWARDS = 2400;
-export const FURTHEST = 127; // from one point of ink to the next, along x or y, at most
 const NEAREST_M = 0.0012; // from the face to the lowest stroke
 const LAYER_M = 0.00004;
 const LAYERS = 50;
@@ -83,21 +82,10 @@ export class Written {
     this.changed();
   }
 
-  /** Something that this page asked for was refused, or undone: what has not come back is not shown as if it were on the board, nor sent
-   * again. What is only on its way comes with the world's strokes. */
+  /** Something that this page asked for was refused, or undone: what has not come back is not shown as if it were on the board. What is
+   * only on its way comes with the world's strokes. */
   forgetDrafts(): void {
     for (const id of [...this.own.keys()]) this.forget(id);
-  }
-
-  /** Of the strokes of this page that have not come back, what of them has not: points from the `from`th on. To be asked once all
-   * that is written has come. */
-  missing(): { id: string; board: string; colour: string; from: number; points: Point[] }[] {
-    const rows = [...this.strokes.values()].filter(({ by }) => by === this.writer);
-    return [...this.own].map(([id, { board, shape }]) => {
-      const row = rows.find((r) => r.id === id);
-      const from = pointsWithin(row ? pointsOf(row.ink).length : 0, shape.points);
-      return { id, board, colour: shape.colour, from, points: shape.points.slice(from) };
-    });
   }
 
   /** The stroke of this page has come back, or is drawn anew. */
@@ -133,17 +121,6 @@ export class Written {
       board.node.add(mesh);
     }
   }
-}
-
-/** How many of some points lie within the first `laid` of ink, which has more between those that are far apart. */
-function pointsWithin(laid: number, points: Point[]): number {
-  let taken = 0;
-  const over = points.findIndex(([x, y], n) => {
-    const [beforeX, beforeY] = points[n - 1] ?? [x, y];
-    taken += Math.max(1, Math.ceil(Math.max(Math.abs(x - beforeX), Math.abs(y - beforeY)) / FURTHEST));
-    return taken > laid;
-  });
-  return over < 0 ? points.length : over;
 }
 
 function shapeOf(row: StrokeRow): Shape {

@@ -12,6 +12,7 @@ import { Room } from "../console/room";
 import { type Caption, decode, type Frame, type Invited, type Joints, type Line, type Table, type Words } from "../console/wire";
 import { Microphone } from "../sound/microphone";
 import { canHear, Voices } from "../sound/voices";
+import { Asks } from "./asks";
 import { Camera } from "./camera";
 import { Closer } from "./closer";
 import { Eyes } from "./eyes";
@@ -31,7 +32,6 @@ import { BoardChoice, WriteButtons, Writing } from "./writing";
 
 const SEND_MS = 1000 / 30;
 const MOST_LETTERS = 300; // of a line of the chat
-const KEPT_MS = 60000; // for so long, a line that has not come back is sent again after a break of the connection
 const STILL_MS = 3000; // without a move of the pointer for so long, the head turns to who speaks
 const MIRROR_MS = 500; // how often the words beside the mirror are looked after
 const SLOW_MS = 60; // from asking for a picture until it is drawn
@@ -64,7 +64,6 @@ const pointer = { x: 0, y: 0, turning: false }; // where it is in the picture (-
 let speaker = "";
 let lines: Line[] = [];
 const written: Record<"chat" | "private", Line[]> = { chat: [], private: [] };
-let unanswered: { line: { write: string; to: string; id: string }; at: number }[] = []; // written here, and not come back yet
 let captions: Caption[] = [];
 let to = ""; // the participant to whom alone the next line goes; empty: to all
 let read = 0; // lines that have been seen: when the newest of them was written [ms]
@@ -74,12 +73,13 @@ const microphone = new Microphone(() => link, () => Boolean(person), () => showW
 const camera = new Camera(() => link, () => Boolean(person), () => showMirror());
 const headset = new Headset(room, () => link, () => eyes, () => lines, () => captions, drawWorn, () => person && showDoes(), () => (eyes?.open(), pictures?.ask()));
 const wand = new Wand(() => link, () => eyes, () => person && showDoes(), (yaw, pitch) => eyes && ([eyes.yaw, eyes.pitch] = [yaw, pitch], pictures?.ask()));
+const asks = new Asks((text) => link.send(text));
 const signalling = new Signalling(
   () => Boolean(room?.signals.raised.some(([who]) => who === invited?.participant)),
-  (said) => link.send(JSON.stringify(said)),
+  (said) => asks.ask(said),
 );
-const noting = new Noting((said) => link.send(JSON.stringify(said)), () => (showDoes(), noting.open || canvas.focus()));
-const showing = new Showing(token, (said) => link.send(JSON.stringify(said)), () => person && showDoes());
+const noting = new Noting((said) => asks.ask(said), () => (showDoes(), noting.open || canvas.focus()));
+const showing = new Showing(token, (said) => asks.ask(said), () => person && showDoes());
 const sharing = new Sharing(token, () => invited, (said) => link.send(JSON.stringify(said)), () => person && showDoes());
 const meter = document.createElement("meter");
 
@@ -105,6 +105,8 @@ function hear(words: Words): void {
       muted = now;
       showWords();
     }
+  } else if (words.kind === "heard") {
+    asks.hear(words.n);
   } else if (words.kind === "shown") {
     if (words.live) sharing.hear(words);
     else showing.hear(words);
@@ -112,7 +114,6 @@ function hear(words: Words): void {
   } else if (words.kind === "chat" || words.kind === "private") {
     written[words.kind] = words.lines;
     lines = [...written.chat, ...written.private].sort((a, b) => a.ms - b.ms);
-    unanswered = unanswered.filter(({ line }) => !lines.some(({ id, who }) => id === line.id && who === invited?.participant));
     headset.hear();
     showWords();
   } else if (words.kind === "captions") {
@@ -127,15 +128,14 @@ function hear(words: Words): void {
     if (room && !eyes) {
       eyes = new Eyes(room, words.participant, words.seat);
       hand = new Hand(room, eyes, words.participant);
-      writing = new Writing(room, words.participant, (said) => link.send(JSON.stringify(said)));
+      writing = new Writing(room, words.participant, (said) => asks.ask(said));
       pictures?.ask();
     }
     if (person) {
       link.send(JSON.stringify({ person })); // after a break of the connection
       voices.again();
       sharing.again();
-      writing?.again();
-      for (const { line } of unanswered.filter(({ at }) => performance.now() - at < KEPT_MS)) link.send(JSON.stringify(line));
+      if (!asks.again()) room?.written.forgetDrafts();
     }
     showWords();
   } else if (words.kind === "joints") {
@@ -152,7 +152,6 @@ function hear(words: Words): void {
     room?.dents.receive(words);
   } else if (words.kind === "ink") {
     room?.receiveInk(words);
-    if (words.whole) writing?.look();
   } else if (words.kind === "held" && room) {
     room.held = words;
   }
@@ -261,9 +260,7 @@ function showChat(): void {
     const input = (event.target as HTMLFormElement).elements.namedItem("line") as HTMLInputElement;
     const written = input.value.trim();
     if (!written || !trouble.hidden) return; // it stays there until there is a connection again
-    const line = { write: written, to, id: newId() };
-    unanswered.push({ line, at: performance.now() });
-    link.send(JSON.stringify(line));
+    asks.ask({ write: written, to });
     input.value = "";
   };
   const others = (table?.people ?? []).filter((p) => p.name !== invited?.participant);
@@ -294,12 +291,6 @@ function showChat(): void {
     </>,
     box,
   );
-}
-
-/** By which what is sent again is known to be the same line. */
-function newId(): string {
-  const bytes = [...crypto.getRandomValues(new Uint8Array(8))]; // as many as vistel/protocol/pages/pointer.py has them
-  return bytes.map((byte) => byte.toString(16).padStart(2, "0")).join("");
 }
 
 function turnChat(): void {
@@ -370,6 +361,7 @@ function showMirror(): void {
 /** What the guest does now, thirty times a second; nothing while the page is in the background, where the figure rests. */
 function tell(): void {
   writing?.step();
+  asks.step();
   if (!person || !eyes || !hand || document.hidden) return;
   let [yaw, pitch] = [eyes.yaw - pointer.x * FOLLOWS * canvas.clientWidth * HIGH / canvas.clientHeight, eyes.pitch + pointer.y * FOLLOWS * HIGH];
   const speaks = room?.figures.get(speaker);
@@ -470,7 +462,7 @@ const link = new Link(
     },
     speechless: () => microphone.lose("cannot"),
   },
-  JSON.stringify({ token }),
+  JSON.stringify({ token, page: crypto.getRandomValues(new Uint32Array(3)).join(" ") }),
 );
 if (!token) say(text("noInvitation"), true);
 if (!room) say(text("noPicture"), true);

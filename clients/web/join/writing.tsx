@@ -1,7 +1,7 @@
 // What a guest writes on a board with mouse, pen or finger: seen at once here, and sent in parts while it is written.
 import { Raycaster, Vector2, Vector3 } from "three";
 import type { Room } from "../console/room";
-import { ACROSS, type Board, FURTHEST, UPWARDS } from "../console/written";
+import { ACROSS, type Board, UPWARDS } from "../console/written";
 import { text } from "./words";
 
 export const COLOURS = { black: "#222222", red: "#c23b32", blue: "#2f6db5", green: "#3f9c5a" }; // as vistel/space/commands/names.py has them
@@ -16,6 +16,7 @@ type Said =
 
 const SEND_MS = 150; // from one part of a stroke to the next: the world takes ten commands a second
 const APART = 3; // units of the grid from one point to the next, at least
+const FURTHEST = 127; // as vistel/space/boards/stroke.py has it: a point for each way so long
 const MOST_POINTS = 120; // then the next stroke begins where this one ends
 const WIDTH = 12;
 
@@ -32,13 +33,11 @@ export class Writing {
   private stroke: Stroke | null = null;
   private number = 0;
   private sentAt = 0;
-  private broken = false; // the connection was, and what is written has not come anew since
-  private lost: Said[] = []; // to be sent again, one after the other
 
   constructor(
     private readonly room: Room,
     private readonly who: string,
-    private readonly say: (said: Said) => void,
+    private readonly ask: (said: Said) => void,
   ) {
     room.written.writer = who;
   }
@@ -82,29 +81,9 @@ export class Writing {
     this.stroke = null;
   }
 
-  /** Send what a broken connection has lost, and what is left of a stroke whose pointer rests. To be called often. */
+  /** Send what is left of a stroke whose pointer rests. To be called often. */
   step(): void {
-    if (performance.now() - this.sentAt <= SEND_MS) return;
-    const lost = this.lost.shift();
-    if (!lost) return this.send();
-    this.say(lost);
-    this.sentAt = performance.now();
-  }
-
-  /** The connection has come back after a break. */
-  again(): void {
-    this.broken = true;
-  }
-
-  /** All that is written has come: what was sent into a connection that had broken is not among it. */
-  look(): void {
-    if (!this.broken) return;
-    this.broken = false;
-    const missing = this.room.written.missing();
-    const going = missing.find(({ id }) => id === this.stroke?.id);
-    if (this.stroke && going) this.stroke.sent = going.from;
-    const whole = missing.filter((one) => one !== going && one.points.length > 0);
-    this.lost = whole.map(({ id, board, colour, points }) => ({ draw: points.flat(), board, stroke: id, colour }));
+    if (this.stroke && performance.now() - this.sentAt > SEND_MS) this.send();
   }
 
   private begin(board: string, point: Point): void {
@@ -125,7 +104,7 @@ export class Writing {
     const rubs = this.tool === "rub";
     // What rubs begins where it was last; a stroke goes on from there by itself.
     const part = now.points.slice(rubs ? Math.max(0, now.sent - 1) : now.sent).flat();
-    this.say(
+    this.ask(
       this.tool === "rub"
         ? { rub: part, board: now.board }
         : { draw: part, board: now.board, stroke: now.id, colour: COLOURS[this.tool] },
@@ -160,16 +139,16 @@ export class Writing {
   wipe(): void {
     const newest = this.boards.at(-1);
     this.room.written.forgetDrafts();
-    if (newest) this.say({ wipe: newest });
+    if (newest) this.ask({ wipe: newest });
   }
 
   undo(): void {
     this.room.written.forgetDrafts();
-    this.say({ undo: true });
+    this.ask({ undo: true });
   }
 
   putUp(): void {
-    this.say({ new_board: true });
+    this.ask({ new_board: true });
   }
 }
 

@@ -29,7 +29,7 @@ from vistel.protocol.pages.screen import PART
 from vistel.protocol.pages.words import words_of
 from vistel.session.chat import PrivateLines
 from vistel.session.guest_lines import GuestLines, PrivateLinesSince
-from vistel.session.guest_pages import GuestPages, NotTakenError
+from vistel.session.guest_pages import GuestPages, Kept, NotTakenError
 from vistel.session.guest_screen import MOST_RECORD_BYTES, PART_S, GuestScreen, ScreenError
 from vistel.space.pages.sheet import MOST_BYTES, PageError
 from vistel.wire import background
@@ -88,10 +88,10 @@ class Guests:
     """Lives on the event loop."""
 
     def __init__(self, conference: Conference, paths: RunPaths, bus: Bus, clock: Clock, view: View, shows_live: ShowsLive) -> None:
-        self._conference, self._paths, self._clock, self._view, self._shows_live = conference, paths, clock, view, shows_live
-        self._bus = bus
+        self._conference, self._paths, self._bus, self._clock = conference, paths, bus, clock
+        self._view, self._shows_live = view, shows_live
         self._visits: dict[str, _Visit] = {}
-        self._panels = defaultdict[str, list[str]](list)
+        self._kept = defaultdict[str, Kept](Kept)
         self._private = PrivateLinesSince(bus, clock)
         self._seats = {p.name for site in conference.sites for p in site.participants if p.by_link}
         self.people = {p.name for site in conference.sites for p in site.participants}
@@ -115,11 +115,12 @@ class Guests:
 
     async def visit(self, request: web.Request) -> web.StreamResponse:
         """The WebSocket of a guest's page."""
-        connection, guest, _ = await self._admitted(request, _MOST_SAID_BYTES)
+        connection, guest, said = await self._admitted(request, _MOST_SAID_BYTES)
         if guest is not None and guest.participant in self._here:
             await _close(connection, TAKEN, "This link is open at another page already; close that one first.")
         elif guest is not None:
             self._here.add(guest.participant)
+            self._kept[guest.participant].begin(said.get("page"))
             _GUESTS.set(len(self._here))
             try:
                 await self._visited(connection, guest)
@@ -224,14 +225,12 @@ class Guests:
         place = await asyncio.to_thread(seat_place, self._conference.room, self._conference.seat_of(guest.participant))
         viewer = Viewer(guest.participant)
         words: dict[str, object] = {"kind": "invited", "participant": guest.participant, "name": guest.name, "avatar": guest.avatar}
-        words |= {"people": sorted(PEOPLE), "seat": [*place[0].tolist(), place[1]]}
-        viewer.put("invited", json.dumps(words))
+        viewer.put("invited", json.dumps(words | {"people": sorted(PEOPLE), "seat": [*place[0].tolist(), place[1]]}))
         log.info("event=guest_came participant=%s", guest.participant)
         who, pass_on = guest.participant, partial(self.pass_on, guest.participant)
-        pages = GuestPages(who, self._bus, self._clock, pass_on, self._panels[who])
+        pages = GuestPages(who, self._bus, self._clock, pass_on, self._kept[who])
         lines = GuestLines(who, self.people - {who}, self._bus, self._clock, pass_on)
-        private = self._private.of(who, guest.digest)
-        visit = _Visit(self, connection, guest, viewer, pages, lines, private)
+        visit = _Visit(self, connection, guest, viewer, pages, lines, self._private.of(who, guest.digest))
         self._visits[guest.participant] = visit
         with self._view(connection, viewer), closing(pages), closing(lines):
             present = background.start(visit.stay(self._clock), "guest")
@@ -277,9 +276,8 @@ class _Visit:
         self.pages, self._lines, self._private = pages, lines, private
         self._voice = VoiceGate()
         self._avatar = ""
-        self._since_ns, self._count, self._faulty = 0, 0, 0
         self._passed_ns = dict.fromkeys(_NAMES, 0)
-        self.passed_on, self.shows_live = 0, False
+        self._since_ns, self._count, self._faulty, self.passed_on, self.shows_live = 0, 0, 0, 0, False
 
     @property
     def entered(self) -> bool:
@@ -312,6 +310,8 @@ class _Visit:
             self._lines.again()
             for number, words in enumerate(self.pages.answers()):
                 self._viewer.put(f"shown {number}", words)
+            if heard := self.pages.kept.heard_words():
+                self._viewer.put("heard", heard)
             if words := self._private.words():
                 self._viewer.put("private", words)
             await sleep(clock, _PRESENT_S)
@@ -324,17 +324,17 @@ class _Visit:
         return self._count <= COUNTED_S * MOST_A_SECOND
 
     def _told(self, said: dict[str, object], now_ns: int) -> None:
-        """Words of the page: who is in the room may hear it; whoever asks is told the time."""
+        """Words of the page: who is in the room may hear it; whoever asks is told the time. What has a number is done once."""
+        if "n" in said and not (self.entered and self.pages.kept.hear(said["n"])):
+            return
         if isinstance(said.get("time"), int | float):
             self._viewer.put("time", json.dumps({"kind": "time", "asked": said["time"], "ms": now_ns * 1e-6}))
         elif isinstance(said.get("hear"), bool):
             self._viewer.hears = bool(said["hear"] and self._avatar)
-        elif isinstance(said.get("write"), str):
-            if not (self.entered and self._lines.write(str(said["write"]), said.get("to", ""), said.get("id"))):
+        elif isinstance(text := said.get("write"), str):
+            if not (self.entered and self._lines.write(text, said.get("to", ""))):
                 self._refuse()
-        elif self._avatar and self.pages.ask(said):
-            return
-        else:
+        elif not (self.entered and self.pages.ask(said)):
             self._choose(said)
 
     def _choose(self, said: dict[str, object]) -> None:

@@ -62,16 +62,6 @@ def test_what_is_lost_is_passed_on_again_and_read_once() -> None:
     asyncio.run(play())
 
 
-def test_a_line_that_a_page_says_again_after_a_break_is_read_once() -> None:
-    async def play() -> None:
-        link = Link()
-        assert all(link.lines.write("hello", "", line_id) for line_id in ("0123456789abcdef", "0123456789abcdef"))
-        assert all(link.lines.write("bye", "", line_id) for line_id in ("", "x" * 16, "0123456789ABCDEF", 7, None))
-        assert await link.look(ANSWER_NS) == ["hello", *["bye"] * 5], "what is no id makes no two lines one"
-
-    asyncio.run(play())
-
-
 def test_a_line_that_arrived_is_passed_on_once_and_one_that_never_does_is_logged(caplog: pytest.LogCaptureFixture) -> None:
     async def play() -> None:
         link = Link()

@@ -7,7 +7,7 @@ import json
 
 from vistel.protocol.pages.pointer import asked_of
 from vistel.session.asking import AGAIN_NS, ANSWER_NS
-from vistel.session.guest_pages import GuestPages
+from vistel.session.guest_pages import GuestPages, Kept
 from vistel.space.actions import absent
 from vistel.v1.command_pb2 import CommandResult
 from vistel.wire.clock import SimulatedClock
@@ -19,7 +19,7 @@ def test_what_has_no_answer_is_given_again_as_the_same_command_and_not_for_ever(
     async def play() -> None:
         network, clock, sent = MemoryNetwork(), SimulatedClock(), list[bytes]()
         hub = network.bus("demo", "hub", clock)
-        pages = GuestPages("guest-1", network.bus("demo", "hub", clock), clock, sent.append, ["panel-1"])
+        pages = GuestPages("guest-1", network.bus("demo", "hub", clock), clock, sent.append, Kept(["panel-1"]))
         results = hub.publish(BY_NAME["command_result"], participant="guest-1")
 
         async def after(ns: int) -> list[str]:
@@ -48,7 +48,7 @@ def test_what_is_asked_before_the_world_has_the_guest_is_asked_anew_until_it_doe
     async def play() -> None:
         network, clock, sent = MemoryNetwork(), SimulatedClock(), list[bytes]()
         hub = network.bus("demo", "hub", clock)
-        pages = GuestPages("guest-1", network.bus("demo", "hub", clock), clock, sent.append, [])
+        pages = GuestPages("guest-1", network.bus("demo", "hub", clock), clock, sent.append, Kept())
         results = hub.publish(BY_NAME["command_result"], participant="guest-1")
         ids: list[str] = []
 
@@ -73,3 +73,47 @@ def test_what_is_asked_before_the_world_has_the_guest_is_asked_anew_until_it_doe
         pages.close()
 
     asyncio.run(play())
+
+
+def test_what_is_asked_while_the_world_has_not_got_the_guest_is_done_in_the_order_in_which_it_was_asked() -> None:
+    async def play() -> None:
+        network, clock, sent = MemoryNetwork(), SimulatedClock(), list[bytes]()
+        hub = network.bus("demo", "hub", clock)
+        pages = GuestPages("guest-1", network.bus("demo", "hub", clock), clock, sent.append, Kept())
+        results = hub.publish(BY_NAME["command_result"], participant="guest-1")
+        done: list[str] = []
+
+        async def world(has_them: bool) -> None:
+            """It answers all that it has got, and the gateway looks."""
+            for command in filter(None, map(asked_of, sent)):
+                outcome = CommandResult.OUTCOME_DONE if has_them else CommandResult.OUTCOME_REFUSED
+                results.put(CommandResult(id=command.id, outcome=outcome, reason="" if has_them else absent("guest-1")))
+                if has_them:
+                    done.append(command.write_note.text)
+            sent.clear()
+            await clock.advance_to_ns(clock.now_ns() + AGAIN_NS // 4)
+            pages.answers()
+
+        texts = ["first", "second", "third"]
+        assert all(pages.ask({"note": text}) for text in texts)
+        for has_them in (False, False, True, True):
+            assert len(sent) <= len(texts)
+            await world(has_them)
+        assert done == texts
+        pages.close()
+
+    asyncio.run(play())
+
+
+def test_a_page_that_comes_back_is_heard_once_and_another_page_from_its_beginning() -> None:
+    kept = Kept()
+    kept.begin("a page")
+    assert [kept.hear(number) for number in (1, 2, 2, 1, 4)] == [True, True, False, False, True]
+    assert not any(kept.hear(number) for number in (None, "5", 4.5))
+    assert json.loads(kept.heard_words())["n"] == 4 and not kept.heard_words()
+    assert not kept.hear(4) and kept.heard_words(), "told again to who asks again"
+    kept.begin("a page")
+    assert not kept.hear(4) and kept.hear(5)
+    for other in ("another page", None, None):
+        kept.begin(other)
+        assert kept.hear(1) and not kept.hear(1)
