@@ -57,8 +57,14 @@ BESIDE_M = 0.16
 NEAR_M = 0.03
 """A palm that is this near to where it is to touch closes [m]."""
 COMFORTABLE = 0.86
-"""Share of an arm's length from which the trunk leans after a hand."""
-MOST_LEAN = np.array([0.9, 0.5, 0.4])
+"""Share of an arm's length from which the trunk leans after a hand..."""
+LEAN = 2.8
+"""... so much for each metre that is missing [rad/m]..."""
+FAR_M = 0.2
+"""... and once that is more than this [m]..."""
+FAR_LEAN = 6.0
+"""... so much more: the arm is nearly straight then [rad/m]."""
+MOST_LEAN = np.array([1.3, 0.5, 0.4])
 """How far the trunk leans: forward, about its own axis, sideways [rad]."""
 MOST_BEND = math.radians(50.0)
 """A hand turns from the way of its arm no further than this to take a thing [rad]."""
@@ -217,7 +223,9 @@ class PointerCapture:
             far = float(np.linalg.norm(d))
             excess = max(0.0, far - COMFORTABLE * self._arm)
             ahead = d / max(far, 1e-6)
-            lean += excess * np.array([3.0 * max(0.0, ahead[2]), -sign * 1.8 * max(0.0, ahead[2]), -1.2 * ahead[0]])
+            forward = LEAN * excess + FAR_LEAN * max(0.0, excess - FAR_M)
+            turned, aside = -sign * 1.8 * excess, -1.2 * excess
+            lean += np.array([forward * max(0.0, ahead[2]), turned * max(0.0, ahead[2]), aside * ahead[0]])
         return MOST_LEAN * np.tanh(lean / MOST_LEAN)
 
     def _placed(

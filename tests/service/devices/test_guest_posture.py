@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -83,8 +84,22 @@ def test_a_guest_takes_the_baton_from_the_table_lifts_it_and_lets_go() -> None:
     [("box", 0), ("box", 2), ("ball", 0), ("ball", 2), ("can", 2), ("ring", 0), ("ring", 1), ("cone", 1), ("tile", 1), ("tile", 2)],
 )
 def test_a_guest_takes_every_small_thing_within_reach(thing: str, seat: int) -> None:
+    _takes(thing, Guest(seat=seat), World(meeting_room(3)))
+
+
+@pytest.mark.parametrize("thing", ["ball", "box", "can", "cone", "ring", "tile"])
+@pytest.mark.parametrize("aside", [-0.1, 0.1])
+def test_a_guest_leans_far_over_the_table_to_take_a_small_thing(thing: str, aside: float) -> None:
+    guest, room = Guest(seats=8), meeting_room(8)
+    lies = guest.into_room((aside, 0.0, 0.8))
+    moved = {t.id: replace(t, position=np.array((lies[0], t.position[1], lies[2]))) for t in room.things if t.id == thing}
+    loose = {"ball", "box", "can", "cone", "ring", "tile", BATON} - {thing}
+    things = tuple(moved.get(t.id, t) for t in room.things if t.id not in loose)
+    _takes(thing, guest, World(replace(room, things=things)))
+
+
+def _takes(thing: str, guest: Guest, world: World) -> None:
     """Led as the page leads a hand to what is pressed (clients/web/join/hand.ts)."""
-    guest, world = Guest(seat=seat), World(meeting_room(3))
     lies = next(t for t in world.things_now if t.id == thing).position
     away = (lies - guest.into_room((0.0, 1.2, 0.0))) * (1.0, 0.0, 1.0)
     place = guest.into_seat(lies + 0.03 * away / np.linalg.norm(away) + (0.0, 0.01, 0.0))
