@@ -60,7 +60,18 @@ def shirt(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> Worn:
     look = _painter(build, weave, seed, [float(b.points[:, 1].mean()) for b in buttons])
     whole = replace(pattern, borders=borders | {"cuff": cuff})
     hides, sinks = whole.hides(build, 0.018), whole.sinks(build)
-    return Worn(name, sewn([cloth, *more]), hides, sinks, whole.inside, look, (1250, 560), hems=tuple(hems), details=tuple(buttons))
+    return Worn(
+        name,
+        sewn([cloth, *more]),
+        hides,
+        sinks,
+        whole.inside,
+        look,
+        (1250, 560),
+        hems=tuple(hems),
+        details=tuple(buttons),
+        both_sides=True,
+    )
 
 
 def _buttons(build: Build, cloth: Cloth) -> list[Cloth]:

@@ -182,6 +182,7 @@ def pulled_over(name: str, build: Build, cut: Cut, weave: Weave, seed: int) -> W
         painter(weave, seed),
         (1500, 560),
         hems=tuple(hems),
+        both_sides=True,
     )
 
 

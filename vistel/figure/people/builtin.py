@@ -23,7 +23,7 @@ from vistel.whole_file import whole_file
 
 _log = logging.getLogger(__name__)
 
-_VERSION = 54
+_VERSION = 55
 """Of what is made of a specification; a change of it makes cached people void."""
 _NUMBERS = ("rest", "tip", "a", "b", "radius_a", "radius_b")
 WRINKLES = ("shirt", "trousers", "face", "hands")
